@@ -75,12 +75,12 @@ class RecordedWorld:
         """Do nothing: a run needs no release."""
 
 
-def list_contacts_since(log: RunImpacts, seen: int) -> tuple[Contact, ...]:
-    """Return the impacts after the first `seen` ones, with the velocities around each. A step may have several."""
-    if len(log) == seen:  # usually there are no new impacts
+def list_contacts_since(log: RunImpacts, old_count: int) -> tuple[Contact, ...]:
+    """Return the impacts after the first `old_count` ones, with the velocities around each. A step may have several."""
+    if len(log) == old_count:  # usually there are no new impacts
         return ()
-    impacts, turned = log.array()[seen:].tolist(), log.spins()
-    spins = [None] * len(impacts) if turned is None else turned[seen:].tolist()
+    impacts, all_spins = log.array()[old_count:].tolist(), log.spins()
+    spins = [None] * len(impacts) if all_spins is None else all_spins[old_count:].tolist()
     return tuple(
         Contact(first, second, time_s, (nx, ny), None, ((a, b), (c, d), (e, f), (g, h)), spins_rad_s=spin)
         for (time_s, first, second, (nx, ny), (a, b), (c, d), (e, f), (g, h)), spin in zip(impacts, spins, strict=True)

@@ -38,7 +38,7 @@ def main() -> None:
     for number in handled:
         signal.signal(number, _end)
     gc.set_threshold(_COLLECTED_FROM, *gc.get_threshold()[1:])
-    lost, sys.unraisablehook = sys.unraisablehook, _raise_again
+    previous_hook, sys.unraisablehook = sys.unraisablehook, _raise_again
     # Pydantic reads the entry points of all installed packages, and fails if those of one package are damaged.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     # OpenBLAS starts a thread per core while NumPy is imported, in each process. A thread loops while it waits, and
@@ -62,7 +62,7 @@ def main() -> None:
         code = 128 + CAME[-1]
         _return_signals(handled)
     finally:
-        sys.unraisablehook = lost
+        sys.unraisablehook = previous_hook
     gc.freeze()  # the process ends: a search for cycles would take an eighth of a short command's time
     sys.exit(code)
 
@@ -91,10 +91,10 @@ def _end(number: int, _frame: object) -> None:
     raise Ended(number)
 
 
-def _raise_again(lost: sys.UnraisableHookArgs) -> None:
+def _raise_again(unraisable: sys.UnraisableHookArgs) -> None:
     """If Python has ignored an `Ended`, raise it again. Show any other ignored exception."""
-    if not isinstance(lost.exc_value, Ended):
-        sys.__unraisablehook__(lost)
+    if not isinstance(unraisable.exc_value, Ended):
+        sys.__unraisablehook__(unraisable)
     elif hasattr(signal, "setitimer"):
         signal.signal(signal.SIGALRM, lambda _, frame: _end(CAME[-1], frame))
         signal.setitimer(signal.ITIMER_REAL, AGAIN_S, AGAIN_S)

@@ -96,8 +96,10 @@ class SceneError(InputError):
         self.problems = tuple(problems)
         self.source = source
         self.more = more
-        shown = self.problems[: self.SHOWN]
-        super().__init__(self.problems, source, hints=tuple(dict.fromkeys(hint for one in shown for hint in one.hints)))
+        shown_problems = self.problems[: self.SHOWN]
+        super().__init__(
+            self.problems, source, hints=tuple(dict.fromkeys(hint for one in shown_problems for hint in one.hints))
+        )
 
     @property
     def message(self) -> str:

@@ -78,29 +78,36 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
     dt_s, fast_clock, turns = float(settings["dt_s"]) / scale, scaled(scene, time=1.0 / scale), scene.arrays.turns
     lines = []
     for disc in scene.discs:
-        given: dict[str, object] = {}
+        arguments: dict[str, object] = {}
         if not disc.immovable:
             fixed = not (turns and math.isfinite(disc.inertia_factor))
             # Box2D sets the inverse inertia of a body that does not turn to 0.
             inertia = 1.0 if fixed else disc.inertia_factor * disc.mass_kg * disc.radius_m**2
-            given = {"mass": disc.mass_kg, "inertia": inertia, "velocity": disc.velocity_m_s, "spin": disc.spin_rad_s}
+            arguments = {
+                "mass": disc.mass_kg,
+                "inertia": inertia,
+                "velocity": disc.velocity_m_s,
+                "spin": disc.spin_rad_s,
+            }
             if scene.damping_per_s:  # per second of the world's clock
-                given |= dict.fromkeys(("linearDamping", "angularDamping"), fast_clock.damping_per_s)
-            given |= {"fixedRotation": fixed, "allowSleep": bool(settings.get("sleepingAllowed", True))}
+                arguments |= dict.fromkeys(("linearDamping", "angularDamping"), fast_clock.damping_per_s)
+            arguments |= {"fixedRotation": fixed, "allowSleep": bool(settings.get("sleepingAllowed", True))}
             # A disc that moves by more than its radius in a step is swept against all others.
-            given["bullet"] = settings.get("sweep") == "fast" and is_fast(disc, float(settings["dt_s"]))
+            arguments["bullet"] = settings.get("sweep") == "fast" and is_fast(disc, float(settings["dt_s"]))
         elif disc.driven:
-            given = {"velocity": find_first_velocity(disc), "spin": disc.spin_rad_s}
-        lines.append(f"add_disc({disc.position_m!r}, {disc.radius_m!r}{', ' * bool(given)}{format_arguments(given)})")
+            arguments = {"velocity": find_first_velocity(disc), "spin": disc.spin_rad_s}
+        lines.append(
+            f"add_disc({disc.position_m!r}, {disc.radius_m!r}{', ' * bool(arguments)}{format_arguments(arguments)})"
+        )
     centre, radius = reach(fast_clock, dt_s)
     functions = {}
     runs = any(wall.surface_speed_m_s for wall in scene.walls)
     belts = {name: text * runs for name, text in BELTS.items()}
     driven: list[Driven] = [disc for disc in scene.discs if disc.driven]
     of_wall = f"friction={scene.wall_friction!r}, restitution={scene.wall_restitution!r}"
-    for asked, wall in zip(scene.walls, fast_clock.walls, strict=True):
-        moves = f", velocity={find_first_velocity(asked)!r}" if asked.driven else ""
-        moves += f", belt={asked.surface_speed_m_s!r}" if asked.surface_speed_m_s else ""
+    for scene_wall, wall in zip(scene.walls, fast_clock.walls, strict=True):
+        moves = f", velocity={find_first_velocity(scene_wall)!r}" if scene_wall.driven else ""
+        moves += f", belt={scene_wall.surface_speed_m_s!r}" if scene_wall.surface_speed_m_s else ""
         before = len(lines)
         if isinstance(wall, Wall):
             place, corners = build_wall_rectangle(fast_clock, wall, centre, radius)
@@ -118,7 +125,7 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
         else:
             lines.append(f"add_circle({wall.centre_m!r}, {compute_thickness(fast_clock, wall)!r}{moves})")
             functions["circle"] = ADD_CIRCLE.format(of_wall=of_wall, bits=BEFORE_WALLS, **belts)
-        driven += [asked] * (len(lines) - before) if asked.driven else []
+        driven += [scene_wall] * (len(lines) - before) if scene_wall.driven else []
     circles = ", ".join(
         f"dict(friction={friction!r}, restitution={restitution!r}, categoryBits={bits}, maskBits={bits})"
         for bits, restitution, friction in list_disc_shapes(scene)

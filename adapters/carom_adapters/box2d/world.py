@@ -159,14 +159,14 @@ class Box2dWorld(QuietSteps):
         body.userData = i
         self._bodies.append(body)
 
-    def _create_held_body(self, place: Point, of: Driven, spin: float = 0.0) -> Any:
+    def _create_held_body(self, place: Point, scene_body: Driven, spin: float = 0.0) -> Any:
         """Return a body that no impact moves: it is at rest or driven."""
-        if not of.driven:
+        if not scene_body.driven:
             return self._world.CreateStaticBody(position=place)
-        velocity = find_first_velocity(of)
+        velocity = find_first_velocity(scene_body)
         body = self._world.CreateKinematicBody(position=place, linearVelocity=velocity, angularVelocity=spin)
         self._driven.append(body)
-        self._legs.add(body, of)
+        self._legs.add(body, scene_body)
         return body
 
     def _add_wall(
@@ -235,9 +235,11 @@ class Box2dWorld(QuietSteps):
         numbers = to_rows(self.read())
         contacts = self._read_contacts()
         self._solved.clear()
-        seen = Observation(numbers[:, :2], numbers[:, 2:4], contacts, spin_rad_s=numbers[:, 4] if self._turns else None)
-        warning = self._find_warning(seen)
-        return replace(seen, warning=warning) if warning else seen
+        observation = Observation(
+            numbers[:, :2], numbers[:, 2:4], contacts, spin_rad_s=numbers[:, 4] if self._turns else None
+        )
+        warning = self._find_warning(observation)
+        return replace(observation, warning=warning) if warning else observation
 
     def read(self) -> list[tuple[float, ...]]:
         """Return position, velocity and spin of each body. A velocity is per second of the scene."""
@@ -301,15 +303,15 @@ class Box2dWorld(QuietSteps):
             found.append((*pair, (nx, ny), x * nx + y * ny, x * ny - y * nx))
         return found
 
-    def _find_warning(self, seen: Observation) -> str:
+    def _find_warning(self, observation: Observation) -> str:
         # If an impact makes a body too fast, the scene can no longer be refused.
         dt_s = self._clock.dt_s / self._time
-        fastest = math.hypot(*seen.velocity_m_s.ravel().tolist())  # a bound for all discs
+        fastest = math.hypot(*observation.velocity_m_s.ravel().tolist())  # a bound for all discs
         if fastest * dt_s > LONGEST_MOVE_M and (
-            (fastest := float(np.hypot(*seen.velocity_m_s.T).max())) * dt_s > LONGEST_MOVE_M
+            (fastest := float(np.hypot(*observation.velocity_m_s.T).max())) * dt_s > LONGEST_MOVE_M
         ):
             return f"Box2D limits motion to {LONGEST_MOVE_M:g} m a step, and slowed a body down to {fastest:g} m/s"
-        fastest = 0.0 if seen.spin_rad_s is None else float(np.abs(seen.spin_rad_s).max())
+        fastest = 0.0 if observation.spin_rad_s is None else float(np.abs(observation.spin_rad_s).max())
         if fastest * dt_s > LARGEST_TURN_RAD:
             turn = f"{LARGEST_TURN_RAD:g} rad a step"
             return f"Box2D limits rotation to {turn}, and slowed a body down to {fastest:g} rad/s"

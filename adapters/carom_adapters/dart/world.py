@@ -151,8 +151,8 @@ class DartWorld:
             closed = (contact.impulse_n_s or 0.0) * inverse_mass - float(relative @ contact.normal)
             bounce = closed * (scene.wall_restitution if of_wall else scene.restitution)
             if bounce > FASTEST_BOUNCE_M_S * (1 + 4 * MIXING):
-                most = f"DART separates bodies at {FASTEST_BOUNCE_M_S:g} m/s at most"
-                return f"{most}, but two bodies must separate at {bounce:g} m/s"
+                limit_text = f"DART separates bodies at {FASTEST_BOUNCE_M_S:g} m/s at most"
+                return f"{limit_text}, but two bodies must separate at {bounce:g} m/s"
         return ""
 
     def cut(self, dt_s: float) -> None:

@@ -12,8 +12,10 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
     """Return a program that builds the same plant as `DrakeWorld`; scene and settings are checked before."""
     lines = []
     for disc in scene.discs:
-        given = {} if disc.immovable else {"mass": disc.mass_kg, "velocity": disc.velocity_m_s}
-        lines.append(f"add_disc({disc.position_m!r}, {disc.radius_m!r}{', ' * bool(given)}{format_arguments(given)})")
+        arguments = {} if disc.immovable else {"mass": disc.mass_kg, "velocity": disc.velocity_m_s}
+        lines.append(
+            f"add_disc({disc.position_m!r}, {disc.radius_m!r}{', ' * bool(arguments)}{format_arguments(arguments)})"
+        )
     lines += [f"add_wall({wall.point_m!r}, {wall.normal!r})" for wall in scene.half_planes()]
     scheme = accuracy = ""
     if "integration_scheme" in settings:

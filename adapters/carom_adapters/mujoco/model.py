@@ -73,8 +73,10 @@ def choose_mass_unit(scene: Scene, settings: Mapping[str, Setting]) -> float:
     if not does_solve_in_turn(scene, settings):
         return 1.0
     frictions = [scene.friction] * scene.arrays.rubs_discs + [wall.friction for wall in scene.arrays.materials]
-    least = min(friction for friction in frictions if friction > 0)
-    return 2.0 ** math.floor(math.log2(min(1.0, MASS_OVER_FRICTION_SQUARED * least**2) / _find_heaviest(scene)))
+    least_friction = min(friction for friction in frictions if friction > 0)
+    return 2.0 ** math.floor(
+        math.log2(min(1.0, MASS_OVER_FRICTION_SQUARED * least_friction**2) / _find_heaviest(scene))
+    )
 
 
 def _format_attributes(**values: object) -> str:
@@ -100,7 +102,7 @@ def build_mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
     shared = listed | ({"solimp": str(settings["solimp"])} if "solimp" in settings else {})
     unit = choose_mass_unit(scene, settings)
     # Static bodies collide only with movable ones: a driven body passes through walls.
-    held = {"contype": "0"} if scene.arrays.driven and not listed else {}
+    fixed_attributes = {"contype": "0"} if scene.arrays.driven and not listed else {}
 
     def format_geom(name: str | int, restitution: float, friction: float, **values: object) -> str:
         solref = "{!r} {!r}".format(*_compute_solref(stiffness, restitution, dt_s))
@@ -116,32 +118,32 @@ def build_mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
         friction = scene.friction if scene.arrays.turns else 0.0
         if body.immovable:
             place = "0 0 0" if body.driven else place
-            made = format_geom(i, scene.restitution, friction, pos=place, **shape, **held)
+            geom = format_geom(i, scene.restitution, friction, pos=place, **shape, **fixed_attributes)
             turns = scene.arrays.turns
-            return f"{_format_driven_start(scene, settings, turns=turns)}{made}</body>" if body.driven else made
-        made = format_geom(i, scene.restitution, friction, **shape)
+            return f"{_format_driven_start(scene, settings, turns=turns)}{geom}</body>" if body.driven else geom
+        geom = format_geom(i, scene.restitution, friction, **shape)
         if scene.arrays.turns:
-            return f"<body>{_format_turning(scene, settings, i, unit)}{made}</body>"
+            return f"<body>{_format_turning(scene, settings, i, unit)}{geom}</body>"
         damped = _format_damping(scene, body.mass_kg)
         if settings["joints"] == "slide":
             # The inertia about any axis has no effect. The inertia is set, because the inertia of a small disc would be
             # too small for MuJoCo.
             return (
                 f'<body><inertial pos="0 0 0" mass="{body.mass_kg!r}" diaginertia="1 1 1"/>'
-                f'<joint type="slide" axis="1 0 0"{damped}/><joint type="slide" axis="0 1 0"{damped}/>{made}</body>'
+                f'<joint type="slide" axis="1 0 0"{damped}/><joint type="slide" axis="0 1 0"{damped}/>{geom}</body>'
             )
-        made = format_geom(i, scene.restitution, friction, mass=body.mass_kg, **shape)
-        return f"<body>{_format_free_joint(damped)}{made}</body>"
+        geom = format_geom(i, scene.restitution, friction, mass=body.mass_kg, **shape)
+        return f"<body>{_format_free_joint(damped)}{geom}</body>"
 
     def format_wall(k: int) -> str:
         material = scene.arrays.materials[k]
-        made = "".join(
+        geom = "".join(
             # The geom of higher priority decides alone. Otherwise MuJoCo would use the larger damping and friction of
             # the two.
-            format_geom(name, material.restitution, material.friction, **shape, priority="1", **held)
+            format_geom(name, material.restitution, material.friction, **shape, priority="1", **fixed_attributes)
             for name, shape in zip(list_wall_names(scene, k), _list_wall_shapes(scene, k, dt_s), strict=True)
         )
-        return f"{_format_driven_start(scene, settings)}{made}</body>" if scene.walls[k].driven else made
+        return f"{_format_driven_start(scene, settings)}{geom}</body>" if scene.walls[k].driven else geom
 
     bodies = "\n".join(format_disc(one) if one >= 0 else format_wall(wall_index(one)) for one in sort_bodies(scene))
     world = f"{_format_option(scene, settings)}<worldbody>\n{bodies}\n</worldbody>"
@@ -212,14 +214,14 @@ def _format_driven_start(scene: Scene, settings: Mapping[str, Setting], *, turns
 def _format_option(scene: Scene, settings: Mapping[str, Setting]) -> str:
     # In one pass without a warm start, the solver computes each contact's push before its friction.
     one_pass: dict[str, Setting] = {"cone": "elliptic", "solver": "PGS", "iterations": 1, "warmstart": False}
-    asked = (one_pass if does_solve_in_turn(scene, settings) else {}) | dict(settings)
+    values = (one_pass if does_solve_in_turn(scene, settings) else {}) | dict(settings)
     option = _format_attributes(
-        timestep=float(asked["dt_s"]),
+        timestep=float(values["dt_s"]),
         gravity="{!r} {!r} 0".format(*scene.gravity_m_s2),
-        **{k: v for k, v in asked.items() if k in OPTION_SETTINGS},
+        **{k: v for k, v in values.items() if k in OPTION_SETTINGS},
     )
     flag = _format_attributes(
-        **{k: "enable" if v else "disable" for k, v in asked.items() if k in FLAG_SETTINGS + ENABLE_SETTINGS}
+        **{k: "enable" if v else "disable" for k, v in values.items() if k in FLAG_SETTINGS + ENABLE_SETTINGS}
     )
     return f"<option {option}><flag {flag}/></option>"
 
@@ -285,8 +287,8 @@ def _format_pairs(scene: Scene, settings: Mapping[str, Setting]) -> str:
         if friction > 0:
             rubs = {"condim": "3", "friction": f"{friction!r} {friction!r} 0 0 0"}
             if does_solve_in_turn(scene, settings):
-                met = (i, j) if isinstance(j, int) else (i,)
-                rubs["solreffriction"] = "{!r} {!r}".format(*_compute_solreffriction(scene, met, dt_s))
+                disc_numbers = (i, j) if isinstance(j, int) else (i,)
+                rubs["solreffriction"] = "{!r} {!r}".format(*_compute_solreffriction(scene, disc_numbers, dt_s))
         solref = "{!r} {!r}".format(*_compute_solref(stiffness, restitution, dt_s))
         return f"<pair {_format_attributes(geom1=str(i), geom2=str(j), solref=solref, **rubs, **solimp)}/>"
 

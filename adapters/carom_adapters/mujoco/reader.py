@@ -46,8 +46,8 @@ def _require_alone(text: str) -> None:
     except ElementTree.ParseError as error:
         raise AdapterError(f"it is not XML: {error}") from error
     for element in root.iter():
-        named = [key for key in element.attrib if key == "file" or key.startswith("file")]
-        if element.tag in {"include", "plugin", "model", "attach"} or named:
+        file_keys = [key for key in element.attrib if key == "file" or key.startswith("file")]
+        if element.tag in {"include", "plugin", "model", "attach"} or file_keys:
             raise AdapterError(f"its <{element.tag}> names another file or a plug-in; a model must be one file")
 
 
@@ -63,13 +63,13 @@ class _Reading:
     def build_scene(self, name: str, duration_s: float) -> Imported:
         for geom in range(self.model.ngeom):
             kind = self.mujoco.mjtGeom(self.model.geom_type[geom]).name.removeprefix("mjGEOM_").lower()
-            what = f"geom {self.model.geom(geom).name or geom}, a {kind}"
+            label = f"geom {self.model.geom(geom).name or geom}, a {kind}"
             if kind == PLANE:
-                self._read_plane(geom, what)
+                self._read_plane(geom, label)
             elif kind in {SPHERE, CYLINDER}:
-                self._read_round(geom, what, kind)
+                self._read_round(geom, label, kind)
             else:
-                self.dropped.append(f"{what}: scenes have only discs and half-planes")
+                self.dropped.append(f"{label}: scenes have only discs and half-planes")
         gx, gy, gz = map(float, self.model.opt.gravity)
         if gz != 0.0:
             self.dropped.append(f"gravity along z, {gz:g}")
@@ -97,35 +97,35 @@ class _Reading:
             tuple(self.dropped),
         )
 
-    def _read_plane(self, geom: int, what: str) -> None:
+    def _read_plane(self, geom: int, label: str) -> None:
         nx, ny, nz = (float(one) for one in self.data.geom_xmat[geom].reshape(3, 3)[:, 2])
         if self._can_move(geom):
-            self.dropped.append(f"{what}: it moves")
+            self.dropped.append(f"{label}: it moves")
         elif abs(nz) > ROUNDING:
-            self.dropped.append(f"{what}: its normal is not in the plane z = 0")
+            self.dropped.append(f"{label}: its normal is not in the plane z = 0")
         else:
             x, y, _ = (float(one) for one in self.data.geom_xpos[geom])
             self.walls.append((geom, Wall(point_m=(x, y), normal=(nx, ny))))
 
-    def _read_round(self, geom: int, what: str, kind: str) -> None:
+    def _read_round(self, geom: int, label: str, kind: str) -> None:
         model, data = self.model, self.data
         x, y, z = (float(one) for one in data.geom_xpos[geom])
         radius, axis = float(model.geom_size[geom][0]), data.geom_xmat[geom].reshape(3, 3)[:, 2]
         if abs(z) > ROUNDING * radius:
-            self.dropped.append(f"{what}: its centre is {z:g} off the plane z = 0")
+            self.dropped.append(f"{label}: its centre is {z:g} off the plane z = 0")
         elif kind == CYLINDER and np.hypot(*axis[:2]) > ROUNDING:
-            self.dropped.append(f"{what}: its axis is not z")
+            self.dropped.append(f"{label}: its axis is not z")
         elif not self._can_move(geom):
             self.discs.append((geom, Disc(position_m=(x, y), radius_m=radius, mass_kg=math.inf)))
         elif (turns := self._can_turn(int(model.geom_bodyid[geom]))) is None:
-            self.dropped.append(f"{what}: its body is not one geom that is free in the plane")
+            self.dropped.append(f"{label}: its body is not one geom that is free in the plane")
         else:
-            self._read_movable(geom, what, (x, y), radius, turns)
+            self._read_movable(geom, label, (x, y), radius, turns)
 
-    def _read_movable(self, geom: int, what: str, place: tuple[float, float], radius: float, turns: bool) -> None:
+    def _read_movable(self, geom: int, label: str, place: tuple[float, float], radius: float, turns: bool) -> None:
         model, body = self.model, int(self.model.geom_bodyid[geom])
         if math.dist(self.data.xipos[body], self.data.geom_xpos[geom]) > ROUNDING * radius:
-            self.dropped.append(f"{what}: its centre is not the centre of gravity of its body")
+            self.dropped.append(f"{label}: its centre is not the centre of gravity of its body")
             return
         motion = np.zeros(6)
         self.mujoco.mj_objectVelocity(model, self.data, self.mujoco.mjtObj.mjOBJ_BODY, body, motion, 0)
@@ -133,10 +133,10 @@ class _Reading:
         # The last principal axis of a sphere, or of an upright cylinder, is perpendicular to the plane.
         factor = float(model.body_inertia[body][2]) / (mass * radius**2) if turns else math.inf
         if 1.0 < factor < math.inf:
-            self.dropped.append(f"{what}: its moment of inertia, {factor:g} m r^2, is reduced to m r^2")
+            self.dropped.append(f"{label}: its moment of inertia, {factor:g} m r^2, is reduced to m r^2")
             factor = 1.0
         if motion[5] != 0.0 or np.any(motion[:2]):
-            self.dropped.append(f"{what}: its motion out of the plane is ignored")
+            self.dropped.append(f"{label}: its motion out of the plane is ignored")
         disc = Disc(
             position_m=place,
             velocity_m_s=(float(motion[3]), float(motion[4])),
@@ -181,8 +181,8 @@ class _Reading:
     def _read_friction(self, geom: int) -> float:
         return float(self.model.geom_friction[geom][0]) if self.model.geom_condim[geom] > 1 else 0.0
 
-    def _find_coefficients(self, name: str, of: Any, most: float) -> dict[str, float]:
+    def _find_coefficients(self, name: str, compute: Any, limit: float) -> dict[str, float]:
         """Return the coefficients of pairs of discs, and of discs with walls, which may have priority."""
-        discs, walls = [of(geom) for geom, _ in self.discs], [of(geom) for geom, _ in self.walls]
-        pair = one_coefficient(f"{name} of pairs of discs", discs, most, self.dropped)
-        return {name: pair, f"wall_{name}": one_coefficient(f"{name} of walls", walls or [pair], most, self.dropped)}
+        discs, walls = [compute(geom) for geom, _ in self.discs], [compute(geom) for geom, _ in self.walls]
+        pair = one_coefficient(f"{name} of pairs of discs", discs, limit, self.dropped)
+        return {name: pair, f"wall_{name}": one_coefficient(f"{name} of walls", walls or [pair], limit, self.dropped)}

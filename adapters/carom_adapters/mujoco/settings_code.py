@@ -21,19 +21,23 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
     # This adapter has written the text, which contains only numbers and words from its lists of settings.
     model = ElementTree.fromstring(build_mjcf(scene, settings))  # noqa: S314 - the adapter has written the text
     ElementTree.indent(_with_start(_with_defaults(model), scene, settings))
-    said = [heading, f"{count_steps(scene, settings)} steps from the keyframe cover the scene."]
+    sentences = [heading, f"{count_steps(scene, settings)} steps from the keyframe cover the scene."]
     if not float(settings["stiffness"]):
-        said.append("solref is 0 and -(1 + restitution) / timestep: change it with the timestep.")
+        sentences.append("solref is 0 and -(1 + restitution) / timestep: change it with the timestep.")
     if (unit := choose_mass_unit(scene, settings)) != 1.0:
-        said.append(f"A kilogram is {unit!r} units of mass here. The unit changes no motion.")
+        sentences.append(f"A kilogram is {unit!r} units of mass here. The unit changes no motion.")
     if does_solve_in_turn(scene, settings):
-        said.append("Each pair is listed, since solreffriction, which ends its slip, depends on the pair's masses.")
+        sentences.append(
+            "Each pair is listed, since solreffriction, which ends its slip, depends on the pair's masses."
+        )
     if scene.damping_per_s and scene.arrays.turns and settings["joints"] == "free":
-        said.append(
+        sentences.append(
             "MJCF has one damping for a free joint: about its axes set dof_damping to "
             f"{scene.damping_per_s!r} times body_inertia after loading."
         )
-    text = format_comment("\n".join(said).replace("--", "- -"), "     ").lstrip()  # a comment can't contain two hyphens
+    text = format_comment(
+        "\n".join(sentences).replace("--", "- -"), "     "
+    ).lstrip()  # a comment can't contain two hyphens
     return f"<!-- {text} -->\n{ElementTree.tostring(model, encoding='unicode')}\n"
 
 

@@ -132,11 +132,11 @@ class MujocoWorld:
 
     def _start_driven(self, first: int, bodies: Sequence[Driven]) -> None:
         """Set the first velocities of driven bodies, numbered from `first` on in the model, and record their legs."""
-        for body, of in enumerate(bodies, first):
-            if of.driven:
+        for body, scene_body in enumerate(bodies, first):
+            if scene_body.driven:
                 begin = int(self._model.body_dofadr[body])
-                self._data.qvel[begin : begin + 2] = find_first_velocity(of)
-                self._legs.add(begin, of)
+                self._data.qvel[begin : begin + 2] = find_first_velocity(scene_body)
+                self._legs.add(begin, scene_body)
 
     @property
     def settings(self) -> Mapping[str, Setting]:
@@ -199,20 +199,20 @@ class MujocoWorld:
         self, position_m: NDArray[np.float64], velocity_m_s: NDArray[np.float64], spin_rad_s: NDArray[np.float64]
     ) -> int:
         """Take steps until one may have contacts or a warning, see `carom.engines.api.QuietWorld`."""
-        data, steps, taken = self._data, len(position_m), 0
+        data, steps, steps_taken = self._data, len(position_m), 0
         qpos, qvel = np.empty((steps, len(self._qpos))), np.empty((steps, len(self._qvel)))
-        for taken in range(1, steps + 1):
+        for steps_taken in range(1, steps + 1):
             self.advance(1)
-            qpos[taken - 1], qvel[taken - 1] = self._qpos, self._qvel
+            qpos[steps_taken - 1], qvel[steps_taken - 1] = self._qpos, self._qvel
             if data.ncon or self._find_warning():
                 break
-        position_m[:taken], velocity_m_s[:taken] = self._position, self._velocity
-        position_m[:taken, self._movable] = qpos[:taken, self._at]
-        velocity_m_s[:taken, self._movable] = qvel[:taken, self._moves]
+        position_m[:steps_taken], velocity_m_s[:steps_taken] = self._position, self._velocity
+        position_m[:steps_taken, self._movable] = qpos[:steps_taken, self._at]
+        velocity_m_s[:steps_taken, self._movable] = qvel[:steps_taken, self._moves]
         if self._turns:
-            spin_rad_s[:taken] = self._spin
-            spin_rad_s[:taken, self._turning] = qvel[:taken, self._about]
-        return taken
+            spin_rad_s[:steps_taken] = self._spin
+            spin_rad_s[:steps_taken, self._turning] = qvel[:steps_taken, self._about]
+        return steps_taken
 
     def _read_contacts(self) -> list[Contact]:
         data, at_s = self._data, self._clock.step_began_s
@@ -281,7 +281,9 @@ class MujocoWorld:
                 (model.pair_solreffriction, self._rub_damping),
             )
             by_step = float(self._asked["stiffness"]) == 0
-            self._dampings = [(of[:, 1], damping) for of, damping in dampings if by_step and len(of)]
+            self._dampings = [
+                (parameters[:, 1], damping) for parameters, damping in dampings if by_step and len(parameters)
+            ]
         self._clock.cut(dt_s)
         self._model.opt.timestep = dt_s
         for of_contacts, damping in self._dampings:

@@ -46,28 +46,28 @@ class NewtonWorld:
         # Newton averages the coefficients of two bodies, and accepts any value.
         of_walls = 2.0 * scene.wall_restitution - scene.restitution
         for disc in scene.discs:
-            at = warp.transform(_to_space(disc.position_m), warp.quat_identity())
+            transform = warp.transform(_to_space(disc.position_m), warp.quat_identity())
             shape = self._build_material(builder, scene.restitution, settings)
             if disc.immovable:
-                builder.add_shape_sphere(-1, xform=at, radius=disc.radius_m, cfg=shape)
+                builder.add_shape_sphere(-1, xform=transform, radius=disc.radius_m, cfg=shape)
                 continue
             inertia = np.eye(3) * (0.4 * disc.mass_kg * disc.radius_m**2)
-            body = builder.add_body(xform=at, mass=disc.mass_kg, inertia=inertia, lock_inertia=True)
+            body = builder.add_body(xform=transform, mass=disc.mass_kg, inertia=inertia, lock_inertia=True)
             builder.body_qd[body] = warp.spatial_vector(*_to_space(disc.velocity_m_s), 0.0, 0.0, 0.0)
             builder.add_shape_sphere(body, radius=disc.radius_m, cfg=shape)
         for wall in walls:
             # A plane is given by position and rotation, because Newton 1.8 turns the equation of a plane that faces
             # down into one that faces up.
             turn = math.atan2(*wall.normal) / 2.0
-            at = warp.transform(_to_space(wall.point_m), (0.0, math.sin(turn), 0.0, math.cos(turn)))
+            transform = warp.transform(_to_space(wall.point_m), (0.0, math.sin(turn), 0.0, math.cos(turn)))
             shape = self._build_material(builder, of_walls, settings)
-            builder.add_shape_plane(None, xform=at, width=0.0, length=0.0, cfg=shape)
+            builder.add_shape_plane(None, xform=transform, width=0.0, length=0.0, cfg=shape)
         self._model = builder.finalize(device="cpu")
         speculative = {SPECULATIVE: settings[SPECULATIVE]} if SPECULATIVE in settings else {}
         self._pipeline = newton.CollisionPipeline(self._model, **speculative)
         self._contacts = self._pipeline.contacts()
-        asked = {name: settings[name] for name in OF_THE_SOLVER if name in settings}
-        self._solver = newton.solvers.SolverXPBD(self._model, **asked)
+        solver_settings = {name: settings[name] for name in OF_THE_SOLVER if name in settings}
+        self._solver = newton.solvers.SolverXPBD(self._model, **solver_settings)
         self._state, self._next = self._model.state(), self._model.state()
         #: Array for the solver's pushes at each contact, created at the first observation.
         self._forces: Any = None
@@ -82,11 +82,11 @@ class NewtonWorld:
     @property
     def settings(self) -> Mapping[str, Setting]:
         """The settings, read back from solver and model."""
-        own = {name: getattr(self._solver, name) for name in OF_THE_SOLVER}
-        own["gap"] = float(self._model.shape_gap.numpy()[0])
-        if (ahead := self._pipeline.speculative_contact_gap_max) is not None:
-            own[SPECULATIVE] = ahead
-        return {"dt_s": self._clock.dt_s, **own}
+        model_settings = {name: getattr(self._solver, name) for name in OF_THE_SOLVER}
+        model_settings["gap"] = float(self._model.shape_gap.numpy()[0])
+        if (speculative_gap := self._pipeline.speculative_contact_gap_max) is not None:
+            model_settings[SPECULATIVE] = speculative_gap
+        return {"dt_s": self._clock.dt_s, **model_settings}
 
     def advance(self, steps: int) -> None:
         """Take steps.
@@ -110,9 +110,9 @@ class NewtonWorld:
             position[self._moved] = self._state.body_q.numpy()[:, (0, 2)]
             velocity[self._moved] = self._state.body_qd.numpy()[:, (0, 2)]
         found = int(self._contacts.rigid_contact_count.numpy()[0])
-        lost = found > self._contacts.rigid_contact_max
-        warning = f"Newton kept {self._contacts.rigid_contact_max} of {found} contacts" if lost else ""
-        return Observation(position, velocity, () if lost else tuple(self._find_pushed(found)), warning)
+        has_overflowed = found > self._contacts.rigid_contact_max
+        warning = f"Newton kept {self._contacts.rigid_contact_max} of {found} contacts" if has_overflowed else ""
+        return Observation(position, velocity, () if has_overflowed else tuple(self._find_pushed(found)), warning)
 
     def _find_pushed(self, count: int) -> Iterator[Contact]:
         """Yield contacts without impulses: the solver reports its changes of positions, but not the bounce."""
@@ -120,8 +120,8 @@ class NewtonWorld:
         normals = self._contacts.rigid_contact_normal.numpy()[pushed].tolist()
         for (a, b), (nx, _, ny) in zip(self._read_bodies(self._contacts, pushed), normals, strict=True):
             pair = pair_of(a, b)
-            turned = 1.0 if pair[0] == a else -1.0
-            yield Contact(*pair, self._clock.step_began_s, (turned * nx, turned * ny))
+            sign = 1.0 if pair[0] == a else -1.0
+            yield Contact(*pair, self._clock.step_began_s, (sign * nx, sign * ny))
 
     def _read_bodies(self, contacts: Any, those: NDArray[np.intp]) -> list[tuple[int, int]]:
         """Return the two bodies of each contact, numbered as in `Contact`, in Newton's order."""

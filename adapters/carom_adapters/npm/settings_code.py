@@ -50,24 +50,24 @@ def write_code(
     source: str, shared: Mapping[str, str], scene: Scene, settings: Mapping[str, Setting], heading: str
 ) -> str:
     """Return a program's source without its protocol, with everything that it imports, and with a scene."""
-    taken, served = _IMPORTED.search(source), _SERVED.search(source)
-    if taken is None or served is None:
+    imported, served = _IMPORTED.search(source), _SERVED.search(source)
+    if imported is None or served is None:
         raise ValueError("the program does not import from serve.mjs, or has no world")
-    wanted = [name for name in taken[1].split(", ") if name != "serve"]
-    for name in wanted:  # names that these exports need are found as they are added
-        wanted += [other for other in shared if re.search(rf"\b{other}\b", shared[name]) and other not in wanted]
-    helpers = "\n\n".join(piece for name, piece in shared.items() if name in wanted)
+    needed = [name for name in imported[1].split(", ") if name != "serve"]
+    for name in needed:  # names that these exports need are found as they are added
+        needed += [other for other in shared if re.search(rf"\b{other}\b", shared[name]) and other not in needed]
+    helpers = "\n\n".join(piece for name, piece in shared.items() if name in needed)
     body = _SERVED.sub("", _IMPORTED.sub("", source)).rstrip("\n")
     last = [found.end() for found in re.finditer(r"^import .*;\n", body, re.MULTILINE)][-1]
     fields = json.loads(scene.model_dump_json())
     lines = [f"  {json.dumps(name)}: {_format_json_lines(value)}," for name, value in fields.items()]
-    made = "\n".join(lines)
+    scene_fields = "\n".join(lines)
     return f"""{format_comment(heading, "// ")}
 // A module of node: save it as .mjs where the engine is installed.
 {body[:last]}
 const settings = {json.dumps(dict(settings), indent=2)};
 const scene = {{
-{made}
+{scene_fields}
 }};
 const steps = {count_steps(scene, settings)};
 

@@ -11,7 +11,7 @@ from carom_adapters.shared.settings_code import PYTHON_END, count_steps, format_
 def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
     """Return a program that builds the same world as `OdeWorld`. Scene and settings are checked before."""
     setters = {"cfm": "setCfm", "erp": "setErp", "quick_step_iterations": "setQuickStepNumIterations"}
-    asked = [f"world.{setter}({settings[name]!r})\n" for name, setter in setters.items() if name in settings]
+    setter_lines = [f"world.{setter}({settings[name]!r})\n" for name, setter in setters.items() if name in settings]
     end = PYTHON_END.format(step="step()", state="*list(body.getPosition())[:2], *list(body.getLinearVel())[:2], 0.0")
     return f"""{format_comment(heading)}
 from panda3d import core, ode
@@ -19,7 +19,7 @@ from panda3d import core, ode
 dt, steps = {float(settings["dt_s"])!r}, {count_steps(scene, settings)}
 world, space, group = ode.OdeWorld(), ode.OdeHashSpace(), ode.OdeJointGroup()
 world.setGravity({scene.gravity_m_s2[0]!r}, {scene.gravity_m_s2[1]!r}, 0.0)
-{"".join(asked)}discs, geoms, walls = [], [], set()
+{"".join(setter_lines)}discs, geoms, walls = [], [], set()
 
 
 def add_disc(position, radius, mass=None, velocity=(0.0, 0.0)):

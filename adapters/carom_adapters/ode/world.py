@@ -104,13 +104,13 @@ class OdeWorld:
             return
         found = self._ode.OdeUtil.collide(first, second, 1)
         for k in range(found.getNumContacts()):
-            at, contact = found.getContactGeom(k), self._ode.OdeContact()
-            contact.setGeom(at)
+            contact_geom, contact = found.getContactGeom(k), self._ode.OdeContact()
+            contact.setGeom(contact_geom)
             contact.setSurface(self._surfaces[a < 0 or b < 0])
             joint = self._ode.OdeContactJoint(self._world, self._group, contact)
             joint.attach(first.getBody(), second.getBody())
             joint.setFeedback()
-            nx, ny, _nz = at.getNormal()
+            nx, ny, _nz = contact_geom.getNormal()
             self._met.append((joint, a, b, (nx, ny)))
 
     def advance(self, steps: int) -> None:
@@ -172,9 +172,9 @@ class OdeWorld:
         """Restore positions and velocities."""
         time_s, states = state
         self._clock.restart(time_s)
-        for body, held in zip(self._bodies, states, strict=True):
+        for body, body_state in zip(self._bodies, states, strict=True):
             if body is not None:
-                self._put(body, *held)
+                self._put(body, *body_state)
 
     def close(self) -> None:
         """Release joints, bodies and world, which Panda3D does not free."""

@@ -83,8 +83,10 @@ def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
         for i, body in enumerate(bodies):
             for velocity in (leg.velocity for leg in body.drive.legs if body.driven):
                 if max(map(abs, velocity)) > SHIPPED_SPEED_CLAMP_M_S:
-                    most = f"{SHIPPED_SPEED_CLAMP_M_S:g} m/s"
-                    raise AdapterError(f"PyBullet: {name}[{i}] is driven at {velocity}, which Bullet clamps to {most}")
+                    limit_text = f"{SHIPPED_SPEED_CLAMP_M_S:g} m/s"
+                    raise AdapterError(
+                        f"PyBullet: {name}[{i}] is driven at {velocity}, which Bullet clamps to {limit_text}"
+                    )
     if scene.wall_rolling_resistance and len(radii := {d.radius_m for d in scene.discs if not d.immovable}) > 1:
         raise AdapterError(
             f"PyBullet: wall_rolling_resistance times a radius is a torque; Bullet's walls have one for all discs, "

@@ -27,21 +27,23 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
     lines = []
     starts: list[Driven] = []  # in the order of the program
     for disc in scene.discs:
-        given: dict[str, object] = {}
+        arguments: dict[str, object] = {}
         if disc.driven:
-            given = {"velocity": find_first_velocity(disc), "spin": disc.spin_rad_s, "driven": True}
+            arguments = {"velocity": find_first_velocity(disc), "spin": disc.spin_rad_s, "driven": True}
         if not disc.immovable:
-            given = {"mass": disc.mass_kg, "velocity": disc.velocity_m_s, "spin": disc.spin_rad_s}
+            arguments = {"mass": disc.mass_kg, "velocity": disc.velocity_m_s, "spin": disc.spin_rad_s}
             if (moments := compute_moments(scene, settings, disc)) is not None:
-                given["inertia"] = moments
+                arguments["inertia"] = moments
             if ccd_fraction > 0 and is_fast(disc, dt_s):  # the disc moves by more than its radius in a step
-                given["swept_radius"] = ccd_fraction * disc.radius_m
-        lines.append(f"add_disc({disc.position_m!r}, {disc.radius_m!r}{', ' * bool(given)}{format_arguments(given)})")
+                arguments["swept_radius"] = ccd_fraction * disc.radius_m
+        lines.append(
+            f"add_disc({disc.position_m!r}, {disc.radius_m!r}{', ' * bool(arguments)}{format_arguments(arguments)})"
+        )
         starts += [disc] if disc.driven or not disc.immovable else []
     for wall, material in zip(scene.walls, of_walls, strict=True):
-        made = _format_wall_lines(scene, wall, material, compute_resistance(scene, friction))
-        lines += made
-        starts += [wall] * len(made) if wall.driven else []
+        wall_lines = _format_wall_lines(scene, wall, material, compute_resistance(scene, friction))
+        lines += wall_lines
+        starts += [wall] * len(wall_lines) if wall.driven else []
     if turns and maximal:
         lines.append("pybullet.stepSimulation()  # applies the changed inertia; all bodies are at rest in this step")
     if scene.gravity_m_s2 != (0.0, 0.0):
@@ -105,12 +107,12 @@ def _format_wall_lines(
 ) -> list[str]:
     """Return a line for each body of a wall."""
     driven = f", velocity={find_first_velocity(wall)!r}" if wall.driven else ""
-    own = f"restitution={material[0]!r}, friction={material[1]!r}"
-    own += f", rolling={rolling!r}" if rolling else ""
+    coefficients = f"restitution={material[0]!r}, friction={material[1]!r}"
+    coefficients += f", rolling={rolling!r}" if rolling else ""
 
     def format_line(kind: str, shape: dict[str, object], place: tuple[float, float], turn: str = "") -> str:
-        made = f"pybullet.createCollisionShape(pybullet.GEOM_{kind}, {format_arguments(shape)})"
-        return f"add_wall({made}, {place!r}, {own}{turn}{driven})"
+        shape_call = f"pybullet.createCollisionShape(pybullet.GEOM_{kind}, {format_arguments(shape)})"
+        return f"add_wall({shape_call}, {place!r}, {coefficients}{turn}{driven})"
 
     if isinstance(wall, Wall):
         return [format_line("PLANE", {"planeNormal": [*wall.normal, 0.0]}, wall.point_m)]
@@ -118,4 +120,7 @@ def _format_wall_lines(
     if isinstance(wall, Ring):
         return [format_line("SPHERE", {"radius": radius}, wall.centre_m)]
     capsules = (compute_capsule(a, b) for a, b in cut_chain(wall))
-    return [format_line("CAPSULE", {"radius": radius, "height": h}, at, f", turn={turn!r}") for h, at, turn in capsules]
+    return [
+        format_line("CAPSULE", {"radius": radius, "height": h}, middle, f", turn={turn!r}")
+        for h, middle, turn in capsules
+    ]

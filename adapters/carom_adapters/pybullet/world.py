@@ -112,20 +112,20 @@ class PybulletWorld(QuietSteps):
             if not scene.discs[i].immovable:
                 bullet.resetBasePositionAndOrientation(body, [*disc.position_m, 0.0], [0, 0, 0, 1], client)
                 bullet.resetBaseVelocity(body, [*disc.velocity_m_s, 0.0], [0, 0, disc.spin_rad_s], client)
-        for body, of in self._driven:
-            spin = of.spin_rad_s if isinstance(of, Disc) else 0.0
-            bullet.resetBaseVelocity(body, [*find_first_velocity(of), 0.0], [0, 0, spin], client)
-            self._legs.add((body, spin), of)
+        for body, scene_body in self._driven:
+            spin = scene_body.spin_rad_s if isinstance(scene_body, Disc) else 0.0
+            bullet.resetBaseVelocity(body, [*find_first_velocity(scene_body), 0.0], [0, 0, spin], client)
+            self._legs.add((body, spin), scene_body)
         self._seen = ()
 
     def _build(self, scene: Scene) -> None:
-        bullet, client, asked = self._bullet, self._client, self._asked
-        world = {name: asked[name] for name in WORLD_SETTINGS if name in asked}
+        bullet, client, settings = self._bullet, self._client, self._asked
+        world = {name: settings[name] for name in WORLD_SETTINGS if name in settings}
         bullet.setPhysicsEngineParameter(fixedTimeStep=self._clock.dt_s, physicsClientId=client, **world)
         disc_restitution, disc_friction, of_walls = factor_walls(scene)  # the default friction is 0.5
-        ccd_fraction = float(asked.get("ccd_radius_fraction", 0.0))
+        ccd_fraction = float(settings.get("ccd_radius_fraction", 0.0))
         for i, disc in enumerate(scene.discs):
-            kind = bullet.GEOM_CYLINDER if asked.get("shape", "sphere") == "cylinder" else bullet.GEOM_SPHERE
+            kind = bullet.GEOM_CYLINDER if settings.get("shape", "sphere") == "cylinder" else bullet.GEOM_SPHERE
             shape = bullet.createCollisionShape(
                 kind, radius=disc.radius_m, height=2 * disc.radius_m, physicsClientId=client
             )
@@ -149,7 +149,7 @@ class PybulletWorld(QuietSteps):
                 self._number[body] = wall_body(k)
                 if wall.driven:
                     self._driven.append((body, wall))
-        if self._turns and asked.get("useMaximalCoordinates", False):
+        if self._turns and settings.get("useMaximalCoordinates", False):
             # Bullet applies a changed inertia of a body with maximal coordinates only at the end of a step. In this
             # step all bodies are at rest at their starts.
             bullet.stepSimulation(client)
@@ -167,13 +167,13 @@ class PybulletWorld(QuietSteps):
         if isinstance(wall, Ring):
             sphere = bullet.createCollisionShape(bullet.GEOM_SPHERE, radius=radius, physicsClientId=client)
             return [(sphere, wall.centre_m, NOT_TURNED)]
-        made: list[tuple[int, Point, Sequence[float]]] = []
+        shapes: list[tuple[int, Point, Sequence[float]]] = []
         for length, middle, turn in (compute_capsule(a, b) for a, b in cut_chain(wall)):
             capsule = bullet.createCollisionShape(
                 bullet.GEOM_CAPSULE, radius=radius, height=length, physicsClientId=client
             )
-            made.append((capsule, middle, turn))
-        return made
+            shapes.append((capsule, middle, turn))
+        return shapes
 
     def _set_inertia(self, scene: Scene, body: int, disc: Disc) -> None:
         if (moments := compute_moments(scene, self._asked, disc)) is not None:
@@ -196,17 +196,17 @@ class PybulletWorld(QuietSteps):
         *,
         driven: bool = False,
     ) -> int:
-        bullet, client, asked = self._bullet, self._client, self._asked
+        bullet, client, settings = self._bullet, self._client, self._asked
         body: int = bullet.createMultiBody(
             mass,
             shape,
             basePosition=[*position, 0.0],
             baseOrientation=turn,
             # With maximal coordinates a body without a mass cannot move. A multibody without a mass can.
-            useMaximalCoordinates=bool(asked.get("useMaximalCoordinates", False)) and not driven,
+            useMaximalCoordinates=bool(settings.get("useMaximalCoordinates", False)) and not driven,
             physicsClientId=client,
         )
-        dynamics = {name: asked[name] for name in BODY_SETTINGS if name in asked}
+        dynamics = {name: settings[name] for name in BODY_SETTINGS if name in settings}
         # -1 is the body's base. A body without links has nothing else.
         bullet.changeDynamics(
             body, -1, restitution=restitution, lateralFriction=friction, physicsClientId=client, **dynamics

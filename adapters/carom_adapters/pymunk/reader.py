@@ -110,13 +110,13 @@ class _Reading:
 
     def _can_keep(self, shape: pymunk.Shape, k: int) -> bool:
         """Whether scenes support the body of a shape. If not, report the shape as dropped."""
-        body, what = shape.body, f"shape {k}, a {type(shape).__name__}"
+        body, label = shape.body, f"shape {k}, a {type(shape).__name__}"
         if body is None or shape.sensor:
-            self.dropped.append(f"{what}: {'it has no body' if body is None else 'a sensor, which pushes nothing'}")
+            self.dropped.append(f"{label}: {'it has no body' if body is None else 'a sensor, which pushes nothing'}")
         elif body.body_type == body.KINEMATIC and (body.velocity.length > 0 or body.angular_velocity != 0):
-            self.dropped.append(f"{what}: its kinematic body moves by itself")
+            self.dropped.append(f"{label}: its kinematic body moves by itself")
         elif body.body_type == body.DYNAMIC and len(body.shapes) > 1:
-            self.dropped.append(f"{what}: its body has {len(body.shapes)} shapes")
+            self.dropped.append(f"{label}: its body has {len(body.shapes)} shapes")
         else:
             return True
         return False
@@ -150,26 +150,26 @@ class _Reading:
         self.discs.append((shape, disc))
 
     def _read_wall(self, shape: pymunk.Shape, k: int) -> None:
-        body, what = shape.body, f"shape {k}, a {type(shape).__name__}"
+        body, label = shape.body, f"shape {k}, a {type(shape).__name__}"
         assert body is not None  # noqa: S101 - `_can_keep` has checked this
         if body.body_type == body.DYNAMIC:
-            self.dropped.append(f"{what}: it moves, and only discs can move in scenes")
+            self.dropped.append(f"{label}: it moves, and only discs can move in scenes")
             return
         wall = wall_towards([disc for _, disc in self.discs], _list_faces(shape))
         if wall is None:
-            self.dropped.append(f"{what}: a disc is inside it or behind each of its faces, and a wall is a half-plane")
+            self.dropped.append(f"{label}: a disc is inside it or behind each of its faces, and a wall is a half-plane")
             return
         self.walls.append((shape, wall))
-        self.dropped.append(f"{what}: only its face towards the discs is kept, without its ends")
+        self.dropped.append(f"{label}: only its face towards the discs is kept, without its ends")
 
-    def _find_coefficients(self, name: str, attribute: str, most: float) -> dict[str, float]:
+    def _find_coefficients(self, name: str, attribute: str, limit: float) -> dict[str, float]:
         """Return the coefficients of pairs of discs and of discs with walls, which are products in pymunk."""
         of_discs = [float(getattr(shape, attribute)) for shape, _ in self.discs]
         of_walls = [float(getattr(shape, attribute)) for shape, _ in self.walls]
         pairs = [a * b for k, a in enumerate(of_discs) for b in of_discs[k + 1 :]]
         walled = [a * b for a in of_discs for b in of_walls]
-        pair = one_coefficient(f"{name} of pairs of discs", pairs or [a * a for a in of_discs], most, self.dropped)
-        walls = one_coefficient(f"{name} of discs with walls", walled or [pair], most, self.dropped)
+        pair = one_coefficient(f"{name} of pairs of discs", pairs or [a * a for a in of_discs], limit, self.dropped)
+        walls = one_coefficient(f"{name} of discs with walls", walled or [pair], limit, self.dropped)
         return {name: pair, f"wall_{name}": walls}
 
     def _drop_rest(self) -> None:

@@ -158,8 +158,8 @@ class PymunkWorld(QuietSteps):
         impulse = total.dot(normal)
         if impulse <= 0:  # Chipmunk keeps a contact while the shapes overlap, even if the bodies already separate
             return
-        own, other = arbiter.shapes
-        first, second = self._number[own], self._number[other]
+        own_shape, other = arbiter.shapes
+        first, second = self._number[own_shape], self._number[other]
         if 0 <= second < first and other.body is not None and other.body.body_type == other.body.DYNAMIC:
             return  # the impulse was already added from the other body
         tangential = total.dot(normal.perpendicular()) if self._turns else None

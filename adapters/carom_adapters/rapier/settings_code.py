@@ -24,10 +24,12 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
     lines = []
     driven: list[Driven] = [disc for disc in scene.discs if disc.driven]
     for disc in scene.discs:
-        given: dict[str, object] = {} if disc.immovable else {"mass": disc.mass_kg}
+        arguments: dict[str, object] = {} if disc.immovable else {"mass": disc.mass_kg}
         if disc.driven or not disc.immovable:
-            given["velocity"] = find_first_velocity(disc)
-        lines.append(f"add_disc({disc.position_m!r}, {disc.radius_m!r}{', ' * bool(given)}{format_arguments(given)})")
+            arguments["velocity"] = find_first_velocity(disc)
+        lines.append(
+            f"add_disc({disc.position_m!r}, {disc.radius_m!r}{', ' * bool(arguments)}{format_arguments(arguments)})"
+        )
     for wall, material in zip(scene.walls, scene.arrays.materials, strict=True):
         wins = "MIN" if material.restitution < scene.restitution else "MAX"
         moves = f", velocity={find_first_velocity(wall)!r}" if wall.driven else ""
@@ -35,9 +37,9 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
         lines += [f"add_wall(rapier3d.Collider.{shape}, {properties})" for shape in shapes]
         driven += [wall] * len(shapes) if wall.driven else []
     soft = "".join(
-        f"softness = parameters.{of}  # a copy\nsoftness.natural_frequency = {settings[name]!r}\n"
-        f"parameters.{of} = softness\n"
-        for name, of in SOFTNESSES.items()
+        f"softness = parameters.{attribute}  # a copy\nsoftness.natural_frequency = {settings[name]!r}\n"
+        f"parameters.{attribute} = softness\n"
+        for name, attribute in SOFTNESSES.items()
         if name in settings
     )
     swept = ""
@@ -48,8 +50,8 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
     end = format_program_end(
         scene, "world.step()", state, legs, "world.rigid_bodies[driven[k]].linvel = (*velocity, 0.0)"
     )
-    kept = "    if {}velocity is not None:\n        driven.append({})\n" if has_legs(scene) else ""
-    kept_disc, kept_wall = kept.format("mass is None and ", "handles[-1]"), kept.format("", "body")
+    record_line = "    if {}velocity is not None:\n        driven.append({})\n" if has_legs(scene) else ""
+    record_disc, record_wall = record_line.format("mass is None and ", "handles[-1]"), record_line.format("", "body")
     bodies = "\n".join(lines)
     return f"""{format_comment(heading)}
 import rapier3d
@@ -59,7 +61,7 @@ world = rapier3d.PhysicsWorld(gravity=({scene.gravity_m_s2[0]!r}, {scene.gravity
 parameters = world.integration_parameters
 parameters.dt = dt
 {format_assignments("parameters", settings, PARAMETERS)}{soft}handles = []
-{"driven = []" + chr(10) if kept else ""}
+{"driven = []" + chr(10) if record_line else ""}
 
 def held(velocity):  # a body that no impact moves: it is at rest or driven
     if velocity is None:
@@ -74,7 +76,7 @@ def add_disc(position, radius, mass=None, velocity=None):  # a ball that stays i
     body = body.enabled_translations((True, True, False))
 {swept}    ball = rapier3d.Collider.ball(radius).restitution({scene.restitution!r}).friction(0.0)
     handles.append(world.add_body(body))
-{kept_disc}    world.add_collider(ball if mass is None else ball.mass(mass), handles[-1])
+{record_disc}    world.add_collider(ball if mass is None else ball.mass(mass), handles[-1])
 
 
 def add_wall(shape, restitution, wins, velocity=None):
@@ -82,7 +84,7 @@ def add_wall(shape, restitution, wins, velocity=None):
     shape = shape.friction(0.0).restitution(restitution)
     shape = shape.restitution_combine_rule(getattr(rapier3d.CoefficientCombineRule, wins))
     body = world.add_body(held(velocity))
-{kept_wall}    world.add_collider(shape, body)
+{record_wall}    world.add_collider(shape, body)
 
 
 {bodies}

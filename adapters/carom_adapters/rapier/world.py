@@ -43,8 +43,8 @@ class RapierWorld:
         self._scene, self._asked = scene, dict(settings)
         self._clock = StepClock(float(settings["dt_s"]))
         self._legs = Legs[int]()  # bodies by their numbers in `_all`
-        for body, of in enumerate((*scene.discs, *scene.walls)):
-            self._legs.add(body, of)
+        for body, scene_body in enumerate((*scene.discs, *scene.walls)):
+            self._legs.add(body, scene_body)
         discs = [(disc.position_m, find_first_velocity(disc)) for disc in scene.discs]
         walls = [
             (wall.point_m if isinstance(wall, Wall) else (0.0, 0.0), find_first_velocity(wall)) for wall in scene.walls
@@ -58,27 +58,27 @@ class RapierWorld:
         self._bodies = self._all[: len(self._scene.discs)]
 
     def _build_world(self, states: Any) -> tuple[Any, list[Any], dict[Any, int]]:
-        rapier, scene, asked = self._rapier, self._scene, self._asked
+        rapier, scene, settings = self._rapier, self._scene, self._asked
         world = rapier.PhysicsWorld(gravity=(*scene.gravity_m_s2, 0.0))
         parameters = world.integration_parameters
         parameters.dt = self._clock.dt_s
         for name in PARAMETERS:
-            if name in asked:
-                setattr(parameters, name, asked[name])
-        for name, of in SOFTNESSES.items():
-            if name in asked:
-                softness = getattr(parameters, of)  # a copy
-                softness.natural_frequency = asked[name]
-                setattr(parameters, of, softness)
+            if name in settings:
+                setattr(parameters, name, settings[name])
+        for name, attribute in SOFTNESSES.items():
+            if name in settings:
+                softness = getattr(parameters, attribute)  # a copy
+                softness.natural_frequency = settings[name]
+                setattr(parameters, attribute, softness)
         handles, number = [], {}
         of_discs, of_walls = states[: len(scene.discs)], states[len(scene.discs) :]
         for i, (disc, (position, velocity)) in enumerate(zip(scene.discs, of_discs, strict=True)):
             body = self._create_held_body(disc.driven) if disc.immovable else rapier.RigidBody.dynamic()
             body = body.translation((*position, 0.0)).linvel((*velocity, 0.0))
-            body = body.can_sleep(bool(asked["can_sleep"])).enabled_rotations((False, False, False))
+            body = body.can_sleep(bool(settings["can_sleep"])).enabled_rotations((False, False, False))
             body = body.enabled_translations((True, True, False))
-            if "soft_ccd_prediction" in asked:
-                body = body.soft_ccd_prediction(asked["soft_ccd_prediction"])
+            if "soft_ccd_prediction" in settings:
+                body = body.soft_ccd_prediction(settings["soft_ccd_prediction"])
             ball = rapier.Collider.ball(disc.radius_m).restitution(scene.restitution).friction(0.0)
             handles.append(world.add_body(body))
             number[world.add_collider(ball if disc.immovable else ball.mass(disc.mass_kg), handles[-1])] = i
@@ -94,8 +94,8 @@ class RapierWorld:
             handles.append(body)
             wins = rule.MIN if material.restitution < scene.restitution else rule.MAX
             for shape in self._build_shapes(wall):
-                made = shape.friction(0.0).restitution(material.restitution).restitution_combine_rule(wins)
-                number[world.add_collider(made, body)] = wall_body(k)
+                collider_shape = shape.friction(0.0).restitution(material.restitution).restitution_combine_rule(wins)
+                number[world.add_collider(collider_shape, body)] = wall_body(k)
         return world, handles, number
 
     def _create_held_body(self, driven: bool) -> Any:
@@ -118,7 +118,7 @@ class RapierWorld:
         parameters = self._world.integration_parameters
         read: dict[str, Setting] = {"dt_s": self._read_step()}
         read |= {name: getattr(parameters, name) for name in PARAMETERS}
-        read |= {name: getattr(parameters, of).natural_frequency for name, of in SOFTNESSES.items()}
+        read |= {name: getattr(parameters, attribute).natural_frequency for name, attribute in SOFTNESSES.items()}
         body = self._bodies[0]
         # A body that can't sleep has a negative sleep threshold.
         read["can_sleep"] = body.activation.linear_threshold >= 0

@@ -79,15 +79,17 @@ def add_step(settings: Settings) -> Callable[[float], Settings]:
     return lambda dt_s: {"dt_s": dt_s, **settings}
 
 
-def build_tuned_profile(means: str, settings: Settings, accuracy: Accuracy = SOUND) -> Profile:
-    """Return the profile `tuned`. `means` describes the effect of its settings."""
-    said = f"The most exact fixed-step settings known, from Carom's own measurements: {means}."
-    return Profile(said, add_step(settings), accuracy)
+def build_tuned_profile(effect: str, settings: Settings, accuracy: Accuracy = SOUND) -> Profile:
+    """Return the profile `tuned`. `effect` describes the effect of its settings."""
+    description = f"The most exact fixed-step settings known, from Carom's own measurements: {effect}."
+    return Profile(description, add_step(settings), accuracy)
 
 
 def build_located_profile(
     finder: str, settings: Settings, accuracy: Accuracy = SOUND, but: str = "", then: str = ""
 ) -> Profile:
     """Return the profile `located`. `but` describes its difference from `tuned`, and `then` how its steps are used."""
-    said = f"The tuned settings{but}, with each step cut at the instant at which {finder} begins to find an overlap"
-    return Profile(f"{said} (Carom's own bisection){then}.", add_step(settings), accuracy, located=True)
+    description = (
+        f"The tuned settings{but}, with each step cut at the instant at which {finder} begins to find an overlap"
+    )
+    return Profile(f"{description} (Carom's own bisection){then}.", add_step(settings), accuracy, located=True)

@@ -21,9 +21,9 @@ Vector = tuple[float, float]
 _REACHED = 1.0 + 2.0**-40
 
 
-def find_first_velocity(of: Driven) -> Vector:
+def find_first_velocity(scene_body: Driven) -> Vector:
     """Return the velocity of a driven disc or wall at the start."""
-    return of.drive.velocity_at(0.0)
+    return scene_body.drive.velocity_at(0.0)
 
 
 class Legs(Generic[Body]):
@@ -34,9 +34,9 @@ class Legs(Generic[Body]):
         #: Number of changes already made. A world that restores an earlier state also restores this number.
         self.started = 0
 
-    def add(self, body: Body, of: Driven) -> None:
+    def add(self, body: Body, scene_body: Driven) -> None:
         """Add the legs of a driven disc or wall, with the engine's body that represents it."""
-        self._changes += [(leg.begin_s, body, leg.velocity) for leg in of.drive.legs[1:]]
+        self._changes += [(leg.begin_s, body, leg.velocity) for leg in scene_body.drive.legs[1:]]
         self._changes.sort(key=lambda one: one[0])
 
     def split_steps(self, steps: int) -> Iterable[int]:
@@ -44,11 +44,11 @@ class Legs(Generic[Body]):
         return self._split_steps_to_legs(steps) if self.started < len(self._changes) else (steps,)
 
     def _split_steps_to_legs(self, steps: int) -> Iterator[int]:
-        taken = 0
-        while taken < steps:
-            count = 1 if self.started < len(self._changes) else steps - taken
+        steps_taken = 0
+        while steps_taken < steps:
+            count = 1 if self.started < len(self._changes) else steps - steps_taken
             yield count
-            taken += count
+            steps_taken += count
 
     def start_due(self, now_s: float) -> Sequence[tuple[Body, Vector]]:
         """Start the legs that are due at a time. Return the bodies of these legs with their new velocities."""

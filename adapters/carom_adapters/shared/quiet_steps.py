@@ -49,11 +49,11 @@ class QuietSteps(ABC):
             if self.has_contacts() or not math.hypot(*chain.from_iterable(state)) < self.size_without_warning:
                 break
         discs: int = position_m.shape[1]
-        taken = len(found) // discs
-        numbers = to_rows(found).reshape(taken, discs, 5)
-        position_m[:taken], velocity_m_s[:taken] = numbers[..., :2], numbers[..., 2:4]
-        spin_rad_s[:taken] = numbers[..., 4]
-        return taken
+        steps_taken = len(found) // discs
+        numbers = to_rows(found).reshape(steps_taken, discs, 5)
+        position_m[:steps_taken], velocity_m_s[:steps_taken] = numbers[..., :2], numbers[..., 2:4]
+        spin_rad_s[:steps_taken] = numbers[..., 4]
+        return steps_taken
 
 
 def to_rows(states: Iterable[Iterable[float]]) -> Array:

@@ -25,9 +25,9 @@ def format_arguments(values: Mapping[str, object]) -> str:
     return ", ".join(f"{name}={value!r}" for name, value in values.items())
 
 
-def format_assignments(of: str, settings: Mapping[str, Setting], names: Sequence[str]) -> str:
+def format_assignments(owner: str, settings: Mapping[str, Setting], names: Sequence[str]) -> str:
     """Return one line for each given setting, which sets the attribute of that name."""
-    return "".join(f"{of}.{name} = {settings[name]!r}\n" for name in names if name in settings)
+    return "".join(f"{owner}.{name} = {settings[name]!r}\n" for name in names if name in settings)
 
 
 def count_steps(scene: Scene, settings: Mapping[str, Setting]) -> int:
@@ -39,7 +39,7 @@ def format_body_lines(scene: Scene) -> str:
     """Return the lines that add discs that can't turn, with their masses if movable, and half-planes."""
     lines = []
     for disc in scene.discs:
-        given: dict[str, object] = {} if disc.immovable else {"mass": disc.mass_kg}
-        given["velocity"] = disc.velocity_m_s
-        lines.append(f"add_disc({disc.position_m!r}, {disc.radius_m!r}, {format_arguments(given)})")
+        arguments: dict[str, object] = {} if disc.immovable else {"mass": disc.mass_kg}
+        arguments["velocity"] = disc.velocity_m_s
+        lines.append(f"add_disc({disc.position_m!r}, {disc.radius_m!r}, {format_arguments(arguments)})")
     return "\n".join([*lines, *(f"add_wall({wall.point_m!r}, {wall.normal!r})" for wall in scene.half_planes())])

@@ -88,8 +88,8 @@ def compute_after_impact(
     """
     n1, n2 = dot(v1, normal), dot(v2, normal)
     centre = n2 if math.isinf(m2) else (m1 * n1 + m2 * n2) / (m1 + m2)
-    back = 1.0 + restitution
-    return v1 + back * (centre - n1) * normal, v2 + back * (centre - n2) * normal
+    bounce_factor = 1.0 + restitution
+    return v1 + bounce_factor * (centre - n1) * normal, v2 + bounce_factor * (centre - n2) * normal
 
 
 def compute_after_wall(velocity: complex, normal: complex, restitution: float = 1.0) -> complex:
@@ -131,15 +131,15 @@ def stage_at_wall(
     *,
     time_s: float,
     duration_s: float | None = None,
-    at: complex = 0,
+    point: complex = 0,
     drive: complex = 0,
     restitution: float = 1.0,
 ) -> Staged:
-    """Build a disc that hits the first wall at the point `at`. The normal is from this point to the disc's centre.
+    """Build a disc that hits the first wall at the point `point`. The normal is from this point to the disc's centre.
 
     By default, the scene ends after twice the time of the impact.
     """
-    disc = build_disc(at + radius_m * normal - velocity * time_s, velocity, radius_m)
+    disc = build_disc(point + radius_m * normal - velocity * time_s, velocity, radius_m)
     hit = build_impact(time_s, 0, -1, drive + compute_after_wall(velocity - drive, normal, restitution))
     scene = build_scene([disc], walls=walls, wall_restitution=restitution, duration_s=duration_s or 2.0 * time_s)
     return build_staged(scene, [hit], source)

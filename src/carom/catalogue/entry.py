@@ -186,8 +186,8 @@ def list_scenes(module: ModuleType) -> Iterator[CatalogueScene]:
     for name, build in vars(module).items():
         hints = getattr(build, "__annotations__", None)
         if name.startswith("_") and hints in ({"return": "Staged"}, {"return": Staged}):
-            shows = " ".join((build.__doc__ or "").split())
-            yield CatalogueScene(f"{group}/{name[1:].replace('_', '-')}", shows, build, _MARKS.get(build, ()))
+            description = " ".join((build.__doc__ or "").split())
+            yield CatalogueScene(f"{group}/{name[1:].replace('_', '-')}", description, build, _MARKS.get(build, ()))
 
 
 def deviation(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
@@ -224,8 +224,8 @@ def _list_values(trace: Trace, known: KnownAnswer, scene: Scene) -> Iterator[tup
             velocity = f"velocity_{side}_after"
             yield found[velocity], getattr(expected, velocity), speed
             if (spin := getattr(expected, f"spin_{side}_after")) is not None:
-                turned = math.inf if trace.spins is None else trace.spins[f"{side}_after"][k]
-                yield turned, spin, speed / scene.discs[body].radius_m
+                found_spin = math.inf if trace.spins is None else trace.spins[f"{side}_after"][k]
+                yield found_spin, spin, speed / scene.discs[body].radius_m
     if (energy := known.final_kinetic_energy_j) is not None:
         yield kinetic_energy(scene, trace.final_velocity_m_s), energy, energy
     if known.final_spin_rad_s is not None:
@@ -256,8 +256,12 @@ def compute_deepest_overlap(trace: Trace, scene: Scene) -> float:
         distance = np.hypot(*(position[rest] - position[i]).T)
         overlap = np.where(movable[i] | movable[rest], radius[i] + radius[rest] - distance, 0.0)
         deepest = max(deepest, float(np.max(overlap)))
-    for begun in scene.walls:
-        wall = move_wall(begun, *begun.drive.moved_at(trace.end_time_s)) if begun.driven else begun
+    for initial_wall in scene.walls:
+        wall = (
+            move_wall(initial_wall, *initial_wall.drive.moved_at(trace.end_time_s))
+            if initial_wall.driven
+            else initial_wall
+        )
         if isinstance(wall, Wall):
             reach = radius - (position - wall.point_m) @ np.array(wall.normal)
         else:

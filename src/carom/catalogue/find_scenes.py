@@ -44,8 +44,8 @@ def catalogue() -> Mapping[str, CatalogueScene]:
 @cache
 def all_scenes() -> Mapping[str, CatalogueScene]:
     """Return all scenes by name: the suite, and the groups that run only when named."""
-    others = (entry for module in _ON_REQUEST for entry in list_scenes(module))
-    return MappingProxyType({**catalogue(), **{entry.name: entry for entry in chain(load_complaints(), others)}})
+    on_request = (entry for module in _ON_REQUEST for entry in list_scenes(module))
+    return MappingProxyType({**catalogue(), **{entry.name: entry for entry in chain(load_complaints(), on_request)}})
 
 
 def find_scenes(patterns: Iterable[str]) -> list[CatalogueScene]:
@@ -91,8 +91,10 @@ def _is_match(entry: CatalogueScene, pattern: str) -> bool:
 def _format_hint(pattern: str) -> str:
     entries = all_scenes().values()
     # Names are also compared without their groups, because a long group name makes similar names seem different.
-    named = {candidate: entry.name for entry in entries for candidate in (entry.name, entry.name.partition("/")[2])}
-    named |= {group: group for group in {entry.group for entry in entries}}
-    named |= {f"{_TAG_PREFIX}{tag}": f"{_TAG_PREFIX}{tag}" for tag in Tag}
-    near = difflib.get_close_matches(pattern, named, n=1, cutoff=0.6)
-    return f"did you mean {named[near[0]]!r}?" if near else "`carom scenes` lists them"
+    suggestions = {
+        candidate: entry.name for entry in entries for candidate in (entry.name, entry.name.partition("/")[2])
+    }
+    suggestions |= {group: group for group in {entry.group for entry in entries}}
+    suggestions |= {f"{_TAG_PREFIX}{tag}": f"{_TAG_PREFIX}{tag}" for tag in Tag}
+    near = difflib.get_close_matches(pattern, suggestions, n=1, cutoff=0.6)
+    return f"did you mean {suggestions[near[0]]!r}?" if near else "`carom scenes` lists them"

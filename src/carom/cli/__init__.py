@@ -78,13 +78,13 @@ def build_app(names: Sequence[str]) -> typer.Typer:
 
 def __getattr__(name: str) -> Any:
     if name == "app":  # all commands
-        globals()["app"] = whole = build_app(COMMANDS)
-        return whole
+        globals()["app"] = app = build_app(COMMANDS)
+        return app
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
-def _print_version(wanted: bool) -> None:
-    if wanted:
+def _print_version(is_requested: bool) -> None:
+    if is_requested:
         from importlib.metadata import version
 
         typer.echo(f"carom {version('carom')}")
@@ -105,29 +105,29 @@ def run_command_line() -> str | int | None:
     Raises:
         KeyboardInterrupt: A signal arrived before or after the command.
     """
-    out = sys.stdout
+    output = sys.stdout
     try:
         try:
             if not {"-h", "--help", "--version"} & {*sys.argv}:  # these options do not load NumPy
                 address_space.require_address_space()
-            asked = sys.argv[1:2]
-            build_app(asked if asked and asked[0] in COMMANDS else COMMANDS)()
+            first_argument = sys.argv[1:2]
+            build_app(first_argument if first_argument and first_argument[0] in COMMANDS else COMMANDS)()
             code: str | int | None = 0
         except SystemExit as end:
             if isinstance(signal := getattr(end.__context__, "__cause__", None), KeyboardInterrupt):
                 raise signal from None  # Typer handles every signal as Ctrl-C
-            code = end.code if sys.stdout is out else 0  # Typer replaces `stdout` if the pipe is closed
+            code = end.code if sys.stdout is output else 0  # Typer replaces `stdout` if the pipe is closed
         except (CaromError, ImportError, MemoryError, RuntimeError) as error:
             if not isinstance(error, CaromError) and not address_space.read_limit_mb():
                 raise
             common.say_error(address_space.build_limit_error(error))
             code = common.EXIT_BAD_INPUT
-        out.flush()  # flush here, where an error can still be reported
+        output.flush()  # flush here, where an error can still be reported
     except BrokenPipeError:  # a reader such as `head` has closed the pipe
         code = 0
     except OSError as error:  # a full disk
         with suppress(OSError):
             common.say(f"carom: output: {error.strerror or error}", apart=True)
         code = common.EXIT_BAD_INPUT
-    common.drop_unwritten(out, sys.stderr)
+    common.drop_unwritten(output, sys.stderr)
     return code

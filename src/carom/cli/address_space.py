@@ -25,8 +25,8 @@ def build_limit_error(error: BaseException) -> CaromError:
     """Return an error with a message that names the limit."""
     if isinstance(error, CaromError):
         return error
-    within = f"within {read_limit_mb():.0f} MB of address space (ulimit -v)"
-    return CaromError(f"{type(error).__name__}: {error}, {within}", hints=["raise the limit"])
+    limit = f"within {read_limit_mb():.0f} MB of address space (ulimit -v)"
+    return CaromError(f"{type(error).__name__}: {error}, {limit}", hints=["raise the limit"])
 
 
 def require_address_space() -> None:
@@ -60,5 +60,5 @@ def require_address_space() -> None:
             os._exit(code)
     _, status = os.waitpid(child, 0)
     if status:
-        within = f"{read_limit_mb():.0f} MB of address space (ulimit -v)"
-        raise InputError(f"NumPy can't be loaded within {within}; raise the limit")
+        limit = f"{read_limit_mb():.0f} MB of address space (ulimit -v)"
+        raise InputError(f"NumPy can't be loaded within {limit}; raise the limit")

@@ -27,8 +27,8 @@ def get_command_line() -> str:
 
 def _format_type(typed: Callable[..., str], argument: bool, ctx: Any) -> str:
     """Return the type of an option for ``--help``: a word such as ``NUMBER``, or the choices."""
-    named = typed(ctx=ctx).strip("<>").removeprefix("list[").removesuffix("]")
-    return "" if argument and "|" not in named else _WORDS.get(named, named)
+    type_name = typed(ctx=ctx).strip("<>").removeprefix("list[").removesuffix("]")
+    return "" if argument and "|" not in type_name else _WORDS.get(type_name, type_name)
 
 
 def insert_default(text: str, default: str, span: str = "") -> str:
@@ -43,8 +43,8 @@ def insert_default(text: str, default: str, span: str = "") -> str:
 class Command(TyperCommand):
     """A command that stores its command line, and shows types in ``--help`` as plain words."""
 
-    def __init__(self, *args: Any, **more: Any) -> None:
-        super().__init__(*args, **more)
+    def __init__(self, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **options)
         for one in self.params:
             if typed := getattr(one, "display_type", None):  # older versions of Typer use plain words already
                 one.display_type = partial(_format_type, typed, one.param_type_name == "argument")  # type: ignore[attr-defined] # see above

@@ -127,9 +127,11 @@ def say_error(error: CaromError) -> None:
 
 def say_lines(lines: Iterable[str]) -> None:
     """Print lines without wrapping. On a terminal, lines are cut at the width of the terminal."""
-    out = build_console()
+    console = build_console()
     for line in map(escape_controls, lines):
-        typer.echo(f"{line[: out.width - 3].rstrip()}..." if out.is_terminal and len(line) > out.width else line)
+        typer.echo(
+            f"{line[: console.width - 3].rstrip()}..." if console.is_terminal and len(line) > console.width else line
+        )
 
 
 def _describe_signal(error: KeyboardInterrupt) -> tuple[str, int]:
@@ -141,14 +143,14 @@ def _describe_signal(error: KeyboardInterrupt) -> tuple[str, int]:
 
 
 @contextmanager
-def guard_journals(journal: Path, *others: Path) -> Iterator[None]:
+def guard_journals(journal: Path, *other_journals: Path) -> Iterator[None]:
     """Run a block that writes journals.
 
     After a signal, print how to resume, and remove new journals that are still empty.
     """
     from carom.execution.journal import remove_unused
 
-    new = [path for path in (journal, *others) if not path.exists()]
+    new = [path for path in (journal, *other_journals) if not path.exists()]
     try:
         yield
     except KeyboardInterrupt as error:
@@ -162,11 +164,15 @@ def guard_journals(journal: Path, *others: Path) -> Iterator[None]:
 
 
 @contextmanager
-def run_study(out: Path, purpose: str, journal: Path, *others: Path) -> Iterator[Progress]:
+def run_study(out: Path, purpose: str, journal: Path, *other_journals: Path) -> Iterator[Progress]:
     """Claim the output folder of a study with its journals, and show progress."""
     from carom.support.folders import claim_while_writing
 
-    with claim_while_writing(out, purpose, "--out"), guard_journals(journal, *others), show_progress_bar() as progress:
+    with (
+        claim_while_writing(out, purpose, "--out"),
+        guard_journals(journal, *other_journals),
+        show_progress_bar() as progress,
+    ):
         yield progress
 
 
@@ -184,8 +190,8 @@ def show_progress_bar() -> Iterator[Progress]:
     with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("", total=None)
 
-        def show(done: int, total: int, what: str) -> None:
-            bar.update(task, completed=done, total=total, description=escape_controls(what))
+        def show(done: int, total: int, description: str) -> None:
+            bar.update(task, completed=done, total=total, description=escape_controls(description))
 
         yield show
 
@@ -211,21 +217,21 @@ def replace_missing_characters() -> None:
             stream.reconfigure(errors=ERRORS)
 
 
-def say_path(what: str, path: Path) -> None:
+def say_path(label: str, path: Path) -> None:
     """Print the path of a written file on one line, without control characters."""
-    build_console().print(f"{what}: {escape_controls(str(path))}", soft_wrap=True)
+    build_console().print(f"{label}: {escape_controls(str(path))}", soft_wrap=True)
 
 
 def print_document(document: Document, *, full: bool = False, **places: Path | None) -> None:
     """Print a document's summary (with `full` all of it), and the paths of written files."""
     from carom.report.render.terminal import render_terminal
 
-    out = build_console()
-    for item in render_terminal(document, out.width, full=full):
-        out.print(item)
-    for what, path in places.items():
+    console = build_console()
+    for item in render_terminal(document, console.width, full=full):
+        console.print(item)
+    for label, path in places.items():
         if path is not None:
-            say_path(what, path)
+            say_path(label, path)
 
 
 def write_report(document: Document, page: Path | None, markdown: Path | None, *, full: bool) -> None:

@@ -24,7 +24,7 @@ def add_options(
     """Return a decorator that adds a study's declared options to a command, which gets them as its first argument."""
 
     def decorate(body: Callable[Concatenate[Asked, Parameters], None]) -> Callable[..., None]:
-        made = [
+        declared_options = [
             inspect.Parameter(
                 name,
                 inspect.Parameter.KEYWORD_ONLY,
@@ -37,13 +37,19 @@ def add_options(
 
         @wraps(body)
         def run_command(*args: Any, **given: Any) -> None:
-            body(kind.parse_command_line({one.name: given.pop(one.name, None) for one in made}), *args, **given)
+            body(
+                kind.parse_command_line({one.name: given.pop(one.name, None) for one in declared_options}),
+                *args,
+                **given,
+            )
 
         hints = get_type_hints(body, include_extras=True)
-        _, *own = inspect.signature(body).parameters.values()
-        own = [one.replace(annotation=hints[one.name], kind=inspect.Parameter.KEYWORD_ONLY) for one in own]
-        run_command.__signature__ = inspect.Signature([*own, *made])  # type: ignore[attr-defined] # Typer reads it
-        run_command.__annotations__ = {one.name: one.annotation for one in (*own, *made)}
+        _, *own_parameters = inspect.signature(body).parameters.values()
+        own_parameters = [
+            one.replace(annotation=hints[one.name], kind=inspect.Parameter.KEYWORD_ONLY) for one in own_parameters
+        ]
+        run_command.__signature__ = inspect.Signature([*own_parameters, *declared_options])  # type: ignore[attr-defined] # Typer reads it
+        run_command.__annotations__ = {one.name: one.annotation for one in (*own_parameters, *declared_options)}
         return handle_errors(run_command)
 
     return decorate

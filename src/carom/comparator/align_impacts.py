@@ -47,10 +47,10 @@ def align_impacts(compared: ComparedRun) -> AlignedRun:
     """Align the impacts of the compared traces within the comparison range."""
     reference, observed, pit = compared.reference, compared.observed, compared.pit
     alignment = match_impacts(reference, observed, compared.compared)
-    shown = _find_shown_by_states(reference, alignment.missed, compared.truth, observed.dt_s)
+    visible_in_states = _find_shown_by_states(reference, alignment.missed, compared.truth, observed.dt_s)
     alignment = replace(
         alignment,
-        missed=tuple(k for k in alignment.missed if k not in shown),
+        missed=tuple(k for k in alignment.missed if k not in visible_in_states),
         spurious=_drop_contact_starts(reference, observed, alignment.spurious),
     )
     edits, inverted = compare_order(reference, observed, alignment)
@@ -92,9 +92,9 @@ def _find_shown_by_states(
         return frozenset()
     meetings = truth.meetings
     windows = truth.windows[meetings["window"]]
-    kept = windows["entangled"] & ~meetings["missed"] & ~np.isnan(meetings["due_s"])
-    begin_s, end_s = windows["begin_s"][kept] - dt_s, windows["end_s"][kept] + dt_s
-    bodies = _sort_bodies(meetings[kept])
+    is_candidate = windows["entangled"] & ~meetings["missed"] & ~np.isnan(meetings["due_s"])
+    begin_s, end_s = windows["begin_s"][is_candidate] - dt_s, windows["end_s"][is_candidate] + dt_s
+    bodies = _sort_bodies(meetings[is_candidate])
     impacts = reference.impacts[list(missed)]
     return frozenset(
         number
@@ -160,8 +160,8 @@ def _sort_by_reference(
                 break
             common = set(reference.impacts[["first", "second"]][a]) & set(reference.impacts[["first", "second"]][b])
             has_common_body = any(body >= 0 and not reference.scene.discs[body].immovable for body in common)
-            apart = not has_common_body and time[b] - time[a] <= slack
-            if not (apart or stamp[earlier] == stamp[later]):
+            are_independent = not has_common_body and time[b] - time[a] <= slack
+            if not (are_independent or stamp[earlier] == stamp[later]):
                 inverted.add((a, b))
                 break
             sequence[k - 1], sequence[k] = later, earlier

@@ -77,10 +77,10 @@ class Scorer:
             return _run_stages(self._baseline, observed, self._horizon)
 
 
-def _require_scene(reference: Trace, what: str, trace: Trace) -> None:
+def _require_scene(reference: Trace, trace_name: str, trace: Trace) -> None:
     """Raise an error if a trace is of another scene than the reference."""
     if trace.scene != reference.scene:
-        message = f"the reference is of scene {reference.scene.name!r}, {what} of {trace.scene.name!r}"
+        message = f"the reference is of scene {reference.scene.name!r}, {trace_name} of {trace.scene.name!r}"
         raise InputError(f"{message} or of another version of it: only traces of one scene can be compared")
 
 

@@ -89,9 +89,9 @@ class ComparedRun:
     before_tie_s: float | None
 
     @classmethod
-    def of(cls, before: ComparedRun, **more: Any) -> Self:
+    def of(cls, before: ComparedRun, **new_fields: Any) -> Self:
         """Return the result of a stage: the result of the previous stage and additional fields."""
-        return cls(**{field.name: getattr(before, field.name) for field in fields(before)}, **more)
+        return cls(**{field.name: getattr(before, field.name) for field in fields(before)}, **new_fields)
 
     @property
     def has_nothing_compared(self) -> bool:
@@ -213,8 +213,8 @@ def _find_crush_limit(reference: Trace, dt_s: float, pit: Trace | None) -> float
     impacts, times = reference.impacts, reference.impacts["time_s"]
     disc = int(impacts["first"][-1])
     rows = np.flatnonzero((impacts["first"] == disc) | (impacts["second"] == disc))
-    apart = np.flatnonzero(np.diff(times[rows]) > 2.0 * dt_s)
-    begin = int(apart[-1]) + 1 if len(apart) else 0
+    breaks = np.flatnonzero(np.diff(times[rows]) > 2.0 * dt_s)
+    begin = int(breaks[-1]) + 1 if len(breaks) else 0
     until_s = float(np.nextafter(times[rows[begin]], -math.inf))
     if pit is None:
         return until_s
@@ -238,8 +238,8 @@ def _find_last_bounces(reference: Trace) -> dict[Pair, list[int]]:
         loses = float(scene.arrays.restitution_of(np.array([other]))[0]) < 1.0
         along = float(impacts["normal"][rows[-1]] @ np.array(scene.gravity_m_s2))
         if fixed and loses and (along if pair[0] == disc else -along) > 0.0:
-            others = np.flatnonzero((impacts["first"][rows] != pair[0]) | (impacts["second"][rows] != pair[1]))
-            found[pair] = rows[others[-1] + 1 if len(others) else 0 :].tolist()
+            other_impacts = np.flatnonzero((impacts["first"][rows] != pair[0]) | (impacts["second"][rows] != pair[1]))
+            found[pair] = rows[other_impacts[-1] + 1 if len(other_impacts) else 0 :].tolist()
     return found
 
 
@@ -275,14 +275,14 @@ def _find_falling_back(trace: Trace, impacts: list[int]) -> NDArray[np.bool_]:
     if ``parting^2 > 2 pull depth``.
     """
     scene, bodies = trace.scene, SceneBodies(trace.scene)
-    wanted, radius = {k: nth for nth, k in enumerate(impacts)}, scene.arrays.radius_m
-    back, place = np.zeros(len(impacts), dtype=np.bool_), np.array([disc.position_m for disc in scene.discs])
+    row_of_impact, radius = {k: nth for nth, k in enumerate(impacts)}, scene.arrays.radius_m
+    falls_back, place = np.zeros(len(impacts), dtype=np.bool_), np.array([disc.position_m for disc in scene.discs])
     pulled = np.array([(0.0, 0.0) if disc.immovable else scene.gravity_m_s2 for disc in scene.discs])
     for flight in free_flights(trace):
         if flight.impact == len(trace.impacts):
             break
         place[flight.disc] = flight.position_at(flight.end_s)
-        if (nth := wanted.get(flight.impact)) is None:
+        if (nth := row_of_impact.get(flight.impact)) is None:
             continue
         impact = trace.impacts[flight.impact]
         first, second, normal = int(impact["first"]), int(impact["second"]), impact["normal"]
@@ -294,5 +294,5 @@ def _find_falling_back(trace: Trace, impacts: list[int]) -> NDArray[np.bool_]:
             x, y = place[first].tolist()
             depth = radius[first] - bodies.measure_wall_distance(wall_index(second), x, y, flight.end_s)[0]
         parting = (impact["velocity_second_after"] - impact["velocity_first_after"]) @ normal
-        back[nth] = parting**2 <= 2.0 * pull * max(depth, 0.0)
-    return back
+        falls_back[nth] = parting**2 <= 2.0 * pull * max(depth, 0.0)
+    return falls_back

@@ -291,10 +291,14 @@ def _is_consistent(judged: JudgedRun, *, allow_sampling: bool = True) -> bool:
 
     With `allow_sampling`, deviations that sampling explains are ignored.
     """
-    own = judged.consistency
-    if own is None:
+    consistency = judged.consistency
+    if consistency is None:
         return False
-    strayed, angular = (own.strayed_excess, own.angular_excess) if allow_sampling else (own.strayed, own.angular)
+    strayed, angular = (
+        (consistency.strayed_excess, consistency.angular_excess)
+        if allow_sampling
+        else (consistency.strayed, consistency.angular)
+    )
     is_rounding = strayed <= judged.place_rounding and angular <= judged.rounding
     return is_rounding and not judged.contradictions
 
@@ -315,11 +319,11 @@ def _is_within_rounding(judged: JudgedRun, measured: Measured, rounding_s: float
 def _has_close_impacts(judged: JudgedRun, cost: SamplingCost) -> bool:
     """Whether errors are at most a small fraction of a step, or of PIT's errors up to the same impact."""
     step_s = judged.observed.dt_s or cost.dt_s
-    own, scales = judged.measured.own, judged.scales
+    scale_of_impacts, scales = judged.measured.own, judged.scales
     reliable_impacts = judged.compared.impacts
     close_velocity, close_spin = THRESHOLDS.close * cost.errors
-    velocity = close_velocity + judged.rounding * own.speed_m_s[:reliable_impacts] / scales.speed_m_s
-    spin = close_spin + judged.rounding * own.rim_m_s[:reliable_impacts] / scales.rim_m_s
+    velocity = close_velocity + judged.rounding * scale_of_impacts.speed_m_s[:reliable_impacts] / scales.speed_m_s
+    spin = close_spin + judged.rounding * scale_of_impacts.rim_m_s[:reliable_impacts] / scales.rim_m_s
     return all(
         abs(error.time_s) <= THRESHOLDS.close * step_s
         and error.velocity <= velocity[error.reference]
@@ -335,7 +339,7 @@ def _has_sampled_impacts(judged: JudgedRun, sampling: Measured, cost: SamplingCo
     another phase, or at the phase at which PIT is as late as the run. If PIT misses an impact at this phase, both discs
     keep their old paths. PIT's velocity error is then the whole change.
     """
-    own, scales, rounding_s = judged.measured.own, judged.scales, judged.rounding * judged.scales.time_s
+    own_scales, scales, rounding_s = judged.measured.own, judged.scales, judged.rounding * judged.scales.time_s
     known_ratio, dt_s = 1.0 + THRESHOLDS.ratio_known_of(judged.observed.float_bits), judged.observed.dt_s
     pit, is_found = np.zeros((3, judged.compared.impacts)), np.zeros(judged.compared.impacts, dtype=np.bool_)
     pit[1:] = judged.changes[:, : judged.compared.impacts]
@@ -344,20 +348,21 @@ def _has_sampled_impacts(judged: JudgedRun, sampling: Measured, cost: SamplingCo
         pit[:, error.reference] = error.time_s, error.velocity, 0.0 if math.isnan(error.spin) else error.spin
     # The phase of an impact is a matter of chance, so sampling makes an impact up to a whole step late.
     late_s, early_s = (
-        np.maximum.accumulate(np.maximum(times, most)) for times, most in ((pit[0], dt_s), (-pit[0], 0.0))
+        np.maximum.accumulate(np.maximum(times, least_time_s))
+        for times, least_time_s in ((pit[0], dt_s), (-pit[0], 0.0))
     )
     at_worst = np.maximum.accumulate(np.maximum(pit[1:], known_ratio * cost.found), axis=1)
     for error in judged.measured.errors:
-        at, local_s = error.reference, float(judged.local.time_s[error.observed])
+        impact, local_s = error.reference, float(judged.local.time_s[error.observed])
         # If PIT misses the impact, there is no lateness to compare with.
-        latest_s, earliest_s = (late_s[at], early_s[at]) if is_found[at] else (math.inf, math.inf)
+        latest_s, earliest_s = (late_s[impact], early_s[impact]) if is_found[impact] else (math.inf, math.inf)
         if local_s <= known_ratio * dt_s:
             # From the run's own state, the impact is at most a step late. Earlier impacts caused the remaining
             # lateness.
-            latest_s = max(latest_s, known_ratio * cost.found_off_s[at])
-        velocity, spin = at_worst[:, at]
-        velocity += judged.rounding * own.speed_m_s[at] / scales.speed_m_s
-        spin += judged.rounding * own.rim_m_s[at] / scales.rim_m_s
+            latest_s = max(latest_s, known_ratio * cost.found_off_s[impact])
+        velocity, spin = at_worst[:, impact]
+        velocity += judged.rounding * own_scales.speed_m_s[impact] / scales.speed_m_s
+        spin += judged.rounding * own_scales.rim_m_s[impact] / scales.rim_m_s
         if not (error.velocity <= velocity and error.time_s <= latest_s + rounding_s) or error.spin > spin:
             return False
         if error.time_s < -rounding_s:
@@ -375,11 +380,15 @@ def _has_good_end(judged: JudgedRun, cost: SamplingCost | Errors, part: float = 
     An energy error of a millionth is always allowed. If a final error of PIT was not measured, it is NaN, and no error
     of the run is allowed.
     """
-    found, own = judged.measured.largest, judged.consistency
+    found, consistency = judged.measured.largest, judged.consistency
     if not abs(found.energy) <= max(part * abs(cost.energy) + judged.rounding, THRESHOLDS.energy):
         return False
     falls = any(judged.reference.scene.gravity_m_s2)
-    if own is not None and not (falls or own.unchecked) and own.strayed <= judged.place_rounding:
+    if (
+        consistency is not None
+        and not (falls or consistency.unchecked)
+        and consistency.strayed <= judged.place_rounding
+    ):
         return True
     position, velocity, spin = (
         0.0 if math.isnan(x) else part * x for x in (cost.final_position, cost.final_velocity, cost.final_spin)

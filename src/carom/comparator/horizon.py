@@ -127,8 +127,8 @@ def compute_horizon(certified: CertifiedTrace, trace: Trace, *, tolerance: float
     found = trace.impacts[order]
     complete = certified.trace.end_time_s == scene.duration_s
     common = min(len(found), len(truth))
-    same = truth[["first", "second"]][:common] == found[["first", "second"]][:common]
-    order_differs = int(same.argmin()) if not same.all() else None
+    is_same_pair = truth[["first", "second"]][:common] == found[["first", "second"]][:common]
+    order_differs = int(is_same_pair.argmin()) if not is_same_pair.all() else None
     if order_differs is None and len(found) != len(truth) and complete:
         order_differs = common
     # The error includes the radii of the certified numbers, so an impact agrees only if the agreement is proven.
@@ -142,15 +142,15 @@ def compute_horizon(certified: CertifiedTrace, trace: Trace, *, tolerance: float
         for side in ("first", "second"):
             spins = [rows[f"{side}_after"][:end] for rows in (trace.spins[order], certified.trace.spins)]
             radius = np.append(scene.arrays.radius_m, 0.0)[np.maximum(truth[side][:end], -1)]
-            off = np.abs(spins[0] - spins[1]) + certified.spin_radii[f"{side}_after"][:end]
-            rims = np.maximum(rims, radius * off / speed)
+            spin_error = np.abs(spins[0] - spins[1]) + certified.spin_radii[f"{side}_after"][:end]
+            rims = np.maximum(rims, radius * spin_error / speed)
     error = np.maximum(
         _compute_largest_differences(found[:end], truth[:end], scene.duration_s, speed, certified.radii[:end]), rims
     )
     beyond = np.flatnonzero(~(error <= tolerance))
     agreed = int(beyond[0]) if len(beyond) else end
-    whole = complete and agreed == len(truth) and order_differs is None
-    end_s = scene.duration_s if whole else float(truth["time_s"][agreed - 1]) if agreed else 0.0
+    is_whole_run = complete and agreed == len(truth) and order_differs is None
+    end_s = scene.duration_s if is_whole_run else float(truth["time_s"][agreed - 1]) if agreed else 0.0
     return Horizon(tolerance, agreed, order_differs, len(truth), complete, end_s)
 
 
@@ -190,8 +190,8 @@ def _find_landing_bounces(certified: Trace, trace: Trace, alike_s: float) -> NDA
             & (rows["time_s"] <= mode["time_s"] + alike_s)
             for rows in (trace.impacts, certified.impacts)
         )
-        more = np.flatnonzero(theirs)[int(ours.sum()) :]
-        parts[more] = trace.impacts["time_s"][more] >= mode["time_s"] - alike_s
+        additional = np.flatnonzero(theirs)[int(ours.sum()) :]
+        parts[additional] = trace.impacts["time_s"][additional] >= mode["time_s"] - alike_s
     return parts
 
 
@@ -215,21 +215,21 @@ def estimate_horizon(reference: Trace) -> float | None:
     one, times = reference.impacts, reference.impacts["time_s"]
     # Match the n-th impacts of each pair (-1: no match), because nearly simultaneous impacts of different pairs may be
     # swapped.
-    same, others = np.full(len(one), -1, dtype=np.intp), group_by_pair(other.impacts)
+    matching_rows, other_rows = np.full(len(one), -1, dtype=np.intp), group_by_pair(other.impacts)
     for pair, indices in group_by_pair(one).items():
-        found = others.get(pair, [])[: len(indices)]
-        same[indices[: len(found)]] = found
+        found = other_rows.get(pair, [])[: len(indices)]
+        matching_rows[indices[: len(found)]] = found
     # An impact at the end, to rounding, may be missing from one run.
     last = times > scene.duration_s * (1.0 - RELIABLE_ERROR)
     speed = float(np.max(np.abs([velocities(one, "before"), velocities(one, "after")])))
     # NaN counts as a difference.
-    matched = np.maximum(same, 0)
+    matched = np.maximum(matching_rows, 0)
     rims = rim_speeds(reference, "after"), rim_speeds(other, "after")[:, matched]
     speed = max(speed, float(np.max(np.abs(rims))))
     error = _compute_largest_differences(one, other.impacts[matched], scene.duration_s, speed)
     error = np.maximum(error, np.max(np.abs(rims[0] - rims[1]), axis=0) / speed)
     differs = ~(error <= RELIABLE_ERROR)
-    diverged = np.where(same < 0, ~last, differs)
+    diverged = np.where(matching_rows < 0, ~last, differs)
     if not diverged.any():
         return None
     return max(0.0, float(np.nextafter(times[int(np.argmax(diverged))], -math.inf)))
@@ -250,5 +250,7 @@ def _nudge(scene: Scene, *, positions: bool) -> Scene:
         | ({"position_m": tuple(place)} if positions else {})
         for disc, place, velocity, spin in zip(scene.discs, places, speeds, spins, strict=True)
     ]
-    moved = tuple(disc if disc.immovable else Disc(**new) for disc, new in zip(scene.discs, discs, strict=True))
-    return Scene(**{**dict(scene), "discs": moved}) if positions else scene.model_copy(update={"discs": moved})
+    moved_discs = tuple(disc if disc.immovable else Disc(**new) for disc, new in zip(scene.discs, discs, strict=True))
+    return (
+        Scene(**{**dict(scene), "discs": moved_discs}) if positions else scene.model_copy(update={"discs": moved_discs})
+    )

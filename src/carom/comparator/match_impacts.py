@@ -86,14 +86,14 @@ def match_impacts(reference: Trace, observed: Trace, compared: ComparisonRange |
         if reference.impacts["time_s"][r] > last_reportable and not _has_passed(reference.impacts[r], observed)
     }
     compared = compared or ComparisonRange(len(reference.impacts), math.inf)
-    count, whole = compared.impacts, compared.is_whole_run
+    count, is_whole_run = compared.impacts, compared.is_whole_run
     spurious = (o for o in range(len(observed.impacts)) if o not in used)
     return Alignment(
         matched=tuple((r, o) for r, o in matched if r < count),
         missed=tuple(r for r in unmatched if r not in late and r < count),
-        spurious=tuple(o for o in spurious if whole or times[1][o] <= compared.until_s),
+        spurious=tuple(o for o in spurious if is_whole_run or times[1][o] <= compared.until_s),
         undecided=tuple(r for r in unmatched if r in late and r < count),
-        is_whole_run=whole,
+        is_whole_run=is_whole_run,
     )
 
 
@@ -124,11 +124,11 @@ def _compute_time_windows(reference: Trace, slack: float) -> list[tuple[float, f
     impacts = reference.impacts
     rows = list(zip(impacts["time_s"].tolist(), impacts["first"].tolist(), impacts["second"].tolist(), strict=True))
     # An impact does not end the path of a body that it does not move.
-    moved = impacts["velocity_second_before"] != impacts["velocity_second_after"]
+    second_changes = impacts["velocity_second_before"] != impacts["velocity_second_after"]
     times: dict[int, list[float]] = defaultdict(list)
     bodies: list[list[int]] = []
     for k, (time, first, second) in enumerate(rows):
-        involved = [first, second] if second >= 0 and moved[k].any() else [first]
+        involved = [first, second] if second >= 0 and second_changes[k].any() else [first]
         bodies.append(involved)
         for body in involved:
             times[body].append(time)
@@ -171,28 +171,28 @@ def _align_pair(
             if c < low[r]:
                 c, skipped = low[r], skipped + low[r] - c
             if c < high[r]:
-                least = table[r][c - low[r]]
-                return (skipped + least[0], least[1])
+                least_cost = table[r][c - low[r]]
+                return (skipped + least_cost[0], least_cost[1])
             r, skipped = r + 1, skipped + 1
         return (skipped + columns - c, 0.0)
 
     for r in range(rows - 1, -1, -1):
         row: list[tuple[int, float]] = [(0, 0.0)] * (high[r] - low[r])
         match, time_s = cost(r + 1, high[r]), float(reference_time[expected[r]])
-        ahead = (match[0] + 1, match[1])  # beyond its window, this impact is missed
+        next_cost = (match[0] + 1, match[1])  # beyond its window, this impact is missed
         for c in range(high[r] - 1, low[r] - 1, -1):
             missed = cost(r + 1, c)
-            best = min((missed[0] + 1, missed[1]), (ahead[0] + 1, ahead[1]))
+            best = min((missed[0] + 1, missed[1]), (next_cost[0] + 1, next_cost[1]))
             best = min(best, (match[0], match[1] + abs(stamps[c] - time_s)))
-            row[c - low[r]] = ahead = best
+            row[c - low[r]] = next_cost = best
             match = missed
         table[r] = row
     matched, r, c = [], 0, 0
     while r < rows and c < columns:
-        here, missed, spurious = cost(r, c), cost(r + 1, c), cost(r, c + 1)
-        if here == (missed[0] + 1, missed[1]):
+        cost_here, missed, spurious = cost(r, c), cost(r + 1, c), cost(r, c + 1)
+        if cost_here == (missed[0] + 1, missed[1]):
             r += 1
-        elif here == (spurious[0] + 1, spurious[1]):
+        elif cost_here == (spurious[0] + 1, spurious[1]):
             c += 1
         else:
             matched.append((expected[r], found[c]))

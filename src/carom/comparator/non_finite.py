@@ -85,11 +85,11 @@ def _find_finite_rows(values: ArrayLike) -> NDArray[np.bool_]:
 
 
 def _describe_first_non_finite(
-    what: str, values: ArrayLike, allowed: NDArray[np.bool_] | bool = False
+    row_name: str, values: ArrayLike, allowed: NDArray[np.bool_] | bool = False
 ) -> Iterator[str]:
     """Yield a description of the first row that is not finite, except for rows in which this is allowed."""
     if np.isfinite(values).all():
         return
     for row in np.flatnonzero(~(_find_finite_rows(values) | allowed))[:1].tolist():
-        shown = ", ".join(f"{value:g}" for value in np.ravel(np.asarray(values)[row])[:2].tolist())
-        yield f"{what} {row} is {shown}"
+        numbers_text = ", ".join(f"{value:g}" for value in np.ravel(np.asarray(values)[row])[:2].tolist())
+        yield f"{row_name} {row} is {numbers_text}"

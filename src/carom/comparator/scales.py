@@ -44,8 +44,8 @@ def compute_scales(scene: Scene, reference: Trace) -> Scales:
     """Compute the scene's own length, speed, time and energy."""
     start = scene.arrays
     # A falling disc is fastest just before an impact, or at the end.
-    turned = (*velocities(reference.impacts, "before"), *velocities(reference.impacts, "after"))
-    speeds = np.concatenate([start.velocity_m_s, *turned, reference.final_velocity_m_s])
+    impact_velocities = (*velocities(reference.impacts, "before"), *velocities(reference.impacts, "after"))
+    speeds = np.concatenate([start.velocity_m_s, *impact_velocities, reference.final_velocity_m_s])
     speed = float(np.max(np.hypot(*speeds.T)))
     rims = np.concatenate([start.surface_speed_m_s, *rim_speeds(reference, "after")])
     farthest = float(np.max(np.abs(np.concatenate([start.position_m, reference.final_position_m]))))
@@ -88,22 +88,22 @@ class OwnScales:
 def compute_own_scales(trace: Trace) -> OwnScales:
     """Compute the scales of rounding for each impact of a trace, and for each of its discs."""
     start, impacts = trace.scene.arrays, trace.impacts
-    turned = np.stack([velocities(impacts, "before"), velocities(impacts, "after")])
+    impact_velocities = np.stack([velocities(impacts, "before"), velocities(impacts, "after")])
     rims = np.stack([rim_speeds(trace, "before"), rim_speeds(trace, "after")])
     speed = np.hypot(*start.velocity_m_s.T).tolist()
     rim = np.maximum(speed, np.abs(start.surface_speed_m_s)).tolist()
-    fastest = np.max(np.hypot(turned[..., 0], turned[..., 1]), axis=(0, 1)).tolist()
+    fastest = np.max(np.hypot(impact_velocities[..., 0], impact_velocities[..., 1]), axis=(0, 1)).tolist()
     rims_fastest = np.max(np.abs(rims), axis=(0, 1)).tolist()
     of_impacts = np.zeros((2, len(impacts)))
     movable = start.movable.tolist()
     for k, pair in enumerate(zip(impacts["first"].tolist(), impacts["second"].tolist(), strict=True)):
         # A body that never moves propagates nothing.
         bodies = [body for body in pair if body >= 0 and movable[body]]
-        most = max([fastest[k], *(speed[body] for body in bodies)])
-        most_rim = max([most, rims_fastest[k], *(rim[body] for body in bodies)])
-        of_impacts[:, k] = most, most_rim
+        greatest_speed = max([fastest[k], *(speed[body] for body in bodies)])
+        most_rim = max([greatest_speed, rims_fastest[k], *(rim[body] for body in bodies)])
+        of_impacts[:, k] = greatest_speed, most_rim
         for body in bodies:
-            speed[body], rim[body] = most, most_rim
+            speed[body], rim[body] = greatest_speed, most_rim
     at_end = np.maximum(speed, np.hypot(*trace.final_velocity_m_s.T))
     places = np.abs(np.concatenate([start.position_m, trace.final_position_m], axis=1))
     return OwnScales(

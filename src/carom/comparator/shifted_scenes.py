@@ -45,9 +45,9 @@ def build_shifted_scenes(reference: Trace, dt_s: float, phases: Iterable[float])
     scene = reference.scene
     first = float(reference.impacts["time_s"][0]) if len(reference.impacts) else math.inf
     for phase in phases:
-        ahead = phase * dt_s
+        shift_s = phase * dt_s
         try:
-            yield _shift_scene(scene, ahead if ahead < min(first, scene.duration_s) else ahead - dt_s)
+            yield _shift_scene(scene, shift_s if shift_s < min(first, scene.duration_s) else shift_s - dt_s)
         except SceneError:
             continue
 
@@ -60,8 +60,8 @@ def solve_shifted_references(reference: Trace, dt_s: float, phases: Iterable[flo
     """
     bodies = ["first", "second"]
     traces = (
-        solve_pic(moved, max_impacts=len(reference.impacts) + 1)
-        for moved in build_shifted_scenes(reference, dt_s, phases)
+        solve_pic(shifted_scene, max_impacts=len(reference.impacts) + 1)
+        for shifted_scene in build_shifted_scenes(reference, dt_s, phases)
     )
     return tuple(
         trace
@@ -105,9 +105,9 @@ def _is_free_of_impacts(scene: Scene, shift_s: float) -> bool:
     # A damped disc moves along a part of its undamped path, so this path can also be solved backwards.
     flown_s, scene = shift_s if slowing.table_m_s2 else slowing.damping.to_undamped(shift_s), scene.undamped
     if flown_s < 0:  # solve the path before the start backwards; parabolas are symmetric in time
-        begun = [(disc, disc.drive.velocity_at(0.0)) for disc in scene.discs]
-        back = [(disc.position_m, (-u, -v), disc.spin_rad_s, ()) for disc, (u, v) in begun]
-        scene = _replace_states(scene, back, [reverse_motion(wall) for wall in scene.walls])
+        start_velocities = [(disc, disc.drive.velocity_at(0.0)) for disc in scene.discs]
+        reversed_states = [(disc.position_m, (-u, -v), disc.spin_rad_s, ()) for disc, (u, v) in start_velocities]
+        scene = _replace_states(scene, reversed_states, [reverse_motion(wall) for wall in scene.walls])
     return len(solve_pic(scene, max_impacts=1, until_s=abs(flown_s)).impacts) == 0
 
 
@@ -122,10 +122,20 @@ def _shift_scene(scene: Scene, shift_s: float) -> Scene:
             continue
         (x, y), (u, v) = disc.position_m, disc.velocity_m_s
         speed = math.hypot(u, v)
-        flown_s, kept = slowing.compute_flown_time(shift_s, speed), slowing.compute_kept_fraction(shift_s, speed)
+        flown_s, kept_fraction = (
+            slowing.compute_flown_time(shift_s, speed),
+            slowing.compute_kept_fraction(shift_s, speed),
+        )
         gx, gy = (0.0, 0.0) if disc.immovable else scene.gravity_m_s2
         place = (x + u * flown_s + 0.5 * gx * shift_s * shift_s, y + v * flown_s + 0.5 * gy * shift_s * shift_s)
-        states.append((place, (u * kept + gx * shift_s, v * kept + gy * shift_s), disc.spin_rad_s * kept, ()))
+        states.append(
+            (
+                place,
+                (u * kept_fraction + gx * shift_s, v * kept_fraction + gy * shift_s),
+                disc.spin_rad_s * kept_fraction,
+                (),
+            )
+        )
     walls = [shift_legs(move_wall(w, *w.drive.moved_at(shift_s)), shift_s) if w.driven else w for w in scene.walls]
     return _replace_states(scene, states, walls, duration_s=scene.duration_s - shift_s)
 

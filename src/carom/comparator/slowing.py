@@ -58,8 +58,8 @@ class Slowing:
         """
         if not self.table_m_s2:
             return self.damping.to_undamped(seconds)
-        lasts = min(seconds, self.compute_stop_time(speed))
-        return lasts - 0.5 * lasts * (self.table_m_s2 * lasts / speed) if speed else 0.0
+        moving_s = min(seconds, self.compute_stop_time(speed))
+        return moving_s - 0.5 * moving_s * (self.table_m_s2 * moving_s / speed) if speed else 0.0
 
     def compute_stop_time(self, speed: float) -> float:
         """Return the seconds until a disc with this speed stops; infinite if it never stops or is at rest."""
@@ -71,18 +71,18 @@ class Slowing:
             return self.damping.compute_kept_fractions(seconds)
         with np.errstate(divide="ignore", invalid="ignore"):
             left = np.maximum(1.0 - self.table_m_s2 * seconds / speed, 0.0)
-        kept: Array = np.where(speed > 0.0, left, 1.0)
-        return kept
+        fractions: Array = np.where(speed > 0.0, left, 1.0)
+        return fractions
 
     def compute_flown_times(self, seconds: Array, speed: Array) -> Array:
         """Return what `compute_flown_time` returns, for arrays that broadcast. With damping, times must be >= 0."""
         if not self.table_m_s2:
             return self.damping.to_undamped_array(seconds)
         with np.errstate(divide="ignore", invalid="ignore"):
-            lasts = np.minimum(seconds, speed / self.table_m_s2)
-            way = lasts - 0.5 * lasts * (self.table_m_s2 * lasts / speed)
-        flown: Array = np.where(speed > 0.0, way, 0.0)
-        return flown
+            moving_s = np.minimum(seconds, speed / self.table_m_s2)
+            equivalent_s = moving_s - 0.5 * moving_s * (self.table_m_s2 * moving_s / speed)
+        flown_s: Array = np.where(speed > 0.0, equivalent_s, 0.0)
+        return flown_s
 
     def compute_deceleration(self, speed: _Speed) -> _Speed:
         """Return the deceleration at a speed, or at each speed of an array, metres per second squared."""
@@ -93,18 +93,18 @@ class Slowing:
 _NEWTON = 6
 
 
-def find_nearest_time(apart: Callable[[float], tuple[Array, Array]], begin_s: float) -> float:
+def find_nearest_time(compute_offset: Callable[[float], tuple[Array, Array]], begin_s: float) -> float:
     """Return when two paths are nearest, by least squares; NaN if they do not separate.
 
     Paths that meet are nearest when they meet.
 
     Args:
-        apart: Returns the vector between the two paths at a time, metres, and its derivative.
+        compute_offset: Returns the vector between the two paths at a time, metres, and its derivative.
         begin_s: A time near the result.
     """
     time_s = begin_s
     for _ in range(_NEWTON):
-        place, rate = apart(time_s)
+        place, rate = compute_offset(time_s)
         squared = float(rate @ rate)
         if squared == 0.0:
             return math.nan

@@ -22,10 +22,10 @@ def require_possible_trace(trace: Trace) -> None:
             continues beyond the scene.
     """
     scene, impacts, spins = trace.scene, trace.impacts, trace.spins
-    of = f"the trace of {trace.method!r} of scene {scene.name!r}"
+    source = f"the trace of {trace.method!r} of scene {scene.name!r}"
     if trace.float_bits not in MANTISSA_BITS:
         raise InputError(
-            f"float_bits of {of} is {trace.float_bits}, but must be one of {sorted(MANTISSA_BITS)}; declare 32 "
+            f"float_bits of {source} is {trace.float_bits}, but must be one of {sorted(MANTISSA_BITS)}; declare 32 "
             "for narrower floats"
         )
     for side, lowest in (("first", 0), ("second", wall_body(len(scene.walls) - 1) if scene.walls else 0)):
@@ -33,30 +33,32 @@ def require_possible_trace(trace: Trace) -> None:
         for k in np.flatnonzero((body < lowest) | (body >= len(scene.discs)))[:1].tolist():
             number = int(body[k])
             raise InputError(
-                f"{side} of impact {k} of {of} is {body_name(number)} ({number}): the scene has {len(scene.discs)} "
+                f"{side} of impact {k} of {source} is {body_name(number)} ({number}): the scene has {len(scene.discs)} "
                 f"discs from 0 on, and {len(scene.walls)} walls from {wall_body(0)} down; a wall is the second body"
             )
     if scene.arrays.turns and (spins is None or trace.final_spin_rad_s is None):
-        raise InputError(f"{of} has no spins, but discs turn in the scene: use a method that declares spin")
+        raise InputError(f"{source} has no spins, but discs turn in the scene: use a method that declares spin")
     of_second = {name: impacts[name] for name in ("velocity_second_before", "velocity_second_after")}
     if spins is not None:
         of_second |= {f"spin {name}": spins[name] for name in ("second_before", "second_after")}
     of_walls = _expected_wall_velocities(trace)
     for name, values in of_second.items():
         rows = values if values.ndim > 1 else values[:, None]
-        moved = of_walls[name] if values.ndim > 1 else np.zeros_like(rows)
-        rounding = 2.0 ** -(MANTISSA_BITS[trace.float_bits] // 2) * np.abs(moved)
-        wrong = ((np.abs(rows - moved) > rounding) & np.isfinite(rows)).any(axis=1)
+        wall_velocity = of_walls[name] if values.ndim > 1 else np.zeros_like(rows)
+        rounding = 2.0 ** -(MANTISSA_BITS[trace.float_bits] // 2) * np.abs(wall_velocity)
+        wrong = ((np.abs(rows - wall_velocity) > rounding) & np.isfinite(rows)).any(axis=1)
         for k in np.flatnonzero((impacts["second"] < 0) & wrong)[:1].tolist():
-            shown, due = (", ".join(f"{value:g}" for value in values) for values in (rows[k], moved[k]))
-            does = f"this driven wall has {due}" if moved[k].any() else "a wall that neither moves nor turns has 0"
+            shown_numbers, due = (", ".join(f"{value:g}" for value in values) for values in (rows[k], wall_velocity[k]))
+            does = (
+                f"this driven wall has {due}" if wall_velocity[k].any() else "a wall that neither moves nor turns has 0"
+            )
             raise InputError(
-                f"{name} of impact {k} of {of} is {shown}, but its second body is "
+                f"{name} of impact {k} of {source} is {shown_numbers}, but its second body is "
                 f"{body_name(int(impacts['second'][k]))}: {does}"
             )
     if math.isfinite(trace.end_time_s) and trace.end_time_s > scene.duration_s * (1.0 + THRESHOLDS.rounding):
         raise InputError(
-            f"{of} ends at {trace.end_time_s:g} s, but the scene ends at {scene.duration_s:g} s: a trace must end "
+            f"{source} ends at {trace.end_time_s:g} s, but the scene ends at {scene.duration_s:g} s: a trace must end "
             "with the state at the scene's end"
         )
 

@@ -112,8 +112,8 @@ class Subject(Closeable):
         """Run a scene and return every observation."""
         answer = self.try_to_watch(setup, looks=looks)
         if isinstance(answer, Raised):
-            what = f"{answer.where}() raises an error for a scene that the adapter declares to support"
-            raise Violation(what, "a run to the end of the scene", f"{answer.kind}: {answer.message}", setup)
+            problem = f"{answer.where}() raises an error for a scene that the adapter declares to support"
+            raise Violation(problem, "a run to the end of the scene", f"{answer.kind}: {answer.message}", setup)
         return answer
 
     def watch_cached(self, setup: Setup) -> Watched:
@@ -126,7 +126,7 @@ class Subject(Closeable):
     def try_to_watch(
         self,
         setup: Setup,
-        more: Mapping[str, Setting] = MappingProxyType({}),
+        extra_settings: Mapping[str, Setting] = MappingProxyType({}),
         *,
         looks: int = 1,
         cut: bool = False,
@@ -136,12 +136,12 @@ class Subject(Closeable):
 
         Args:
             setup: The run.
-            more: Settings in addition to those of the profile.
+            extra_settings: Settings in addition to those of the profile.
             looks: Number of observations after each step; 0 takes all steps in one call and observes only the end.
             cut: Whether to cut the steps.
             disturbed: Whether to try and undo other steps in between.
         """
-        settings = {**self.settings(setup.profile, setup.dt_s), **more}
+        settings = {**self.settings(setup.profile, setup.dt_s), **extra_settings}
         steps = setup.scene.step_count(setup.dt_s)
         cut_s = setup.dt_s if cut else None
         return self._ask(Watch(self.name, setup.scene, settings, steps, looks, cut_s, disturbed), setup)
@@ -175,10 +175,12 @@ class Subject(Closeable):
         return self._pool.worker_of(self.name).list_files()
 
     def _ask(self, task: Task[T], setup: Setup) -> T:
-        ((_, answer),) = run_tasks([TaskRequest(None, None, task)], self._pool, MemoryJournal[None, T](), alone=True)
+        ((_, answer),) = run_tasks(
+            [TaskRequest(None, None, task)], self._pool, MemoryJournal[None, T](), one_at_a_time=True
+        )
         if answer.value is None:
-            what = _FAILURES.get(answer.status, "the run fails")
-            raise Violation(what, "a run to the end of the scene", answer.reason, setup)
+            problem = _FAILURES.get(answer.status, "the run fails")
+            raise Violation(problem, "a run to the end of the scene", answer.reason, setup)
         return answer.value
 
 
@@ -219,7 +221,7 @@ def list_masses(scene: Scene) -> list[float]:
     return [0.0 if disc.immovable else disc.mass_kg for disc in scene.discs]
 
 
-def compute_momentum(scene: Scene, seen: Observation) -> tuple[float, float]:
+def compute_momentum(scene: Scene, observation: Observation) -> tuple[float, float]:
     """Return the momentum of the movable discs, kg m/s."""
-    x, y = np.array(list_masses(scene)) @ seen.velocity_m_s
+    x, y = np.array(list_masses(scene)) @ observation.velocity_m_s
     return float(x), float(y)

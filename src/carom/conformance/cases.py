@@ -119,8 +119,8 @@ def list_cases(subject: Subject) -> Iterator[Case]:
 
     for name, check in _OF_ADAPTER.items():
         yield build_case(name, check)
-    for what in capability.REFUSALS:
-        yield build_case(f"refuses[{what.replace(' ', '-')}]", capability.refuses, what=what)
+    for refusal in capability.REFUSALS:
+        yield build_case(f"refuses[{refusal.replace(' ', '-')}]", capability.refuses, what=refusal)
     for order in ("first", "second"):
         yield build_case(f"immovable-disc[{order}]", capability.immovable_stays, order=order)
     for share, wall_share in product(RESTITUTION_SHARES, repeat=2):

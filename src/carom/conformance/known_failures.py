@@ -93,53 +93,53 @@ def load_known_failures(path: Path) -> tuple[KnownFailure, ...]:
     if not isinstance(entries, list):
         raise InputError(f"{path}: known_failure must be a list of tables, each under [[known_failure]]")
     found: list[KnownFailure] = []
-    seen: set[tuple[str, str, str]] = set()
+    listed: set[tuple[str, str, str]] = set()
     for number, data_of_entry in enumerate(entries, start=1):
-        where = f"{path}: known_failure {number}"
-        entry = _parse_entry(data_of_entry, where)
+        location = f"{path}: known_failure {number}"
+        entry = _parse_entry(data_of_entry, location)
         for name in entry.cases:
-            if (place := (name, entry.versions, entry.platform)) in seen:
-                raise InputError(f"{where}: {format_value(name)} is listed twice")
-            seen.add(place)
+            if (place := (name, entry.versions, entry.platform)) in listed:
+                raise InputError(f"{location}: {format_value(name)} is listed twice")
+            listed.add(place)
         found.append(entry)
     return tuple(found)
 
 
-def _parse_entry(entry: object, where: str) -> KnownFailure:
+def _parse_entry(entry: object, location: str) -> KnownFailure:
     if not isinstance(entry, dict):
-        raise InputError(f"{where}: must be a table with `reason` and `cases`, got {format_value(entry)}")
+        raise InputError(f"{location}: must be a table with `reason` and `cases`, got {format_value(entry)}")
     unknown = sorted(set(entry) - set(_FIELDS))
     if unknown:
-        raise InputError(f"{where}: {format_value(unknown[0])} is unknown; there are: {', '.join(_FIELDS)}")
+        raise InputError(f"{location}: {format_value(unknown[0])} is unknown; there are: {', '.join(_FIELDS)}")
     reason, names = entry.get("reason"), entry.get("cases")
     if not (isinstance(reason, str) and reason.strip()):
-        raise InputError(f"{where}: reason must be a sentence, got {format_value(reason)}")
+        raise InputError(f"{location}: reason must be a sentence, got {format_value(reason)}")
     if not (isinstance(names, list) and names and all(isinstance(name, str) for name in names)):
-        what = "cases must be a list of names such as 'penalty::energy[tuned]'"
-        raise InputError(f"{where}: {what}, got {format_value(names)}")
-    versions = _parse_versions(entry["versions"], where) if "versions" in entry else ""
-    place = _parse_platform(entry["platform"], where) if "platform" in entry else ""
+        problem = "cases must be a list of names such as 'penalty::energy[tuned]'"
+        raise InputError(f"{location}: {problem}, got {format_value(names)}")
+    versions = _parse_versions(entry["versions"], location) if "versions" in entry else ""
+    place = _parse_platform(entry["platform"], location) if "platform" in entry else ""
     return KnownFailure(reason.strip(), tuple(names), versions, place)
 
 
-def _parse_versions(value: object, where: str) -> str:
+def _parse_versions(value: object, location: str) -> str:
     try:
         if isinstance(value, str):
             parse_version_conditions(value)
             return value
     except InputError as error:
-        raise InputError(f"{where}: versions: {error}") from None
-    raise InputError(f"{where}: versions must be a range such as '>=7,<8', got {format_value(value)}")
+        raise InputError(f"{location}: versions: {error}") from None
+    raise InputError(f"{location}: versions must be a range such as '>=7,<8', got {format_value(value)}")
 
 
-def _parse_platform(value: object, where: str) -> str:
+def _parse_platform(value: object, location: str) -> str:
     system, dash, machine = value.partition("-") if isinstance(value, str) else ("", "", "")
     for part, names in ((system, _SYSTEMS), *([(machine, _MACHINES)] if dash else [])):
         if part not in names:
-            what = "platform must be a system, or a system and a machine, such as 'linux-aarch64'"
-            every = f"there are: {', '.join(names)}; this is {find_platform_name()}"
-            hints = build_name_hints(part, names, every)
-            raise InputError(f"{where}: {what}, got {format_value(value)}", hints=hints)
+            problem = "platform must be a system, or a system and a machine, such as 'linux-aarch64'"
+            hint = f"there are: {', '.join(names)}; this is {find_platform_name()}"
+            hints = build_name_hints(part, names, hint)
+            raise InputError(f"{location}: {problem}, got {format_value(value)}", hints=hints)
     return f"{system}{dash}{machine}"
 
 
@@ -167,8 +167,8 @@ def list_known_reasons(
             except InputError as error:
                 raise InputError(f"{path}: known_failure {number}: {error}") from None
             if name in found:
-                where = f"for release {versions[engine]} on {platform_}"
-                raise InputError(f"{path}: known_failure {number}: {format_value(name)} is listed twice {where}")
+                scope = f"for release {versions[engine]} on {platform_}"
+                raise InputError(f"{path}: known_failure {number}: {format_value(name)} is listed twice {scope}")
             found[name] = entry.reason
     return found
 
@@ -203,8 +203,8 @@ def check_names(
             hint = suggest_name(name, names) or "`pytest --carom-engine NAME --collect-only -q` lists them"
             raise InputError(f"{path}: there is no case {format_value(name)}", hints=[hint])
         if name in skipped and name in known:
-            what = f"{name!r} can't fail, because it is skipped"
-            raise InputError(f"{path}: {what}: {skipped[name]}", hints=["remove it"])
+            problem = f"{name!r} can't fail, because it is skipped"
+            raise InputError(f"{path}: {problem}: {skipped[name]}", hints=["remove it"])
 
 
 #: Beginning of a new entry's reason. The user replaces this text.
@@ -260,21 +260,21 @@ def write_known_failures(
     except OSError as error:
         raise InputError(f"{path}: can't be read: {error.strerror}") from None
     before, chunks = _split_entries(text, entries)
-    kept = [_drop_passing_cases(entry, passed, versions, platform) for entry in entries]
+    updated = [_drop_passing_cases(entry, passed, versions, platform) for entry in entries]
     stay = [
         (entry, chunk if entry == old else f"{_extract_comments(chunk)}{_render_entry(entry)}")
-        for old, entry, chunk in zip(entries, kept, chunks, strict=True)
+        for old, entry, chunk in zip(entries, updated, chunks, strict=True)
         if entry.cases
     ]
     joined = list(_build_new_entries(failed, entries, versions, platform))
-    wanted = [*(entry for entry, _ in stay), *joined]
+    all_entries = [*(entry for entry, _ in stay), *joined]
     parts = [before, *(chunk for _, chunk in stay), *map(_render_entry, joined)]
     new = "\n\n".join(part.strip() for part in parts if part.strip()) + "\n"
-    if _parse_entries(new) != [_build_table(entry) for entry in wanted]:
-        new = "\n".join(map(_render_entry, wanted))  # an unusual form of TOML is rewritten and loses its comments
+    if _parse_entries(new) != [_build_table(entry) for entry in all_entries]:
+        new = "\n".join(map(_render_entry, all_entries))  # an unusual form of TOML is rewritten and loses its comments
     if failed or passed:
         write_file(path, new)
-    bare = (name for entry in wanted if entry.reason.startswith(TO_BE_WRITTEN) for name in entry.cases)
+    bare = (name for entry in all_entries if entry.reason.startswith(TO_BE_WRITTEN) for name in entry.cases)
     return WrittenFailures(tuple(failed), tuple(sorted(passed)), tuple(bare))
 
 
@@ -313,9 +313,9 @@ def _build_new_entries(
     """
     elsewhere = {name for entry in entries for name in entry.cases}
     groups: dict[tuple[str, str, bool], list[str]] = {}
-    for name, what in failed.items():
+    for name, message in failed.items():
         engine = name.partition("::")[0]
-        groups.setdefault((engine, _NUMBER.sub("#", what), name in elsewhere), []).append(name)
+        groups.setdefault((engine, _NUMBER.sub("#", message), name in elsewhere), []).append(name)
     for (engine, _, scoped), names in groups.items():
         entry = KnownFailure(f"{TO_BE_WRITTEN}; {escape_controls(failed[names[0]])}", tuple(names))
         yield replace(entry, versions=versions[engine], platform=platform) if scoped else entry

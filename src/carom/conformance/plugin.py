@@ -54,8 +54,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     """Plan the suite if requested. Invalid options end the run before its first test."""
-    wanted = config.getoption("carom_engine")
-    if not wanted:
+    engine_names = config.getoption("carom_engine")
+    if not engine_names:
         return
     config.addinivalue_line("markers", MARKER)
     from carom.conformance.known_failures import FILE_NAME
@@ -71,7 +71,7 @@ def pytest_configure(config: pytest.Config) -> None:
     is_new = writes and file is not None and not file.exists()
     try:
         suite = make_suite(
-            wanted,
+            engine_names,
             config.getoption("carom_profile"),
             None if is_new else file,
             () if is_new else (config.rootpath, config.invocation_params.dir),

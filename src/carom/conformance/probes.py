@@ -80,11 +80,11 @@ class _AdapterRaised(Exception):  # noqa: N818 - the suite decides whether this 
 
 
 @contextmanager
-def _catch_adapter_errors(where: str) -> Iterator[None]:
+def _catch_adapter_errors(method: str) -> Iterator[None]:
     try:
         yield
     except Exception as error:
-        raised = Raised(where, type(error).__name__, isinstance(error, CaromError), str(error))
+        raised = Raised(method, type(error).__name__, isinstance(error, CaromError), str(error))
         raise _AdapterRaised(raised) from error
 
 
@@ -131,12 +131,12 @@ def _observe(world: World) -> Observation:
         return world.observe()
 
 
-def _read_bytes(seen: Observation) -> tuple[bytes, bytes]:
-    return seen.position_m.tobytes(), seen.velocity_m_s.tobytes()
+def _read_bytes(observation: Observation) -> tuple[bytes, bytes]:
+    return observation.position_m.tobytes(), observation.velocity_m_s.tobytes()
 
 
-def _copy_observation(seen: Observation) -> Observation:
-    return replace(seen, position_m=seen.position_m.copy(), velocity_m_s=seen.velocity_m_s.copy())
+def _copy_observation(observation: Observation) -> Observation:
+    return replace(observation, position_m=observation.position_m.copy(), velocity_m_s=observation.velocity_m_s.copy())
 
 
 @dataclass(frozen=True)
@@ -160,22 +160,22 @@ class Watch(_Probe):
     def carry_out(self) -> Watched | Raised:
         """Return the observations."""
         with self._open_world() as world:
-            given = [_observe(world)]
-            copies = [_copy_observation(given[0])]
+            observations = [_observe(world)]
+            copies = [_copy_observation(observations[0])]
             for _ in range(self.steps if self.looks else 1):
                 if self.cut_s is None:
                     with _catch_adapter_errors("advance"):
                         world.advance(1 if self.looks else self.steps)
                 else:
                     self._cut(world, self.cut_s)
-                given.append(_observe(world))
-                copies.append(_copy_observation(given[-1]))
+                observations.append(_observe(world))
+                copies.append(_copy_observation(observations[-1]))
                 for _ in range(self.looks - 1):
                     _observe(world)
             with _catch_adapter_errors("settings"):
                 settings = dict(world.settings)
-        pairs = enumerate(zip(given, copies, strict=True))
-        changed = (k for k, (now, then) in pairs if _read_bytes(now) != _read_bytes(then))
+        pairs = enumerate(zip(observations, copies, strict=True))
+        changed = (k for k, (original, copied) in pairs if _read_bytes(original) != _read_bytes(copied))
         return Watched(settings, tuple(copies), next(changed, None))
 
     def _cut(self, world: World, length_s: float) -> None:
@@ -236,5 +236,5 @@ def _measure_memory() -> int | None:
     if give_back is not None:
         give_back(0)
     started = [pid for file in Path("/proc/self/task").glob("*/children") for pid in file.read_text().split()]
-    held = [measure_resident_bytes(process=pid) for pid in ("self", *started)]
-    return None if held[0] is None else sum(filter(None, held))
+    sizes = [measure_resident_bytes(process=pid) for pid in ("self", *started)]
+    return None if sizes[0] is None else sum(filter(None, sizes))

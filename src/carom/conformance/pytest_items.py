@@ -70,8 +70,8 @@ class CaseItem(pytest.Item):
             lines += [f"  expected   {error.expected}", f"  got        {error.found}"]
             if error.setup is not None:
                 lines += [f"  scene      {error.setup}", f"  reproduce  {self._format_command(error.setup)}"]
-        again = ["pytest", "--carom-engine", format_engine_argument(self.engine.info.name), "-k", self.case.name]
-        lines.append(f"  again      {shlex.join(again)}")
+        rerun = ["pytest", "--carom-engine", format_engine_argument(self.engine.info.name), "-k", self.case.name]
+        lines.append(f"  again      {shlex.join(rerun)}")
         return "\n".join(lines)
 
     def reportinfo(self) -> tuple[Path, int | None, str]:
@@ -143,8 +143,8 @@ class ConformanceRun:
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         """Collect the failed and passed cases for the file of known failures."""
         if failure := getattr(report, "carom_failed", None):
-            name, what = failure
-            self._failed[name] = what
+            name, message = failure
+            self._failed[name] = message
         elif name := getattr(report, "carom_passed", ""):
             self._passed.add(name)
 

@@ -66,7 +66,7 @@ class Suite:
 
 
 def make_suite(
-    wanted: Sequence[str],
+    engine_names: Sequence[str],
     profiles: Sequence[str],
     known_file: Path | None,
     folders: Sequence[Path],
@@ -75,7 +75,7 @@ def make_suite(
     """Plan the suite, without importing an engine.
 
     Args:
-        wanted: Values of ``--carom-engine``.
+        engine_names: Values of ``--carom-engine``.
         profiles: Values of ``--carom-profile``: names, or ``all`` (default: `carom.execution.plan.DEFAULT_PROFILES`).
         known_file: The file of known failures; None for the first one in `folders`.
         folders: pytest's root directory, and the working directory. The two differ if the value of an option is also
@@ -87,7 +87,7 @@ def make_suite(
     """
     planned, everything = [], dict[str, str]()
     with limits.open_pool() as pool:
-        infos = select_engines(wanted, pool)
+        infos = select_engines(engine_names, pool)
     for info in infos:
         if info.unavailable:
             planned.append(EnginePlan(info, None, ()))
@@ -113,11 +113,11 @@ def make_suite(
     return replace(suite, known=known)
 
 
-def select_engines(wanted: Sequence[str], pool: Pool) -> list[EngineInfo]:
+def select_engines(engine_names: Sequence[str], pool: Pool) -> list[EngineInfo]:
     """Return the adapters that the given words select, without duplicates.
 
     Args:
-        wanted: Names of adapters, distributions or packages with entry points; manifests; or ``all``.
+        engine_names: Names of adapters, distributions or packages with entry points; manifests; or ``all``.
         pool: Worker pool for queries of adapters. The pool is not closed.
 
     Raises:
@@ -125,10 +125,10 @@ def select_engines(wanted: Sequence[str], pool: Pool) -> list[EngineInfo]:
         InputError: An adapter that is selected by its name is unavailable.
         AdapterError: A manifest can't be read.
     """
-    wanted = [resolve_engine(word) for word in wanted]
+    engine_names = [resolve_engine(word) for word in engine_names]
     points = list_adapter_points()
     chosen: dict[str, None] = {}
-    for word in wanted:
+    for word in engine_names:
         found = [word] if word in points else [name for name in points if _contains(name, word)]
         if not found:
             known = ", ".join(f"{name} ({distribution_of(name)})" for name in sorted(points))
@@ -139,7 +139,7 @@ def select_engines(wanted: Sequence[str], pool: Pool) -> list[EngineInfo]:
         chosen |= dict.fromkeys(found)
     infos = {info.name: info for info in describe_engines([*chosen], pool)}
     for name in chosen:
-        if infos[name].unavailable and name in wanted:
+        if infos[name].unavailable and name in engine_names:
             raise InputError(f"{name}: {infos[name].unavailable}")
     return [infos[name] for name in chosen]
 
@@ -155,5 +155,5 @@ def _normalize_name(name: str) -> str:
     return re.sub(r"[-_.]+", "-", name).lower()
 
 
-def _is_run(info: EngineInfo, profile: str, wanted: Sequence[str]) -> bool:
-    return ALL in wanted or profile in info.own_profiles(wanted or DEFAULT_PROFILES)
+def _is_run(info: EngineInfo, profile: str, profile_names: Sequence[str]) -> bool:
+    return ALL in profile_names or profile in info.own_profiles(profile_names or DEFAULT_PROFILES)

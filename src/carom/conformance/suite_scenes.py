@@ -79,52 +79,52 @@ _EDGE_PLACES = [(complex(1.51 * side, side), -3 * side) for side in (-1, 1)]
 
 def _build_head_on(
     name: str,
-    can: Capabilities,
+    capabilities: Capabilities,
     places: Sequence[tuple[complex, float]],
     wall: Wall | Chain | Ring,
     duration_s: float = 0.6,
     **laws: Any,
 ) -> Scene:
     """Return a scene of discs that meet a wall head-on. `places` has the centre and the velocity along x of each."""
-    restitution, discs = can.restitution[1], [build_disc(place, speed, 0.5) for place, speed in places]
+    restitution, discs = capabilities.restitution[1], [build_disc(place, speed, 0.5) for place, speed in places]
     laws |= {"walls": [wall], "wall_restitution": restitution}
     return _build_scene(f"{name}-{restitution:g}", discs, duration_s, **laws)
 
 
-def build_two_sided_edge(can: Capabilities) -> Scene:
+def build_two_sided_edge(capabilities: Capabilities) -> Scene:
     """Return a single edge that two discs meet head-on at 3 m/s, one from either side."""
-    return _build_head_on("edge", can, _EDGE_PLACES, Chain(points_m=[(0, -2), (0, 2)]))
+    return _build_head_on("edge", capabilities, _EDGE_PLACES, Chain(points_m=[(0, -2), (0, 2)]))
 
 
-def build_two_sided_circle(can: Capabilities) -> Scene:
+def build_two_sided_circle(capabilities: Capabilities) -> Scene:
     """Return a circle that two discs meet head-on at 3 m/s, one from inside and one from outside."""
-    return _build_head_on("circle", can, [(0.99, 3), (4.51, -3)], Ring(centre_m=(0, 0), radius_m=2.5))
+    return _build_head_on("circle", capabilities, [(0.99, 3), (4.51, -3)], Ring(centre_m=(0, 0), radius_m=2.5))
 
 
-def build_outside_circle(can: Capabilities) -> Scene:
+def build_outside_circle(capabilities: Capabilities) -> Scene:
     """Return a circle that a disc meets head-on from outside at 3 m/s."""
-    return _build_head_on("outside", can, [(4.51, -3)], Ring(centre_m=(0, 0), radius_m=2.5))
+    return _build_head_on("outside", capabilities, [(4.51, -3)], Ring(centre_m=(0, 0), radius_m=2.5))
 
 
-def build_starting_paddle(can: Capabilities) -> Scene:
+def build_starting_paddle(capabilities: Capabilities) -> Scene:
     """Return a half-plane that moves at 1 m/s after 0.25 s.
 
     A disc meets the half-plane at -3 m/s and leaves at (1 + 4 e) m/s.
     """
     legs = [{"from_s": 0.0, "velocity_m_s": (0.0, 0.0)}, {"from_s": 0.25, "velocity_m_s": (1.0, 0.0)}]
-    return _build_head_on("legs", can, [(2.01, -3)], Wall(point_m=(0, 0), normal=(1, 0), legs=legs), 0.8)
+    return _build_head_on("legs", capabilities, [(2.01, -3)], Wall(point_m=(0, 0), normal=(1, 0), legs=legs), 0.8)
 
 
-def build_belt(can: Capabilities) -> Scene:
+def build_belt(capabilities: Capabilities) -> Scene:
     """Return a half-plane with a surface speed of 9 m/s. A disc meets it head-on at 3 m/s and slips on it."""
-    friction, wall = min(0.25, can.friction[1]), Wall(point_m=(0, 0), normal=(1, 0), surface_speed_m_s=9.0)
-    return _build_head_on(f"belt-{friction:g}", can, [(1.51, -3)], wall, wall_friction=friction)
+    friction, wall = min(0.25, capabilities.friction[1]), Wall(point_m=(0, 0), normal=(1, 0), surface_speed_m_s=9.0)
+    return _build_head_on(f"belt-{friction:g}", capabilities, [(1.51, -3)], wall, wall_friction=friction)
 
 
-def build_edge_belt(can: Capabilities) -> Scene:
+def build_edge_belt(capabilities: Capabilities) -> Scene:
     """Return an edge with a surface speed of 9 m/s. Two discs meet it, one from either side, and slip on it."""
-    friction, edge = min(0.25, can.friction[1]), Chain(points_m=[(0, -2), (0, 2)], surface_speed_m_s=9.0)
-    return _build_head_on(f"edge-belt-{friction:g}", can, _EDGE_PLACES, edge, wall_friction=friction)
+    friction, edge = min(0.25, capabilities.friction[1]), Chain(points_m=[(0, -2), (0, 2)], surface_speed_m_s=9.0)
+    return _build_head_on(f"edge-belt-{friction:g}", capabilities, _EDGE_PLACES, edge, wall_friction=friction)
 
 
 def build_two_walls(first: float, second: float) -> Scene:
@@ -135,16 +135,19 @@ def build_two_walls(first: float, second: float) -> Scene:
     return _build_scene(f"walls-{first:g}-{second:g}", discs, 0.6, walls=[left, right], wall_restitution=first)
 
 
-def build_paddle(can: Capabilities, *, edge: bool = False) -> Scene:
+def build_paddle(capabilities: Capabilities, *, edge: bool = False) -> Scene:
     """Return a half-plane or edge that moves at 1 m/s. A disc meets the wall at -3 m/s and leaves at (1 + 4 e) m/s."""
     name, moves = f"paddle-{'edge' if edge else 'wall'}", {"velocity_m_s": (1, 0)}
     wall = Chain(points_m=[(0, -2), (0, 2)], **moves) if edge else Wall(point_m=(0, 0), normal=(1, 0), **moves)
-    return _build_head_on(name, can, [(1.51, -3)], wall)
+    return _build_head_on(name, capabilities, [(1.51, -3)], wall)
 
 
-def build_mallet(can: Capabilities) -> Scene:
+def build_mallet(capabilities: Capabilities) -> Scene:
     """Return a driven disc at 1 m/s. A free disc meets the driven disc at -3 m/s and leaves at (1 + 4 e) m/s."""
-    restitution, discs = can.restitution[1], [build_disc(0, 1, 0.5, math.inf, driven=True), build_disc(2.01, -3, 0.5)]
+    restitution, discs = (
+        capabilities.restitution[1],
+        [build_disc(0, 1, 0.5, math.inf, driven=True), build_disc(2.01, -3, 0.5)],
+    )
     return _build_scene(f"mallet-{restitution:g}", discs, 0.6, restitution=restitution)
 
 
@@ -194,7 +197,11 @@ def build_mixed_contacts(*, wall: bool, restitution: float) -> Scene:
 
 
 def build_rubbing(
-    can: Capabilities, friction: float, wall_friction: float, inertia_factor: float = 0.5, restitution: float = 1.0
+    capabilities: Capabilities,
+    friction: float,
+    wall_friction: float,
+    inertia_factor: float = 0.5,
+    restitution: float = 1.0,
 ) -> Scene:
     """Return two discs that meet along x and slip. If walls are supported, a third disc slips on a wall.
 
@@ -202,23 +209,32 @@ def build_rubbing(
     by less than the rounding allowance. So the lever arm of friction and the normal are correct even in an engine that
     derives them from overlapping positions.
     """
-    turns, factor = can.spin and math.isfinite(inertia_factor), inertia_factor if can.spin else math.inf
-    late_s = TOUCH_STEPS * DT_S - 0.25 * THRESHOLDS.rounding_of(can.float_bits) / 3  # all bodies approach at 3 m/s
+    turns, factor = (
+        capabilities.spin and math.isfinite(inertia_factor),
+        inertia_factor if capabilities.spin else math.inf,
+    )
+    late_s = (
+        TOUCH_STEPS * DT_S - 0.25 * THRESHOLDS.rounding_of(capabilities.float_bits) / 3
+    )  # all bodies approach at 3 m/s
     discs = [
-        build_disc(at - velocity * late_s, velocity, 0.5, mass, spin_rad_s=spin * turns, inertia_factor=factor)
-        for at, velocity, spin, mass in ((0, 2 + 0.5j, 6.0, 1.0), (1, -1 - 0.25j, 2.0, 2.0), (9.5j, 2 + 3j, -8.0, 1.5))
+        build_disc(place - velocity * late_s, velocity, 0.5, mass, spin_rad_s=spin * turns, inertia_factor=factor)
+        for place, velocity, spin, mass in (
+            (0, 2 + 0.5j, 6.0, 1.0),
+            (1, -1 - 0.25j, 2.0, 2.0),
+            (9.5j, 2 + 3j, -8.0, 1.5),
+        )
     ]
     laws: dict[str, Any] = {"friction": friction, "restitution": restitution, "wall_restitution": restitution}
-    if can.walls:
+    if capabilities.walls:
         laws |= {"walls": [Wall(point_m=(0, 10), normal=(0, -1))], "wall_friction": wall_friction}
     name = f"friction-{friction:g}-{wall_friction:g}-{inertia_factor:g}"
-    return _build_scene(name, discs if can.walls else discs[:2], 2 * TOUCH_STEPS * DT_S, **laws)
+    return _build_scene(name, discs if capabilities.walls else discs[:2], 2 * TOUCH_STEPS * DT_S, **laws)
 
 
-def build_rubbing_crowd(can: Capabilities, friction: float, restitution: float) -> Scene:
+def build_rubbing_crowd(capabilities: Capabilities, friction: float, restitution: float) -> Scene:
     """Return the crowd as spinning discs with friction, in a box if walls are supported."""
-    scene = build_walled_box() if can.walls else build_crowd()
-    spun = {"spin_rad_s": 4.0} if can.spin else {"inertia_factor": math.inf}
+    scene = build_walled_box() if capabilities.walls else build_crowd()
+    spun = {"spin_rad_s": 4.0} if capabilities.spin else {"inertia_factor": math.inf}
     discs = [disc.model_copy(update={k: v * (-1) ** i for k, v in spun.items()}) for i, disc in enumerate(scene.discs)]
     update = {"name": "conformance-rubbing", "discs": tuple(discs), "friction": friction, "wall_friction": friction}
     return scene.model_copy(update=update | {"restitution": restitution, "wall_restitution": restitution})

@@ -45,16 +45,16 @@ class Violation(CaromError):  # noqa: N818 - the result of a check, not an error
         setup: The run that shows the violation; None if no scene was run.
     """
 
-    def __init__(self, what: str, expected: object, found: object, setup: Setup | None = None) -> None:
-        self.what, self.expected, self.found, self.setup = what, str(expected), str(found), setup
-        super().__init__(f"{what}: expected {self.expected}, got {self.found}" + (f" in {setup}" if setup else ""))
+    def __init__(self, problem: str, expected: object, found: object, setup: Setup | None = None) -> None:
+        self.what, self.expected, self.found, self.setup = problem, str(expected), str(found), setup
+        super().__init__(f"{problem}: expected {self.expected}, got {self.found}" + (f" in {setup}" if setup else ""))
 
 
 class NotApplicable(CaromError):  # noqa: N818 - a reason to skip, not an error
     """Signal that a check does not apply, such as for an undeclared capability. The message is the reason."""
 
 
-def require(holds: bool, what: str, expected: object, found: object, setup: Setup | None = None) -> None:
+def require(holds: bool, problem: str, expected: object, found: object, setup: Setup | None = None) -> None:
     """Raise a `Violation` if a condition does not hold."""
     if not holds:
-        raise Violation(what, expected, found, setup)
+        raise Violation(problem, expected, found, setup)

@@ -176,8 +176,8 @@ def resolve_rough_impact(
     unit = normal / np.hypot(normal[:, 0], normal[:, 1])[:, None]
     tangent = np.stack([-unit[:, 1], unit[:, 0]], axis=1)
     approach = np.sum((first.velocity - second.velocity) * unit, axis=1)
-    pressed = (1.0 + restitution) * np.maximum(approach, 0.0) / (1.0 / first.mass + 1.0 / second.mass)
-    tangential = compute_branches(first, second, tangent, pressed, contacts).law
+    normal_impulse = (1.0 + restitution) * np.maximum(approach, 0.0) / (1.0 / first.mass + 1.0 / second.mass)
+    tangential = compute_branches(first, second, tangent, normal_impulse, contacts).law
     return (
         first._replace(
             velocity=v1 - (tangential / first.mass)[:, None] * tangent,

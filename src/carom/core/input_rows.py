@@ -31,7 +31,7 @@ _NONE = (0.0, 0.0)
 def build_feature_row(feature: Feature | HalfPlane, wall: int) -> tuple[float, ...]:
     """Return a feature of a wall, or a half-plane, as the row of numbers that `feature_from` reads."""
     pairs: tuple[Pair, ...]
-    normal, half_width, fits_below, whole, reflex = _NONE, 0.0, 0.0, False, False
+    normal, half_width, fits_below, is_whole, reflex = _NONE, 0.0, 0.0, False, False
     if isinstance(feature, tuple):
         kind, (x, y, *along) = _PLANE, feature
         normal, pairs = (along[0], along[1]), ((x, 0.0), (y, 0.0))
@@ -42,11 +42,11 @@ def build_feature_row(feature: Feature | HalfPlane, wall: int) -> tuple[float, .
     else:
         kind = _VERTEX if feature.is_vertex else _INNER_ARC if feature.inside else _OUTER_ARC
         half_width, fits_below, sector = feature.half_width, feature.fits_below, feature.sector
-        pairs, whole = (*feature.centre, feature.radius), sector is None
+        pairs, is_whole = (*feature.centre, feature.radius), sector is None
         if sector is not None:
             pairs, reflex = (*pairs, *sector.first, *sector.last), sector.reflex
     parts = chain.from_iterable((*pairs, *[_NONE] * (7 - len(pairs))))
-    return (kind, wall, whole, reflex, half_width, fits_below, *normal, *parts)
+    return (kind, wall, is_whole, reflex, half_width, fits_below, *normal, *parts)
 
 
 def build_chain_rows(walls: Iterable[HalfPlane | Outline]) -> tuple[list[tuple[float, ...]], list[tuple[float, ...]]]:

@@ -260,8 +260,8 @@ def build_features(outline: Outline, widest_m: float = math.inf) -> tuple[WallFe
         sides += _build_sides(run, outline.half_width)
         inner = sides[-2]
         if run.circle is not None and isinstance(inner.feature, Arc) and inner.feature.fits_below <= widest_m:
-            ways = find_stops(runs, k, closed=outline.closed)
-            stops += (inner._replace(feature=inner.feature.build_stop(run.circle, way)) for way in ways)
+            offsets = find_stops(runs, k, closed=outline.closed)
+            stops += (inner._replace(feature=inner.feature.build_stop(run.circle, offset)) for offset in offsets)
     return (*sides, *_build_vertices(runs, outline), *stops)
 
 

@@ -64,10 +64,10 @@ class EngineInfo:
     install: str = ""
     code: bool = False
 
-    def own_profiles(self, asked: Iterable[str]) -> list[str]:
+    def own_profiles(self, names: Iterable[str]) -> list[str]:
         """Return which of the requested profiles the engine has. An alias is replaced by the name."""
-        named = dict.fromkeys(resolve_profile(self.name, profile) for profile in asked)
-        return [profile for profile in named if profile in self.profiles]
+        resolved = dict.fromkeys(resolve_profile(self.name, profile) for profile in names)
+        return [profile for profile in resolved if profile in self.profiles]
 
     @property
     def available(self) -> bool:
@@ -161,9 +161,9 @@ def _list_points(distribution: metadata.Distribution) -> list[AdapterPoint]:
     try:
         points = distribution.entry_points.select(group=ENTRY_POINT_GROUP)
     except Exception as error:  # noqa: BLE001 - a damaged file can cause any exception
-        where = str(distribution.locate_file(""))
+        location = str(distribution.locate_file(""))
         broken = f"can't read the entry points of an installed distribution; install it again: {type(error).__name__}"
-        return [AdapterPoint(where, where, broken=f"{broken}: {error}")]
+        return [AdapterPoint(location, location, broken=f"{broken}: {error}")]
     name = _read_name(distribution) if points else ""  # reads a file
     return [
         AdapterPoint(
@@ -283,12 +283,12 @@ def load_adapter(name: str) -> Adapter:
     return found
 
 
-def has_part(thing: object, part: str) -> bool:
+def has_part(value: object, part: str) -> bool:
     """Whether an object has an attribute, even if reading it raises an AttributeError of another object."""
     try:
-        inspect.getattr_static(thing, part)
+        inspect.getattr_static(value, part)
     except AttributeError:
-        return hasattr(thing, part)  # by its `__getattr__`
+        return hasattr(value, part)  # by its `__getattr__`
     return True
 
 
@@ -301,10 +301,10 @@ def explain_unavailable_engine(engine: Engine) -> str:
     if found:
         return _explain_too_old(engine) if engine.oldest else ""
     reason = f"{engine.module} is not installed"
-    here = sys.version_info[:2]
-    if engine.no_wheel_from and here >= engine.no_wheel_from:
+    version = sys.version_info[:2]
+    if engine.no_wheel_from and version >= engine.no_wheel_from:
         newest = "{}.{}".format(*engine.no_wheel_from)
-        reason += f", and {engine.name} has no wheel for CPython {newest} and later (this is {here[0]}.{here[1]})"
+        reason += f", and {engine.name} has no wheel for CPython {newest} and later (this is {version[0]}.{version[1]})"
     return f"{reason}; {engine.install}" if engine.install else reason
 
 
@@ -331,8 +331,8 @@ def explain_unavailable_adapter(adapter: Adapter) -> str:
 
     An adapter may have a method ``unavailable()`` for reasons other than a module: a missing program, a licence.
     """
-    own = getattr(adapter, "unavailable", None)
-    return explain_unavailable_engine(adapter.engine) or (str(own()) if callable(own) else "")
+    method = getattr(adapter, "unavailable", None)
+    return explain_unavailable_engine(adapter.engine) or (str(method()) if callable(method) else "")
 
 
 def find_version(adapter: Adapter, adapter_distribution: str) -> str:
@@ -341,8 +341,8 @@ def find_version(adapter: Adapter, adapter_distribution: str) -> str:
     An adapter may have a method ``version()`` if its engine is not a Python distribution. An engine with neither a
     module nor such a method is part of its adapter, and has the adapter's version.
     """
-    own = getattr(adapter, "version", None)
-    if callable(own):
-        return str(own()) or "unknown"
+    method = getattr(adapter, "version", None)
+    if callable(method):
+        return str(method()) or "unknown"
     engine = adapter.engine
     return _find_installed_release(engine.distribution or ("" if engine.module else adapter_distribution)) or "unknown"

@@ -41,7 +41,7 @@ def capabilities_of(adapter: Adapter, profile: str) -> Capabilities:
 
 
 def prepare_settings(
-    adapter: Adapter, profile: str, dt_s: float, tried: SettingOverrides = ()
+    adapter: Adapter, profile: str, dt_s: float, overrides: SettingOverrides = ()
 ) -> Mapping[str, Setting]:
     """Return the settings of a profile for a step size, including the settings that replace its own.
 
@@ -58,4 +58,4 @@ def prepare_settings(
     if plain.get("dt_s") != dt_s:
         mistake = f"dt_s among the settings of profile {profile!r} of {adapter.name} must be the step size, {dt_s:g}"
         raise build_adapter_error(f"{mistake}, got {plain.get('dt_s', 'none')}")
-    return {**plain, **dict(tried)}
+    return {**plain, **dict(overrides)}

@@ -112,23 +112,23 @@ class ClusterPool(Pool):
             self._client.submit(_carry_out, work, item, self._limits, pure=False, retries=RETRIES): name
             for name, item in items
         }
-        lost = []
-        with self._watch_workers(submitted) as gone:
+        lost_tasks = []
+        with self._watch_workers(submitted) as reasons:
             for future in distributed.as_completed(list(submitted), loop=self._client.loop):
                 name = submitted.pop(future)
                 try:
                     results: list[T] = future.result()
                 except distributed.scheduler.KilledWorker:
-                    lost.append(name)
+                    lost_tasks.append(name)
                 except (distributed.CancelledError, distributed.comm.CommClosedError):
-                    why = "".join(gone) or f"the Dask scheduler at {self._address} went away"
+                    why = "".join(reasons) or f"the Dask scheduler at {self._address} went away"
                     raise ClusterError(f"{why}; tasks left: {len(submitted) + 1}", hints=[_CONTINUE]) from None
                 else:
                     yield results
                 future.release()
-        if lost:
-            what = f"tasks lost because workers of the cluster at {self._address} ended"
-            raise ClusterError(f"{what}: {len(lost)}, first {lost[0]}", hints=[_CONTINUE])
+        if lost_tasks:
+            problem = f"tasks lost because workers of the cluster at {self._address} ended"
+            raise ClusterError(f"{problem}: {len(lost_tasks)}, first {lost_tasks[0]}", hints=[_CONTINUE])
 
     @contextmanager
     def _watch_workers(self, submitted: Mapping[Any, str]) -> Iterator[list[str]]:
@@ -136,16 +136,16 @@ class ClusterPool(Pool):
 
         Yield an empty list. If workers are missing, the reason is added to this list.
         """
-        over, gone = threading.Event(), list[str]()
+        has_ended, reasons = threading.Event(), list[str]()
 
         def watch() -> None:
-            seen = time.monotonic()
-            while not over.wait(LOOK_S):
+            last_seen_s = time.monotonic()
+            while not has_ended.wait(LOOK_S):
                 with suppress(Exception):  # a scheduler that does not answer counts as one without workers
                     if self._client.scheduler_info()["workers"]:
-                        seen = time.monotonic()
-                if time.monotonic() - seen > WORKERLESS_S:
-                    gone.append(f"the cluster at {self._address} had no worker for {WORKERLESS_S:g} s")
+                        last_seen_s = time.monotonic()
+                if time.monotonic() - last_seen_s > WORKERLESS_S:
+                    reasons.append(f"the cluster at {self._address} had no worker for {WORKERLESS_S:g} s")
                     break
             with suppress(Exception):  # the scheduler may be gone
                 self._client.cancel(list(submitted))
@@ -153,22 +153,22 @@ class ClusterPool(Pool):
         thread = threading.Thread(target=watch, daemon=True)
         thread.start()
         try:
-            yield gone
+            yield reasons
         finally:
-            over.set()
+            has_ended.set()
             thread.join(CONNECT_S)
 
     def _require_same_versions(self) -> None:
         if not self._client.scheduler_info()["workers"]:
             hints = [f"start some with `dask worker {self._address}`"]
             raise ClusterError(f"the cluster at {self._address} has no worker", hints=hints)
-        here = _list_versions()
-        for worker, there in self._client.run(_list_versions).items():
-            for engine in sorted(here.keys() | there.keys()):
-                if here.get(engine) != there.get(engine):
+        local_versions = _list_versions()
+        for worker, its_versions in self._client.run(_list_versions).items():
+            for engine in sorted(local_versions.keys() | its_versions.keys()):
+                if local_versions.get(engine) != its_versions.get(engine):
                     raise InputError(
-                        f"{engine} on the cluster's worker {worker} is {_format_versions(there.get(engine))}, "
-                        f"and here {_format_versions(here.get(engine))}: results would not be the same",
+                        f"{engine} on the cluster's worker {worker} is {_format_versions(its_versions.get(engine))}, "
+                        f"and here {_format_versions(local_versions.get(engine))}: results would not be the same",
                         hints=["install the same on both"],
                     )
 

@@ -131,9 +131,9 @@ def describe_engines(names: Sequence[str] | None, pool: Pool) -> EngineList:
     return EngineList(sorted(infos, key=lambda info: (bool(info.engine != "Carom"), info.name)))
 
 
-def select_engines(infos: Sequence[EngineInfo], asked: Sequence[str] | None) -> list[EngineInfo]:
+def select_engines(infos: Sequence[EngineInfo], names: Sequence[str] | None) -> list[EngineInfo]:
     """Return the engines to run: the requested ones, or all that are installed if none is requested."""
-    return [info for info in infos if asked is not None or not info.missing]
+    return [info for info in infos if names is not None or not info.missing]
 
 
 def find_engine(name: str) -> EngineInfo:
@@ -224,7 +224,7 @@ def list_methods(
     profiles: Sequence[str],
     dts: Sequence[float],
     pool: Pool,
-    tried: Mapping[str, SettingOverrides] = MappingProxyType({}),
+    overrides: Mapping[str, SettingOverrides] = MappingProxyType({}),
 ) -> Methods:
     """Return the methods to run with each step size.
 
@@ -233,21 +233,24 @@ def list_methods(
         profiles: Names of the profiles to run.
         dts: Step sizes, seconds.
         pool: Pool for the queries of adapters; it stays open.
-        tried: Settings that replace those of the profiles, by the engine's name.
+        overrides: Settings that replace those of the profiles, by the engine's name.
     """
     steps = tuple(dict.fromkeys(dts))
     tasks = {
         info.name: [
-            SettingsTask(info.name, profile, steps, tried.get(info.name, ())) for profile in info.own_profiles(profiles)
+            SettingsTask(info.name, profile, steps, overrides.get(info.name, ()))
+            for profile in info.own_profiles(profiles)
         ]
         for info in infos
     }
-    queried = pool.map_unordered(((name, of) for name, of in tasks.items() if of), _query_all)
+    queried = pool.map_unordered(
+        ((name, engine_tasks) for name, engine_tasks in tasks.items() if engine_tasks), _query_all
+    )
     found = {(task.engine, task.profile): answer for several in queried for task, answer in several}
-    at: dict[tuple[str, float], tuple[Method, ...]] = {}
+    methods: dict[tuple[str, float], tuple[Method, ...]] = {}
     refused: dict[tuple[Method, float], Answer[Any]] = {}
     for info in infos:
-        own_tried = tried.get(info.name, ())
+        own_overrides = overrides.get(info.name, ())
         # An adapter without declarations gets one row, with the reason.
         own_profiles = info.own_profiles(profiles) if info.profiles else profiles[-1:]
         for k, dt_s in enumerate(steps):
@@ -255,13 +258,13 @@ def list_methods(
             for profile in own_profiles:
                 settings = _extract_settings(info, found.get((info.name, profile)), k)
                 if isinstance(settings, Answer):
-                    refused[Method(info.name, profile, own_tried), dt_s] = settings
+                    refused[Method(info.name, profile, own_overrides), dt_s] = settings
                     last_of[profile] = profile
                 else:
                     last_of[profile in info.located, *sorted(settings.items())] = profile
             names = sorted(last_of.values(), key=own_profiles.index)
-            at[info.name, dt_s] = tuple(Method(info.name, profile, own_tried) for profile in names)
-    return Methods(at, refused, {info.name: info for info in infos})
+            methods[info.name, dt_s] = tuple(Method(info.name, profile, own_overrides) for profile in names)
+    return Methods(methods, refused, {info.name: info for info in infos})
 
 
 def _extract_settings(

@@ -57,7 +57,12 @@ class ObserveTask(JobTask):
         """Return the trace of the run."""
         job = self.job
         return observe_run(
-            load_supported_adapter(job), job.scene, job.profile, job.dt_s, tried=job.method.tried, samples=self.samples
+            load_supported_adapter(job),
+            job.scene,
+            job.profile,
+            job.dt_s,
+            overrides=job.method.tried,
+            samples=self.samples,
         )
 
 
@@ -67,7 +72,7 @@ def observe_run(
     profile: str,
     dt_s: float,
     *,
-    tried: SettingOverrides = (),
+    overrides: SettingOverrides = (),
     samples: bool = False,
     watched: bool = True,
 ) -> Trace:
@@ -81,7 +86,7 @@ def observe_run(
         scene: The scene.
         profile: Name of the profile.
         dt_s: Step size, seconds.
-        tried: Settings that replace those of the profile.
+        overrides: Settings that replace those of the profile.
         samples: Whether to keep positions for drawing.
         watched: Whether to compare each step with PIC from the run's own state, for `local_truth` of the trace.
 
@@ -89,7 +94,7 @@ def observe_run(
         UnknownNameError: The adapter has no such profile.
         AdapterError: The adapter refuses the scene or fails.
     """
-    settings = prepare_settings(adapter, profile, dt_s, tried)
+    settings = prepare_settings(adapter, profile, dt_s, overrides)
     run = _Run(scene, dt_s, adapter.capabilities.float_bits, samples=samples, watched=watched)
     world = adapter.prepare(scene, settings)
     missing = [part for part in ("settings", "advance", "observe", "close") if not has_part(world, part)]
@@ -111,7 +116,7 @@ def observe_run(
     return replace(
         run.build_trace(to_plain_text(adapter.name, "the name of an adapter")),
         profile=resolve_profile(adapter.name, profile),
-        tried=dict(tried),
+        tried=dict(overrides),
         settings=used,
         float_bits=adapter.capabilities.float_bits,
         counts=counts,
@@ -129,10 +134,10 @@ def choose_kept_steps(steps: int) -> frozenset[int]:
     The step within an interval is quasi-random, because at fixed intervals, a disc that hops every two steps could seem
     to rest.
     """
-    every = -(-steps // MOST_LOOKS)
-    stretches = range(0, steps, every)
+    stretch = -(-steps // MOST_LOOKS)
+    stretches = range(0, steps, stretch)
     return frozenset(
-        min(begin + 1 + int(every * phase), steps)
+        min(begin + 1 + int(stretch * phase), steps)
         for begin, phase in zip(stretches, generate_phases(len(stretches)), strict=True)
     )
 
@@ -170,10 +175,10 @@ class _Run:
     @property
     def earlier(self) -> tuple[float, Observation]:
         """The last state before the present one that is within the scene's duration, and its time."""
-        within = np.flatnonzero(self.rows.time_s[: self.row] <= self.scene.duration_s)
-        if not len(within):
+        rows_within = np.flatnonzero(self.rows.time_s[: self.row] <= self.scene.duration_s)
+        if not len(rows_within):
             return self.before
-        return float(self.rows.time_s[within[-1]]), self.rows.observation(int(within[-1]))
+        return float(self.rows.time_s[rows_within[-1]]), self.rows.observation(int(rows_within[-1]))
 
     def take_all_steps(self, world: World, cutter: Cutter | None, flight: FreeFlight) -> None:
         """Take steps until the end of the scene, or until only free flight is left."""
@@ -225,18 +230,18 @@ class _Run:
             return None
         part = slice(begin, begin + count)
         found: object = world.take_quiet_steps(rows.position_m[part], rows.velocity_m_s[part], rows.spin_rad_s[part])
-        taken = to_whole_number(found, "the result of take_quiet_steps()", least=1)
-        if taken > count:
-            raise build_adapter_error(f"the result of take_quiet_steps() must be at most {count}, got {taken}")
+        steps_taken = to_whole_number(found, "the result of take_quiet_steps()", smallest=1)
+        if steps_taken > count:
+            raise build_adapter_error(f"the result of take_quiet_steps() must be at most {count}, got {steps_taken}")
         last: Observation
-        if taken == 1:
+        if steps_taken == 1:
             last = world.observe()
             return last
-        reliable = np.all(np.abs(rows.numbers[begin : begin + taken]) <= LARGEST, axis=1)
-        are_reliable = bool(reliable[: taken - 1].all())
+        reliable = np.all(np.abs(rows.numbers[begin : begin + steps_taken]) <= LARGEST, axis=1)
+        are_reliable = bool(reliable[: steps_taken - 1].all())
         if not are_reliable:
-            taken = 1 + int(np.argmin(reliable))
-        steps = range(first, first + taken - 1)
+            steps_taken = 1 + int(np.argmin(reliable))
+        steps = range(first, first + steps_taken - 1)
         rows.time_s[begin : begin + len(steps)] = np.array(steps) * self.dt_s
         if self.looks is not None:
             looks = [step for step in steps if step in self.look_at]
@@ -246,7 +251,7 @@ class _Run:
             self.positions += [rows.position_m[begin + step - first].copy() for step in sampled]
         self.row += len(steps)
         self.taken += len(steps)
-        last = world.observe() if are_reliable else rows.observation(begin + taken - 1)
+        last = world.observe() if are_reliable else rows.observation(begin + steps_taken - 1)
         return last
 
     def _add_state(self, found: Observation, time_s: float) -> bool:
@@ -338,13 +343,13 @@ class _Run:
 
 
 def _build_states(looks: Sequence[tuple[float, Observation]]) -> States:
-    times, seen = zip(*looks, strict=True)
-    spins = [state.spin_rad_s for state in seen if state.spin_rad_s is not None]
+    times, observations = zip(*looks, strict=True)
+    spins = [state.spin_rad_s for state in observations if state.spin_rad_s is not None]
     return States(
         np.array(times),
-        np.array([state.position_m for state in seen]),
-        np.array([state.velocity_m_s for state in seen]),
-        np.array(spins) if len(spins) == len(seen) else None,
+        np.array([state.position_m for state in observations]),
+        np.array([state.velocity_m_s for state in observations]),
+        np.array(spins) if len(spins) == len(observations) else None,
     )
 
 

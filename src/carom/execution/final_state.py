@@ -51,18 +51,18 @@ class LastStep:
         """
         seconds, state = time_s - self.end_s, self.state
         speed = np.hypot(*state.velocity_m_s.T).tolist()
-        flown, kept = (
-            np.array([of(seconds, fast) for fast in speed])
-            for of in (self._slowing.compute_flown_time, self._slowing.compute_kept_fraction)
+        flown_times, kept_fractions = (
+            np.array([compute(seconds, fast) for fast in speed])
+            for compute in (self._slowing.compute_flown_time, self._slowing.compute_kept_fraction)
         )
         pull, spin_rate = self._compute_rates_of_change() if seconds < 0.0 else (self._gravity, None)
         spins = None
         if self.scene.arrays.turns:
             spins = np.zeros(len(speed)) if state.spin_rad_s is None else state.spin_rad_s
-            spins = spins * kept if spin_rate is None else spins + spin_rate * seconds
+            spins = spins * kept_fractions if spin_rate is None else spins + spin_rate * seconds
         return Observation(
-            state.position_m + state.velocity_m_s * flown[:, None] + pull * (seconds * seconds / 2),
-            state.velocity_m_s * kept[:, None] + pull * seconds,
+            state.position_m + state.velocity_m_s * flown_times[:, None] + pull * (seconds * seconds / 2),
+            state.velocity_m_s * kept_fractions[:, None] + pull * seconds,
             spin_rad_s=spins,
         )
 
@@ -77,12 +77,12 @@ class LastStep:
             return self._gravity, None
         before, state, lasted_s = self.before, self.state, self.end_s - self.begin_s
         changed = (state.velocity_m_s - before.velocity_m_s) / lasted_s
-        taken, left = np.hypot(*(changed - self._gravity).T), np.hypot(*changed.T)
-        held = (taken > falls / 2.0) & (left <= RESTING_STEPS * falls)
-        pull = np.where(held[:, None], changed, self._gravity)
+        braking, left = np.hypot(*(changed - self._gravity).T), np.hypot(*changed.T)
+        is_resting = (braking > falls / 2.0) & (left <= RESTING_STEPS * falls)
+        pull = np.where(is_resting[:, None], changed, self._gravity)
         if state.spin_rad_s is None or before.spin_rad_s is None:
             return pull, None
-        return pull, np.where(held, (state.spin_rad_s - before.spin_rad_s) / lasted_s, 0.0)
+        return pull, np.where(is_resting, (state.spin_rad_s - before.spin_rad_s) / lasted_s, 0.0)
 
     def with_impacts(
         self,
@@ -108,8 +108,8 @@ class LastStep:
         for disc in discs:
             place, speed, since_s = self.before.position_m[disc], self.before.velocity_m_s[disc], self.begin_s
             turning = None if self.before.spin_rad_s is None else self.before.spin_rad_s[disc]
-            struck = (impacts["first"] == disc) | (impacts["second"] == disc)
-            for row in np.flatnonzero((turned_s > self.begin_s) & struck).tolist():
+            is_own_impact = (impacts["first"] == disc) | (impacts["second"] == disc)
+            for row in np.flatnonzero((turned_s > self.begin_s) & is_own_impact).tolist():
                 side = "first" if impacts["first"][row] == disc else "second"
                 place, _ = self._fly(disc, place, speed, float(turned_s[row]) - since_s)
                 speed, since_s = impacts[f"velocity_{side}_after"][row], float(turned_s[row])
@@ -117,11 +117,11 @@ class LastStep:
             position[disc], velocity[disc] = self._fly(disc, place, speed, until_s - since_s)
             if spin is not None and turning is not None:
                 spin[disc] = turning * self._slowing.damping.compute_kept_fraction(until_s - since_s)
-        flown = replace(self.state, position_m=position, velocity_m_s=velocity, spin_rad_s=spin)
-        return replace(self, end_s=until_s, state=flown)
+        moved_state = replace(self.state, position_m=position, velocity_m_s=velocity, spin_rad_s=spin)
+        return replace(self, end_s=until_s, state=moved_state)
 
     def _fly(self, disc: int, place: Array, speed: Array, seconds: float) -> tuple[Array, Array]:
         """Return position and velocity of a disc after some seconds of free flight."""
         pull, fast = self._gravity[disc], float(np.hypot(*speed))
-        moved = speed * self._slowing.compute_flown_time(seconds, fast) + pull * (seconds * seconds / 2)
-        return place + moved, speed * self._slowing.compute_kept_fraction(seconds, fast) + pull * seconds
+        displacement = speed * self._slowing.compute_flown_time(seconds, fast) + pull * (seconds * seconds / 2)
+        return place + displacement, speed * self._slowing.compute_kept_fraction(seconds, fast) + pull * seconds

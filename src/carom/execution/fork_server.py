@@ -189,8 +189,8 @@ def _serve(requests: socket.socket, parent: int) -> NoReturn:
         os._exit(code)
 
 
-def _detach(kept: int) -> None:
-    """Detach this process from the command's terminal, signals and files, except the file `kept`."""
+def _detach(kept_file: int) -> None:
+    """Detach this process from the command's terminal, signals and files, except the file `kept_file`."""
     import gc
 
     gc.disable()  # collection is off, so that no finalizer runs for an object of the command
@@ -203,8 +203,8 @@ def _detach(kept: int) -> None:
     null = os.open(os.devnull, os.O_RDWR)
     for stream in range(3):
         os.dup2(null, stream)
-    os.closerange(3, kept)
-    os.closerange(kept + 1, os.sysconf("SC_OPEN_MAX"))
+    os.closerange(3, kept_file)
+    os.closerange(kept_file + 1, os.sysconf("SC_OPEN_MAX"))
 
 
 class _Server:
@@ -244,8 +244,8 @@ class _Server:
 
         watchdog = os.fork()
         if not watchdog:
-            others = (self._requests.fileno(), self._woken, self._wake, *self._status_files.values())
-            _become_watchdog(message, files, others)
+            server_files = (self._requests.fileno(), self._woken, self._wake, *self._status_files.values())
+            _become_watchdog(message, files, server_files)
         pidfd = os.pidfd_open(watchdog) if sys.platform == "linux" else -1
         *streams, self._status_files[watchdog] = files
         socket.send_fds(self._requests, [b"."], [pidfd])
@@ -264,7 +264,7 @@ class _Server:
                 os.close(file)
 
 
-def _become_watchdog(message: bytes, files: Sequence[int], others: Sequence[int]) -> NoReturn:
+def _become_watchdog(message: bytes, files: Sequence[int], server_files: Sequence[int]) -> NoReturn:
     """Turn this forked process into a watchdog. The watchdog's worker also ends in this function."""
     code = 1
     try:
@@ -276,7 +276,7 @@ def _become_watchdog(message: bytes, files: Sequence[int], others: Sequence[int]
         *streams, status_file = files
         for number, file in enumerate(streams):
             os.dup2(file, number)
-        for file in (*streams, status_file, *others):
+        for file in (*streams, status_file, *server_files):
             os.close(file)
         from carom.engines.registry import MANIFESTS, list_adapter_points
 

@@ -74,15 +74,15 @@ class FreeFlight:
             for wall in scene.walls
         ]
 
-    def has_begun(self, time_s: float, now: Observation) -> bool:
+    def has_begun(self, time_s: float, observation: Observation) -> bool:
         """Whether the rest of the run is free flight. Call this after every step that is needed."""
-        self._seen.append((time_s, now))
-        self._motions.append(self._encode_motion(now))
-        if now.contacts:
+        self._seen.append((time_s, observation))
+        self._motions.append(self._encode_motion(observation))
+        if observation.contacts:
             self._look_from_s, self._pause_s, self.needed_from_s = 0.0, self._dt_s, 0.0
         if time_s < self._look_from_s or len(self._seen) <= _QUIET_STEPS or not self._is_quiet():
             return False
-        earliest_s = time_s + self._compute_earliest_contact(now, self._scene.duration_s - time_s)
+        earliest_s = time_s + self._compute_earliest_contact(observation, self._scene.duration_s - time_s)
         # No pair comes near before that time. While a pair is near, the test is repeated at increasing intervals.
         self._pause_s *= 2.0
         self._look_from_s = max(earliest_s, time_s + self._pause_s)
@@ -91,32 +91,37 @@ class FreeFlight:
 
     def _is_quiet(self) -> bool:
         """Whether the last steps left every velocity and spin unchanged, and moved every disc by its velocity."""
-        motion, (_, now) = self._motions[0], self._seen[-1]
-        if self._motions.count(motion) < len(self._motions) or any(now.contacts for _, now in [*self._seen][1:]):
+        motion, (_, observation) = self._motions[0], self._seen[-1]
+        if self._motions.count(motion) < len(self._motions) or any(
+            observation.contacts for _, observation in [*self._seen][1:]
+        ):
             return False
-        return self._has_moved_straight(now.velocity_m_s)
+        return self._has_moved_straight(observation.velocity_m_s)
 
-    def _encode_motion(self, now: Observation) -> bytes:
+    def _encode_motion(self, observation: Observation) -> bytes:
         """Return the bits of velocities, and of spins if discs turn."""
-        spins = now.spin_rad_s if self._turns else None
-        return now.velocity_m_s.tobytes() + (b"" if spins is None else spins.tobytes())
+        spins = observation.spin_rad_s if self._turns else None
+        return observation.velocity_m_s.tobytes() + (b"" if spins is None else spins.tobytes())
 
     def _has_moved_straight(self, velocity: Array) -> bool:
         """Whether each step moved every disc by its velocity, except for rounding of coordinates and instants."""
-        places, fastest = np.array([now.position_m for _, now in self._seen]), float(np.abs(velocity).max())
+        places, fastest = (
+            np.array([observation.position_m for _, observation in self._seen]),
+            float(np.abs(velocity).max()),
+        )
         far = np.abs(places).max(axis=(1, 2)).tolist()
-        off = np.abs(places[1:] - places[:-1] - velocity * self._dt_s).max(axis=(1, 2)).tolist()
+        deviations = np.abs(places[1:] - places[:-1] - velocity * self._dt_s).max(axis=(1, 2)).tolist()
         return all(
-            off[k] <= _ROUNDINGS * self._unit * max(far[k], far[k + 1], fastest * self._seen[k + 1][0])
-            for k in range(len(off))
+            deviations[k] <= _ROUNDINGS * self._unit * max(far[k], far[k + 1], fastest * self._seen[k + 1][0])
+            for k in range(len(deviations))
         )
 
-    def _compute_earliest_contact(self, now: Observation, left_s: float) -> float:
+    def _compute_earliest_contact(self, observation: Observation, left_s: float) -> float:
         """Return the seconds until a contact is possible. Pairs are skipped if a wall is near before the end."""
-        p, v = now.position_m, now.velocity_m_s
+        p, v = observation.position_m, observation.velocity_m_s
         for first, second in find_near_pairs(p, _WIDER * self._radius, self._movable):
-            apart = p[second] - p[first]
-            if (np.hypot(apart[:, 0], apart[:, 1]) <= self._radius[first] + self._radius[second]).any():
+            offsets = p[second] - p[first]
+            if (np.hypot(offsets[:, 0], offsets[:, 1]) <= self._radius[first] + self._radius[second]).any():
                 return 0.0  # overlapping bodies may still be pushed apart
         nearest = min((self._compute_wall_wait(wall, p, v) for wall in self._walls), default=math.inf)
         return nearest if nearest <= left_s else min(nearest, self.compute_pair_wait(p, v, left_s))
@@ -153,22 +158,22 @@ class FreeFlight:
         return float((np.maximum(gap[closes], 0.0) / -along[closes]).min())
 
 
-def compute_time_until_near(apart: Array, velocity: Array, reach: Array) -> Array:
+def compute_time_until_near(offsets: Array, velocity: Array, reach: Array) -> Array:
     """Return the seconds until pairs come within reach: 0 if near and approaching, infinity if never.
 
     This plain formula is twenty times faster than the time of impact. The margin is a radius, so the rounding of this
     formula does not matter.
 
     Args:
-        apart: Vector from first to second, metres, shape ``(n, 2)``.
+        offsets: Vector from first to second, metres, shape ``(n, 2)``.
         velocity: Velocity of the second relative to the first, metres a second, shape ``(n, 2)``.
         reach: Distance that counts as near, metres, shape ``(n,)``.
     """
     with np.errstate(all="ignore"):
         speed = np.hypot(velocity[:, 0], velocity[:, 1])
         ux, uy = velocity[:, 0] / speed, velocity[:, 1] / speed
-        along = apart[:, 0] * ux + apart[:, 1] * uy
-        aside = np.abs(apart[:, 0] * uy - apart[:, 1] * ux)
+        along = offsets[:, 0] * ux + offsets[:, 1] * uy
+        aside = np.abs(offsets[:, 0] * uy - offsets[:, 1] * ux)
         # Each root is computed separately, because a product of lengths could leave the range of floats.
         half_chord = np.sqrt(reach - aside) * np.sqrt(reach + aside)
         wait = np.where((speed > 0.0) & (along < 0.0) & (aside < reach), (-along - half_chord) / speed, np.inf)

@@ -68,35 +68,35 @@ class ImpactCollector:
         self.states = np.zeros(0, STATE_DTYPE)
         self.spins: NDArray[np.void] | None = None
 
-    def skip_to(self, time_s: float, now: Observation) -> None:
+    def skip_to(self, time_s: float, observation: Observation) -> None:
         """Skip steps without contacts, up to the step that ended at `time_s`. No contact may be open."""
-        self._last, self._last_s = now, time_s
+        self._last, self._last_s = observation, time_s
 
-    def add(self, time_s: float, now: Observation) -> None:
+    def add(self, time_s: float, observation: Observation) -> None:
         """Add the validated state and contacts of the step that ended at `time_s`."""
         before = self._last
         active: dict[Pair, Contact] = {}
-        struck: set[int] = set()
-        for contact in now.contacts:
+        struck_discs: set[int] = set()
+        for contact in observation.contacts:
             pair = (contact.first, contact.second)
             if contact.velocities is not None:
                 spins = contact.spins_rad_s if self._turns else None
                 record = ImpactRecord(contact.time_s, *pair, contact.normal, *contact.velocities, spins)
                 # If a disc has several impacts in a step, the state before the step is the state before the first
                 # impact only.
-                free = contact.time_s == self._last_s or struck.isdisjoint(pair)
-                struck.update(self._list_movable(pair))
+                free = contact.time_s == self._last_s or struck_discs.isdisjoint(pair)
+                struck_discs.update(self._list_movable(pair))
                 state = _build_state(pair, self._last_s, before if free else None)
                 self._done.append((self._take_next_number(), record, contact.time_s, state))
-            elif self._has_effect(contact, before, now, time_s - self._last_s):
+            elif self._has_effect(contact, before, observation, time_s - self._last_s):
                 active[pair] = contact
         touched = Counter(body for pair in active for body in self._list_movable(pair))
         motion = {body: self._motion_of(before, body) for body in touched}
         for pair in [pair for pair in self.open if pair not in active]:
             self._close(pair)
         for pair, contact in active.items():
-            self._extend(pair, contact, motion, touched, time_s, now)
-        self._last, self._last_s = now, time_s
+            self._extend(pair, contact, motion, touched, time_s, observation)
+        self._last, self._last_s = observation, time_s
 
     def finish(self) -> tuple[NDArray[np.void], NDArray[np.float64]]:
         """Return the impacts in order of reported time, and the effective time of each.
@@ -131,7 +131,7 @@ class ImpactCollector:
             return (*self._walls[wall_index(body)].velocity_at(middle_s), 0.0)
         return (*self._driven.get(body, STANDS).velocity_at(middle_s), self._discs[body].spin_rad_s)
 
-    def _has_effect(self, contact: Contact, before: Observation, now: Observation, step_s: float) -> bool:
+    def _has_effect(self, contact: Contact, before: Observation, after: Observation, step_s: float) -> bool:
         """Whether a reported contact changed a motion. Engines also report contacts of zero impulse.
 
         A contact of two immovable bodies has no effect. If no impulse is reported, a motion must have changed by more
@@ -142,13 +142,13 @@ class ImpactCollector:
         if contact.impulse_n_s is not None:
             return contact.impulse_n_s > 0.0
         bodies = [body for body in (contact.first, contact.second) if body >= 0]
-        motions = [(self._motion_of(before, body), self._motion_of(now, body)) for body in bodies]
+        motions = [(self._motion_of(before, body), self._motion_of(after, body)) for body in bodies]
         if not self._slowing:
             return any(was != is_now for was, is_now in motions)
-        kept = [self._slowing.compute_kept_fraction(step_s, math.hypot(*was[:2])) for was, _ in motions]
+        kept_fractions = [self._slowing.compute_kept_fraction(step_s, math.hypot(*was[:2])) for was, _ in motions]
         return any(
             math.dist([left * part for part in was], is_now) > (1.0 - left) * math.hypot(*was)
-            for (was, is_now), left in zip(motions, kept, strict=True)
+            for (was, is_now), left in zip(motions, kept_fractions, strict=True)
         )
 
     def _extend(
@@ -158,7 +158,7 @@ class ImpactCollector:
         motion: dict[int, Motion],
         touched: Counter[int],
         time_s: float,
-        now: Observation,
+        observation: Observation,
     ) -> None:
         """Open a contact, or extend it by a step.
 
@@ -166,30 +166,32 @@ class ImpactCollector:
         """
         first, second = pair
         unchanged = [self._find_unchanged_motion(body, time_s) for body in pair]
-        ahead = (motion.get(first, unchanged[0]), motion.get(second, unchanged[1]))
+        motions_before = (motion.get(first, unchanged[0]), motion.get(second, unchanged[1]))
         for body, sign in ((first, -1.0), (second, 1.0)):
             if body in motion:
                 by_impulse = touched[body] > 1 and self._has_all_impulses(contact)
                 motion[body] = (
-                    self._apply_impulse(motion[body], contact, body, sign) if by_impulse else self._motion_of(now, body)
+                    self._apply_impulse(motion[body], contact, body, sign)
+                    if by_impulse
+                    else self._motion_of(observation, body)
                 )
         after = (motion.get(first, unchanged[0]), motion.get(second, unchanged[1]))
         known = self.open.get(pair)
         if known and compute_separation_speed(known.after, known.reported.normal) > 0.0 > compute_separation_speed(
-            ahead, contact.normal
+            motions_before, contact.normal
         ):
             # The pair has separated, and a third body has pushed it together again: that is a second impact.
             self._close(pair)
             known = None
         if known is None:
             number, start_s, start = self._take_next_number(), self._last_s, self._last
-            known = OpenContact(number, contact, ahead, start_s, start, after, time_s, now)
+            known = OpenContact(number, contact, motions_before, start_s, start, after, time_s, observation)
             self.open[pair] = known
-        known.after, known.end_s, known.end = after, time_s, now
+        known.after, known.end_s, known.end = after, time_s, observation
         known.alone = known.alone and all(touched[body] <= 1 for body in pair)
         impulse = contact.impulse_n_s
         known.add(
-            math.dist(compute_relative_velocity(after), compute_relative_velocity(ahead))
+            math.dist(compute_relative_velocity(after), compute_relative_velocity(motions_before))
             if impulse is None
             else impulse,
             contact.normal,
@@ -221,8 +223,8 @@ class ImpactCollector:
         )
 
     def _close(self, pair: Pair) -> None:
-        whole = self.open.pop(pair)
-        contact = whole.cut_at_rest()
+        open_contact = self.open.pop(pair)
+        contact = open_contact.cut_at_rest()
         motions = (*contact.before, *contact.after)
         (a, b, c, d), spins = [(vx, vy) for vx, vy, _ in motions], [spin for _, _, spin in motions]
         known = (spins[0], spins[1], spins[2], spins[3]) if self._turns else None
@@ -232,12 +234,12 @@ class ImpactCollector:
         )
         effective = math.nan
         if known_time:
-            held = contact is not whole
+            ends_at_rest = contact is not open_contact
             drive = self._walls[wall_index(pair[1])] if pair[1] < 0 else STANDS
             leg = drive.leg_at(0.5 * (contact.start_s + contact.end_s))
             effective = (
                 contact.compute_landing_time(self._gravity, leg)
-                if held
+                if ends_at_rest
                 else contact.compute_turn_time(self._gravity, self._slowing, leg)
             )
         # Gravity moves two discs alike, so their relative path is straight. Relative to an immovable body, the path of
@@ -262,8 +264,8 @@ class ImpactCollector:
         """
         at_s = min(max(time_s, contact.start_s), contact.end_s)
         gx, gy = _to_vector(self._gravity, pair[0])
-        lasts = (at_s - contact.start_s, at_s - contact.start_s, at_s - contact.end_s, at_s - contact.end_s)
-        a, b, c, d = ((vx + gx * t, vy + gy * t) for (vx, vy), t in zip(velocities, lasts, strict=True))
+        durations_s = (at_s - contact.start_s, at_s - contact.start_s, at_s - contact.end_s, at_s - contact.end_s)
+        a, b, c, d = ((vx + gx * t, vy + gy * t) for (vx, vy), t in zip(velocities, durations_s, strict=True))
         return a, b, c, d
 
     def _correct_for_slowing(
@@ -274,17 +276,17 @@ class ImpactCollector:
         If the instant is not known, the reported instant is used. The instant is at most one contact duration before
         the contact's start or after its end.
         """
-        lasted = contact.end_s - contact.start_s
+        duration_s = contact.end_s - contact.start_s
         at_s = effective_s if math.isfinite(effective_s) else contact.reported.time_s
-        at_s = min(max(at_s, contact.start_s - lasted), contact.end_s + lasted)
+        at_s = min(max(at_s, contact.start_s - duration_s), contact.end_s + duration_s)
         motions = (*contact.before, *contact.after)
-        lasts = (at_s - contact.start_s, at_s - contact.start_s, at_s - contact.end_s, at_s - contact.end_s)
+        durations_s = (at_s - contact.start_s, at_s - contact.start_s, at_s - contact.end_s, at_s - contact.end_s)
         factors = [
             self._slowing.compute_kept_fraction(t, math.hypot(vx, vy))
-            for t, (vx, vy, _) in zip(lasts, motions, strict=True)
+            for t, (vx, vy, _) in zip(durations_s, motions, strict=True)
         ]
-        a, b, c, d = ((vx * kept, vy * kept) for (vx, vy, _), kept in zip(motions, factors, strict=True))
-        s, t, u, v = (spin * kept for (_, _, spin), kept in zip(motions, factors, strict=True))
+        a, b, c, d = ((vx * factor, vy * factor) for (vx, vy, _), factor in zip(motions, factors, strict=True))
+        s, t, u, v = (spin * factor for (_, _, spin), factor in zip(motions, factors, strict=True))
         return (a, b, c, d), ((s, t, u, v) if self._turns else None)
 
 

@@ -100,8 +100,8 @@ class Job:
         return self.method.profile
 
     def __str__(self) -> str:
-        shown = (self.method.profile_shown, f"dt = {self.dt_s:g} s")
-        return f"{self.engine} ({', '.join(filter(None, shown))}) on {self.scene.name!r}"
+        profile_and_step = (self.method.profile_shown, f"dt = {self.dt_s:g} s")
+        return f"{self.engine} ({', '.join(filter(None, profile_and_step))}) on {self.scene.name!r}"
 
 
 @dataclass(frozen=True)

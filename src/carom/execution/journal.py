@@ -103,7 +103,7 @@ class Journal(MemoryJournal[K, T], Closeable):
 
     def __init__(
         self,
-        of: str,
+        study: str,
         kind: type[JournalEntry[K, T]],
         path: Path,
         stamp: Mapping[str, Any] = MappingProxyType({}),
@@ -120,7 +120,7 @@ class Journal(MemoryJournal[K, T], Closeable):
             if not (resume or retry) and os.fstat(self._file).st_size:
                 hint = "continue with --resume, or name another folder"
                 raise InputError(f"{path} already contains results", hints=[hint])
-            found = self._read({"journal": of, "format": JOURNAL_FORMAT, **stamp})
+            found = self._read({"journal": study, "format": JOURNAL_FORMAT, **stamp})
         except BaseException:
             os.close(self._file)
             raise
@@ -153,28 +153,28 @@ class Journal(MemoryJournal[K, T], Closeable):
     def _read(self, stamp: Mapping[str, Any]) -> list[JournalEntry[K, T]]:
         """Return the entries of the file. In an empty file, write the first line."""
         stamp = json.loads(json.dumps(stamp))
-        whole, size = _find_end_of_lines(self._file), os.fstat(self._file).st_size
-        lines = _read_lines(self._file, whole)
+        end_of_lines, size = _find_end_of_lines(self._file), os.fstat(self._file).st_size
+        lines = _read_lines(self._file, end_of_lines)
         head = next(lines, b"")
-        there = _parse_line(head)
-        if head and there != stamp:
-            what = "its first line does not name its content"
-            what = _describe_difference(there, stamp) if isinstance(there, dict) else what
-            raise InputError(f"{self.path} is not a journal of this work: {what}", hints=["name another folder"])
+        stored = _parse_line(head)
+        if head and stored != stamp:
+            problem = "its first line does not name its content"
+            problem = _describe_difference(stored, stamp) if isinstance(stored, dict) else problem
+            raise InputError(f"{self.path} is not a journal of this work: {problem}", hints=["name another folder"])
         found = []
         for number, line in enumerate(lines, start=2):
             if len(line) > LONGEST_LINE:
-                what = f"is longer than {LONGEST_LINE >> 20} MiB, the limit of Carom's lines"
-                raise InputError(f"{self.path}, line {number} {what}", hints=[_REMOVE])
+                problem = f"is longer than {LONGEST_LINE >> 20} MiB, the limit of Carom's lines"
+                raise InputError(f"{self.path}, line {number} {problem}", hints=[_REMOVE])
             try:
                 found.append(self._codec.loads(line))
             except ValidationError as error:
                 first = error.errors()[0]
-                where = ".".join(map(str, first["loc"][1:])) or "the line"
-                what = f"{self.path}, line {number}: {shorten(where)}: {first['msg']}"
-                raise InputError(what, hints=[_REMOVE]) from None
-        if whole < size:  # a torn line is removed only after all lines before it are validated
-            os.ftruncate(self._file, whole)
+                field = ".".join(map(str, first["loc"][1:])) or "the line"
+                problem = f"{self.path}, line {number}: {shorten(field)}: {first['msg']}"
+                raise InputError(problem, hints=[_REMOVE]) from None
+        if end_of_lines < size:  # a torn line is removed only after all lines before it are validated
+            os.ftruncate(self._file, end_of_lines)
         if not head:
             self._append([json.dumps(stamp).encode()])
         return found
@@ -199,16 +199,18 @@ def read_canonical_lines(path: Path) -> list[bytes]:
         return sorted({*_read_lines(file.fileno(), _find_end_of_lines(file.fileno()))})
 
 
-def _describe_difference(there: Mapping[str, Any], here: Mapping[str, Any]) -> str:
-    if there.get("format") != JOURNAL_FORMAT:
-        of = f"it has the format {shorten(repr(there.get('format')))} of another version of Carom"
-        return f"{of}, and this version uses {JOURNAL_FORMAT}"
+def _describe_difference(stored: Mapping[str, Any], stamp: Mapping[str, Any]) -> str:
+    if stored.get("format") != JOURNAL_FORMAT:
+        format_note = f"it has the format {shorten(repr(stored.get('format')))} of another version of Carom"
+        return f"{format_note}, and this version uses {JOURNAL_FORMAT}"
     # A name that only one of the two has is a difference, even if its value is null.
-    names = [name for name in {**here, **there} if (name in there, there.get(name)) != (name in here, here.get(name))]
+    names = [
+        name for name in {**stamp, **stored} if (name in stored, stored.get(name)) != (name in stamp, stamp.get(name))
+    ]
     return "; ".join(
-        f"its {shorten(escape_controls(name))} is {shorten(escape_controls(str(there.get(name, 'absent'))))}, but "
+        f"its {shorten(escape_controls(name))} is {shorten(escape_controls(str(stored.get(name, 'absent'))))}, but "
         "this study's is "
-        f"{shorten(escape_controls(str(here.get(name, 'absent'))))}"
+        f"{shorten(escape_controls(str(stamp.get(name, 'absent'))))}"
         for name in names
     )
 

@@ -106,15 +106,15 @@ class OpenContact:
         d1, u1 = self._compute_relative_motion(self.end, self.end_s, leg)
         normal = np.array(self.compute_normal())
         normal /= np.hypot(*normal)
-        lasted = self.end_s - self.start_s
+        duration_s = self.end_s - self.start_s
         bend = float(self._compute_relative_pull(gravity) @ normal) / 2
         closing = float((u1 - u0) @ normal)
-        apart = float((d0 - d1 + u1 * lasted) @ normal)
+        gap = float((d0 - d1 + u1 * duration_s) @ normal)
         # The first root of apart - closing t + bend t^2 in the form without cancellation.
-        square = closing * closing - 4.0 * bend * apart
+        square = closing * closing - 4.0 * bend * gap
         if not (square >= 0.0 and closing + math.sqrt(square) > 0.0):
             return math.nan
-        return self.start_s + 2.0 * apart / (closing + math.sqrt(square))
+        return self.start_s + 2.0 * gap / (closing + math.sqrt(square))
 
     def compute_turn_time(self, gravity: Array, slowing: Slowing, leg: Course) -> float:
         """Return the instant at which the free paths before and after the contact are nearest, by least squares.
@@ -131,31 +131,34 @@ class OpenContact:
         """
         d0, u0 = self._compute_relative_motion(self.start, self.start_s, leg)
         d1, u1 = self._compute_relative_motion(self.end, self.end_s, leg)
-        lasted = self.end_s - self.start_s
+        duration_s = self.end_s - self.start_s
         pull = self._compute_relative_pull(gravity)
         if slowing.table_m_s2:
             return find_nearest_time(lambda time_s: self._compute_gap_on_table(slowing, leg, time_s), self.end_s)
-        flown, u1 = slowing.damping.to_undamped(lasted), u1 / slowing.damping.compute_kept_fraction(lasted)
-        slope = u0 - u1 + pull * lasted
+        flown_time_s, u1 = (
+            slowing.damping.to_undamped(duration_s),
+            u1 / slowing.damping.compute_kept_fraction(duration_s),
+        )
+        slope = u0 - u1 + pull * duration_s
         squared = float(slope @ slope)
         if squared == 0.0:
             return math.nan
         # Times are measured from the contact's start, so that a late contact is as exact as an early one.
-        offset = d0 - (d1 - u1 * flown + pull * (lasted * lasted / 2))
+        offset = d0 - (d1 - u1 * flown_time_s + pull * (duration_s * duration_s / 2))
         turn_s = self.start_s + slowing.damping.to_damped(-float(offset @ slope) / squared)
         return turn_s if math.isfinite(turn_s) else math.nan
 
     def _compute_gap_on_table(self, slowing: Slowing, leg: Course, time_s: float) -> tuple[Array, Array]:
         """Return the distance at a time between the free paths before and after the contact, and its rate of change."""
-        seen = []
+        motions = []
         for state, since_s in ((self.start, self.start_s), (self.end, self.end_s)):
-            speed, lasted = np.hypot(*state.velocity_m_s.T), np.array(time_s - since_s)
-            place = state.position_m + state.velocity_m_s * slowing.compute_flown_times(lasted, speed)[:, None]
-            velocity = state.velocity_m_s * slowing.compute_kept_fractions(lasted, speed)[:, None]
-            seen.append(
+            speed, elapsed_s = np.hypot(*state.velocity_m_s.T), np.array(time_s - since_s)
+            place = state.position_m + state.velocity_m_s * slowing.compute_flown_times(elapsed_s, speed)[:, None]
+            velocity = state.velocity_m_s * slowing.compute_kept_fractions(elapsed_s, speed)[:, None]
+            motions.append(
                 self._compute_relative_motion(replace(state, position_m=place, velocity_m_s=velocity), time_s, leg)
             )
-        (d0, u0), (d1, u1) = seen
+        (d0, u0), (d1, u1) = motions
         return d0 - d1, u0 - u1
 
     def _compute_relative_pull(self, gravity: Array) -> Array:

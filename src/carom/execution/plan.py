@@ -52,22 +52,22 @@ class Plan:
     methods: Methods
 
 
-def select_profiles(infos: Sequence[EngineInfo], asked: Sequence[str] | None) -> tuple[str, ...]:
+def select_profiles(infos: Sequence[EngineInfo], names: Sequence[str] | None) -> tuple[str, ...]:
     """Return the names of the profiles to run: the requested ones, all, or those of `DEFAULT_PROFILES`.
 
     Raises:
         UnknownNameError: No requested engine has such a profile.
     """
     offered = dict.fromkeys(profile for info in infos for profile in info.profiles)
-    for profile in asked or ():
+    for profile in names or ():
         is_known = profile == ALL_PROFILES or any(info.own_profiles([profile]) for info in infos)
         if not is_known and all(info.profiles for info in infos):
             hints = build_name_hints(profile, offered, f"there are: {', '.join(offered)}")
             raise UnknownNameError(f"no requested engine has a profile {profile!r}", hints=hints)
-    if asked is None:
-        asked = [name for name in DEFAULT_PROFILES if any(info.own_profiles([name]) for info in infos)]
+    if names is None:
+        names = [name for name in DEFAULT_PROFILES if any(info.own_profiles([name]) for info in infos)]
     # If no requested adapter can be loaded, a row for each adapter shows the reason.
-    return tuple(offered if ALL_PROFILES in asked else asked) or DEFAULT_PROFILES
+    return tuple(offered if ALL_PROFILES in names else names) or DEFAULT_PROFILES
 
 
 def resolve_scenes(scenes: Iterable[Scene | CatalogueScene | str]) -> tuple[tuple[Scene, ...], dict[str, KnownAnswer]]:
@@ -78,8 +78,8 @@ def resolve_scenes(scenes: Iterable[Scene | CatalogueScene | str]) -> tuple[tupl
     """
     if isinstance(scenes, Scene | CatalogueScene | str) or not isinstance(scenes, Iterable):
         raise InputError(f"scenes must be a list, even of one item, got {type(scenes).__name__}")
-    given = list(scenes)
-    entries = [one for entry in given for one in (find_scenes([entry]) if isinstance(entry, str) else [entry])]
+    scene_list = list(scenes)
+    entries = [one for entry in scene_list for one in (find_scenes([entry]) if isinstance(entry, str) else [entry])]
     for k, entry in enumerate(entries):
         if not isinstance(entry, Scene | CatalogueScene):
             raise InputError(f"scenes[{k}] must be a Scene, a catalogue scene or its name, got {format_value(entry)}")

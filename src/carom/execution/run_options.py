@@ -101,7 +101,7 @@ class Options(LimitOptions):
     engines: Sequence[str] | None = declare_engines()
     dts: Sequence[float] | None = declare_steps("1, 1/4 and 1/16 of a scene's frame")
     profiles: Sequence[str] | None = declare_profiles(
-        what="Settings profile, repeatable, or 'all' for every profile.", said="default, tuned, located"
+        help_text="Settings profile, repeatable, or 'all' for every profile.", default_text="default, tuned, located"
     )
     settings: Mapping[str, Setting] = declare_option(
         (),
@@ -127,7 +127,7 @@ class Options(LimitOptions):
         build_flag_kind(),
         "Compare with certified runs, which need python-flint.",
         "--certify/--no-certify",
-        said="PIC, certified for three discs or more",
+        default_text="PIC, certified for three discs or more",
     )
     certify_s: float = declare_option(
         CERTIFY_SECONDS, build_seconds_kind(), "Seconds per certified run.", "--certify-time"

@@ -52,10 +52,9 @@ def solve_reference(scene: Scene) -> Trace | str:
     except InputError as error:
         return str(error)
     if trace.outcome is Outcome.MAX_IMPACTS:
-        at = f"{MOST_IMPACTS} impacts come before {format_instant(trace.end_time_s)}"
-        return (
-            f"{at}, but the scene lasts {scene.duration_s:g} s; a cross-check computes no more, so shorten duration_s"
-        )
+        limit = f"{MOST_IMPACTS} impacts come before {format_instant(trace.end_time_s)}"
+        lasts = f"the scene lasts {scene.duration_s:g} s"
+        return f"{limit}, but {lasts}; a cross-check computes no more, so shorten duration_s"
     if broken := find_non_finite(trace):
         return f"PIC's own result is not a number: {broken}"
     return trace
@@ -84,9 +83,9 @@ def require_reference(found: Trace | str) -> Trace:
     return found
 
 
-def needs_certification(scene: Scene, asked: bool | None) -> bool:
+def needs_certification(scene: Scene, is_requested: bool | None) -> bool:
     """Whether a scene's reference is to be certified; see `build_reference`."""
-    return bool(asked) or (asked is None and len(scene.discs) >= FEWEST_DISCS)
+    return bool(is_requested) or (is_requested is None and len(scene.discs) >= FEWEST_DISCS)
 
 
 def build_reference(trace: Trace, asked: bool | None, time_budget_s: float = CERTIFY_SECONDS) -> Reference:
@@ -112,21 +111,21 @@ def build_reference(trace: Trace, asked: bool | None, time_budget_s: float = CER
     return replace(reference, horizon_s=estimate_horizon(reference.trace))
 
 
-def _certify_reference(trace: Trace, asked: bool | None, time_budget_s: float) -> Reference:
+def _certify_reference(trace: Trace, is_requested: bool | None, time_budget_s: float) -> Reference:
     scene = trace.scene
-    if asked is None and len(scene.discs) > MOST_DISCS:
+    if is_requested is None and len(scene.discs) > MOST_DISCS:
         return Reference(trace, f"not certified: more than {MOST_DISCS} discs; ask with --certify")
     try:
         certified = certify(scene, time_budget_s=time_budget_s)
     except (MissingExtraError, InputError) as error:
-        if asked and isinstance(error, MissingExtraError):
+        if is_requested and isinstance(error, MissingExtraError):
             raise
         return Reference(trace, f"not certified: {error}")
     found = compute_horizon(certified, trace)
     if certified.degeneracy is not None:  # beyond this time, results depend on a convention: PIC's is used
         reach = describe_certified_impacts(len(certified), complete=False)
         return Reference(trace, f"{reach}; the next event is undecided: {certified.degeneracy}")
-    if not asked:
+    if not is_requested:
         return Reference(trace, found, None if found.covers_the_scene else found.end_s)
     reach_s = scene.duration_s if found.complete else certified.trace.end_time_s
     return Reference(certified.trace, found, reach_s, trace)

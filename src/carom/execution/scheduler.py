@@ -74,7 +74,7 @@ class TaskRequest(Generic[S, K, T]):
 
 
 def run_tasks(
-    requests: Iterable[TaskRequest[S, K, T]], pool: Pool, journal: MemoryJournal[K, T], *, alone: bool = False
+    requests: Iterable[TaskRequest[S, K, T]], pool: Pool, journal: MemoryJournal[K, T], *, one_at_a_time: bool = False
 ) -> Iterator[tuple[S, Answer[T]]]:
     """Yield subject and answer of each request: first known and refused requests, then the others as they finish.
 
@@ -82,7 +82,7 @@ def run_tasks(
         requests: The tasks; those with the same key are carried out once.
         pool: Pool that carries out the tasks; it stays open.
         journal: The known answers. New answers are added before they are yielded.
-        alone: Whether tasks are carried out one at a time, while nothing else runs.
+        one_at_a_time: Whether tasks are carried out one at a time, while nothing else runs.
     """
     pending: dict[K, list[TaskRequest[S, K, T]]] = {}
     for request in requests:
@@ -94,7 +94,7 @@ def run_tasks(
             pending.setdefault(request.key, []).append(request)
     batches = build_batches((key, same_key[0].task, same_key[0].steps) for key, same_key in pending.items())
     results: Iterator[list[JournalEntry[K, Any]]]
-    if alone:
+    if one_at_a_time:
         results = ([entry] for _, batch in batches for entry in _run_batch(batch, pool))
     else:
         results = pool.map_unordered(batches, _run_batch)

@@ -59,8 +59,8 @@ class _CodeTask(AdapterTask):
         """
         adapter = load_adapter(self.engine)
         settings = prepare_settings(adapter, self.profile, self.dt_s, self.tried)
-        able = capabilities_of(adapter, self.profile)
-        if self.limited and (reason := unsupported_reason(self.scene, able, self.dt_s, located=False)):
+        capabilities = capabilities_of(adapter, self.profile)
+        if self.limited and (reason := unsupported_reason(self.scene, capabilities, self.dt_s, located=False)):
             raise UnsupportedError(reason)
         if not isinstance(adapter, CodedAdapter):
             raise AdapterError("it no longer has code()")
@@ -92,20 +92,20 @@ def write_code(engine: str, profile: str, scene: Scene, dt_s: float, *, command:
             raise AdapterError(info.unavailable)
         require_profile(engine, profile, info.profiles)
         if not info.code:
-            able = ", ".join(one.name for one in describe_engines(None, pool) if one.code)
-            raise AdapterError(f"the adapter {engine!r} cannot print settings as code; adapters that can: {able}")
+            able_names = ", ".join(one.name for one in describe_engines(None, pool) if one.code)
+            raise AdapterError(f"the adapter {engine!r} cannot print settings as code; adapters that can: {able_names}")
         if profile in info.located:
-            others = ", ".join(name for name in info.profiles if name not in info.located)
+            other_profiles = ", ".join(name for name in info.profiles if name not in info.located)
             cut = "Carom cuts its steps, which no setting of the engine does"
             raise AdapterError(
-                f"profile {profile!r} of {engine} cannot be printed as code: {cut}; profiles that can: {others}"
+                f"profile {profile!r} of {engine} cannot be printed as code: {cut}; profiles that can: {other_profiles}"
             )
         version = f" {info.version}" if info.version else ""
         heading = (
             f"{info.engine}{version}, profile '{profile}' of Carom at steps of {dt_s!r} s: {info.profiles[profile]}"
         )
-        made = f"\nMade by: {command}" if command else ""
-        answer = pool.run(_CodeTask(engine, profile, scene, dt_s, f"{heading}\nScene: {scene.name}.{made}"))
+        origin = f"\nMade by: {command}" if command else ""
+        answer = pool.run(_CodeTask(engine, profile, scene, dt_s, f"{heading}\nScene: {scene.name}.{origin}"))
     if answer.value is None:
         why = answer.reason if answer.status is Status.FAILED else answer.said
         raise AdapterError(f"{engine}: {why}")
@@ -131,13 +131,15 @@ def find_step_code(engine: str, profile: str, scene: Scene, dt_s: float, pool: P
     return "" if code is None or finer_code is None else find_step_lines(code, finer_code)
 
 
-def find_changed_code(engine: str, profile: str, tried: SettingOverrides, scene: Scene, dt_s: float, pool: Pool) -> str:
+def find_changed_code(
+    engine: str, profile: str, overrides: SettingOverrides, scene: Scene, dt_s: float, pool: Pool
+) -> str:
     """Return the lines of an engine's code that change when settings of a profile are replaced.
 
     Args:
         engine: Name of the adapter.
         profile: Name of one of its profiles.
-        tried: The settings that replace those of the profile.
+        overrides: The settings that replace those of the profile.
         scene: The scene.
         dt_s: Step size, seconds.
         pool: Where the adapter runs; it stays open.
@@ -145,7 +147,7 @@ def find_changed_code(engine: str, profile: str, tried: SettingOverrides, scene:
     Returns:
         The lines; empty if there are none, or the adapter writes no code for this scene.
     """
-    tasks = [_CodeTask(engine, profile, scene, dt_s, "Found.", settings, limited=False) for settings in (tried, ())]
+    tasks = [_CodeTask(engine, profile, scene, dt_s, "Found.", settings, limited=False) for settings in (overrides, ())]
     code, profile_code = (pool.run(task).value for task in tasks)
     return "" if code is None or profile_code is None else find_changed_lines(code, profile_code)
 
@@ -175,19 +177,19 @@ def find_step_lines(code: str, at_another_step: str) -> str:
         return ""
     other = {_extract_source(at_another_step, statement) for statement in ast.parse(at_another_step).body}
     statements = ast.parse(code).body
-    own = {one.name for one in statements if isinstance(one, ast.FunctionDef)}
+    own_functions = {one.name for one in statements if isinstance(one, ast.FunctionDef)}
     chosen: list[ast.stmt] = []
-    taken: set[str] = set()
+    changed_names: set[str] = set()
     # In reverse order, so that the uses of a name are known at its assignment.
     for statement in reversed(statements):
-        if isinstance(statement, ast.FunctionDef) or own & (names := set(_find_names(statement, ast.Load))):
+        if isinstance(statement, ast.FunctionDef) or own_functions & (names := set(_find_names(statement, ast.Load))):
             continue
-        given = set(_find_names(statement, ast.Store))
-        decides = bool((names | given) & {"dt", "steps"}) or _extract_source(code, statement) not in other
+        assigned = set(_find_names(statement, ast.Store))
+        decides = bool((names | assigned) & {"dt", "steps"}) or _extract_source(code, statement) not in other
         plain = isinstance(statement, ast.Assign) and isinstance(statement.value, ast.Constant)
-        if decides or (plain and given & taken):
+        if decides or (plain and assigned & changed_names):
             chosen.insert(0, statement)
-            taken |= names
+            changed_names |= names
     return "\n".join(_extract_source(code, statement) for statement in chosen)
 
 
@@ -198,16 +200,16 @@ def find_changed_lines(code: str, before: str) -> str:
     """
     if not code.startswith("#"):
         model = code.startswith("<")
-        here, there = (_COMMENT.sub("", text) if model else text for text in (code, before))
-        other = set(there.splitlines())
-        lines = (line.strip() for line in here.splitlines() if line not in other)
+        new_code, old_code = (_COMMENT.sub("", text) if model else text for text in (code, before))
+        other = set(old_code.splitlines())
+        lines = (line.strip() for line in new_code.splitlines() if line not in other)
         return "\n".join(line for line in lines if model or not line.startswith("//"))
     other = {_extract_source(before, statement) for statement in ast.parse(before).body}
     statements = ast.parse(code).body
     changed = [one for one in statements if _extract_source(code, one) not in other]
-    given = {name for one in changed for name in _find_names(one, ast.Store)}
+    assigned = {name for one in changed for name in _find_names(one, ast.Store)}
     return "\n".join(
-        _extract_source(code, one) for one in statements if one in changed or given & {*_find_names(one, ast.Load)}
+        _extract_source(code, one) for one in statements if one in changed or assigned & {*_find_names(one, ast.Load)}
     )
 
 

@@ -46,13 +46,13 @@ class KnownSettingsTask(AdapterTask):
 
 
 def resolve_settings(
-    info: EngineInfo, asked: Mapping[str, Setting], profiles: Sequence[str], dt_s: float, runner: TaskRunner
+    info: EngineInfo, overrides: Mapping[str, Setting], profiles: Sequence[str], dt_s: float, runner: TaskRunner
 ) -> SettingOverrides:
     """Check and convert the settings that replace those of a profile; return them in order of name.
 
     Args:
         info: Description of the engine.
-        asked: The settings by name. Texts are converted to the type of the setting.
+        overrides: The settings by name. Texts are converted to the type of the setting.
         profiles: The profiles whose settings are replaced.
         dt_s: A step size at which to query the settings of the profiles, seconds.
         runner: Pool for the query of the adapter.
@@ -61,13 +61,13 @@ def resolve_settings(
         UnknownNameError: The engine has no such setting.
         InputError: A value has the wrong type.
     """
-    if not asked or not info.profiles:  # if the adapter's declarations are missing, its rows show the reason
+    if not overrides or not info.profiles:  # if the adapter's declarations are missing, its rows show the reason
         return ()
     answer = runner.run(KnownSettingsTask(info.name, tuple(profiles), dt_s))
     if answer.value is None:
         raise InputError(f"{info.name} could not list its settings: {answer.said}")
     known = {**{name: knob.example for name, knob in info.knobs.items()}, **answer.value}
-    return tuple(sorted((name, _check_setting(info.name, name, value, known)) for name, value in asked.items()))
+    return tuple(sorted((name, _check_setting(info.name, name, value, known)) for name, value in overrides.items()))
 
 
 def _check_setting(engine: str, name: str, value: Setting, known: Mapping[str, Setting]) -> Setting:

@@ -43,19 +43,21 @@ def declare_engines() -> Any:
         "--engine",
         "-e",
         many=True,
-        said="all installed",
+        default_text="all installed",
     )
 
 
-def declare_profiles(*default: str, what: str = "Settings profile, repeatable.", said: str = "") -> Any:
-    """Declare the option for profiles; `said` describes the default if it is None."""
-    return declare_option(default or None, build_name_kind(), what, "--profile", "-p", many=True, said=said)
+def declare_profiles(*default: str, help_text: str = "Settings profile, repeatable.", default_text: str = "") -> Any:
+    """Declare the option for profiles; `default_text` describes the default if it is None."""
+    return declare_option(
+        default or None, build_name_kind(), help_text, "--profile", "-p", many=True, default_text=default_text
+    )
 
 
-def declare_steps(said: str) -> Any:
-    """Declare the option for step sizes. `said` describes the default."""
-    what = "Step size in seconds, such as 1/240; repeatable."
-    return declare_option(None, build_step_kind(), what, "--dt", many=True, said=said)
+def declare_steps(default_text: str) -> Any:
+    """Declare the option for step sizes. `default_text` describes the default."""
+    help_text = "Step size in seconds, such as 1/240; repeatable."
+    return declare_option(None, build_step_kind(), help_text, "--dt", many=True, default_text=default_text)
 
 
 def declare_seed() -> Any:
@@ -75,8 +77,8 @@ def declare_time_limit() -> Any:
 
 def declare_memory_limit() -> Any:
     """Declare the option for the memory limit of a process."""
-    what, said = "Memory limit of an engine process in megabytes.", "total memory / (jobs + 1)"
-    return declare_option(None, build_megabytes_kind(), what, "--memory-limit", said=said)
+    help_text, default_text = "Memory limit of an engine process in megabytes.", "total memory / (jobs + 1)"
+    return declare_option(None, build_megabytes_kind(), help_text, "--memory-limit", default_text=default_text)
 
 
 def _parse_address(value: Any) -> str:
@@ -87,13 +89,13 @@ def _parse_address(value: Any) -> str:
 
 def declare_scheduler() -> Any:
     """Declare the option for a cluster."""
-    said = "an address such as tcp://host:8786"
+    description = "an address such as tcp://host:8786"
     return declare_option(
         None,
-        ValueKind(said, "ADDRESS", _parse_address, wrong=("host:8786", "nan", "", 5, True, ["tcp://host:8786"])),
+        ValueKind(description, "ADDRESS", _parse_address, wrong=("host:8786", "nan", "", 5, True, ["tcp://host:8786"])),
         "Dask scheduler to run on, such as tcp://host:8786. Run times are still measured here.",
         "--scheduler",
-        said="this machine",
+        default_text="this machine",
     )
 
 
@@ -120,7 +122,12 @@ class LimitOptions(DeclaredOptions):
     """
 
     jobs: int | None = declare_option(
-        None, build_whole_number_kind(1, MOST_JOBS), "Number of parallel runs.", "--jobs", "-j", said="number of cores"
+        None,
+        build_whole_number_kind(1, MOST_JOBS),
+        "Number of parallel runs.",
+        "--jobs",
+        "-j",
+        default_text="number of cores",
     )
     time_limit_s: float = declare_time_limit()
     memory_limit_mb: float | None = declare_memory_limit()

@@ -49,13 +49,13 @@ class Cutter:
             length = end_s - now_s
             state = world.save()
             found = self._try(length)
-            begun = found - self._known
-            if begun:
-                length = self._bisect(state, now_s, length, begun)
+            new_contacts = found - self._known
+            if new_contacts:
+                length = self._bisect(state, now_s, length, new_contacts)
                 world.restore(state)
                 found = self._try(length)
             # The last piece ends exactly at the boundary, not at a sum of rounded lengths.
-            now_s = now_s + length if begun else end_s
+            now_s = now_s + length if new_contacts else end_s
             self._known = found
             pieces += 1
             self.pieces += 1
@@ -69,7 +69,9 @@ class Cutter:
             raise AdapterError(f"touching() must return a frozenset of pairs, got a {type(found).__name__}")
         return found
 
-    def _bisect(self, state: object, now_s: float, touching_s: float, begun: frozenset[tuple[int, int]]) -> float:
+    def _bisect(
+        self, state: object, now_s: float, touching_s: float, new_contacts: frozenset[tuple[int, int]]
+    ) -> float:
         """Return the shortest length, to the resolution of the clock, after which one of the pairs touches."""
         apart_s = 0.0
         while True:
@@ -78,7 +80,7 @@ class Cutter:
                 return touching_s
             self.world.restore(state)
             self.probes += 1
-            if self._try(middle_s) & begun:
+            if self._try(middle_s) & new_contacts:
                 touching_s = middle_s
             else:
                 apart_s = middle_s

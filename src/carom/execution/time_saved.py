@@ -104,7 +104,7 @@ def _measure(prepare: Callable[[bool], Callable[[], object]]) -> SkippedTime:
     started = time.perf_counter()
     while len(rounds) < _LEAST_ROUNDS or (len(rounds) < _ROUNDS and time.perf_counter() - started < _ENOUGH_S):
         first = len(rounds) % 2 == 0  # the order alternates, since the second run of a pair has warm caches
-        taken = {skipping: measure_seconds(skipping) for skipping in (first, not first)}
-        rounds.append((taken[True], taken[False]))
+        seconds = {skipping: measure_seconds(skipping) for skipping in (first, not first)}
+        rounds.append((seconds[True], seconds[False]))
     ratio = statistics.median(plain_s / with_s for with_s, plain_s in rounds)
     return SkippedTime(statistics.median(with_s for with_s, _ in rounds), ratio)

@@ -66,7 +66,7 @@ class TimeTask(JobTask):
         """Return the run times."""
         job = self.job
         adapter = load_adapter(job.engine)
-        return time_run(adapter, job.scene, job.profile, job.dt_s, tried=job.method.tried, agreed=AGREED)
+        return time_run(adapter, job.scene, job.profile, job.dt_s, overrides=job.method.tried, agreed=AGREED)
 
 
 def time_run(
@@ -75,7 +75,7 @@ def time_run(
     profile: str,
     dt_s: float,
     *,
-    tried: SettingOverrides = (),
+    overrides: SettingOverrides = (),
     steps: int | None = None,
     runs: int = TIMING_RUNS,
     enough_s: float = math.inf,
@@ -90,7 +90,7 @@ def time_run(
         scene: The scene.
         profile: Name of the profile.
         dt_s: The step size, seconds.
-        tried: Settings that replace those of the profile.
+        overrides: Settings that replace those of the profile.
         steps: Number of steps; by default the whole scene.
         runs: Largest number of runs, 1 or more.
         enough_s: No further run is made once this many seconds have been timed.
@@ -104,7 +104,7 @@ def time_run(
         AdapterError: The adapter refuses the scene or fails, or its clock shows an impossible time.
         UnsupportedError: The clock shows 0 seconds, because it is too coarse for such a short run.
     """
-    settings = prepare_settings(adapter, profile, dt_s, tried)
+    settings = prepare_settings(adapter, profile, dt_s, overrides)
     steps = scene.step_count(dt_s) if steps is None else steps
     located = adapter.profiles[profile].located
     prepared, called, advanced = (list[float]() for _ in range(3))

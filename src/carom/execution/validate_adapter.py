@@ -39,61 +39,61 @@ def build_adapter_error(message: str, section: str = FIELDS) -> AdapterError:
     return AdapterError(f"{message}; see docs/reference/adapters.md#{section}")
 
 
-def build_wrong_value_error(what: str, must: str, value: object, section: str = FIELDS) -> AdapterError:
+def build_wrong_value_error(name: str, must: str, value: object, section: str = FIELDS) -> AdapterError:
     """Return the exception for a wrong value, with a message that states what the value must be."""
-    return build_adapter_error(f"{what} must be {must}, got {describe_value(value)}", section)
+    return build_adapter_error(f"{name} must be {must}, got {describe_value(value)}", section)
 
 
-def to_plain_text(value: object, what: str, most: int = MOST_CHARACTERS) -> str:
-    """Return a text from an adapter, of at most `most` characters, as a plain string.
+def to_plain_text(value: object, name: str, max_characters: int = MOST_CHARACTERS) -> str:
+    """Return a text from an adapter, of at most `max_characters` characters, as a plain string.
 
     Raises:
         AdapterError: The value is not a text, is too long, or is not valid Unicode. In the message, the value is called
-            `what`.
+            `name`.
     """
     if not isinstance(value, str):
-        raise build_wrong_value_error(what, "a text", value)
+        raise build_wrong_value_error(name, "a text", value)
     text = str.__str__(value)
-    if len(text) > most:
-        raise build_adapter_error(f"{what} must have at most {most} characters, got {len(text)}")
+    if len(text) > max_characters:
+        raise build_adapter_error(f"{name} must have at most {max_characters} characters, got {len(text)}")
     try:
         text.encode()
     except UnicodeEncodeError:
-        raise build_adapter_error(f"{what} must be Unicode text, got {text!a}") from None
+        raise build_adapter_error(f"{name} must be Unicode text, got {text!a}") from None
     return text
 
 
-def to_plain_settings(settings: object, of: str) -> dict[str, Setting]:
-    """Return settings as plain numbers, bools and strings. In messages, the owner of the settings is `of`.
+def to_plain_settings(settings: object, owner: str) -> dict[str, Setting]:
+    """Return settings as plain numbers, bools and strings. In messages, the owner of the settings is `owner`.
 
     Raises:
         AdapterError: The settings are not a mapping, or a name or value has another type.
     """
     return {
-        to_plain_text(name, f"a name among the settings {of}"): _to_plain_setting(name, value, of)
-        for name, value in _list_entries(settings, f"settings {of}")
+        to_plain_text(name, f"a name among the settings {owner}"): _to_plain_setting(name, value, owner)
+        for name, value in _list_entries(settings, f"settings {owner}")
     }
 
 
-def _list_entries(found: object, what: str) -> Iterable[tuple[object, object]]:
+def _list_entries(found: object, name: str) -> Iterable[tuple[object, object]]:
     if not isinstance(found, Mapping):
-        raise build_wrong_value_error(what, "a mapping", found)
+        raise build_wrong_value_error(name, "a mapping", found)
     if len(found) > MOST_ENTRIES:
-        raise build_adapter_error(f"{what} must be at most {MOST_ENTRIES}, got {len(found)}")
+        raise build_adapter_error(f"{name} must be at most {MOST_ENTRIES}, got {len(found)}")
     return found.items()
 
 
-def _to_plain_setting(name: object, value: object, of: str) -> Setting:
+def _to_plain_setting(name: object, value: object, owner: str) -> Setting:
     if isinstance(value, np.generic):
         value = value.item()
     for kind in (bool, float):
         if isinstance(value, kind):
             return kind(value)
     if isinstance(value, int):
-        return to_whole_number(value, f"setting {name!r} {of}")
+        return to_whole_number(value, f"setting {name!r} {owner}")
     if isinstance(value, str):
-        return to_plain_text(value, f"setting {name!r} {of}")
-    raise build_wrong_value_error(f"setting {name!r} {of}", "a number, a bool or a string", value)
+        return to_plain_text(value, f"setting {name!r} {owner}")
+    raise build_wrong_value_error(f"setting {name!r} {owner}", "a number, a bool or a string", value)
 
 
 def to_plain_counts(counts: object) -> dict[str, int]:
@@ -103,7 +103,7 @@ def to_plain_counts(counts: object) -> dict[str, int]:
         AdapterError: The counts are not a mapping of texts to whole numbers.
     """
     return {
-        to_plain_text(name, "a name among the counts"): to_whole_number(count, f"count {name!r}", least=0)
+        to_plain_text(name, "a name among the counts"): to_whole_number(count, f"count {name!r}", smallest=0)
         for name, count in _list_entries(counts, "counts of a world")
     }
 
@@ -218,19 +218,19 @@ def _to_python(value: object) -> object:
     return tuple(value) if isinstance(value, list) else value
 
 
-def to_whole_number(value: object, what: str, *, least: int = -MOST_WHOLE) -> int:
-    """Return a whole number from an adapter, from `least` to 2**64.
+def to_whole_number(value: object, name: str, *, smallest: int = -MOST_WHOLE) -> int:
+    """Return a whole number from an adapter, from `smallest` to 2**64.
 
     Raises:
-        AdapterError: The value is not a whole number, or is out of bounds. In the message, the value is called `what`.
+        AdapterError: The value is not a whole number, or is out of bounds. In the message, the value is called `name`.
     """
     try:
         number = operator.index(value)  # type: ignore[arg-type] # anything else raises
     except TypeError:
-        raise build_wrong_value_error(what, "a whole number", value) from None
-    if not least <= number <= MOST_WHOLE:
-        limits = f"from {least} to 2**64" if least >= 0 else "at most 2**64 in magnitude"
-        raise build_wrong_value_error(what, limits, number)
+        raise build_wrong_value_error(name, "a whole number", value) from None
+    if not smallest <= number <= MOST_WHOLE:
+        limits = f"from {smallest} to 2**64" if smallest >= 0 else "at most 2**64 in magnitude"
+        raise build_wrong_value_error(name, limits, number)
     return number
 
 

@@ -110,19 +110,19 @@ class Validator:
                 f"a contact is of bodies {first} and {second}: first must be a disc (0 to {self._discs - 1}), second a "
                 f"disc of a higher number{self._describe_wall_numbers()}"
             )
-        of = f"of a contact of bodies {first} and {second}"
-        time_s = _check_number(found.time_s, "time_s", of)
+        owner = f"of a contact of bodies {first} and {second}"
+        time_s = _check_number(found.time_s, "time_s", owner)
         # Engines sum their own clocks. One more step on either side allows more than the rounding of that sum.
         if not begin_s - self._dt_s <= time_s <= end_s + self._dt_s:
             step = f"{format_number(begin_s, 9)} to {format_number(end_s, 9)} s"
             raise build_adapter_error(
-                f"time_s {of} must be within the step that reports it, {step}, got {format_number(time_s, 9)}"
+                f"time_s {owner} must be within the step that reports it, {step}, got {format_number(time_s, 9)}"
             )
-        x, y = _check_vector(found.normal, "normal", of)
+        x, y = _check_vector(found.normal, "normal", owner)
         if not abs(math.hypot(x, y) - 1.0) <= self._rounding:
-            raise build_adapter_error(f"normal {of} must have the length 1, got {x:g}, {y:g}")
+            raise build_adapter_error(f"normal {owner} must have the length 1, got {x:g}, {y:g}")
         optional: dict[str, Any] = {
-            name: None if (value := getattr(found, name)) is None else _check_number(value, name, of)
+            name: None if (value := getattr(found, name)) is None else _check_number(value, name, owner)
             for name in ("impulse_n_s", "tangential_impulse_n_s")
         }
         acts = found.velocities is not None or any(optional.values())
@@ -137,11 +137,11 @@ class Validator:
                 f"a contact of bodies {first} and {second} has velocities but no spins_rad_s, in a scene whose discs "
                 "turn"
             )
-        pairs = _check_items(found.velocities, f"velocities {of}", 4)
-        velocities: Any = tuple(_check_vector(pair, "velocities", of) for pair in pairs)
+        pairs = _check_items(found.velocities, f"velocities {owner}", 4)
+        velocities: Any = tuple(_check_vector(pair, "velocities", owner) for pair in pairs)
         spins: Any = None
         if found.spins_rad_s is not None:
-            spins = tuple(_check_numbers(found.spins_rad_s, f"spins_rad_s {of}", 4))
+            spins = tuple(_check_numbers(found.spins_rad_s, f"spins_rad_s {owner}", 4))
         if second < 0:
             due_in_step = self._drives[wall_index(second)].velocities_within(min(begin_s, time_s), max(end_s, time_s))
             drive = min(due_in_step, key=lambda due: math.dist(due, velocities[1]))
@@ -149,13 +149,13 @@ class Validator:
             for name, numbers in of_wall.items():
                 due = drive * 2 if name == "velocities" else (0.0, 0.0)
                 if any(abs(got - v) > self._rounding * abs(v) for got, v in zip(numbers, due, strict=False)):
-                    shown = ", ".join(f"{number:g}" for number in numbers)
+                    numbers_text = ", ".join(f"{number:g}" for number in numbers)
                     does = (
                         "0 for a wall, which neither moves nor turns"
                         if not any(due)
                         else f"{drive[0]:g}, {drive[1]:g} before and after, the velocity of the driven wall"
                     )
-                    raise build_adapter_error(f"{name} {of} must be {does}, got {shown}")
+                    raise build_adapter_error(f"{name} {owner} must be {does}, got {numbers_text}")
             velocities = (velocities[0], drive, velocities[2], drive)
         return Contact(first, second, time_s, (x, y), velocities=velocities, spins_rad_s=spins, **optional)
 
@@ -168,10 +168,10 @@ def _check_array(found: object, name: str, shape: tuple[int, ...]) -> None:
         raise build_adapter_error(f"{name} must have the shape {shape}, got {found.shape}")
 
 
-def _check_items(found: object, what: str, count: int) -> tuple[object, ...]:
+def _check_items(found: object, name: str, count: int) -> tuple[object, ...]:
     items = tuple(found) if isinstance(found, tuple | list | np.ndarray) else ()
     if len(items) != count:
-        raise build_adapter_error(f"{what} must have {count} items, got {describe_value(found)}")
+        raise build_adapter_error(f"{name} must have {count} items, got {describe_value(found)}")
     return items
 
 
@@ -180,33 +180,33 @@ def _is_plain(found: object) -> TypeGuard[float]:
     return type(found) is float and abs(found) <= LARGEST
 
 
-def _check_number(found: object, name: str, of: str) -> float:
+def _check_number(found: object, name: str, owner: str) -> float:
     if _is_plain(found):
         return found
-    return _check_numbers((found,), f"{name} {of}", 1)[0]
+    return _check_numbers((found,), f"{name} {owner}", 1)[0]
 
 
-def _check_vector(found: object, name: str, of: str) -> Vector:
+def _check_vector(found: object, name: str, owner: str) -> Vector:
     if type(found) is tuple and len(found) == 2:
         x, y = found
         if _is_plain(x) and _is_plain(y):
             return x, y
-    x, y = _check_numbers(found, f"{name} {of}", 2)
+    x, y = _check_numbers(found, f"{name} {owner}", 2)
     return x, y
 
 
-def _check_numbers(found: object, what: str, count: int) -> list[float]:
-    items = _check_items(found, what, count)
+def _check_numbers(found: object, name: str, count: int) -> list[float]:
+    items = _check_items(found, name, count)
     try:
         numbers = [float(item) for item in items if not isinstance(item, str | bytes)]  # type: ignore[arg-type] # anything else raises
     except (TypeError, ValueError, OverflowError):
         numbers = []
     if len(numbers) != count:
-        raise build_wrong_value_error(what, "numbers", found)
+        raise build_wrong_value_error(name, "numbers", found)
     if not all(map(math.isfinite, numbers)):
-        raise build_adapter_error(f"{what} must be finite, got {', '.join(f'{number:g}' for number in numbers)}")
+        raise build_adapter_error(f"{name} must be finite, got {', '.join(f'{number:g}' for number in numbers)}")
     if any(abs(number) > LARGEST for number in numbers):
         raise build_adapter_error(
-            f"{what} {format_limits(0.0, LARGEST)}, got {', '.join(f'{number:g}' for number in numbers)}"
+            f"{name} {format_limits(0.0, LARGEST)}, got {', '.join(f'{number:g}' for number in numbers)}"
         )
     return numbers

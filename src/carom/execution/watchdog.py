@@ -165,9 +165,9 @@ def _limit_memory(memory_bytes: int) -> None:
     use.
     """
     _, hard = resource.getrlimit(resource.RLIMIT_DATA)
-    most = memory_bytes if hard == resource.RLIM_INFINITY else min(memory_bytes, hard)
+    limit_bytes = memory_bytes if hard == resource.RLIM_INFINITY else min(memory_bytes, hard)
     with suppress(ValueError, OSError):  # the system has no such limit
-        resource.setrlimit(resource.RLIMIT_DATA, (most, most))
+        resource.setrlimit(resource.RLIMIT_DATA, (limit_bytes, limit_bytes))
 
 
 def set_process_option(option: int, value: int) -> None:

@@ -120,9 +120,9 @@ class Worker:
             with suppress(ValidationError):
                 number, answer = codec.loads(line)
                 if number == process.answered and (answer.value is not None) is (answer.status is Status.RAN):
-                    said = process.describe_last_output() if answer.status is Status.FAILED else ""
+                    last_output = process.describe_last_output() if answer.status is Status.FAILED else ""
                     process.answered += 1
-                    return replace(answer, reason=f"{answer.reason}; {said}") if said else answer
+                    return replace(answer, reason=f"{answer.reason}; {last_output}") if last_output else answer
             answer = Answer(Status.FAILED, f"invalid answer: {_format_line(line)}")
         self._end()
         return answer
@@ -231,8 +231,8 @@ class _Process:
         since = self._tasks_ended - self.answered  # the tasks that have ended, but whose answers are not yet counted
         parts = self._tail.split(TASK_END)
         printed = parts[-1 - since] if 0 <= since < len(parts) else b""  # older output has been dropped
-        said = find_last_message(printed.decode(errors="replace"))
-        return f"it last printed: {said}" if said else ""
+        message = find_last_message(printed.decode(errors="replace"))
+        return f"it last printed: {message}" if message else ""
 
     def describe_end(self) -> Answer[Any]:
         """Return how the process ended and its last output. A process that closed its answer pipe has not crashed."""
@@ -245,8 +245,8 @@ class _Process:
             how = f"the engine's process was ended by {_format_signal(-code)}"
         elif code == ANSWERS_CLOSED:
             status, how = Status.FAILED, f"the engine closed the pipe for answers; its process then ended ({how})"
-        said = self.describe_last_output()
-        return Answer(status, f"{how}; {said}" if said else how)
+        last_output = self.describe_last_output()
+        return Answer(status, f"{how}; {last_output}" if last_output else how)
 
     def end(self) -> None:
         """End the process and all processes that it started."""

@@ -69,7 +69,7 @@ def _remove(root: Path) -> None:
         return
     try:
         todo = [name for name in os.listdir(top) if not name.startswith(LOCK)]
-        moved = len(todo)
+        free_number = len(todo)
         while todo:
             name = todo.pop()
             with suppress(OSError):
@@ -80,10 +80,10 @@ def _remove(root: Path) -> None:
                 try:
                     for entry in os.listdir(folder):
                         if _is_folder(entry, folder):
-                            while _is_there(f"{moved}", top):  # an interrupted removal has left such a name
-                                moved += 1
-                            os.rename(entry, f"{moved}", src_dir_fd=folder, dst_dir_fd=top)
-                            todo.append(f"{moved}")
+                            while _is_there(f"{free_number}", top):  # an interrupted removal has left such a name
+                                free_number += 1
+                            os.rename(entry, f"{free_number}", src_dir_fd=folder, dst_dir_fd=top)
+                            todo.append(f"{free_number}")
                         else:
                             os.unlink(entry, dir_fd=folder)
                 finally:
@@ -95,17 +95,17 @@ def _remove(root: Path) -> None:
         shutil.rmtree(root, ignore_errors=True)
 
 
-def _is_folder(name: str, within: int) -> bool:
+def _is_folder(name: str, parent: int) -> bool:
     """Whether a name is a folder, not a link. Permissions are restored, since an engine can change them."""
-    found = stat.S_ISDIR(os.stat(name, dir_fd=within, follow_symlinks=False).st_mode)
+    found = stat.S_ISDIR(os.stat(name, dir_fd=parent, follow_symlinks=False).st_mode)
     if found:
-        os.chmod(name, 0o700, dir_fd=within)
+        os.chmod(name, 0o700, dir_fd=parent)
     return found
 
 
-def _is_there(name: str, within: int) -> bool:
+def _is_there(name: str, parent: int) -> bool:
     try:
-        os.stat(name, dir_fd=within, follow_symlinks=False)
+        os.stat(name, dir_fd=parent, follow_symlinks=False)
     except FileNotFoundError:
         return False
     return True

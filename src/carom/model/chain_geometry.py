@@ -90,11 +90,11 @@ class Stretch(NamedTuple):
             rim = (cx + self.radius * dx / distance, cy + self.radius * dy / distance) if distance else (ax, ay)
             return rim, self.radius > 0.0
         # The ends decide whether the point is in the sector, since the centre of a flat arc is far away.
-        begun = ((ax - cx) * (y - ay) - (ay - cy) * (x - ax)) * bulge > 0.0
-        not_ended = ((bx - cx) * (y - by) - (by - cy) * (x - bx)) * bulge < 0.0
-        if (begun or not_ended) if abs(bulge) > 1.0 else (begun and not_ended):
-            out = self.compute_power(x, y) / (distance + self.radius) if distance else 0.0
-            return (x - out * dx / distance, y - out * dy / distance) if distance else (ax, ay), True
+        is_past_begin = ((ax - cx) * (y - ay) - (ay - cy) * (x - ax)) * bulge > 0.0
+        is_before_end = ((bx - cx) * (y - by) - (by - cy) * (x - bx)) * bulge < 0.0
+        if (is_past_begin or is_before_end) if abs(bulge) > 1.0 else (is_past_begin and is_before_end):
+            gap = self.compute_power(x, y) / (distance + self.radius) if distance else 0.0
+            return (x - gap * dx / distance, y - gap * dy / distance) if distance else (ax, ay), True
         to_a, to_b = _compute_square(x - ax, y - ay), _compute_square(x - bx, y - by)
         return ((ax, ay) if to_a <= to_b else (bx, by)), False
 
@@ -171,10 +171,10 @@ class Outline:
     @cached_property
     def box(self) -> tuple[Point, Point]:
         """The lower left and the upper right corner of a box that contains the line and everything inside it."""
-        held = [*self.points]
+        points = [*self.points]
         for (cx, cy), radius in ((arc.centre, arc.radius) for arc in self.stretches if arc.centre is not None):
-            held += [(cx - radius, cy - radius), (cx + radius, cy + radius)]
-        xs, ys = zip(*held, strict=True)
+            points += [(cx - radius, cy - radius), (cx + radius, cy + radius)]
+        xs, ys = zip(*points, strict=True)
         return (min(xs), min(ys)), (max(xs), max(ys))
 
     def find_nearest(self, x: float, y: float) -> Foot:
@@ -191,11 +191,11 @@ class Outline:
 
         A point that two edges share is yielded for the lower edge.
         """
-        seen = set()
+        yielded = set()
         for k, stretch in enumerate(self.stretches):
             place, inner = stretch.find_nearest(x, y)
-            if place not in seen and math.hypot(place[0] - x, place[1] - y) <= distance:
-                seen.add(place)
+            if place not in yielded and math.hypot(place[0] - x, place[1] - y) <= distance:
+                yielded.add(place)
                 yield Foot(*place, k, inner)
 
     def find_edge(self, x: float, y: float, among: tuple[int, ...]) -> int:

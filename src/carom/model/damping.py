@@ -48,8 +48,8 @@ class Damping:
 
     def to_undamped_array(self, seconds: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return `to_undamped` for each time, 0 or more."""
-        way = self.per_s * seconds
-        return np.where(way >= _NOTHING, -np.expm1(-way) / (self.per_s or 1.0), seconds)
+        exponent = self.per_s * seconds
+        return np.where(exponent >= _NOTHING, -np.expm1(-exponent) / (self.per_s or 1.0), seconds)
 
     def to_damped_array(self, undamped_s: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return `to_damped` for each time, with the same bits."""

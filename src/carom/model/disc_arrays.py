@@ -167,7 +167,7 @@ class DiscArrays:
         Raises:
             InputError: The message names the attribute, the value and the limits.
         """
-        for name, array, least in (
+        for name, array, lower in (
             ("position_m", self.position_m, 0.0),
             ("velocity_m_s", self.velocity_m_s, 0.0),
             ("radius_m", self.radius_m, 1.0 / ORDINARY),
@@ -175,7 +175,7 @@ class DiscArrays:
             ("radius_m times spin_rad_s", self.surface_speed_m_s, 0.0),
             ("walls", self._wall_lengths, 0.0),
         ):
-            require_within(name, array, least, ORDINARY)
+            require_within(name, array, lower, ORDINARY)
 
     @classmethod
     def of_valid(cls, **fields: Any) -> DiscArrays:
@@ -197,9 +197,9 @@ class DiscArrays:
 
     @property
     def _stands(self) -> NDArray[np.bool_]:
-        stands = ~self.movable
-        stands[list(self.driven_discs)] = False
-        return stands
+        is_fixed = ~self.movable
+        is_fixed[list(self.driven_discs)] = False
+        return is_fixed
 
     @property
     def driven(self) -> bool:
@@ -322,10 +322,10 @@ class DiscArrays:
         Raises:
             InputError: Bodies overlap; the message names the first ten pairs of each kind.
         """
-        found, more = self.overlaps("disc {}", "wall {}")
+        found, has_more = self.overlaps("disc {}", "wall {}")
         if found:
             lines = [f"position_m[{overlap.disc}] {overlap.message}" for overlap in found]
-            raise InputError("\n".join([*lines, "and more of them"] if more else lines))
+            raise InputError("\n".join([*lines, "and more of them"] if has_more else lines))
 
 
 def list_wall_lengths(wall: HalfPlane | Outline) -> tuple[float, ...]:

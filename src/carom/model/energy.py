@@ -37,9 +37,9 @@ def work_of_driven(trace: Trace) -> NDArray[np.float64]:
         return work
     for side, (disc, other) in enumerate((("first", "second"), ("second", "first"))):
         bodies, normal = impacts[disc], impacts["normal"] * (1.0, -1.0)[1 - side]
-        fixed = (impacts[other] < 0) | ~start.movable[np.maximum(impacts[other], 0)]
-        at = (bodies >= 0) & start.movable[np.maximum(bodies, 0)] & fixed
-        mass = np.where(at, start.mass_kg[np.maximum(bodies, 0)], 0.0)
+        is_fixed = (impacts[other] < 0) | ~start.movable[np.maximum(impacts[other], 0)]
+        is_counted = (bodies >= 0) & start.movable[np.maximum(bodies, 0)] & is_fixed
+        mass = np.where(is_counted, start.mass_kg[np.maximum(bodies, 0)], 0.0)
         runs = rim_speeds(trace, "before")[1 - side]
         if start.belts_m_s is not None:
             belts = np.array(start.belts_m_s)[np.maximum(-1 - impacts[other], 0) % len(start.belts_m_s)]
@@ -47,5 +47,5 @@ def work_of_driven(trace: Trace) -> NDArray[np.float64]:
         # The surface moves to the left of the normal from the driven body to the disc.
         surface = impacts[f"velocity_{other}_before"] + runs[:, None] * np.stack([-normal[:, 1], normal[:, 0]], axis=1)
         change = impacts[f"velocity_{disc}_after"] - impacts[f"velocity_{disc}_before"]
-        work += mass * np.sum(np.where(at[:, None], change * surface, 0.0), axis=1)
+        work += mass * np.sum(np.where(is_counted[:, None], change * surface, 0.0), axis=1)
     return work

@@ -36,8 +36,8 @@ def expand_shorthand(content: dict[str, Any]) -> dict[str, Any]:
     if unit not in UNITS:
         raise SceneError([Problem(("length_unit",), f'must be "m" or "px", got {format_value(unit)}')])
     if (unit == "px") != (pixels is not None):
-        there = "is required with length_unit px, but missing" if pixels is None else 'needs length_unit = "px"'
-        raise SceneError([Problem(("pixels_per_metre",), there)])
+        problem = "is required with length_unit px, but missing" if pixels is None else 'needs length_unit = "px"'
+        raise SceneError([Problem(("pixels_per_metre",), problem)])
     if unit == "px":
         try:
             per_metre = check_number("pixels_per_metre", pixels, positive=True)
@@ -60,24 +60,24 @@ def _convert_to_metres(content: dict[str, Any], per_metre: float) -> dict[str, A
     return found
 
 
-def _divide_fields(fields: Any, names: tuple[str, ...], by: float) -> Any:
+def _divide_fields(fields: Any, names: tuple[str, ...], divisor: float) -> Any:
     if not isinstance(fields, dict):
         return fields
-    found = {name: _divide_value(value, by) if name in names else value for name, value in fields.items()}
+    found = {name: _divide_value(value, divisor) if name in names else value for name, value in fields.items()}
     if isinstance(legs := found.get("legs"), list):
-        found["legs"] = [_divide_fields(leg, ("velocity_m_s",), by) for leg in legs]
+        found["legs"] = [_divide_fields(leg, ("velocity_m_s",), divisor) for leg in legs]
     return found
 
 
-def _divide_value(value: Any, by: float) -> Any:
+def _divide_value(value: Any, divisor: float) -> Any:
     if isinstance(value, list):
         points = bool(value) and isinstance(value[0], list)
         # A vector has two numbers.
-        return [_divide_value(one, by) for one in value] if points or len(value) <= 2 else value
+        return [_divide_value(one, divisor) for one in value] if points or len(value) <= 2 else value
     if isinstance(value, bool) or not isinstance(value, int | float):
         return value
     try:
-        return value / by
+        return value / divisor
     except OverflowError:  # the integer is too large for a float
         return value
 

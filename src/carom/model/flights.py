@@ -42,15 +42,15 @@ class Flight(ByValue):
 
     def position_at(self, time_s: float) -> NDArray[np.float64]:
         """Return the disc's position at a time."""
-        flown = self.damping.to_undamped(time_s - self.begin_s)
-        place: NDArray[np.float64] = self.position_m + self.velocity_m_s * flown + 0.5 * self.pull_m_s2 * flown**2
+        flown_s = self.damping.to_undamped(time_s - self.begin_s)
+        place: NDArray[np.float64] = self.position_m + self.velocity_m_s * flown_s + 0.5 * self.pull_m_s2 * flown_s**2
         return place
 
     def velocity_at(self, time_s: float) -> NDArray[np.float64]:
         """Return the disc's velocity at a time."""
-        lasted = time_s - self.begin_s
+        elapsed_s = time_s - self.begin_s
         velocity: NDArray[np.float64] = (
-            self.velocity_m_s * self.damping.compute_kept_fraction(lasted) + self.pull_m_s2 * lasted
+            self.velocity_m_s * self.damping.compute_kept_fraction(elapsed_s) + self.pull_m_s2 * elapsed_s
         )
         return velocity
 

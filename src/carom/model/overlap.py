@@ -93,16 +93,16 @@ def find_overlaps(
     planes = {k: wall for k, wall in enumerate(walls) if isinstance(wall, tuple)}
     outlines = {k: wall for k, wall in enumerate(walls) if not isinstance(wall, tuple)}
     found: list[Overlap] = []
-    more = False
+    has_more = False
     with np.errstate(over="ignore", invalid="ignore"):  # distances beyond the largest float are infinite
         kinds = [_find_disc_overlaps(discs, disc_name)]
         kinds += [_find_half_plane_overlaps(discs, planes, wall_name)] if planes else []
         kinds += [_find_outline_overlaps(discs, outlines, wall_name)] if outlines else []
         for kind in kinds:
-            named = list(islice(kind, NAMED + 1))
-            found += named[:NAMED]
-            more = more or len(named) > NAMED
-    return found, more
+            first_overlaps = list(islice(kind, NAMED + 1))
+            found += first_overlaps[:NAMED]
+            has_more = has_more or len(first_overlaps) > NAMED
+    return found, has_more
 
 
 def _find_disc_overlaps(discs: _Discs, name: str) -> Iterator[Overlap]:

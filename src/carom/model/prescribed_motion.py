@@ -31,8 +31,8 @@ class Course(NamedTuple):
 
     def moved_at(self, time_s: float) -> Vector:
         """Return the body's displacement at a time within the leg, metres."""
-        (x, y), (u, v), lasted = self.moved, self.velocity, time_s - self.begin_s
-        return x + u * lasted, y + v * lasted
+        (x, y), (u, v), elapsed_s = self.moved, self.velocity, time_s - self.begin_s
+        return x + u * elapsed_s, y + v * elapsed_s
 
 
 class Drive(NamedTuple):
@@ -50,17 +50,17 @@ class Drive(NamedTuple):
 
         The displacement at the beginning of each leg is an exact sum that is rounded once.
         """
-        given = list(legs)
-        if len(given) == 1:  # the usual case
-            ((begin_s, (u, v)),) = given
+        leg_list = list(legs)
+        if len(leg_list) == 1:  # the usual case
+            ((begin_s, (u, v)),) = leg_list
             return cls((Course(begin_s, math.inf, (0.0, 0.0), (u, v)),))
-        ends = [*[begin_s for begin_s, _ in given[1:]], math.inf]
+        ends = [*[begin_s for begin_s, _ in leg_list[1:]], math.inf]
         path, x, y = [], Fraction(0), Fraction(0)
-        for (begin_s, (u, v)), end_s in zip(given, ends, strict=True):
+        for (begin_s, (u, v)), end_s in zip(leg_list, ends, strict=True):
             path.append(Course(begin_s, end_s, (float(x), float(y)), (u, v)))
             if end_s < math.inf:
-                lasts = Fraction(end_s) - Fraction(begin_s)
-                x, y = x + lasts * Fraction(u), y + lasts * Fraction(v)
+                duration_s = Fraction(end_s) - Fraction(begin_s)
+                x, y = x + duration_s * Fraction(u), y + duration_s * Fraction(v)
         return cls(tuple(path))
 
     @property

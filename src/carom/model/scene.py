@@ -109,17 +109,17 @@ class Disc(Model):
         problems = list(find_leg_problems(self.legs, self.velocity_m_s)) if self.legs else []
         if self.legs and not self.driven:
             problems.append(Problem(("legs",), "need driven = true: only a driven disc has legs"))
-        stands = self.immovable and not self.driven
+        is_fixed = self.immovable and not self.driven
         if self.driven and not self.immovable:
             problems.append(Problem(("driven",), f"needs mass_kg = inf: impacts move a disc of {self.mass_kg:g} kg"))
-        if stands and self.velocity_m_s != (0.0, 0.0):
+        if is_fixed and self.velocity_m_s != (0.0, 0.0):
             message = (
                 f"must be (0, 0) for an immovable disc (mass_kg = inf), got {self.velocity_m_s}; "
                 "set driven = true for a disc with a prescribed motion"
             )
             problems.append(Problem(("velocity_m_s",), message))
-        if self.spin_rad_s != 0.0 and (stands or (math.isinf(self.inertia_factor) and not self.driven)):
-            cause = "an immovable disc (mass_kg = inf)" if stands else "a disc that can't turn (inertia_factor = inf)"
+        if self.spin_rad_s != 0.0 and (is_fixed or (math.isinf(self.inertia_factor) and not self.driven)):
+            cause = "an immovable disc (mass_kg = inf)" if is_fixed else "a disc that can't turn (inertia_factor = inf)"
             problems.append(Problem(("spin_rad_s",), f"must be 0 for {cause}, got {self.spin_rad_s}"))
         if problems:
             raise SceneError(problems)
@@ -204,13 +204,15 @@ class Scene(Drawn, Model):
         if self.damping_per_s and self.gravity_m_s2 != (0.0, 0.0):
             problems.append(Problem(("damping_per_s",), f"must be 0 in a scene with gravity, got {self.damping_per_s}"))
         if self.damping_per_s and start.driven:
-            what = "a driven body, whose path is not damped"
-            problems.append(Problem(("damping_per_s",), f"must be 0 in a scene with {what}, got {self.damping_per_s}"))
+            feature = "a driven body, whose path is not damped"
+            problems.append(
+                Problem(("damping_per_s",), f"must be 0 in a scene with {feature}, got {self.damping_per_s}")
+            )
         problems += self._find_unsolved_frictions()
-        found, more = start.overlaps("discs[{}]", "walls[{}]")
+        found, has_more = start.overlaps("discs[{}]", "walls[{}]")
         problems += [Problem(("discs", overlap.disc, "position_m"), overlap.message) for overlap in found]
         if problems:
-            raise SceneError(problems, more=more)
+            raise SceneError(problems, more=has_more)
 
     def _find_unsolved_frictions(self) -> Generator[Problem, None, None]:
         falls = self.gravity_m_s2 != (0.0, 0.0)
@@ -219,8 +221,8 @@ class Scene(Drawn, Model):
             if self.wall_tangential_restitution:
                 why = "with wall_tangential_restitution, which returns the energy that rolling resistance removes"
             if why:
-                said = f"must be 0 in a scene {why}, got {self.wall_rolling_resistance}"
-                yield Problem(("wall_rolling_resistance",), said)
+                message = f"must be 0 in a scene {why}, got {self.wall_rolling_resistance}"
+                yield Problem(("wall_rolling_resistance",), message)
         if self.table_deceleration_m_s2:
             with_what = (
                 "gravity" * falls,
@@ -228,9 +230,9 @@ class Scene(Drawn, Model):
                 "driven bodies, which a table does not slow down" * self.arrays.driven,
                 "friction or spin, which a table changes too" * self.arrays.turns,
             )
-            for what in filter(None, with_what):
-                said = f"must be 0 in a scene with {what}, got {self.table_deceleration_m_s2}"
-                yield Problem(("table_deceleration_m_s2",), said)
+            for feature in filter(None, with_what):
+                message = f"must be 0 in a scene with {feature}, got {self.table_deceleration_m_s2}"
+                yield Problem(("table_deceleration_m_s2",), message)
 
     @cached_property
     def arrays(self) -> DiscArrays:
@@ -260,14 +262,14 @@ class Scene(Drawn, Model):
 
     def _build_wall_materials(self) -> tuple[Material, ...] | None:
         scene = Material(self.wall_restitution, self.wall_friction)
-        own = tuple(
+        materials = tuple(
             Material(
                 scene.restitution if wall.restitution is None else wall.restitution,
                 scene.friction if wall.friction is None else wall.friction,
             )
             for wall in self.walls
         )
-        return own if any(material != scene for material in own) else None
+        return materials if any(material != scene for material in materials) else None
 
     # The arrays are not copied or pickled: a copy may have other discs, and another process builds its own arrays.
 
@@ -304,7 +306,7 @@ class Scene(Drawn, Model):
         least_wall = min((material.restitution for material in start.materials), default=1.0)
         finite = [wall for wall in self.walls if not isinstance(wall, Wall)]
         around = [self._does_enclose(wall) if isinstance(wall, Ring) else any(wall.bulges) for wall in finite]
-        wanted = {
+        conditions = {
             Need.WALLS: bool(self.walls),
             Need.SEGMENTS: any(isinstance(wall, Chain) and not (wall.bulges and all(wall.bulges)) for wall in finite),
             Need.ARCS: any(around),
@@ -326,7 +328,7 @@ class Scene(Drawn, Model):
             Need.TANGENTIAL_RESTITUTION: (start.rubs_discs and self.tangential_restitution != 0.0)
             or (start.rubs_walls and self.wall_tangential_restitution != 0.0),
         }
-        return frozenset(need for need, is_needed in wanted.items() if is_needed)
+        return frozenset(need for need, is_needed in conditions.items() if is_needed)
 
     def _does_enclose(self, ring: Ring) -> bool:
         """Whether a disc is inside a circle at time 0. The disc then stays inside, since no centre crosses a wall."""

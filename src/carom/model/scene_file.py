@@ -20,8 +20,8 @@ MOST_BODIES = {"discs": MOST_DISCS, "walls": MOST_WALLS}
 def build_scene_schema() -> dict[str, Any]:
     """Return the JSON Schema of a scene file, published as ``carom/scene.schema.json``."""
     schema = Scene.model_json_schema()
-    for name, most in MOST_BODIES.items():
-        schema["properties"][name]["maxItems"] = most
+    for name, limit in MOST_BODIES.items():
+        schema["properties"][name]["maxItems"] = limit
     for part in (schema, *schema["$defs"].values()):  # remove the examples of docstrings, which are Python
         if "description" in part:
             part["description"] = part["description"].partition("\n\nExamples:")[0]
@@ -46,8 +46,8 @@ def load_scene(path: str | Path) -> Scene:
     try:
         return Scene(**_limit_problems(expand_shorthand(_parse_file(path))))
     except SceneError as error:
-        more = error.more or len(error.problems) > SceneError.SHOWN  # the search stops early
-        raise SceneError(error.problems, source=str(path), more=more) from None
+        has_more = error.more or len(error.problems) > SceneError.SHOWN  # the search stops early
+        raise SceneError(error.problems, source=str(path), more=has_more) from None
 
 
 def _parse_file(path: Path) -> dict[str, Any]:
@@ -59,14 +59,14 @@ def _parse_file(path: Path) -> dict[str, Any]:
         content = read_data(path, path.suffix)
     except InputError as error:
         raise SceneError([Problem((), str(error))]) from None
-    for name, most in MOST_BODIES.items():
+    for name, limit in MOST_BODIES.items():
         bodies = content.get(name)
         if not isinstance(bodies, list):
             continue
         edges = f" with {total} edges" if (total := sum(map(count_edges, bodies))) > len(bodies) else ""
-        if total > most:
+        if total > limit:
             found = f"got {len(bodies)}{edges}"
-            raise SceneError([Problem((name,), f"a scene file can have at most {most}, {found}")])
+            raise SceneError([Problem((name,), f"a scene file can have at most {limit}, {found}")])
     return content
 
 

@@ -127,13 +127,13 @@ def count_steps(duration_s: float, dt_s: float) -> int:
     if not 0 < dt_s < math.inf:
         raise InputError(f"a step size must be a finite number of seconds above 0, got {dt_s}")
     (a, b), (c, d) = duration_s.as_integer_ratio(), dt_s.as_integer_ratio()
-    whole, part = a * d, b * c  # the quotient is whole / part
-    if whole > MOST_STEPS * part:
+    numerator, denominator = a * d, b * c  # the quotient is numerator / denominator
+    if numerator > MOST_STEPS * denominator:
         raise InputError(
             f"a step size must be at least {format_number(1 / MOST_STEPS, 3)} of the scene's duration ({duration_s} "
             f"s), got {dt_s}: lengthen it, or shorten the scene"
         )
-    nearest = (2 * whole + part) // (2 * part)
-    if nearest > 0 and abs(whole - nearest * part) * 2**52 <= whole:
+    nearest = (2 * numerator + denominator) // (2 * denominator)
+    if nearest > 0 and abs(numerator - nearest * denominator) * 2**52 <= numerator:
         return nearest
-    return -(-whole // part)
+    return -(-numerator // denominator)

@@ -40,14 +40,14 @@ def resolve_profile(method: str, profile: str) -> str:
     return PROFILE_ALIASES.get(method, {}).get(profile, profile)
 
 
-def format_profile(method: str, profile: str, tried: Mapping[str, Setting]) -> str:
+def format_profile(method: str, profile: str, overrides: Mapping[str, Setting]) -> str:
     """Return the text shown for a profile: its name, and the settings that were changed.
 
     PIT has only one profile, so the profile's name is not shown.
     """
-    own = "" if method == "pit" else resolve_profile(method, profile)
-    values = ", ".join(f"{name}={format_setting(value)}" for name, value in tried.items())
-    return f"{own} with {values}".lstrip() if values else own
+    profile_name = "" if method == "pit" else resolve_profile(method, profile)
+    values = ", ".join(f"{name}={format_setting(value)}" for name, value in overrides.items())
+    return f"{profile_name} with {values}".lstrip() if values else profile_name
 
 
 #: Spins of an impact's two bodies, just before and just after it, radians a second, counterclockwise; 0 for a wall.
@@ -187,12 +187,12 @@ def pair_name(impact: np.void) -> str:
     return f"{body_name(int(impact['first']))} and {body_name(int(impact['second']))}"
 
 
-def velocities(impacts: NDArray[np.void], when: Literal["before", "after"]) -> NDArray[np.float64]:
+def velocities(impacts: NDArray[np.void], moment: Literal["before", "after"]) -> NDArray[np.float64]:
     """Return the velocities of both bodies of each impact, shape ``(2, m, 2)``: first bodies, then second bodies."""
-    return np.array([impacts[f"velocity_first_{when}"], impacts[f"velocity_second_{when}"]])
+    return np.array([impacts[f"velocity_first_{moment}"], impacts[f"velocity_second_{moment}"]])
 
 
-def rim_speeds(trace: Trace, when: Literal["before", "after"]) -> NDArray[np.float64]:
+def rim_speeds(trace: Trace, moment: Literal["before", "after"]) -> NDArray[np.float64]:
     """Return the rim speeds ``R w`` of both bodies of each impact, shape ``(2, m)``: first bodies, then second bodies.
 
     Rim speeds are in metres a second, positive if counterclockwise. Walls have rim speed 0. All rim speeds are 0 if the
@@ -202,7 +202,7 @@ def rim_speeds(trace: Trace, when: Literal["before", "after"]) -> NDArray[np.flo
     if trace.spins is not None:
         radius = np.append(trace.scene.arrays.radius_m, 0.0)  # the last radius, 0, is used for walls
         for row, side in zip(speeds, ("first", "second"), strict=True):
-            row[:] = radius[np.maximum(trace.impacts[side], -1)] * trace.spins[f"{side}_{when}"]
+            row[:] = radius[np.maximum(trace.impacts[side], -1)] * trace.spins[f"{side}_{moment}"]
     return speeds
 
 

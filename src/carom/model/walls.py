@@ -233,8 +233,8 @@ def _parse_wall(value: Any) -> Any:
     kind = kind_of_wall(value)
     telling = [name for name in ("point_m", "normal", *_TELLING) if name in value]
     if wrong := [name for name in telling if name not in kind.model_fields]:
-        of = "a chain has points_m" if kind is Chain else "a circle has centre_m and radius_m"
-        raise SceneError([Problem((name,), f"belongs to another kind of wall: {of}") for name in wrong])
+        explanation = "a chain has points_m" if kind is Chain else "a circle has centre_m and radius_m"
+        raise SceneError([Problem((name,), f"belongs to another kind of wall: {explanation}") for name in wrong])
     return kind(**value)
 
 
@@ -243,10 +243,10 @@ AnyWall = Annotated[Union[Wall, Chain, Ring], BeforeValidator(_parse_wall)]  # n
 
 def _find_shape_problems(chain: Chain) -> Iterator[Problem]:
     points = len(chain.points_m)
-    least = 2 if not chain.closed or any(chain.bulges) else 3
-    if points < least:
-        of = " of a closed chain without bulges" if least == 3 else ""
-        yield Problem(("points_m",), f"must be {least} points{of} at least, got {points}")
+    min_points = 2 if not chain.closed or any(chain.bulges) else 3
+    if points < min_points:
+        suffix = " of a closed chain without bulges" if min_points == 3 else ""
+        yield Problem(("points_m",), f"must be {min_points} points{suffix} at least, got {points}")
         return
     edges = points - (not chain.closed)
     if chain.bulges and len(chain.bulges) != edges:
@@ -272,11 +272,11 @@ def _find_shape_problems(chain: Chain) -> Iterator[Problem]:
 
 
 def _find_crossing_problems(chain: Chain) -> Iterator[Problem]:
-    for met in islice(find_crossings(chain.outline.edges, closed=chain.closed), _NAMED):
+    for hit in islice(find_crossings(chain.outline.edges, closed=chain.closed), _NAMED):
         yield Problem(
             ("points_m",),
             "must not cross, touch or run back over itself other than at its joints: "
-            f"edge {met.second} meets edge {met.first} at ({format_number(met.x, 6)}, {format_number(met.y, 6)})",
+            f"edge {hit.second} meets edge {hit.first} at ({format_number(hit.x, 6)}, {format_number(hit.y, 6)})",
         )
 
 
@@ -334,14 +334,14 @@ def move_wall(wall: AnyWall, x: float, y: float) -> AnyWall:
     return _map_points(wall, lambda point: (point[0] + x, point[1] + y))
 
 
-def _map_point(point: Point, of: Unit) -> Point:
-    return of(point[0]), of(point[1])
+def _map_point(point: Point, function: Unit) -> Point:
+    return function(point[0]), function(point[1])
 
 
-def _map_points(wall: AnyWall, of: Callable[[Point], Point]) -> AnyWall:
+def _map_points(wall: AnyWall, function: Callable[[Point], Point]) -> AnyWall:
     """Return a wall with a function applied to each of its points."""
     if isinstance(wall, Wall):
-        return wall.model_copy(update={"point_m": of(wall.point_m)})
+        return wall.model_copy(update={"point_m": function(wall.point_m)})
     if isinstance(wall, Chain):
-        return wall.model_copy(update={"points_m": tuple(map(of, wall.points_m))})
-    return wall.model_copy(update={"centre_m": of(wall.centre_m)})
+        return wall.model_copy(update={"points_m": tuple(map(function, wall.points_m))})
+    return wall.model_copy(update={"centre_m": function(wall.centre_m)})

@@ -32,9 +32,9 @@ def format_scene_file(entry: CatalogueScene) -> str:
     return comments + tomli_w.dumps(entry.scene.model_dump(mode="python"))
 
 
-def build_certified_document(certified: CertifiedTrace, most: int) -> Document:
+def build_certified_document(certified: CertifiedTrace, max_rows: int) -> Document:
     """Return a document of the first impacts, with their proven digits, and of the certified part of the run."""
-    left_out = len(certified) - most
+    left_out = len(certified) - max_rows
     table = Table(
         (
             Column("#", str, number=True),
@@ -47,17 +47,17 @@ def build_certified_document(certified: CertifiedTrace, most: int) -> Document:
                 else []
             ),
         ),
-        range(min(most, len(certified))),
+        range(min(max_rows, len(certified))),
         title=f"{certified.trace.scene.name}: every digit is proven",
         note=f"and {left_out} more" if left_out > 0 else "",
     )
-    blocks: tuple[Table, ...] = (table,) if most and len(certified) else ()
-    if most and certified.trace.modes is not None:
-        blocks = (*blocks, _build_modes_table(certified, certified.trace.modes, most))
+    blocks: tuple[Table, ...] = (table,) if max_rows and len(certified) else ()
+    if max_rows and certified.trace.modes is not None:
+        blocks = (*blocks, _build_modes_table(certified, certified.trace.modes, max_rows))
     return Document("Carom: certified", Headline.of(_describe_reach(certified)), (Section(table.title, blocks),))
 
 
-def _build_modes_table(certified: CertifiedTrace, modes: NDArray[np.void], most: int) -> Table:
+def _build_modes_table(certified: CertifiedTrace, modes: NDArray[np.void], max_rows: int) -> Table:
     """Return a table of the first changes of contact mode."""
     from carom.solvers.certified.result import proven_decimal
 
@@ -66,7 +66,7 @@ def _build_modes_table(certified: CertifiedTrace, modes: NDArray[np.void], most:
         bound = 0.0 if radii is None else radii[field][k][part[0]] if part else radii[field][k]
         return proven_decimal(float(modes[field][k][part[0]] if part else modes[field][k]), float(bound))
 
-    left_out = len(modes) - most
+    left_out = len(modes) - max_rows
     return Table(
         (
             Column("time, s", lambda k: format_proven_number(k, "time_s")),
@@ -78,7 +78,7 @@ def _build_modes_table(certified: CertifiedTrace, modes: NDArray[np.void], most:
                 lambda k: f"({format_proven_number(k, 'velocity', 0)}, {format_proven_number(k, 'velocity', 1)})",
             ),
         ),
-        range(min(most, len(modes))),
+        range(min(max_rows, len(modes))),
         title=f"{certified.trace.scene.name}: contact",
         note=f"and {left_out} more" if left_out > 0 else "",
     )
@@ -94,8 +94,8 @@ def _list_decimals(certified: CertifiedTrace, k: int) -> Sequence[str]:
     sides = [(side, c) for side in ("velocity_first_after", "velocity_second_after") for c in (0, 1)]
     numbers = [(impact["time_s"], radius["time_s"]), *((impact[side][c], radius[side][c]) for side, c in sides)]
     if certified.trace.spins is not None and certified.spin_radii is not None:
-        turned = ["first_after"] if impact["second"] < 0 else ["first_after", "second_after"]
-        numbers += [(certified.trace.spins[k][side], certified.spin_radii[k][side]) for side in turned]
+        spin_fields = ["first_after"] if impact["second"] < 0 else ["first_after", "second_after"]
+        numbers += [(certified.trace.spins[k][side], certified.spin_radii[k][side]) for side in spin_fields]
     return [proven_decimal(float(value), float(bound)) for value, bound in numbers]
 
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 
-def to_pandas(thing: object) -> DataFrame:
+def to_pandas(result: object) -> DataFrame:
     """Return the impacts of a trace, or the runs of results.
 
     Raises:
@@ -31,7 +31,7 @@ def to_pandas(thing: object) -> DataFrame:
         raise MissingExtraError(
             "a data frame needs pandas, which is not installed", hints=["pip install 'carom[pandas]'"]
         ) from None
-    return pd.DataFrame(_build_columns(thing)).rename_axis("impact" if isinstance(thing, Trace) else "run")
+    return pd.DataFrame(_build_columns(result)).rename_axis("impact" if isinstance(result, Trace) else "run")
 
 
 def _format_error_column(metric: str) -> str:
@@ -41,44 +41,44 @@ def _format_error_column(metric: str) -> str:
 
 
 @singledispatch
-def _build_columns(thing: object) -> dict[str, Any]:
-    raise TypeError(f"a {type(thing).__name__} can't be converted to a data frame")
+def _build_columns(result: object) -> dict[str, Any]:
+    raise TypeError(f"a {type(result).__name__} can't be converted to a data frame")
 
 
 @_build_columns.register
-def _(thing: Trace) -> dict[str, Any]:
+def _(result: Trace) -> dict[str, Any]:
     columns: dict[str, Any] = {}
-    for name in thing.impacts.dtype.names or ():
-        values = thing.impacts[name]
+    for name in result.impacts.dtype.names or ():
+        values = result.impacts[name]
         unit = "_m_s" if name.startswith("velocity_") else ""
         vector = {f"{name}_x{unit}": values[:, 0], f"{name}_y{unit}": values[:, 1]} if values.ndim > 1 else {}
         columns |= vector or {name: values}
-    if thing.effective_time_s is not None:
-        columns["effective_time_s"] = thing.effective_time_s
-    if thing.spins is not None:
-        columns |= {f"spin_{name}_rad_s": thing.spins[name] for name in thing.spins.dtype.names or ()}
-    if thing.edges is not None:
-        columns["edge"] = thing.edges["edge"]
+    if result.effective_time_s is not None:
+        columns["effective_time_s"] = result.effective_time_s
+    if result.spins is not None:
+        columns |= {f"spin_{name}_rad_s": result.spins[name] for name in result.spins.dtype.names or ()}
+    if result.edges is not None:
+        columns["edge"] = result.edges["edge"]
         columns["edge_kind"] = [
-            "" if kind < 0 else EdgeKind(kind).name.lower() for kind in thing.edges["kind"].tolist()
+            "" if kind < 0 else EdgeKind(kind).name.lower() for kind in result.edges["kind"].tolist()
         ]
     return columns
 
 
 @_build_columns.register
-def _(thing: Results) -> dict[str, Any]:
-    columns: dict[str, list[Any]] = {"scene": [row.job.scene.name for row in thing.rows]}
-    columns |= {name: [getattr(row.job, name) for row in thing.rows] for name in _OF_JOB}
+def _(result: Results) -> dict[str, Any]:
+    columns: dict[str, list[Any]] = {"scene": [row.job.scene.name for row in result.rows]}
+    columns |= {name: [getattr(row.job, name) for row in result.rows] for name in _OF_JOB}
     columns["tried"] = [
-        ", ".join(f"{name}={format_setting(value)}" for name, value in row.job.method.tried) for row in thing.rows
+        ", ".join(f"{name}={format_setting(value)}" for name, value in row.job.method.tried) for row in result.rows
     ]
-    columns["status"] = [row.status.value for row in thing.rows]
-    columns["reason"] = [row.reason for row in thing.rows]
-    columns["grade"] = [None if row.grade is None else row.grade.name.lower() for row in thing.rows]
+    columns["status"] = [row.status.value for row in result.rows]
+    columns["reason"] = [row.reason for row in result.rows]
+    columns["grade"] = [None if row.grade is None else row.grade.name.lower() for row in result.rows]
     for name, of_score in _OF_SCORE.items():
-        columns[name] = [np.nan if row.score is None else of_score(row.score) for row in thing.rows]
-    columns["advance_s"] = [np.nan if row.timing is None else row.timing.advance_s for row in thing.rows]
-    columns["time_over_pit"] = [np.nan if row.time_ratio is None else row.time_ratio for row in thing.rows]
+        columns[name] = [np.nan if row.score is None else of_score(row.score) for row in result.rows]
+    columns["advance_s"] = [np.nan if row.timing is None else row.timing.advance_s for row in result.rows]
+    columns["time_over_pit"] = [np.nan if row.time_ratio is None else row.time_ratio for row in result.rows]
     return columns
 
 

@@ -97,8 +97,8 @@ class Column:
 
     def build_cell(self, item: object) -> Cell:
         """Return the column's cell in the row of an item."""
-        said = self.say(item)
-        return said if isinstance(said, Cell) else Cell(said)
+        content = self.say(item)
+        return content if isinstance(content, Cell) else Cell(content)
 
 
 @dataclass(frozen=True)
@@ -292,8 +292,8 @@ class Headline:
     @classmethod
     def of(cls, sentences: Iterable[str]) -> Headline:
         """Return a headline from one or more sentences. The first sentence is the answer."""
-        first, *more = sentences
-        return cls(first, tuple(more))
+        first, *further = sentences
+        return cls(first, tuple(further))
 
     @property
     def sentences(self) -> tuple[str, ...]:

@@ -17,7 +17,7 @@ def format_engine_lines(infos: Sequence[EngineInfo]) -> list[str]:
     """Return a table of engines, one line each."""
     known = [(info.name, info.capabilities, info) for info in infos if info.capabilities is not None]
     heading = ("name", "version", "swept in", "friction", "spin", "floats")
-    lines = _align_columns([heading, *(_build_engine_row(info, able) for _, able, info in known)])
+    lines = _align_columns([heading, *(_build_engine_row(info, capabilities) for _, capabilities, info in known)])
     lines_by_name = dict(zip((name for name, _, _ in known), lines[1:], strict=True))
     # An adapter without capabilities has only the reason why it is unavailable.
     return [
@@ -26,17 +26,17 @@ def format_engine_lines(infos: Sequence[EngineInfo]) -> list[str]:
     ]
 
 
-def _build_engine_row(info: EngineInfo, able: Capabilities) -> tuple[str, ...]:
+def _build_engine_row(info: EngineInfo, capabilities: Capabilities) -> tuple[str, ...]:
     version = info.version or "unavailable"
     # The adapter's general declaration is that of `tuned`.
-    kinds = {"tuned": able, **info.own}
+    kinds = {"tuned": capabilities, **info.own}
     return (
         info.name,
         version,
         ", ".join(name for name, one in kinds.items() if one.continuous_detection) or "no",
-        "yes" if able.friction[1] > 0 else "no",
-        "yes" if able.spin else "no",
-        f"{able.float_bits} bits",
+        "yes" if capabilities.friction[1] > 0 else "no",
+        "yes" if capabilities.spin else "no",
+        f"{capabilities.float_bits} bits",
     )
 
 
@@ -104,14 +104,14 @@ def build_engine_document(info: EngineInfo) -> Document:
     if info.capabilities is not None:
         sections.append(_build_capabilities({"value": info.capabilities, **info.own}))
     sections.append(_build_hazards(info))
-    able = (
+    availability = (
         f"is not available: {info.unavailable}"
         if info.unavailable
         else f"has {formatting.format_count(len(info.profiles), 'profile')}"
     )
     return Document(
         f"Carom: {info.name}",
-        Headline(f"{' '.join(filter(None, (info.engine, info.version)))} {able}."),
+        Headline(f"{' '.join(filter(None, (info.engine, info.version)))} {availability}."),
         tuple(sections),
     )
 
@@ -173,7 +173,7 @@ def _build_capabilities(kinds: Mapping[str, Capabilities]) -> Section:
     """Return the capabilities of an engine and of each profile that differs, without infinite limits."""
     rows = []
     for name, (word, unit) in _SAID.items():
-        values = [getattr(able, name) for able in kinds.values()]
+        values = [getattr(capabilities, name) for capabilities in kinds.values()]
         if all(value in (math.inf, 0.0) and not isinstance(value, bool) for value in values):
             continue  # no limit
         rows.append((word, [_format_value(value, unit) for value in values]))

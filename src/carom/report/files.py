@@ -62,6 +62,6 @@ def fields_of(result: DataclassInstance) -> dict[str, object]:
 
 def format_json(kind: str, result: DataclassInstance, leave_out: Sequence[str] = (), **content: object) -> str:
     """Return the text of a strict JSON file: the fields of a result except `leave_out`, and further content."""
-    own = {name: value for name, value in fields_of(result).items() if name not in leave_out}
-    fields = to_json_types({"format": FORMATS[kind], **own, **content})
+    result_fields = {name: value for name, value in fields_of(result).items() if name not in leave_out}
+    fields = to_json_types({"format": FORMATS[kind], **result_fields, **content})
     return json.dumps(fields, ensure_ascii=False, allow_nan=False, indent=1) + "\n"

@@ -32,8 +32,8 @@ def format_time_left(left_s: float) -> str:
 
 def format_step_option(dt_s: float) -> str:
     """Format a step size for a command-line option, exact to the last bit; as 1/240 if that is the same number."""
-    whole = round(1.0 / dt_s)
-    return f"1/{whole}" if whole and 1.0 / whole == dt_s else repr(dt_s)
+    steps_per_s = round(1.0 / dt_s)
+    return f"1/{steps_per_s}" if steps_per_s and 1.0 / steps_per_s == dt_s else repr(dt_s)
 
 
 def format_fraction(share: float) -> str:

@@ -39,10 +39,10 @@ def list_meanings() -> Iterator[Meaning]:
     """Yield all words: grades from best to worst, then other marks of tables, then verdicts."""
     for mark in Mark:
         grade = GRADED.get(mark)
-        when = "" if grade is None else GRADE_CONDITIONS[grade].replace("*", "")
-        yield Meaning(mark.word, "grade" if grade is not None else "mark", mark.meaning, when)
-    for verdict, when in VERDICT_CONDITIONS.items():
-        yield Meaning(verdict.name.lower().replace("_", " "), "verdict", verdict.value, when.replace("*", ""))
+        condition = "" if grade is None else GRADE_CONDITIONS[grade].replace("*", "")
+        yield Meaning(mark.word, "grade" if grade is not None else "mark", mark.meaning, condition)
+    for verdict, condition in VERDICT_CONDITIONS.items():
+        yield Meaning(verdict.name.lower().replace("_", " "), "verdict", verdict.value, condition.replace("*", ""))
 
 
 def find_meanings(word: str) -> list[Meaning]:
@@ -51,13 +51,15 @@ def find_meanings(word: str) -> list[Meaning]:
     Raises:
         UnknownNameError: No report uses the word. The message names similar words.
     """
-    asked = _ALSO.get(_normalise_word(word), _normalise_word(word))
+    normalised = _ALSO.get(_normalise_word(word), _normalise_word(word))
     entries = list(list_meanings())
     names = {_normalise_word(name): entry for entry in entries for name in (entry.sentence, entry.word)}
-    if found := [entry for entry in entries if asked in (_normalise_word(entry.word), _normalise_word(entry.sentence))]:
+    if found := [
+        entry for entry in entries if normalised in (_normalise_word(entry.word), _normalise_word(entry.sentence))
+    ]:
         return found
-    near = [names[name].word for name in difflib.get_close_matches(asked, names, n=3, cutoff=0.5)]
-    near += [entry.word for entry in entries if asked and asked in _normalise_word(entry.sentence)][:3]
+    near = [names[name].word for name in difflib.get_close_matches(normalised, names, n=3, cutoff=0.5)]
+    near += [entry.word for entry in entries if normalised and normalised in _normalise_word(entry.sentence)][:3]
     hint = " or ".join(repr(one) for one in dict.fromkeys(near))
     hints = [f"did you mean {hint}?" if near else "`carom explain` lists the words"]
     raise UnknownNameError(f"no report uses the word {word!r}", hints=hints)

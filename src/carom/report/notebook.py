@@ -45,7 +45,7 @@ _COLOUR = {
 _OTHER = SERIES[7]
 
 
-def html_of(thing: object) -> str | None:
+def html_of(result: object) -> str | None:
     """Return a result as HTML: its lines, and its picture if it has one; None if the extra `report` is missing.
 
     Names are escaped, and the HTML contains no script.
@@ -54,17 +54,17 @@ def html_of(thing: object) -> str | None:
         require_report_extra()
     except MissingExtraError:
         return None
-    if isinstance(thing, Score):
-        below = f"<table><tbody>{''.join(_score_rows(thing))}</tbody></table>"
+    if isinstance(result, Score):
+        below = f"<table><tbody>{''.join(_score_rows(result))}</tbody></table>"
     else:
-        below = f'<pre style="color:{INK}">{escape(str(thing))}</pre>'
-        if _has_picture(thing):
-            drawn = render_picture(partial(_draw, thing), str(thing).partition("\n")[0], _SIZE_IN)
+        below = f'<pre style="color:{INK}">{escape(str(result))}</pre>'
+        if _has_picture(result):
+            drawn = render_picture(partial(_draw, result), str(result).partition("\n")[0], _SIZE_IN)
             below = f'<div style="max-width:34em">{drawn}</div>{below}'
     return f'<div style="background:{SURFACE};color:{INK};padding:.5em;overflow:auto">{below}</div>'
 
 
-def plot(thing: object, axes: Axes | None = None) -> Axes:
+def plot(result: object, axes: Axes | None = None) -> Axes:
     """Draw a scene, a trace or results on the given axes, or on new axes of pyplot, and return the axes.
 
     Raises:
@@ -72,7 +72,7 @@ def plot(thing: object, axes: Axes | None = None) -> Axes:
         InputError: A number of the trace is NaN or infinite.
     """
     axes = get_axes(axes, _SIZE_IN)
-    _draw(thing, axes)
+    _draw(result, axes)
     return axes
 
 
@@ -115,39 +115,39 @@ def plot_beside(*traces: Trace) -> list[Axes]:
 
 
 @singledispatch
-def _draw(thing: object, _axes: Axes) -> None:
-    raise TypeError(f"a {type(thing).__name__} can't be drawn")
+def _draw(result: object, _axes: Axes) -> None:
+    raise TypeError(f"a {type(result).__name__} can't be drawn")
 
 
 @_draw.register(Scene)
-def _(thing: Scene, axes: Axes) -> None:
-    draw_start(axes, thing)
+def _(result: Scene, axes: Axes) -> None:
+    draw_start(axes, result)
     _label_axes_in_metres(axes)
 
 
 @_draw.register(Trace)
-def _(thing: Trace, axes: Axes) -> None:
-    if broken := find_non_finite(thing):
+def _(result: Trace, axes: Axes) -> None:
+    if broken := find_non_finite(result):
         raise InputError(f"{broken}: a trace with a number that is not finite can't be drawn")
-    draw_trace(axes, thing)
+    draw_trace(axes, result)
     if not axes.get_xlabel():
         _label_axes_in_metres(axes)
 
 
 @_draw.register(CertifiedTrace)
-def _(thing: CertifiedTrace, axes: Axes) -> None:
-    _draw(thing.trace, axes)
+def _(result: CertifiedTrace, axes: Axes) -> None:
+    _draw(result.trace, axes)
 
 
 @_draw.register(Results)
-def _(thing: Results, axes: Axes) -> None:
+def _(result: Results, axes: Axes) -> None:
     """Draw one bar per method with its number of runs by mark. The best mark is on the left."""
-    marks = [mark_of(row) for row in thing.rows]
-    methods = list(dict.fromkeys(row.job.method.name for row in thing.rows))
+    marks = [mark_of(row) for row in result.rows]
+    methods = list(dict.fromkeys(row.job.method.name for row in result.rows))
     ended = dict.fromkeys(methods, 0)
     for mark in (mark for mark in Mark if mark in marks):
         counts = dict.fromkeys(methods, 0)
-        for row, found in zip(thing.rows, marks, strict=True):
+        for row, found in zip(result.rows, marks, strict=True):
             counts[row.job.method.name] += found is mark
         colour = _COLOUR.get(mark, _OTHER)
         left, label = list(ended.values()), f"{mark.symbol} {mark.word}"
@@ -164,14 +164,14 @@ def _label_axes_in_metres(axes: Axes) -> None:
     axes.set_ylabel("y in m")
 
 
-def _has_picture(thing: object) -> bool:
-    if isinstance(thing, CertifiedTrace):
-        return _has_picture(thing.trace)
-    if isinstance(thing, Trace):
-        return _has_picture(thing.scene) and len(thing.impacts) <= _MOST_IMPACTS_DRAWN and not find_non_finite(thing)
-    if isinstance(thing, EngineList):
+def _has_picture(result: object) -> bool:
+    if isinstance(result, CertifiedTrace):
+        return _has_picture(result.trace)
+    if isinstance(result, Trace):
+        return _has_picture(result.scene) and len(result.impacts) <= _MOST_IMPACTS_DRAWN and not find_non_finite(result)
+    if isinstance(result, EngineList):
         return False
-    return not isinstance(thing, Scene) or len(thing.discs) <= MOST_DISCS_DRAWN
+    return not isinstance(result, Scene) or len(result.discs) <= MOST_DISCS_DRAWN
 
 
 def _score_rows(score: Score) -> Iterator[str]:

@@ -74,7 +74,9 @@ def build_exact_paths(trace: Trace) -> Paths:
 def _build_line(track: Track) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     pieces = np.where(track.pulls_m_s2.any(axis=1), _PIECES_OF_A_PARABOLA, 1).tolist()
     flights = zip(track.time_s[:-1].tolist(), np.diff(track.time_s).tolist(), pieces, strict=True)
-    times = np.array([begin + lasts * (k / n) for begin, lasts, n in flights for k in range(n)] + [track.time_s[-1]])
+    times = np.array(
+        [begin + duration_s * (k / n) for begin, duration_s, n in flights for k in range(n)] + [track.time_s[-1]]
+    )
     return times, track.positions_at(times)
 
 

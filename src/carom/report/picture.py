@@ -198,8 +198,8 @@ def _draw_paths(
         if not paths.turned or not np.isfinite(centre).all():
             return
         angle = paths.turned[disc].angle_at(time_s)
-        out = scene.discs[disc].radius_m * np.array([math.cos(angle), math.sin(angle)])
-        ends = np.stack([centre + 0.45 * out, centre + out])
+        radius_vector = scene.discs[disc].radius_m * np.array([math.cos(angle), math.sin(angle)])
+        ends = np.stack([centre + 0.45 * radius_vector, centre + radius_vector])
         axes.plot(*ends.T, color=_colour_of(disc), linewidth=1.5, zorder=3.7, solid_capstyle="butt")
 
     for k, disc in enumerate(scene.discs):

@@ -9,26 +9,27 @@ from carom.report import formatting
 from carom.report.document import Code, Facts, Media, Section
 
 
-def build_provenance(here: Environment, command: str, elapsed_s: float) -> Iterator[Section]:
+def build_provenance(environment: Environment, command: str, elapsed_s: float) -> Iterator[Section]:
     """Yield the sections with machine, versions and command."""
     yield Section(
-        "Machine and versions", (Facts((*_list_facts(here), ("Whole run", formatting.format_seconds(elapsed_s)))),)
+        "Machine and versions",
+        (Facts((*_list_facts(environment), ("Whole run", formatting.format_seconds(elapsed_s)))),),
     )
     yield Section("Made by", (Code(command, Media.ON_PAPER),) if command else (), level=3)
 
 
-def format_stamp_lines(here: Environment, command: str) -> tuple[str, ...]:
+def format_stamp_lines(environment: Environment, command: str) -> tuple[str, ...]:
     """Return machine, versions and command in a few lines, for the foot of a diagram in its own file."""
-    facts = [value for _, value in _list_facts(here)]
+    facts = [value for _, value in _list_facts(environment)]
     return ("; ".join(facts[:3]), "; ".join(facts[3:]), command)
 
 
-def _list_facts(here: Environment) -> tuple[tuple[str, str], ...]:
+def _list_facts(environment: Environment) -> tuple[tuple[str, str], ...]:
     return (
-        ("Date", here.date),
-        ("Processor", f"{here.processor}, {formatting.format_count(here.cores, 'core')}"),
-        ("System", here.system),
-        ("Python", here.python),
-        ("Carom", f"Carom {here.carom}"),
-        ("Versions", ", ".join(f"{name} {version}" for name, version in here.versions.items())),
+        ("Date", environment.date),
+        ("Processor", f"{environment.processor}, {formatting.format_count(environment.cores, 'core')}"),
+        ("System", environment.system),
+        ("Python", environment.python),
+        ("Carom", f"Carom {environment.carom}"),
+        ("Versions", ", ".join(f"{name} {version}" for name, version in environment.versions.items())),
     )

@@ -65,9 +65,9 @@ def build_replay_key(job: Job) -> str:
 
 def format_run_command(scene: str, job: Job) -> str:
     """Return the command that repeats a job. `scene` is the name or file of the scene."""
-    tried = (word for name, value in job.method.tried for word in ("--set", f"{name}={format_setting(value)}"))
-    asked = ("carom", "run", scene, "-e", format_engine_argument(job.engine), "-p", job.profile)
-    return shlex.join((*asked, *tried, "--dt", repr(job.dt_s)))
+    overrides = (word for name, value in job.method.tried for word in ("--set", f"{name}={format_setting(value)}"))
+    command = ("carom", "run", scene, "-e", format_engine_argument(job.engine), "-p", job.profile)
+    return shlex.join((*command, *overrides, "--dt", repr(job.dt_s)))
 
 
 def describe_run(row: Row, engine: str, key: str, command: str) -> Json:
@@ -108,7 +108,7 @@ def build_replay_data(reference: Trace, runs: Iterable[tuple[Trace, Score, Mappi
         "meetings": [_round_meeting(meeting, places) for meeting in list_meetings(reference)],
         "runs": [
             {
-                **said,
+                **description,
                 "dt": trace.dt_s or 1.0 / scene.frame_rate_hz,
                 "sampled": trace.dt_s > 0.0,
                 "end": trace.end_time_s,
@@ -119,7 +119,7 @@ def build_replay_data(reference: Trace, runs: Iterable[tuple[Trace, Score, Mappi
                 **_build_impacts(reference, trace, score),
                 "settings": {name: formatting.format_setting(value) for name, value in trace.settings.items()},
             }
-            for trace, score, said in runs
+            for trace, score, description in runs
         ],
     }
 
@@ -186,10 +186,10 @@ def _build_impacts(reference: Trace, trace: Trace, score: Score) -> Json:
     if k is None:
         return {"impacts": rows, "fault": None}
     overlaps_s = [overlap_s for _, _, overlap_s in list_meetings(reference)]
-    at = rows[k].get("at")
-    overlap_s = None if at is None else overlaps_s[at]
-    said, moment_s = _describe_fault(rows[k], overlap_s, trace.dt_s), find_pause_time(rows[k], overlap_s, trace)
-    return {"impacts": rows, "fault": {"row": k, "said": said, "moment": moment_s}}
+    meeting_row = rows[k].get("at")
+    overlap_s = None if meeting_row is None else overlaps_s[meeting_row]
+    description, moment_s = _describe_fault(rows[k], overlap_s, trace.dt_s), find_pause_time(rows[k], overlap_s, trace)
+    return {"impacts": rows, "fault": {"row": k, "said": description, "moment": moment_s}}
 
 
 def find_pause_time(row: Json, overlap_s: float | None, trace: Trace) -> float:
@@ -214,8 +214,8 @@ def find_first_fault(rows: list[Json]) -> int | None:
     for k, row in enumerate(rows):
         if row["flag"] == "missed" or (row["flag"] == "invented" and row["reported"] is not None):
             return k
-    off = [k for k, row in enumerate(rows) if row["flag"] in {"late", "early"}]
-    return max(off, key=lambda k: rows[k]["velocity"] or 0.0, default=None)
+    inexact_rows = [k for k, row in enumerate(rows) if row["flag"] in {"late", "early"}]
+    return max(inexact_rows, key=lambda k: rows[k]["velocity"] or 0.0, default=None)
 
 
 def _describe_fault(row: Json, overlap_s: float | None, dt_s: float) -> str:
@@ -353,10 +353,12 @@ def _explain_missed(k: int, impact: np.void, trace: Trace, score: Score) -> str:
     if trace.local_truth is None:
         pit = {True: "PIT also misses this impact", False: "PIT finds this impact"}
         return "" if score.pit_missed is None else pit[k in score.pit_missed]
-    met = trace.local_truth.meetings
+    meetings = trace.local_truth.meetings
     # With a late engine, bodies pass through each other after the true instant, with an early engine before it.
-    near = np.abs(met["begin_s"] - impact["time_s"]) <= _NEAR_STEPS * trace.dt_s
-    passed = met[(met["first"] == impact["first"]) & (met["second"] == impact["second"]) & met["missed"] & near]
+    near = np.abs(meetings["begin_s"] - impact["time_s"]) <= _NEAR_STEPS * trace.dt_s
+    passed = meetings[
+        (meetings["first"] == impact["first"]) & (meetings["second"] == impact["second"]) & meetings["missed"] & near
+    ]
     if not len(passed):
         return "earlier errors led the run elsewhere: its own states do not lead to this impact"
     alone = "the method itself: PIT finds the impact from the same state"
@@ -379,21 +381,26 @@ def _describe_delay(time_s: float, dt_s: float, score: Score) -> str:
 def _explain_error(error: ImpactError, score: Score) -> str:
     """Describe the cause of a velocity or spin error, by the run's own state before the impact."""
     rounding, local, k = THRESHOLDS.rounding_of(score.float_bits), score.local, error.observed
-    wrong, here = error.velocity, local.velocity[k]
-    own, sampling = local.solver_velocity[k], local.sampling_velocity[k]
+    wrong, local_error = error.velocity, local.velocity[k]
+    solver_error, sampling_error = local.solver_velocity[k], local.sampling_velocity[k]
     if error.spin > rounding and not wrong > rounding:
-        wrong, here, own, sampling = error.spin, local.spin[k], local.solver_spin[k], local.sampling_spin[k]
+        wrong, local_error, solver_error, sampling_error = (
+            error.spin,
+            local.spin[k],
+            local.solver_spin[k],
+            local.sampling_spin[k],
+        )
     if not wrong > rounding:
         return ""
-    if math.isnan(here):
+    if math.isnan(local_error):
         return UNKNOWN
-    if here <= rounding:
+    if local_error <= rounding:
         return "earlier errors: starting from the run's own state, the impact is right"
-    if own <= rounding:
+    if solver_error <= rounding:
         return "checking once per step"
-    if math.isnan(own) or sampling <= rounding:
+    if math.isnan(solver_error) or sampling_error <= rounding:
         return "the method itself"
     return (
-        f"checking once per step ({formatting.format_number(sampling)}) and the method itself "
-        f"({formatting.format_number(own)})"
+        f"checking once per step ({formatting.format_number(sampling_error)}) and the method itself "
+        f"({formatting.format_number(solver_error)})"
     )

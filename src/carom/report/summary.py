@@ -25,12 +25,12 @@ MOST_LINES, WIDTH = 8, 100
 _NAME_WIDTH = 40
 
 
-def summary(thing: object) -> str:
+def summary(result: object) -> str:
     """Return a scene, trace, score, certified trace or results as a text of at most `MOST_LINES` lines of `WIDTH`.
 
     A list of engines has one line per engine.
     """
-    lines = next(_OF[kind.__name__] for kind in type(thing).__mro__ if kind.__name__ in _OF)(thing)
+    lines = next(_OF[kind.__name__] for kind in type(result).__mro__ if kind.__name__ in _OF)(result)
     return "\n".join(format_printable(line, WIDTH) for line in lines)
 
 
@@ -44,9 +44,9 @@ def _limit_lines(heading: Sequence[str], parts: Iterable[str], count: int) -> li
     """Return a heading, as many parts as fit, and the number of omitted parts."""
     lines = [line for line in heading if line]
     room = MOST_LINES - len(lines)
-    shown = list(islice(parts, room if count <= room else room - 1))
-    lines += [f"  {part}" for part in shown]
-    return lines if count <= len(shown) else [*lines, f"  and {count - len(shown)} more"]
+    shown_parts = list(islice(parts, room if count <= room else room - 1))
+    lines += [f"  {part}" for part in shown_parts]
+    return lines if count <= len(shown_parts) else [*lines, f"  and {count - len(shown_parts)} more"]
 
 
 def _format_number(value: float) -> str:
@@ -96,14 +96,14 @@ def _format_disc(disc: Disc) -> str:
 
 
 def _format_wall(wall: Wall | Chain | Ring) -> str:
-    own = [
+    coefficients = [
         f", {name} {_format_number(value)}"
         for name in ("restitution", "friction")
         if (value := getattr(wall, name)) is not None
     ]
     drive = f", driven at {_format_velocity(wall)}" if wall.driven else ""
     belt = f", its surface at {_format_number(wall.surface_speed_m_s)} m/s" if wall.surface_speed_m_s else ""
-    return f"{_format_shape(wall)}{drive}{belt}{''.join(own)}"
+    return f"{_format_shape(wall)}{drive}{belt}{''.join(coefficients)}"
 
 
 def _format_velocity(body: Disc | Wall | Chain | Ring) -> str:
@@ -129,9 +129,9 @@ def _format_shape(wall: Wall | Chain | Ring) -> str:
 
 def _format_trace(trace: Trace) -> list[str]:
     method = trace.method + (f" ({trace.profile_shown})" if trace.profile_shown else "")
-    at = f" at {formatting.format_step(trace.dt_s)}" if trace.dt_s else ""
+    step_text = f" at {formatting.format_step(trace.dt_s)}" if trace.dt_s else ""
     heading = (
-        f"Trace of {_format_name(trace.scene)} by {format_printable(method, _NAME_WIDTH)}{at}:"
+        f"Trace of {_format_name(trace.scene)} by {format_printable(method, _NAME_WIDTH)}{step_text}:"
         f" {formatting.format_count(len(trace.impacts), 'impact')}",
         f"  until {_format_number(trace.end_time_s)} s: {trace.outcome.value}",
         f"  warning: {'; '.join(trace.notes)}" if trace.notes else "",

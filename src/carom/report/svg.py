@@ -239,8 +239,8 @@ def scale_error_axis(
     bottom, top = 10.0**low, 10.0**high
     strip = (top / bottom) ** (_STRIP / (1.0 - _STRIP))
     foot = bottom / math.sqrt(strip)
-    apart = math.ceil((high - low) / _MOST_TICKS) if narrow else 1
-    ticks = [10.0**k for k in range(high, low - 1 + narrow, -apart)][::-1]  # a phone has no room for the lowest label
+    spacing = math.ceil((high - low) / _MOST_TICKS) if narrow else 1
+    ticks = [10.0**k for k in range(high, low - 1 + narrow, -spacing)][::-1]  # a phone has no room for the lowest label
     labels = [f"≤ {formatting.format_number(THRESHOLDS.rounding)}", *map(formatting.format_number, ticks)]
     axes.set(**{f"{name}scale": "log", f"{name}lim": (bottom / strip, top), f"{name}ticks": [foot, *ticks]})
     axes.set(**{f"{name}ticklabels": labels})
@@ -269,16 +269,16 @@ def label_lines(figure: Figure, axes: Axes, ends: Sequence[LineEnd]) -> None:
     """
     axes.set_xlim(axes.get_xlim())  # this fixes the limits, and so the positions of all ends
     axes.set_ylim(axes.get_ylim())
-    apart = 1.25 * _NAME_PT / (72.0 * axes.get_position().height * figure.get_figheight())
+    spacing = 1.25 * _NAME_PT / (72.0 * axes.get_position().height * figure.get_figheight())
     to_axes = axes.transData + axes.transAxes.inverted()
     places = [tuple(map(float, to_axes.transform((end.x, end.y)))) for end in ends]
     placed = sorted(zip(places, ends, strict=True), key=lambda one: (one[0][1], one[0][0]))
     levels = [min(max(y, 0.0), 1.0) for (_, y), _ in placed]
     for k in range(1, len(levels)):
-        levels[k] = max(levels[k], levels[k - 1] + apart)
-    top = 1.0 + 0.5 * apart
+        levels[k] = max(levels[k], levels[k - 1] + spacing)
+    top = 1.0 + 0.5 * spacing
     for k in reversed(range(len(levels))):
-        levels[k] = min(levels[k], top - apart * (len(levels) - 1 - k))
+        levels[k] = min(levels[k], top - spacing * (len(levels) - 1 - k))
     for ((x, y), end), level in zip(placed, levels, strict=True):
         axes.plot(
             [x, 1.02, 1.04],
@@ -337,8 +337,8 @@ def render(figure: Figure, label: str, links: Mapping[str, str] = MappingProxyTy
     text = re.sub(r"\n\s*<", "\n<", text)
     for colour, variable in _VARIABLES.items():
         text = text.replace(colour, f"var({variable},{colour})")
-    for anchor, said in links.items():
-        name = html.escape(said, quote=True)
+    for anchor, link_name in links.items():
+        name = html.escape(link_name, quote=True)
         text = text.replace(f'<a href="#{anchor}" target="_blank">', f'<a href="#{anchor}" aria-label="{name}">')
     role = "group" if links else "img"  # an element of role img must not contain links
     text = re.sub(r'^<svg[^>]*?(viewBox="[^"]*")[^>]*>', rf'<svg \1 role="{role}" aria-label="LABEL">', text)

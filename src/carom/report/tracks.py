@@ -61,11 +61,11 @@ class Track:
         """Return the track as flights that have the same acceleration, with a position error of at most `near_m`."""
         if self.pull_m_s2.ndim == 1:
             return self
-        lasted = np.diff(self.time_s)
-        off = np.hypot(*(self.pulls_m_s2 - pull_m_s2).T)
-        count = np.maximum(1, np.ceil(lasted * np.sqrt(off / (8.0 * near_m)))).astype(int)
+        durations_s = np.diff(self.time_s)
+        pull_difference = np.hypot(*(self.pulls_m_s2 - pull_m_s2).T)
+        count = np.maximum(1, np.ceil(durations_s * np.sqrt(pull_difference / (8.0 * near_m)))).astype(int)
         begins = self.time_s[:-1]
-        pieces = [begins[k] + lasted[k] * np.arange(n) / n for k, n in enumerate(count.tolist())]
+        pieces = [begins[k] + durations_s[k] * np.arange(n) / n for k, n in enumerate(count.tolist())]
         times = np.append(np.concatenate(pieces), self.time_s[-1])
         return Track(times, self.positions_at(times), pull_m_s2)
 
@@ -157,13 +157,13 @@ def _compute_knot_times(flight: Flight) -> list[float]:
     Between two knots at a distance h in time, a disc has an error of up to c v h^2 / 8. The error must be at most
     `SHARPNESS` of the flight's length. When a smaller part of the flight remains, the disc is drawn at rest.
     """
-    lasted, rate = flight.end_s - flight.begin_s, flight.damping.per_s
-    way, begun = flight.damping.to_undamped(lasted), flight.begin_s
-    if not rate * lasted > SHARPNESS:
+    duration_s, rate = flight.end_s - flight.begin_s, flight.damping.per_s
+    undamped_s, begin_s = flight.damping.to_undamped(duration_s), flight.begin_s
+    if not rate * duration_s > SHARPNESS:
         return [flight.end_s]
-    moved = min(lasted, -math.log(SHARPNESS) / rate)
-    count = math.ceil(moved * math.sqrt(rate / (8.0 * SHARPNESS * way)))
-    return [*(begun + moved * k / count for k in range(1, count)), flight.end_s]
+    moving_s = min(duration_s, -math.log(SHARPNESS) / rate)
+    count = math.ceil(moving_s * math.sqrt(rate / (8.0 * SHARPNESS * undamped_s)))
+    return [*(begin_s + moving_s * k / count for k in range(1, count)), flight.end_s]
 
 
 def build_observed_tracks(trace: Trace, extent_m: float) -> tuple[Track, ...]:
@@ -178,16 +178,16 @@ def build_observed_tracks(trace: Trace, extent_m: float) -> tuple[Track, ...]:
         trace: The run.
         extent_m: Size of the drawing, to which `SHARPNESS` is relative.
     """
-    flown = build_reference_tracks(trace)
+    impact_tracks = build_reference_tracks(trace)
     samples = trace.samples
     if samples is None or not len(samples.time_s):
-        return tuple(map(_cut_at_non_finite, flown))
+        return tuple(map(_cut_at_non_finite, impact_tracks))
     inside = samples.time_s < trace.end_time_s
     times = np.append(samples.time_s[inside], trace.end_time_s)
     places = np.concatenate([samples.position_m[inside], trace.final_position_m[None]])
     near = SHARPNESS * extent_m
-    if all(_does_pass_through(track, times, places[:, disc], near) for disc, track in enumerate(flown)):
-        return flown
+    if all(_does_pass_through(track, times, places[:, disc], near) for disc, track in enumerate(impact_tracks)):
+        return impact_tracks
     return tuple(
         _thin_track(times, places[:, k], np.array((0.0, 0.0) if disc.immovable else trace.scene.gravity_m_s2), near)
         for k, disc in enumerate(trace.scene.discs)
@@ -211,7 +211,7 @@ def _thin_track(times: Array, places: Array, pull: Array, near: float) -> Track:
     """Return a track through as few states as are needed to explain the other states."""
     finite = np.isfinite(places).all(axis=1)
     times, places = times[finite], places[finite]
-    kept, pending = [0], [(0, len(times) - 1)]
+    kept_rows, pending = [0], [(0, len(times) - 1)]
     while pending:
         first, last = pending.pop()
         flight = Track(times[[first, last]], places[[first, last]], pull)
@@ -220,6 +220,6 @@ def _thin_track(times: Array, places: Array, pull: Array, near: float) -> Track:
         if last - first > 1 and away.max() > near:
             pending += [(worst, last), (first, worst)]
         else:
-            kept.append(last)
-    chosen = np.array(kept)
+            kept_rows.append(last)
+    chosen = np.array(kept_rows)
     return Track(times[chosen], places[chosen], pull)

@@ -34,13 +34,15 @@ def build_undamped_options(options: RunOptions, damping: Damping) -> RunOptions:
     begin, end = options.window_s
     # Several undamped times can map to the same damped time. Start with the smallest undamped time that maps into the
     # window.
-    least = (
+    undamped_begin_s = (
         -math.inf
         if begin <= 0.0
         else math.nextafter(damping.find_latest_undamped(math.nextafter(begin, -math.inf)), math.inf)
     )
     return replace(
-        options, contact_duration_s=0.0, window_s=(least, end if end < 0.0 else damping.find_latest_undamped(end))
+        options,
+        contact_duration_s=0.0,
+        window_s=(undamped_begin_s, end if end < 0.0 else damping.find_latest_undamped(end)),
     )
 
 

@@ -101,8 +101,8 @@ def solve_pic(
         scene, max_impacts, until_s, record, window_s, sample_times_s, contact_duration_s, progress
     )
     straight = scene.gravity_m_s2 == (0.0, 0.0) and not (scene.damping_per_s or scene.table_deceleration_m_s2)
-    alone = len(scene.discs) == 2 and not scene.walls and straight and not scene.arrays.driven
-    if request.is_plain and alone and not scene.arrays.turns:
+    is_lone_pair = len(scene.discs) == 2 and not scene.walls and straight and not scene.arrays.driven
+    if request.is_plain and is_lone_pair and not scene.arrays.turns:
         trace = _solve_two_discs(scene, request.end_s)
         if trace is not None:
             return trace

@@ -165,14 +165,14 @@ class SeenLog:
         return None if modes is None else self._convert(modes)
 
     def _convert(self, rows: NDArray[np.void]) -> NDArray[np.void]:
-        seen = self._rows(rows)
-        seen.flags.writeable = False
-        return seen
+        converted = self._rows(rows)
+        converted.flags.writeable = False
+        return converted
 
 
-def build_trace(run: Run, method: str, scene: Scene, outcome: Outcome, **more: Any) -> Trace:
-    """Return the trace of a run with its outcome. `more` adds or replaces fields of the trace."""
-    told: dict[str, Any] = {
+def build_trace(run: Run, method: str, scene: Scene, outcome: Outcome, **extra_fields: Any) -> Trace:
+    """Return the trace of a run with its outcome. `extra_fields` adds or replaces fields of the trace."""
+    fields: dict[str, Any] = {
         "impacts": run.log.array(),
         "spins": run.log.spins(),
         "edges": run.log.edges(),
@@ -185,4 +185,4 @@ def build_trace(run: Run, method: str, scene: Scene, outcome: Outcome, **more: A
         "counts": run.counts,
         "notes": (*run.notes, *find_extension_notes()),
     }
-    return Trace(method=method, scene=scene, outcome=outcome, **(told | more))
+    return Trace(method=method, scene=scene, outcome=outcome, **(fields | extra_fields))

@@ -186,13 +186,15 @@ class RunInUnits(SeenRun):
 
 
 def _is_ordinary(scene: Scene) -> bool:
-    others = (scene.duration_s, *scene.gravity_m_s2)
-    return scene.arrays.is_ordinary and all(_LEAST <= abs(number) <= ORDINARY or number == 0.0 for number in others)
+    other_numbers = (scene.duration_s, *scene.gravity_m_s2)
+    return scene.arrays.is_ordinary and all(
+        _LEAST <= abs(number) <= ORDINARY or number == 0.0 for number in other_numbers
+    )
 
 
-def _compute_middle_exponent(least: float, most: float) -> int:
+def _compute_middle_exponent(smallest: float, largest: float) -> int:
     """Return the exponent half-way between the exponents of two numbers."""
-    return (_compute_exponent(least) + _compute_exponent(most)) // 2
+    return (_compute_exponent(smallest) + _compute_exponent(largest)) // 2
 
 
 def _compute_exponent(number: float) -> int:

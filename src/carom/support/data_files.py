@@ -31,14 +31,14 @@ def read_data(path: Path, kind: str) -> dict[str, Any]:
         InputError: The file can't be read, exceeds a limit, or does not contain a table or object. The message does not
             name the file.
     """
-    most, name = MOST_BYTES[kind], kind[1:].upper()
+    limit, name = MOST_BYTES[kind], kind[1:].upper()
     try:
         with path.open("rb") as file:
-            data = file.read(most + 1)  # the reported size is not used, since a pipe or a device has none
+            data = file.read(limit + 1)  # the reported size is not used, since a pipe or a device has none
     except OSError as error:
         raise InputError(f"can't be read: {error.strerror or error}") from None
-    if len(data) > most:
-        raise InputError(f"is larger than {most >> 20} MiB, the limit for {name}")
+    if len(data) > limit:
+        raise InputError(f"is larger than {limit >> 20} MiB, the limit for {name}")
     lines = data.count(b"\n") + data.count(b"\r") if kind == ".toml" else 0
     if lines + count_values(data) > MOST_VALUES[kind]:
         larger = "; JSON files can have more" if kind == ".toml" else ""
@@ -55,8 +55,8 @@ def read_data(path: Path, kind: str) -> dict[str, Any]:
     except InputError:
         raise
     except ValueError as error:
-        what = (str(error) or type(error).__name__).splitlines()[0]
-        raise InputError(f"is not {name}: {shorten(what, 200)}") from None
+        problem = (str(error) or type(error).__name__).splitlines()[0]
+        raise InputError(f"is not {name}: {shorten(problem, 200)}") from None
     if not isinstance(found, dict):
         raise InputError(f"must be an object with named fields, got {format_value(found)}")
     return found

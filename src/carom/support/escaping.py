@@ -27,9 +27,9 @@ def escape_controls(text: str) -> str:
     return _HIDDEN.sub(lambda found: f"\\u{ord(found[0]):04x}", text)
 
 
-def shorten(text: str, most: int = 60) -> str:
-    """Return the text with at most `most` characters, for a message."""
-    return text if len(text) <= most else f"{text[: most - 3]}..."
+def shorten(text: str, max_length: int = 60) -> str:
+    """Return the text with at most `max_length` characters, for a message."""
+    return text if len(text) <= max_length else f"{text[: max_length - 3]}..."
 
 
 def find_last_message(printed: str) -> str:

@@ -48,9 +48,9 @@ def _check_mass(mass: float) -> float:
 
 def _check_inertia(factor: float) -> float:
     if not (1.0 / ORDINARY <= factor <= 1.0 or factor == math.inf):
-        least = format_number(1.0 / ORDINARY, 3)
+        lower = format_number(1.0 / ORDINARY, 3)
         raise ValueError(
-            f'must be from {least} to 1, where all mass is in the rim, or "inf" for a disc that cannot turn'
+            f'must be from {lower} to 1, where all mass is in the rim, or "inf" for a disc that cannot turn'
         )
     return factor
 
@@ -116,8 +116,8 @@ class Model(BaseModel):
             super().__init__(**data)
         except ValidationError as error:
             items = error.errors(include_url=False)
-            more = any(getattr(item.get("ctx", {}).get("error"), "more", False) for item in items)
-            raise SceneError([*_list_problems(items)], more=more) from None
+            has_more = any(getattr(item.get("ctx", {}).get("error"), "more", False) for item in items)
+            raise SceneError([*_list_problems(items)], more=has_more) from None
 
     @model_serializer(mode="wrap")
     def _drop_defaults(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:

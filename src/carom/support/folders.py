@@ -43,8 +43,8 @@ def build_file_name(name: str) -> str:
     plain = name.replace("/", ".")
     if _PLAIN.fullmatch(name) and len(name) <= _LONGEST_NAME and not _DEVICES.match(plain):
         return plain
-    kept = re.sub("[^a-z0-9]+", "-", name.lower())[: _LONGEST_NAME // 2].strip("-") or "name"
-    return f"{kept}@{hashlib.sha256(name.encode(errors='surrogatepass')).hexdigest()[:16]}"
+    stem = re.sub("[^a-z0-9]+", "-", name.lower())[: _LONGEST_NAME // 2].strip("-") or "name"
+    return f"{stem}@{hashlib.sha256(name.encode(errors='surrogatepass')).hexdigest()[:16]}"
 
 
 def claim(folder: Path, purpose: str, option: str = "") -> None:
@@ -58,26 +58,26 @@ def claim(folder: Path, purpose: str, option: str = "") -> None:
     Raises:
         InputError: The folder can't be made or written into, contains other files, or has another purpose.
     """
-    another = f"name another folder{option and f' by {option}'}"
+    hint = f"name another folder{option and f' by {option}'}"
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        there = os.listdir(folder)
-        if not there or (there == [MARKER] and _is_torn(folder / MARKER)):
+        names = os.listdir(folder)
+        if not names or (names == [MARKER] and _is_torn(folder / MARKER)):
             (folder / MARKER).unlink(missing_ok=True)
             _put(folder / MARKER, f"{purpose}\n{_SAYS}")
             return
         if not os.access(folder, os.W_OK | os.X_OK):
-            raise InputError(f"{folder}: no permission to write there", hints=[another])
-        if MARKER not in there:
-            what = f"{folder} holds files that Carom did not write, such as {min(there)}"
-            raise InputError(what, hints=[another])
+            raise InputError(f"{folder}: no permission to write there", hints=[hint])
+        if MARKER not in names:
+            problem = f"{folder} holds files that Carom did not write, such as {min(names)}"
+            raise InputError(problem, hints=[hint])
         with (folder / MARKER).open(encoding="utf-8", errors="replace") as file:
             found = file.readline(100).strip()
     except OSError as error:
-        raise InputError(f"{error.filename or folder}: {error.strerror or error}", hints=[another]) from None
+        raise InputError(f"{error.filename or folder}: {error.strerror or error}", hints=[hint]) from None
     if found != purpose:
-        what = f"{folder} contains another command's files ({found}, not {purpose})"
-        raise InputError(what, hints=[another])
+        problem = f"{folder} contains another command's files ({found}, not {purpose})"
+        raise InputError(problem, hints=[hint])
     _finish(folder)
 
 
@@ -167,13 +167,13 @@ def _is_torn(marker: Path) -> bool:
 def _finish(folder: Path) -> None:
     """Move committed files to their places, and remove incomplete ones."""
     _remove(folder / _NEW)
-    whole = folder / _WHOLE
-    if whole.is_dir():
+    committed = folder / _WHOLE
+    if committed.is_dir():
         _settle(folder)
-        for name in sorted(os.listdir(whole)):
-            (whole / name).replace(folder / name)
+        for name in sorted(os.listdir(committed)):
+            (committed / name).replace(folder / name)
         _settle(folder)
-        whole.rmdir()
+        committed.rmdir()
 
 
 def _remove(folder: Path) -> None:

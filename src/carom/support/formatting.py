@@ -45,5 +45,5 @@ def format_steps(error_s: float, dt_s: float) -> str:
     """Format an error of time in steps, such as 0.9 steps."""
     if math.isnan(error_s) or dt_s <= 0.0:
         return ABSENT
-    shown = format_number(error_s / dt_s, 3)
-    return f"{shown} step" if shown in {"1", "-1"} else f"{shown} steps"
+    number = format_number(error_s / dt_s, 3)
+    return f"{number} step" if number in {"1", "-1"} else f"{number} steps"

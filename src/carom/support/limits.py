@@ -70,28 +70,28 @@ LONGEST_S = 1e7
 MOST_MB = 1e9
 
 
-def format_limits(least: float, most: float) -> str:
+def format_limits(lower: float, upper: float) -> str:
     """Return the message for a number that is not between two limits."""
     span = (
-        f"between {format_number(least, 3)} and {format_number(most, 3)}"
-        if least > 0.0
-        else f"at most {format_number(most, 3)} in magnitude"
+        f"between {format_number(lower, 3)} and {format_number(upper, 3)}"
+        if lower > 0.0
+        else f"at most {format_number(upper, 3)} in magnitude"
     )
     return f"must be {span} (measure in other units)"
 
 
-def require_within(name: str, array: NDArray[np.float64], least: float, most: float) -> None:
+def require_within(name: str, array: NDArray[np.float64], lower: float, upper: float) -> None:
     """Raise an error if an array contains a value that is not finite, or whose magnitude is not between two limits.
 
     Raises:
         InputError: The message names the argument, the first such value, and the limits.
     """
     size = abs(array)
-    wrong = ~((size <= most) & (size >= least))
+    wrong = ~((size <= upper) & (size >= lower))
     if wrong.any():
         value = array[wrong].flat[0]
         raise InputError(
-            f"{name} {format_limits(least, most) if math.isfinite(value) else 'must be finite'}, got {value}"
+            f"{name} {format_limits(lower, upper) if math.isfinite(value) else 'must be finite'}, got {value}"
         )
 
 

@@ -89,9 +89,11 @@ class Option:
         return (*([value] for value in self.kind.wrong), "text", 5)
 
 
-def declare_option(default: Any, kind: ValueKind, what: str, *flags: str, many: bool = False, said: str = "") -> Any:
-    """Declare a field of a study's options. If the default is None, `said` describes it for `--help`."""
-    return dataclasses.field(default=default, metadata={"option": Option(kind, what, flags, many, said)})
+def declare_option(
+    default: Any, kind: ValueKind, description: str, *flags: str, many: bool = False, default_text: str = ""
+) -> Any:
+    """Declare a field of a study's options. If the default is None, `default_text` describes it for `--help`."""
+    return dataclasses.field(default=default, metadata={"option": Option(kind, description, flags, many, default_text)})
 
 
 def list_declared_options(options: type[DeclaredOptions] | DeclaredOptions) -> dict[str, Option]:
@@ -128,11 +130,11 @@ class DeclaredOptions:
         Raises:
             InputError: As for the class, but with the option's name in the shell.
         """
-        given = {}
+        values = {}
         for field_name, one in list_declared_options(cls).items():
             if (text := texts.get(field_name)) is not None and text != []:
-                given[field_name] = _read(one, one.flags[0].partition("/")[0].replace("--", before, 1), text)
-        return cls(**given)
+                values[field_name] = _read(one, one.flags[0].partition("/")[0].replace("--", before, 1), text)
+        return cls(**values)
 
     @classmethod
     def build_from_arguments(cls, function: str, options: Mapping[str, Any], **fixed: Any) -> Self:
@@ -172,27 +174,36 @@ def _read(one: Option, flag: str, text: Any) -> Any:
         text = one.kind.gather(text)
     for part in text if one.many else [text]:
         try:
-            said = one.kind.read(part) if isinstance(part, str) else part
-            items = said if isinstance(said, tuple) else (said,)
+            parsed = one.kind.read(part) if isinstance(part, str) else part
+            items = parsed if isinstance(parsed, tuple) else (parsed,)
             found += [one.kind.take(item) for item in items]
         except (TypeError, ValueError, OverflowError):
             raise one.kind.build_error(flag, part) from None
     return tuple(found) if one.many else found[0]
 
 
-def build_whole_number_kind(least: int, most: int | None = None) -> ValueKind:
-    """Return the kind of whole numbers from `least` up to `most`, where None means no upper limit."""
+def build_whole_number_kind(minimum: int, maximum: int | None = None) -> ValueKind:
+    """Return the kind of whole numbers from `minimum` up to `maximum`, where None means no upper limit."""
 
     def take(value: Any) -> int:
         if isinstance(value, bool):
             raise TypeError
-        if (found := operator.index(value)) < least or (most is not None and found > most):
+        if (found := operator.index(value)) < minimum or (maximum is not None and found > maximum):
             raise ValueError
         return found
 
-    wrong = (least - 1, *(() if most is None else (most + 1,)), -math.inf, math.nan, least + 0.5, "2", True, None)
-    span = f", {least} or more" if most is None else f" from {least} to {most}"
-    shown_range = f"{least} or more" if most is None else f"{least} to {format_bound(most)}"
+    wrong = (
+        minimum - 1,
+        *(() if maximum is None else (maximum + 1,)),
+        -math.inf,
+        math.nan,
+        minimum + 0.5,
+        "2",
+        True,
+        None,
+    )
+    span = f", {minimum} or more" if maximum is None else f" from {minimum} to {maximum}"
+    shown_range = f"{minimum} or more" if maximum is None else f"{minimum} to {format_bound(maximum)}"
     return ValueKind(f"a whole number{span}", "INTEGER", take, int, wrong, range=shown_range)
 
 
@@ -207,19 +218,19 @@ def format_bound(value: float) -> str:
 
 
 def build_measure_kind(
-    said: str, word: str, least: float, most: float, *, read: Callable[[str], Any] = float, span: str = ""
+    description: str, word: str, lower: float, upper: float, *, read: Callable[[str], Any] = float, span: str = ""
 ) -> ValueKind:
-    """Return the kind of finite numbers above `least` and up to `most`."""
+    """Return the kind of finite numbers above `lower` and up to `upper`."""
 
     def take(value: Any) -> float:
         if isinstance(value, bool) or not isinstance(value, Real):
             raise TypeError
-        if not least < (found := float(value)) <= most:
+        if not lower < (found := float(value)) <= upper:
             raise ValueError
         return found
 
-    wrong = (least, -1.0, 2.0 * most, math.inf, math.nan, "x", "5", True, None)
-    return ValueKind(said, word, take, read, wrong, range=span or f"above {format_bound(least)}")
+    wrong = (lower, -1.0, 2.0 * upper, math.inf, math.nan, "x", "5", True, None)
+    return ValueKind(description, word, take, read, wrong, range=span or f"above {format_bound(lower)}")
 
 
 def _build_limit_kind(unit: str, most: float) -> ValueKind:
@@ -242,17 +253,17 @@ def build_megabytes_kind() -> ValueKind:
 def build_step_kind(read: Callable[[str], Any] | None = None, also: str = "") -> ValueKind:
     """Return the kind of step sizes. `read` parses a command-line text; `also` describes further forms of the text."""
     limits = f"above 0: from {format_number(SMALLEST, 3)} to {format_number(LARGEST, 3)}"
-    said = f"a number of seconds such as 1/240 or 0.004{also}, {limits}"
+    description = f"a number of seconds such as 1/240 or 0.004{also}, {limits}"
     return build_measure_kind(
-        said, "SECONDS", math.nextafter(SMALLEST, 0.0), LARGEST, read=read or parse_fraction, span="above 0"
+        description, "SECONDS", math.nextafter(SMALLEST, 0.0), LARGEST, read=read or parse_fraction, span="above 0"
     )
 
 
 def parse_fraction(text: str) -> float:
     """Read a number such as ``1/240`` or ``0.004``."""
-    whole, slash, parts = text.partition("/")
+    numerator, slash, denominator = text.partition("/")
     try:
-        return float(whole) / (float(parts) if slash else 1.0)
+        return float(numerator) / (float(denominator) if slash else 1.0)
     except ZeroDivisionError:
         raise ValueError from None
 

@@ -16,7 +16,7 @@ def count_available_cores() -> int:
 
 def measure_available_memory() -> int:
     """Return the machine's memory in bytes, or the limit of a container."""
-    whole = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    total_bytes = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     with suppress(OSError, ValueError):  # no control group, or its limit is the text "max"
-        whole = min(whole, int(Path("/sys/fs/cgroup/memory.max").read_text(encoding="ascii")))
-    return whole
+        total_bytes = min(total_bytes, int(Path("/sys/fs/cgroup/memory.max").read_text(encoding="ascii")))
+    return total_bytes

@@ -96,8 +96,8 @@ def link_script(name: str, *, package: str, package_name: str, module: str) -> s
             return f"const {names} = {'caromPackage' if names[0] == '{' else 'caromPackage.default ?? caromPackage'};"
         raise InputError(f"the adapter of {name} imports {source}, which the page does not support")
 
-    own = _UNSEEN.sub("", _IMPORT.sub(format_binding, module))
-    if re.search(r"^\s*import\b", own, re.MULTILINE):
+    script = _UNSEEN.sub("", _IMPORT.sub(format_binding, module))
+    if re.search(r"^\s*import\b", script, re.MULTILINE):
         raise InputError(f"the adapter of {name} has an import that the page does not support")
     key = json.dumps(name)
     return f"""(async () => {{
@@ -109,7 +109,7 @@ await (async () => {{
 "use strict";
 const caromPackage = caromModule.exports;
 const caromShared = {{ ...globalThis.caromShared, serve: (World) => caromEngines[{key}].done(World) }};
-{own}
+{script}
 }})();
 }})().catch((error) => caromEngines[{key}].fail(error));
 """

@@ -46,8 +46,8 @@ _RE_EXPORT = re.compile(r"^export \{[^}]*\};\n", re.MULTILINE)
 def build_page_script() -> str:
     """Return all modules as one script. No name is defined in two modules."""
     joined = "\n".join((SOURCES / f"{name}.js").read_text(encoding="utf-8") for name in MODULES)
-    own = re.sub(r"^export ", "", _RE_EXPORT.sub("", _IMPORT.sub("", joined)), flags=re.MULTILINE)
-    return strip_comments(own)
+    script = re.sub(r"^export ", "", _RE_EXPORT.sub("", _IMPORT.sub("", joined)), flags=re.MULTILINE)
+    return strip_comments(script)
 
 
 def strip_comments(script: str) -> str:
@@ -89,10 +89,10 @@ def render_page(scenes: Sequence[Scene], engines: Sequence[PageEngine] = ()) -> 
     return _fill_template((SOURCES / "page.html").read_text(encoding="utf-8"), parts)
 
 
-def add_gallery(*own: Scene) -> list[Scene]:
+def add_gallery(*scenes: Scene) -> list[Scene]:
     """Return the given scenes followed by the gallery of the catalogue."""
-    names = {scene.name for scene in own}
-    return [*own, *(all_scenes()[name].scene for name in GALLERY if name not in names)]
+    names = {scene.name for scene in scenes}
+    return [*scenes, *(all_scenes()[name].scene for name in GALLERY if name not in names)]
 
 
 def find_page_limit(scene: Scene) -> str:

@@ -77,7 +77,7 @@ def test_answer_is_journaled_before_it_is_returned() -> None:
     notes = MemoryJournal[int, int]()
     for alone in (False, True):
         told = run_tasks(
-            [TaskRequest(k, (k + 10 * alone), Double(k)) for k in range(3)], InProcessPool(), notes, alone=alone
+            [TaskRequest(k, (k + 10 * alone), Double(k)) for k in range(3)], InProcessPool(), notes, one_at_a_time=alone
         )
         subject, _ = next(told)
         assert subject + 10 * alone in notes.entries

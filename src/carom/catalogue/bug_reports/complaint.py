@@ -64,10 +64,10 @@ def load_complaints() -> Iterator[Complaint]:
         module.__name__.rpartition(".")[2]: module for module in (driven, falling, pairs, rolling, seams, thin, walled)
     }
     reports = json.loads(Path(__file__).with_name("bug_reports.json").read_text(encoding="utf-8"))
-    for group, name, given in ((group, *item) for group, found in reports.items() for item in found.items()):
-        function = getattr(modules[group], given.pop("build", name.replace("-", "_")))
-        arguments = given.pop("arguments", {})
+    for group, name, fields in ((group, *item) for group, found in reports.items() for item in found.items()):
+        function = getattr(modules[group], fields.pop("build", name.replace("-", "_")))
+        arguments = fields.pop("arguments", {})
         vectors = {key: complex(value) for key, value in arguments.items() if isinstance(value, str)}
-        shows = given.pop("shows", "") or " ".join((function.__doc__ or "").split())
-        given["symptom"] = Symptom(given.get("symptom", Symptom.WRONG_VELOCITY))
-        yield Complaint(f"issues/{name}", shows, partial(function, **arguments | vectors), **given)
+        description = fields.pop("shows", "") or " ".join((function.__doc__ or "").split())
+        fields["symptom"] = Symptom(fields.get("symptom", Symptom.WRONG_VELOCITY))
+        yield Complaint(f"issues/{name}", description, partial(function, **arguments | vectors), **fields)

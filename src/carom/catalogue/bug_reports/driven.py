@@ -40,7 +40,7 @@ def matter_js_672() -> Staged:
     begins = -drive * time
     walls = [edges(begins + a, begins + b, velocity_m_s=to_vector(drive)) for a, b in ((-1j, 0), (0, -0.6 + 0.8j))]
     source = f"{_LAW}: 2 V - v off the paddle"
-    return stage_at_wall(-6, 0.25, 1, walls, source, at=-0.0625j, drive=drive, time_s=time)
+    return stage_at_wall(-6, 0.25, 1, walls, source, point=-0.0625j, drive=drive, time_s=time)
 
 
 def pymunk_137() -> Staged:
@@ -61,7 +61,7 @@ def visualpinball_322() -> Staged:
     drive, post, time = 3 + 12j, 0.0625, 0.255
     normal = complex(-0.28, 0.96)  # from the post to the ball
     wall = Ring(centre_m=to_vector(-drive * time), radius_m=post, velocity_m_s=to_vector(drive))
-    return stage_at_wall(4 - 9j, 0.125, normal, [wall], _LAW, at=post * normal, drive=drive, time_s=time)
+    return stage_at_wall(4 - 9j, 0.125, normal, [wall], _LAW, point=post * normal, drive=drive, time_s=time)
 
 
 def pinball_470() -> Staged:
@@ -85,9 +85,9 @@ def escape_space_1() -> Staged:
     drive, radius, gap, room = 6.0, 0.125, 1.5, 2.25
     paddle = edges(complex(-radius - gap, -1), complex(-radius - gap, 1), velocity_m_s=(drive, 0.0))
     wall = edges(complex(radius + room, -1), complex(radius + room, 1))
-    struck, returned = gap / drive, gap / drive + room / (2.0 * drive)
-    impacts = [build_impact(struck, 0, -1, 2 * drive + 0), build_impact(returned, 0, -2, -2 * drive + 0)]
-    scene = build_scene([build_disc(0, 0, radius)], walls=[paddle, wall], duration_s=returned + 0.03125)
+    strike_s, return_s = gap / drive, gap / drive + room / (2.0 * drive)
+    impacts = [build_impact(strike_s, 0, -1, 2 * drive + 0), build_impact(return_s, 0, -2, -2 * drive + 0)]
+    scene = build_scene([build_disc(0, 0, radius)], walls=[paddle, wall], duration_s=return_s + 0.03125)
     return build_staged(scene, impacts, _LAW)
 
 

@@ -38,8 +38,8 @@ def tailuge_298() -> Staged:
     ]
     scene = build_scene(discs, friction=0.5, duration_s=2 * _HIT_S)
     normal, tangential = speed * nx, speed * ny / (2 * (1 + 1 / k))  # a seventh of the slip, which is -speed * ny
-    struck = (normal * nx + tangential * ny, normal * ny - tangential * nx)
-    after, spin = ((speed - struck[0], -struck[1]), struck), tangential / k / radius
+    object_velocity = (normal * nx + tangential * ny, normal * ny - tangential * nx)
+    after, spin = ((speed - object_velocity[0], -object_velocity[1]), object_velocity), tangential / k / radius
     hit = KnownImpact(_HIT_S, 0, 1, *after, spin, spin)
     source = (
         "Alciatore, billiards TP A.14: for e = 1, the tangent of the throw angle is a seventh of that of the cut angle"
@@ -50,7 +50,7 @@ def tailuge_298() -> Staged:
 def _stage_on_floor(
     source: str,
     body: Disc,
-    way: float,
+    distance_m: float,
     duration_s: float,
     *,
     along: float = 0.0,
@@ -68,7 +68,7 @@ def _stage_on_floor(
     fields = {f"wall_{law}": value for law, value in ({"restitution": 0.0} | of_wall).items()}
     times, gravity = {"frame_rate_hz": frame_rate_hz, "duration_s": duration_s}, (pull * fall / long, -pull / long)
     scene = build_scene([body], walls=[FLOOR], gravity_m_s2=gravity, **times, **fields)
-    end: Vector = (way, body.radius_m)
+    end: Vector = (distance_m, body.radius_m)
     spins = (rim / body.radius_m,) if scene.arrays.turns else None
     count = None if scene.wall_restitution else 0
     return Staged(scene, KnownAnswer(source, (), count, ((along, 0.0),), (end,), final_spin_rad_s=spins))
@@ -82,9 +82,9 @@ def _build_ball(along: float, *, rolls: bool, radius_m: float = 0.5, inertia: fl
 def rolls_out(along: float, resists: float, friction: float) -> Staged:
     """Build a scene in which a ball rolls on a level floor until it stops, and then rests for the same time."""
     slower = resists * 9.81 / (1.0 + _SPHERE)
-    way, lasts = along**2 / (2.0 * slower), 2.0 * along / slower
+    distance_m, duration_s = along**2 / (2.0 * slower), 2.0 * along / slower
     return _stage_on_floor(
-        _LAW, _build_ball(along, rolls=True), way, lasts, friction=friction, rolling_resistance=resists
+        _LAW, _build_ball(along, rolls=True), distance_m, duration_s, friction=friction, rolling_resistance=resists
     )
 
 
@@ -104,9 +104,9 @@ def cannon_345() -> Staged:
     slid = along / (g * (friction + (friction - resists) / _SPHERE))
     rolled, slower = along - friction * g * slid, resists * g / (1.0 + _SPHERE)
     source, ball = f"{_LAW}; while it slides v' = -f g and (R w)' = (f - c) g/k", _build_ball(along, rolls=False)
-    way = along * slid - friction * g * slid**2 / 2.0 + rolled**2 / (2.0 * slower)
-    lasts = 2.0 * (slid + rolled / slower)
-    return _stage_on_floor(source, ball, way, lasts, pull=g, friction=friction, rolling_resistance=resists)
+    distance_m = along * slid - friction * g * slid**2 / 2.0 + rolled**2 / (2.0 * slower)
+    duration_s = 2.0 * (slid + rolled / slower)
+    return _stage_on_floor(source, ball, distance_m, duration_s, pull=g, friction=friction, rolling_resistance=resists)
 
 
 def nphysics_204() -> Staged:
@@ -124,39 +124,43 @@ def reactphysics3d_13() -> Staged:
 
 def box2d_617() -> Staged:
     """A disc without rolling resistance rolls for ever at the same speed."""
-    along, lasts = 3.0, 10.0
+    along, duration_s = 3.0, 10.0
     source = "Without slip, friction has no effect"
     body = _build_ball(along, rolls=True, radius_m=1.0, inertia=0.5)
-    return _stage_on_floor(source, body, along * lasts, lasts, along=along, rim=-along, pull=10.0, friction=0.2)
+    return _stage_on_floor(
+        source, body, along * duration_s, duration_s, along=along, rim=-along, pull=10.0, friction=0.2
+    )
 
 
 def pooltool_39() -> Staged:
     """A pool ball that starts at 5 m/s without spin slides 3 m in 0.73 s, and then rolls."""
-    along, friction, g, lasts = 5.0, 0.2, 9.81, 1.0
+    along, friction, g, duration_s = 5.0, 0.2, 9.81, 1.0
     slid = 2.0 * along / (7.0 * friction * g)
     source, rolls = "A sliding sphere begins to roll after 2v/(7 f g), at 5/7 of its speed", 5.0 / 7.0 * along
-    way = 12.0 * along**2 / (49.0 * friction * g) + rolls * (lasts - slid)
+    distance_m = 12.0 * along**2 / (49.0 * friction * g) + rolls * (duration_s - slid)
     ball = _build_ball(along, rolls=False, radius_m=0.028575)
-    return _stage_on_floor(source, ball, way, lasts, along=rolls, rim=-rolls, friction=friction)
+    return _stage_on_floor(source, ball, distance_m, duration_s, along=rolls, rim=-rolls, friction=friction)
 
 
 def brax_58() -> Staged:
     """A rolling sphere hits an equal sphere at rest. In the end, they roll at 2/7 and 5/7 of its speed."""
-    along, gap, friction, g, lasts, radius = 3.0, 1.5, 0.2, 9.81, 2.0, 0.5
-    met, changed = gap / along, 2.0 * along / 7.0
+    along, gap, friction, g, duration_s, radius = 3.0, 1.5, 0.2, 9.81, 2.0, 0.5
+    impact_s, changed = gap / along, 2.0 * along / 7.0
     slid = changed / (friction * g)
-    rolls_s, slides_m = lasts - met - slid, changed * slid / 2.0
-    struck = build_disc(complex(2.0 * radius + gap, radius), 0, radius, inertia_factor=_SPHERE)
-    discs = [_build_ball(along, rolls=True), struck]
-    scene = build_scene(discs, walls=[FLOOR], pull=g, wall_friction=friction, wall_restitution=0.0, duration_s=lasts)
+    rolls_s, slides_m = duration_s - impact_s - slid, changed * slid / 2.0
+    target = build_disc(complex(2.0 * radius + gap, radius), 0, radius, inertia_factor=_SPHERE)
+    discs = [_build_ball(along, rolls=True), target]
+    scene = build_scene(
+        discs, walls=[FLOOR], pull=g, wall_friction=friction, wall_restitution=0.0, duration_s=duration_s
+    )
     rolling = (2.0 * along / 7.0, 5.0 * along / 7.0)
     ways = (gap + slides_m + rolling[0] * rolls_s, 2.0 * radius + gap + along * slid - slides_m + rolling[1] * rolls_s)
     source = (
         "Equal elastic spheres exchange velocities and keep their spins; then each sphere conserves its angular "
         "momentum about the floor: the spinning sphere rolls at 2/7 of v, and the other sphere at 5/7 of v"
     )
-    hit = build_impact(met, 0, 1, 0, along, -along / radius, 0.0)
-    final = [(complex(way, radius), speed) for way, speed in zip(ways, rolling, strict=True)]
+    hit = build_impact(impact_s, 0, 1, 0, along, -along / radius, 0.0)
+    final = [(complex(x, radius), speed) for x, speed in zip(ways, rolling, strict=True)]
     spins = (-rolling[0] / radius, -rolling[1] / radius)
     return build_staged(scene, [hit], source, final=final, spins=spins)
 
@@ -169,13 +173,15 @@ def brax_151() -> Staged:
 
 def bullet3_2117() -> Staged:
     """A ball that rolls at an angle to both axes keeps its direction until it stops."""
-    resists, g, speed, lasts = 0.02, 9.81, 0.5, 2.5
+    resists, g, speed, duration_s = 0.02, 9.81, 0.5, 2.5
     slower = resists * g / (1.0 + _SPHERE)
-    left, way = speed - slower * lasts, speed * lasts - slower * lasts**2 / 2.0
+    left, distance_m = speed - slower * duration_s, speed * duration_s - slower * duration_s**2 / 2.0
     ball = build_disc(0, speed * (0.8 + 0.6j), 0.028575)
-    scene = build_scene([ball], table_deceleration_m_s2=slower, duration_s=lasts)
+    scene = build_scene([ball], table_deceleration_m_s2=slower, duration_s=duration_s)
     source = "The friction of a rolling ball acts against its motion, so the speed decreases by c g/(1 + k) a second"
-    return Staged(scene, KnownAnswer(source, (), 0, ((0.8 * left, 0.6 * left),), ((0.8 * way, 0.6 * way),)))
+    return Staged(
+        scene, KnownAnswer(source, (), 0, ((0.8 * left, 0.6 * left),), ((0.8 * distance_m, 0.6 * distance_m),))
+    )
 
 
 def matter_613() -> Staged:

@@ -24,13 +24,13 @@ from carom.model.scene import Chain
 _LAW = "Newton's law: an impact reverses the velocity along the normal; a floor in pieces acts like one floor"
 
 
-def _stage_on_seam(velocity: complex, radius: float, wall: Chain, *, at: float = 0.0, turn: complex = 1) -> Staged:
-    """Build a scene in which a disc meets a wall once, half a second after the start, `at` metres along the wall.
+def _stage_on_seam(velocity: complex, radius: float, wall: Chain, *, along_m: float = 0.0, turn: complex = 1) -> Staged:
+    """Build a scene in which a disc meets a wall once, half a second after the start, `along_m` metres along the wall.
 
     The wall is a floor at height 0. Floor and disc are rotated about the origin by `turn`.
     """
     time = 0.5
-    start = at + 1j * radius - velocity * time
+    start = along_m + 1j * radius - velocity * time
     scene = build_scene([build_disc(start * turn, velocity * turn, radius)], walls=[wall], duration_s=1.25)
     return build_staged(scene, [build_impact(time, 0, -1, compute_after_wall(velocity, 1j) * turn)], _LAW)
 
@@ -39,24 +39,24 @@ def channel(start: complex, velocity: complex, radius: float, width: float, leng
     """Build a scene in which a disc bounces along a channel between two walls that consist of pieces."""
     walls = [edges(-length / 2, length / 2, pieces=pieces)]
     walls.append(edges(complex(-length / 2, width), complex(length / 2, width), pieces=pieces))
-    time, way = (start.imag - radius) / -velocity.imag, (width - 2 * radius) / abs(velocity.imag)
+    time, crossing_s = (start.imag - radius) / -velocity.imag, (width - 2 * radius) / abs(velocity.imag)
     impacts = [
-        build_impact(time + k * way, 0, -1 - k % 2, complex(velocity.real, abs(velocity.imag) * (-1) ** k))
+        build_impact(time + k * crossing_s, 0, -1 - k % 2, complex(velocity.real, abs(velocity.imag) * (-1) ** k))
         for k in range(6)
     ]
-    scene = build_scene([build_disc(start, velocity, radius)], walls=walls, duration_s=time + 5.5 * way)
+    scene = build_scene([build_disc(start, velocity, radius)], walls=walls, duration_s=time + 5.5 * crossing_s)
     return build_staged(scene, impacts, _LAW)
 
 
 def jolt_717() -> Staged:
     """A ball comes down at the seam between two cubes."""
-    return _stage_on_seam(5 - 0.25j, 0.1, edges(-2, 2, pieces=2), at=-0.0625)
+    return _stage_on_seam(5 - 0.25j, 0.1, edges(-2, 2, pieces=2), along_m=-0.0625)
 
 
 def rapier_95() -> Staged:
     """A ball comes down on a ramp of three pieces, next to a seam."""
     turn = cmath.exp(-1j * math.radians(20))
-    return _stage_on_seam(3 - 0.5j, 0.25, edges(-3 * turn, 3 * turn, pieces=3), at=-1.0625, turn=turn)
+    return _stage_on_seam(3 - 0.5j, 0.25, edges(-3 * turn, 3 * turn, pieces=3), along_m=-1.0625, turn=turn)
 
 
 def rapier_404() -> Staged:
@@ -67,7 +67,7 @@ def rapier_404() -> Staged:
 
 def godot_76610() -> Staged:
     """A ball comes straight down near the seam of two tiles, at a distance of a tenth of its radius."""
-    return _stage_on_seam(-6j, 0.4, edges(-1, 1, pieces=2), at=0.04)
+    return _stage_on_seam(-6j, 0.4, edges(-1, 1, pieces=2), along_m=0.04)
 
 
 def godot_65204() -> Staged:
@@ -84,12 +84,12 @@ def godot_65204() -> Staged:
 
 def godot_66778() -> Staged:
     """A ball comes down on a floor of six pieces next to a seam, with a hundredth of its speed downwards."""
-    return _stage_on_seam(4 - 0.04j, 0.05, edges(-3, 3, pieces=6), at=-0.03125)
+    return _stage_on_seam(4 - 0.04j, 0.05, edges(-3, 3, pieces=6), along_m=-0.03125)
 
 
 def godot_69655() -> Staged:
     """A fast ball comes down on a floor of one-metre boxes."""
-    return _stage_on_seam(10 - 1j, 0.5, edges(-8, 8, pieces=16), at=0.125)
+    return _stage_on_seam(10 - 1j, 0.5, edges(-8, 8, pieces=16), along_m=0.125)
 
 
 def godot_34025() -> Staged:
@@ -104,9 +104,9 @@ def cannon_304() -> Staged:
 
 def reactphysics3d_266() -> Staged:
     """A ball comes down on a floor of eight tiles, just before a seam."""
-    return _stage_on_seam(2 - 0.125j, 0.25, edges(-4, 4, pieces=8), at=-0.015625)
+    return _stage_on_seam(2 - 0.125j, 0.25, edges(-4, 4, pieces=8), along_m=-0.015625)
 
 
 def newton_dynamics_178() -> Staged:
     """A ball comes down on a floor of five tiles, just behind a seam."""
-    return _stage_on_seam(6 - 0.5j, 0.4, edges(-5, 5, pieces=5), at=1.0625)
+    return _stage_on_seam(6 - 0.5j, 0.4, edges(-5, 5, pieces=5), along_m=1.0625)

@@ -38,7 +38,7 @@ def _stage_at_wall(velocity: complex, radius: float, wall: Chain, *, restitution
 def _stage_at_vertex(velocity: complex, radius: float, point: complex, normal: complex, wall: Chain) -> Staged:
     """Build a scene in which a disc meets a vertex. The normal points from the vertex to the disc's centre."""
     source = f"{_LAW}, which is the line from the vertex to the centre"
-    return stage_at_wall(velocity, radius, normal, [wall], source, at=point, time_s=0.405, duration_s=0.75)
+    return stage_at_wall(velocity, radius, normal, [wall], source, point=point, time_s=0.405, duration_s=0.75)
 
 
 def matter_js_5() -> Staged:
@@ -94,10 +94,10 @@ def pymunk_111() -> Staged:
 def avian_990() -> Staged:
     """A small ball falls past the corner of a wall without touching it."""
     pull, radius, end, start = 9.81, 0.0135, 0.25, 0.05
-    begun = complex(-radius - 0.0005, start)
+    start_position = complex(-radius - 0.0005, start)
     walls = [_build_solid(0, 0.1, 0.1 - 1j, -1j)]
-    scene = build_scene([build_disc(begun, 0, radius)], walls=walls, pull=pull, duration_s=end)
-    final = compute_fall(begun, 0, end, -1j * pull)
+    scene = build_scene([build_disc(start_position, 0, radius)], walls=walls, pull=pull, duration_s=end)
+    final = compute_fall(start_position, 0, end, -1j * pull)
     return build_staged(scene, [], "Galileo: the ball falls freely, half a millimetre from the wall", final=[final])
 
 

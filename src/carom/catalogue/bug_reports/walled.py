@@ -71,12 +71,12 @@ def nimble_143() -> Staged:
     discs = [build_disc(first, v1, radius), build_disc(second, v2, radius)]
     scene = build_scene(discs, walls=[upright(wall, -1)], duration_s=1.25, frame_rate_hz=100.0)
     at_wall = (wall - radius - first) / v1
-    met = at_wall + (wall - radius - (second + v2 * at_wall) - 2 * radius) / (v1 + v2)
-    impacts = [build_impact(at_wall, 0, -1, -v1), build_impact(met, 0, 1, v2, -v1)]
+    pair_impact_s = at_wall + (wall - radius - (second + v2 * at_wall) - 2 * radius) / (v1 + v2)
+    impacts = [build_impact(at_wall, 0, -1, -v1), build_impact(pair_impact_s, 0, 1, v2, -v1)]
     # After this impact the first ball moves to the wall once more.
-    where = wall - radius - v1 * (met - at_wall)
-    again = met + (wall - radius - where) / v2
-    impacts.append(build_impact(again, 0, -1, -v2))
+    meeting_x = wall - radius - v1 * (pair_impact_s - at_wall)
+    second_wall_s = pair_impact_s + (wall - radius - meeting_x) / v2
+    impacts.append(build_impact(second_wall_s, 0, -1, -v2))
     impacts = [known for known in impacts if known.time_s < scene.duration_s]
     return build_staged(scene, impacts, f"{_MIRROR}; equal masses exchange velocities")
 
@@ -98,9 +98,9 @@ def pooltool_154() -> Staged:
         missed = abs(place - start) ** 2 - along**2
         if missed < 4 * radius**2:
             hits.append(((along - math.sqrt(4 * radius**2 - missed)) / speed, k))
-    time, struck = min(hits)
-    normal = unit(places[struck] - start - velocity * time)
-    known = build_impact(time, 0, struck, *compute_after_impact(1.0, velocity, 1.0, 0, normal))
+    time, target = min(hits)
+    normal = unit(places[target] - start - velocity * time)
+    known = build_impact(time, 0, target, *compute_after_impact(1.0, velocity, 1.0, 0, normal))
     source = "The first impact by the quadratic of the straight path; then energy is conserved and no bodies overlap"
     return Staged(scene, KnownAnswer(source, (known,), final_kinetic_energy_j=0.5 * speed**2))
 
@@ -127,11 +127,11 @@ def gama_556() -> Staged:
     discs = [build_disc(first, speed, radius), build_disc(second, speed, radius)]
     scene = build_scene(discs, walls=[upright(wall, -1)], duration_s=0.75)
     at_wall = gap / speed
-    met = at_wall + slit / (2 * speed)  # the balls approach at twice the speed
-    back = met + slit / (2 * speed)  # the first ball returns by half of the slit between the balls
+    pair_impact_s = at_wall + slit / (2 * speed)  # the balls approach at twice the speed
+    second_wall_s = pair_impact_s + slit / (2 * speed)  # the first ball returns by half of the slit between the balls
     impacts = [
         build_impact(at_wall, 0, -1, -speed),
-        build_impact(met, 0, 1, speed, -speed),
-        build_impact(back, 0, -1, -speed),
+        build_impact(pair_impact_s, 0, 1, speed, -speed),
+        build_impact(second_wall_s, 0, -1, -speed),
     ]
     return build_staged(scene, impacts, f"{_MIRROR}; equal masses exchange velocities")

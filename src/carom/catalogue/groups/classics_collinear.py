@@ -35,9 +35,9 @@ def _sorting() -> Staged:
     )
     impacts = []
     for time, a, b in crossings:
-        here = ghost[a] + velocity[a] * time
+        crossing_x = ghost[a] + velocity[a] * time
         # The number of ghosts further to the left is the number of the left one of the two discs that meet.
-        left = sum(ghost[k] + velocity[k] * time < here for k in range(n) if k not in (a, b))
+        left = sum(ghost[k] + velocity[k] * time < crossing_x for k in range(n) if k not in (a, b))
         impacts.append(build_impact(time, left, left + 1, velocity[b], velocity[a]))
     source = (
         "Equal masses on a line exchange velocities: there is one impact for each inversion of the velocities, where "
@@ -80,11 +80,11 @@ def _three_in_line() -> Staged:
     r0, r1, r2 = 0.3, 0.15, 0.25
     pair, everything = m0 + m1, m0 + m1 + m2
     angle = math.acos(math.sqrt(m0 * m2 / ((m0 + m1) * (m1 + m2))))
-    most = math.ceil(math.pi / angle)
-    # The path must cross `most` rays, so its final direction is beyond the last ray. The path must also turn by less
-    # than half a turn from the start, which is within the first wedge. Start and direction are the middles of the
-    # ranges that remain.
-    direction = (most * angle + math.pi + angle) / 2
+    max_crossings = math.ceil(math.pi / angle)
+    # The path must cross `max_crossings` rays, so its final direction is beyond the last ray. The path must also turn
+    # by less than half a turn from the start, which is within the first wedge. Start and direction are the middles
+    # of the ranges that remain.
+    direction = (max_crossings * angle + math.pi + angle) / 2
     start_argument = (direction - math.pi + angle) / 2
     start, velocity = cmath.rect(1.2, start_argument), cmath.rect(1.5, direction)
     # Jacobi coordinates: the imaginary part is the gap of the first two discs, the real part the distance of the third

@@ -15,8 +15,8 @@ def _one_into_two() -> Staged:
     radius, speed, start_x = 0.25, 1.0, -1.1
     # The three centres form an equilateral triangle, so the normals are at 30 degrees to the path.
     cosine, sine = math.sqrt(3) / 2, 0.5
-    struck = [build_disc(complex(0, y), 0, radius) for y in (radius, -radius)]
-    discs = [build_disc(start_x, speed, radius), *struck]
+    targets = [build_disc(complex(0, y), 0, radius) for y in (radius, -radius)]
+    discs = [build_disc(start_x, speed, radius), *targets]
     scene = build_scene(discs, duration_s=1.5)
     time = (-start_x - 2 * radius * cosine) / speed
     up, down = complex(cosine, sine), complex(cosine, -sine)

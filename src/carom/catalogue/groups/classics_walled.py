@@ -95,11 +95,11 @@ def stage_in_room(
     reach = radius_m + half_width_m
     corners = (0, width_m, complex(width_m, height_m), complex(0.0, height_m))
     room = edges(*corners, closed=True, half_width_m=half_width_m, velocity_m_s=to_vector(drive))
-    begun = build_disc(start + complex(reach, reach), velocity + drive, radius_m)
+    disc = build_disc(start + complex(reach, reach), velocity + drive, radius_m)
     hits = compute_box_bounces(start, velocity, width_m - 2 * reach, height_m - 2 * reach, duration_s)
     afters = [(hit.time_s, hit.velocity_first_after) for hit in hits]
     impacts = [build_impact(time_s, 0, -1, drive + complex(*after)) for time_s, after in afters if after is not None]
-    return build_staged(build_scene([begun], walls=[room], duration_s=duration_s), impacts, source)
+    return build_staged(build_scene([disc], walls=[room], duration_s=duration_s), impacts, source)
 
 
 def _box() -> Staged:
@@ -156,11 +156,11 @@ def _bank_shot() -> Staged:
     """A disc bounces off a wall and then strikes another disc."""
     radius, incoming, time_1, time_2 = 0.2, 4 - 3j, 0.34, 0.87
     outgoing = incoming.conjugate()
-    struck = complex(0, radius) + outgoing * (time_2 - time_1)
+    impact_position = complex(0, radius) + outgoing * (time_2 - time_1)
     normal = compute_normal(outgoing, 0.4)
     after, target_after = compute_after_impact(1.0, outgoing, 1.0, 0, normal)
     striker = build_disc(complex(0, radius) - incoming * time_1, incoming, radius)
-    discs = [striker, build_disc(struck + 2 * radius * normal, 0, radius)]
+    discs = [striker, build_disc(impact_position + 2 * radius * normal, 0, radius)]
     scene = build_scene(discs, walls=[FLOOR], duration_s=1.75)
     impacts = [build_impact(time_1, 0, -1, outgoing), build_impact(time_2, 0, 1, after, target_after)]
     source = (

@@ -59,8 +59,8 @@ def _stage_on_wall(
     """
     nx, ny = fall / math.hypot(1.0, fall), 1.0 / math.hypot(1.0, fall)
 
-    def at(way: float, off: float) -> Vector:
-        return (way * ny + off * nx, off * ny - way * nx)
+    def at(tangential: float, off: float) -> Vector:
+        return (tangential * ny + off * nx, off * ny - tangential * nx)
 
     body = Disc(
         position_m=at(0.0, _RADIUS_M + up),
@@ -105,10 +105,12 @@ def _between_thresholds() -> Staged:
     source = (
         "Bounces stop a slip on slopes up to f (1 + 1/k)(1 + e)/2 = 0.675, and lasting contact up to f (1 + 1/k) = 0.9"
     )
-    rolled, lasts = 11 / 40 + 31 / 20 / 8 + 36 / 10 / 128, 1.0
-    answer = (rolled + 2 * lasts + 4 * lasts**2 / 2, 2.0 + 4 * lasts, -2.0 - 4 * lasts)
+    rolled, rolling_s = 11 / 40 + 31 / 20 / 8 + 36 / 10 / 128, 1.0
+    answer = (rolled + 2 * rolling_s + 4 * rolling_s**2 / 2, 2.0 + 4 * rolling_s, -2.0 - 4 * rolling_s)
     start = {"fall": 0.75, "along": 0.75, "into": 1.0}
-    return _stage_on_wall(source, answer, 0.375 + lasts, **start, count=None, wall_restitution=0.5, wall_friction=0.3)
+    return _stage_on_wall(
+        source, answer, 0.375 + rolling_s, **start, count=None, wall_restitution=0.5, wall_friction=0.3
+    )
 
 
 def _slide_to_roll() -> Staged:
@@ -178,13 +180,15 @@ def _block() -> Staged:
 def _lands_rolling() -> Staged:
     """A disc lands rolling, and rolling resistance slows it at each bounce and afterwards, until it stops."""
     e, w, c, k = 0.5, 1.0, 0.06, 0.5
-    begun, taken = 2.0, c * (1 + e) * w / (1 - e) / (1 + k)
-    ways = [2.0 / _G * w * e**n * (begun - taken * (1 - e**n)) for n in range(1, 70)]
-    landed = begun - taken
-    way = math.fsum(ways) + landed * landed * (1 + k) / (2 * c * _G)
+    start_speed, lost_speed = 2.0, c * (1 + e) * w / (1 - e) / (1 + k)
+    ways = [2.0 / _G * w * e**n * (start_speed - lost_speed * (1 - e**n)) for n in range(1, 70)]
+    landed = start_speed - lost_speed
+    distance_m = math.fsum(ways) + landed * landed * (1 + k) / (2 * c * _G)
     source = "Geometric series of the bounces; then the disc stops after v^2 (1 + k)/(2 c g): docs/theory/contact.md"
     laws: dict[str, Any] = {"wall_restitution": e, "wall_friction": 0.3, "wall_rolling_resistance": c}
-    return _stage_on_wall(source, (way, 0.0, 0.0), 6.0, along=begun, rim=-begun, into=w, count=None, **laws)
+    return _stage_on_wall(
+        source, (distance_m, 0.0, 0.0), 6.0, along=start_speed, rim=-start_speed, into=w, count=None, **laws
+    )
 
 
 def _struck() -> Staged:
@@ -199,11 +203,11 @@ def _struck() -> Staged:
 def _edge() -> Staged:
     """A disc rolls over the end of an edge at 3 m/s, and is too fast for gravity to keep it in contact."""
     speed, end, duration = 3.0, 1.0, 1.0
-    flown = duration - end / speed
+    flight_s = duration - end / speed
     discs = [build_disc(complex(0.0, _RADIUS_M), speed, _RADIUS_M, spin_rad_s=-6.0)]
     scene = _build_floor_scene(discs, walls=[edges(-5, end)], wall_friction=0.5, duration_s=duration)
     source = "Galileo's parabola, which is wider than any circle around the end, because u^2 = 9 is above g R = 5"
-    end_state = complex(speed * duration, _RADIUS_M - _G * flown * flown / 2), complex(speed, -_G * flown)
+    end_state = complex(speed * duration, _RADIUS_M - _G * flight_s * flight_s / 2), complex(speed, -_G * flight_s)
     return build_staged(scene, [], source, final=[end_state], spins=(-6.0,))
 
 
@@ -241,8 +245,8 @@ def _corner() -> Staged:
 def _out_of_a_corner() -> Staged:
     """A disc in a corner spins so that friction drives it out of the corner, and it rolls after 4/3 s."""
     slides, speed = 4 / 3, 10 / 3
-    way = 0.5 + 2.5 * slides * slides / 2 + speed * (3.0 - slides)
-    return _stage_in_corner(-20.0, _COULOMB, way, speed, -2.0 * speed)
+    distance_m = 0.5 + 2.5 * slides * slides / 2 + speed * (3.0 - slides)
+    return _stage_in_corner(-20.0, _COULOMB, distance_m, speed, -2.0 * speed)
 
 
 # On a table -----------------------------------------------------------------------------------------------------------

@@ -38,9 +38,9 @@ def _racket() -> Staged:
     drive, velocity, time = 3 + 1j, -4 + 0.5j, 0.51
     normal = 0.8 + 0.6j  # the direction of the racket is (-0.6, 0.8)
     foot = 0.25j  # the point of the racket that the disc touches when they meet
-    ends = [foot + way * 1j * normal - drive * time for way in (-0.75, 0.5)]
+    ends = [foot + offset * 1j * normal - drive * time for offset in (-0.75, 0.5)]
     walls, times = [edges(*ends, velocity_m_s=to_vector(drive))], {"time_s": time, "duration_s": 1.25}
-    return stage_at_wall(velocity, 0.125, normal, walls, _LAW, at=foot, drive=drive, restitution=0.8, **times)
+    return stage_at_wall(velocity, 0.125, normal, walls, _LAW, point=foot, drive=drive, restitution=0.8, **times)
 
 
 def _swatter() -> Staged:
@@ -121,13 +121,13 @@ def _piston() -> Staged:
 
 def _crush() -> Staged:
     """After 3 s a piston leaves a disc no room in front of a wall. The disc has infinitely many impacts before that."""
-    pressed = _stage_in_cylinder(Fraction(-1, 2), Fraction(93, 32))
+    staged = _stage_in_cylinder(Fraction(-1, 2), Fraction(93, 32))
     source = (
         "Each impact on the piston adds 2 U to the speed (Ulam, 1961), so (v - U) times the disc's room is constant; "
         "the room of 1.5 m decreases by 0.5 m/s and is 0 after 3 s"
     )
-    scene = pressed.scene.model_copy(update={"duration_s": 4.0})
-    return Staged(scene, KnownAnswer(source, pressed.known.impacts))
+    scene = staged.scene.model_copy(update={"duration_s": 4.0})
+    return Staged(scene, KnownAnswer(source, staged.known.impacts))
 
 
 def _piston_that_recedes() -> Staged:

@@ -117,16 +117,18 @@ def _falling_pair() -> Staged:
     m1, m2, r1, r2, time, duration, e = 2.0, 3.0, 0.2, 0.3, 0.55, 1.25, 0.9
     v1, v2 = 3 + 1j, -1 + 2.5j  # at the impact, in the falling frame
     normal = compute_normal(v1 - v2, 0.35)
-    where = 0.4 + 2.2j
-    p1, p2 = where - r1 * normal, where + r2 * normal
+    impact_point = 0.4 + 2.2j
+    p1, p2 = impact_point - r1 * normal, impact_point + r2 * normal
     after1, after2 = compute_after_impact(m1, v1, m2, v2, normal, e)
     discs = [build_disc(p1 - v1 * time, v1, r1, m1), build_disc(p2 - v2 * time, v2, r2, m2)]
     scene = build_scene(discs, restitution=e, pull=abs(FALL), duration_s=duration)
-    gained, rest = FALL * time, duration - time
+    gained_velocity, rest = FALL * time, duration - time
     drop = FALL * (duration**2 / 2)
     final = [(p + v * rest + drop, v + FALL * duration) for p, v in ((p1, after1), (p2, after2))]
     source = "In the falling frame there is no gravity, so g t and g t^2/2 are added to the motion without gravity"
-    return build_staged(scene, [build_impact(time, 0, 1, after1 + gained, after2 + gained)], source, final=final)
+    return build_staged(
+        scene, [build_impact(time, 0, 1, after1 + gained_velocity, after2 + gained_velocity)], source, final=final
+    )
 
 
 def _incline() -> Staged:

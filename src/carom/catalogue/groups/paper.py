@@ -70,11 +70,11 @@ def _multiple() -> Staged:
     velocity, centre, time = 14 + 0j, 0j, 8.1 / _FILM_HZ
     discs = [build_disc(-velocity * time, velocity, radius, heavy)]
     impacts = []
-    for struck, side in enumerate((1, -1, 1, -1), start=1):
+    for disc_number, side in enumerate((1, -1, 1, -1), start=1):
         normal = compute_normal(velocity, 0.85 * side)
         discs.append(build_disc(centre + (radius + small) * normal, 0, small))
         velocity, struck_after = compute_after_impact(heavy, velocity, 1.0, 0, normal)
-        impacts.append(build_impact(time, 0, struck, velocity, struck_after))
+        impacts.append(build_impact(time, 0, disc_number, velocity, struck_after))
         # The four impacts are at 0.10, 0.38, 0.66 and 0.94 of one frame.
         centre += velocity * (0.28 / _FILM_HZ)
         time += 0.28 / _FILM_HZ

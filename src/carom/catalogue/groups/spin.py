@@ -127,12 +127,12 @@ def _stage_between_plates(
     scene = build_scene(
         [start], walls=walls, wall_friction=_GRIP, duration_s=first_s + (len(states) - 0.5) * flight, **fields
     )
-    impacts, x, now, speed = [], 0.0, 0.0, along
+    impacts, x, last_impact_s, speed = [], 0.0, 0.0, along
     for n, (v, w) in enumerate(states):
         time = first_s + n * flight
-        x, now, speed = x + speed * (time - now), time, v
+        x, last_impact_s, speed = x + speed * (time - last_impact_s), time, v
         impacts.append(KnownImpact(time, 0, -1 - n % 2, (v, (across, -across)[n % 2]), spin_first_after=w))
-    left = scene.duration_s - now
+    left = scene.duration_s - last_impact_s
     up = (across, -across)[(len(states) - 1) % 2]
     y = (1.0, 1.0 + gap)[(len(states) - 1) % 2] + up * left
     end = ((states[-1][0], up),)
@@ -207,8 +207,8 @@ def _strip() -> Staged:
     states = []
     for n in range(rounds):
         v, w = math.cos(n * turn), math.sin(n * turn) * math.sqrt(2.0)
-        turned = (math.cos((n + 1) * turn), math.sin((n + 1) * turn) * math.sqrt(2.0))
-        states += [((v - 2 * w) / 3, (-4 * v - w) / 3), turned]
+        next_state = (math.cos((n + 1) * turn), math.sin((n + 1) * turn) * math.sqrt(2.0))
+        states += [((v - 2 * w) / 3, (-4 * v - w) / 3), next_state]
     source = (
         "Broomhead & Gutkin, Physica D 67 (1993) 188: two impacts rotate (v, sqrt(k) R w) by the angle whose cosine is "
         "((1 - k)^2 - 4 k)/(1 + k)^2 = -7/9"

@@ -72,8 +72,8 @@ def _stage_at_wall_end(offset: float) -> Staged:
     scene = build_scene([build_disc(start, speed, radius)], walls=[edges(-1j, 0)], duration_s=1.5)
     after = speed * complex(2.0 * offset**2 - 1.0, 2.0 * offset * math.sqrt(max(1.0 - offset**2, 0.0)))
     hits = [build_impact(time, 0, -1, after)] if offset < 1.0 else []
-    given = "the offset s gives (2 s^2 - 1, 2 s sqrt(1 - s^2)) times the speed"
-    return build_staged(scene, hits, f"The normal is from the end to the centre; {given}")
+    formula = "the offset s gives (2 s^2 - 1, 2 s sqrt(1 - s^2)) times the speed"
+    return build_staged(scene, hits, f"The normal is from the end to the centre; {formula}")
 
 
 def _end_of_wall() -> Staged:
@@ -96,8 +96,11 @@ def _stage_in_corner(restitution: float) -> Staged:
     radius, velocity, time = 0.5, -1 - 1.5j, 65 / 64
     discs = [build_disc(complex(radius, radius) - velocity * time, velocity, radius)]
     scene = build_scene(discs, walls=[edges(9, 0, 9j)], wall_restitution=restitution, duration_s=2.5)
-    once = compute_after_wall(velocity, 1j, restitution)
-    impacts = [build_impact(time, 0, -1, once), build_impact(time, 0, -1, compute_after_wall(once, 1, restitution))]
+    after_first = compute_after_wall(velocity, 1j, restitution)
+    impacts = [
+        build_impact(time, 0, -1, after_first),
+        build_impact(time, 0, -1, compute_after_wall(after_first, 1, restitution)),
+    ]
     source = f"{_LAW}: both sides of a right angle together reverse a velocity, whichever side is first"
     return build_staged(scene, impacts, source)
 
@@ -179,10 +182,12 @@ def _stadium_along() -> Staged:
     return _stage_to_and_fro(0, 1, 3.5)
 
 
-def _stage_to_and_fro(start: complex, velocity: complex, way: float) -> Staged:
+def _stage_to_and_fro(start: complex, velocity: complex, half_crossing_s: float) -> Staged:
     count = 8
-    scene = build_scene([build_disc(start, velocity, 0.5)], walls=[_build_stadium()], duration_s=way * (2 * count))
-    impacts = [build_impact(way * (2 * k + 1), 0, -1, velocity * (-1) ** (k + 1)) for k in range(count)]
+    scene = build_scene(
+        [build_disc(start, velocity, 0.5)], walls=[_build_stadium()], duration_s=half_crossing_s * (2 * count)
+    )
+    impacts = [build_impact(half_crossing_s * (2 * k + 1), 0, -1, velocity * (-1) ** (k + 1)) for k in range(count)]
     return build_staged(scene, impacts, f"{_BUNIMOVICH}; {_CROSSING}")
 
 
@@ -208,11 +213,11 @@ def _three_posts() -> Staged:
     # The point of contact is on the side of the middle, at the distance of both radii.
     places = [centre - unit(centre) for centre in centres]
     side = 6.0 - math.sqrt(3.0)
-    begin, way = (places[0] + places[1]) / 2, unit(places[1] - places[0])
+    begin, direction = (places[0] + places[1]) / 2, unit(places[1] - places[0])
     turn = cmath.exp(2j * math.pi / 3)
-    impacts = [build_impact(side * (k + 0.5), 0, -1 - (k + 1) % 3, way * turn ** (k + 1)) for k in range(3)]
+    impacts = [build_impact(side * (k + 0.5), 0, -1 - (k + 1) % 3, direction * turn ** (k + 1)) for k in range(3)]
     walls = [Ring(centre_m=to_vector(centre), radius_m=0.75) for centre in centres]
-    scene = build_scene([build_disc(begin, way, 0.25)], walls=walls, duration_s=side * 3)
+    scene = build_scene([build_disc(begin, direction, 0.25)], walls=walls, duration_s=side * 3)
     source = "Three discs, 6 : 1 (Cvitanovic et al., ChaosBook): the side of period 3 is 6 - sqrt(3)"
     return build_staged(scene, impacts, source)
 
@@ -238,7 +243,7 @@ def _fagnano() -> Staged:
 def _seam() -> Staged:
     """A disc glances off a floor of ten pieces in one line. The disc has one impact, and none at the seams."""
     source, floor = f"{_LAW}; a floor in pieces acts like one floor", edges(-5, 5, pieces=10)
-    return stage_at_wall(5 - 2j, 0.25, 1j, [floor], source, at=0.0625, time_s=0.51, duration_s=1.25)
+    return stage_at_wall(5 - 2j, 0.25, 1j, [floor], source, point=0.0625, time_s=0.51, duration_s=1.25)
 
 
 def _peg() -> Staged:

@@ -63,7 +63,7 @@ def bench(
 
     if not scenes:
         raise InputError("no scene given: name a scene file or catalogue scenes, as in carom bench my-scene.toml")
-    asked = common.load_plain_scenes(scenes)
+    loaded_scenes = common.load_plain_scenes(scenes)
     require_report_extra()
     before = read_baseline(baseline, describe_environment()) if baseline is not None else None  # fail early
     scored, timed = out / "journal.jsonl", out / "timings.jsonl"
@@ -73,7 +73,7 @@ def bench(
         timing_journal(timed, resume=resume, retry=retry) as timings,
     ):
         result = measure_work_precision(
-            asked,
+            loaded_scenes,
             plan,
             plan.open_pool(),
             notes=journal,
@@ -96,12 +96,12 @@ def _run_growth(
     from carom.studies.bench.growth_document import build_growth_document, write_growth
 
     shared = ("engines", "budget_s", "own", "time_limit_s", "memory_limit_mb", "scheduler")
-    asked = {"sizes": discs} | {name: getattr(plan, name) for name in shared}
+    given_options = {"sizes": discs} | {name: getattr(plan, name) for name in shared}
     if plan.profiles != BenchPlan.profiles:
         if len(plan.profiles) > 1:
             raise InputError(f"--grow runs one profile, got {len(plan.profiles)}")
-        (asked["profile"],) = plan.profiles
-    options = GrowthOptions.parse_command_line(asked)
+        (given_options["profile"],) = plan.profiles
+    options = GrowthOptions.parse_command_line(given_options)
     require_report_extra()
     path = out / "growth.jsonl"
     with (

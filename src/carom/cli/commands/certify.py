@@ -76,6 +76,8 @@ def certify(
         raise typer.Exit(worst)
 
 
-def _show_progress(show: Progress, scene: Scene, most: int | None, impacts: int, time_s: float, bits: int) -> None:
-    done, total = (round(100 * time_s / scene.duration_s), 100) if most is None else (impacts, most)
+def _show_progress(
+    show: Progress, scene: Scene, max_impacts: int | None, impacts: int, time_s: float, bits: int
+) -> None:
+    done, total = (round(100 * time_s / scene.duration_s), 100) if max_impacts is None else (impacts, max_impacts)
     show(done, total, f"{impacts} impacts to {format_number(time_s, 4)} s with {bits} bits")

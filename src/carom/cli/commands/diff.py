@@ -51,8 +51,8 @@ def diff(
             _require_own(option, path)
     found = compared(old, new, options.match)
     common.write_report(build_diff_document(found, str(old), str(new)), page, markdown, full=verbose)
-    least = None if options.fail_on is FailOn.NEVER else Grade[options.fail_on.name]
-    if least is not None and any(change.is_regression_to(least) for change in found.changes):
+    worst_grade = None if options.fail_on is FailOn.NEVER else Grade[options.fail_on.name]
+    if worst_grade is not None and any(change.is_regression_to(worst_grade) for change in found.changes):
         raise typer.Exit(common.EXIT_VIOLATION)
 
 

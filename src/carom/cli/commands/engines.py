@@ -48,9 +48,9 @@ def engines(
             raise InputError("--show needs exactly one engine: carom engines NAME --show PROFILE")
         from carom.execution.settings_code import write_code
 
-        shown = _find_scene(scene, restitution, friction)
-        dt_s = 1.0 / shown.frame_rate_hz if dt is None else common.parse_step(dt)
-        common.say(write_code(names[0], show, shown, dt_s, command=get_command_line()).rstrip("\n"))
+        shown_scene = _find_scene(scene, restitution, friction)
+        dt_s = 1.0 / shown_scene.frame_rate_hz if dt is None else common.parse_step(dt)
+        common.say(write_code(names[0], show, shown_scene, dt_s, command=get_command_line()).rstrip("\n"))
         return
     if any(option is not None for option in (dt, restitution, friction, scene)):
         raise InputError("--dt, --restitution, --friction and --scene need --show")
@@ -70,8 +70,8 @@ def _find_scene(name: str | None, restitution: float | None, friction: float | N
     found = [build_example_scene()] if name is None else common.load_plain_scenes([name])
     if len(found) != 1:
         raise InputError(f"--scene must name one scene, but {name!r} matches {len(found)} scenes")
-    given = {
+    changes = {
         **({} if restitution is None else {"restitution": restitution, "wall_restitution": restitution}),
         **({} if friction is None else {"friction": friction, "wall_friction": friction}),
     }
-    return Scene(**{**dict(found[0]), **given})
+    return Scene(**{**dict(found[0]), **changes})

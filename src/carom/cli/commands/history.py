@@ -55,27 +55,27 @@ def history(
     from carom.studies.history.run import list_releases
 
     (name,) = common.resolve_engines([engine]) or [engine]
-    with open_release_cache(options.kept_mb * 1e6) as kept:
+    with open_release_cache(options.kept_mb * 1e6) as cache:
         if listed:
-            common.say_lines(describe_listing(*list_releases(name, options, kept)))
+            common.say_lines(describe_listing(*list_releases(name, options, cache)))
         elif bisect is not None:
-            _bisect_change(name, bisect, options, kept)
+            _bisect_change(name, bisect, options, cache)
         else:
-            _run_history(name, scenes or list(SCENES), options, kept, out, resume=resume, retry=retry, verbose=verbose)
+            _run_history(name, scenes or list(SCENES), options, cache, out, resume=resume, retry=retry, verbose=verbose)
 
 
-def _bisect_change(engine: str, asked: str, options: HistoryOptions, kept: ReleaseCache) -> None:
+def _bisect_change(engine: str, cell: str, options: HistoryOptions, cache: ReleaseCache) -> None:
     from carom.errors import InputError
     from carom.studies.history.document import describe_bisection
     from carom.studies.history.run import bisect_change
 
-    match asked.split(":"):
+    match cell.split(":"):
         case [scene, profile, step]:
             (found,) = common.load_plain_scenes([scene])
         case _:
-            raise InputError(f"--bisect must be SCENE:PROFILE:STEP, such as classics/box:default:1/60, got {asked!r}")
+            raise InputError(f"--bisect must be SCENE:PROFILE:STEP, such as classics/box:default:1/60, got {cell!r}")
     with common.show_progress_bar() as progress:
-        one = bisect_change(engine, found, profile, common.parse_step(step), kept, options, progress=progress)
+        one = bisect_change(engine, found, profile, common.parse_step(step), cache, options, progress=progress)
     for line in describe_bisection(one):
         common.say(line)
 
@@ -84,7 +84,7 @@ def _run_history(
     engine: str,
     scenes: list[str],
     options: HistoryOptions,
-    kept: ReleaseCache,
+    cache: ReleaseCache,
     out: Path | None,
     *,
     resume: bool,
@@ -97,13 +97,13 @@ def _run_history(
     from carom.studies.history.compare_cells import history_journal
     from carom.studies.history.document import build_history_document, write_history
 
-    named = common.load_plain_scenes(scenes)
+    loaded_scenes = common.load_plain_scenes(scenes)
     if out is None and (resume or retry):
         raise InputError("--resume and --retry need the output folder: give --out")
     command, page = get_command_line(), None
     if out is None:
         with common.show_progress_bar() as progress:
-            found = run.run_history(engine, named, kept, options, progress=progress, command=command)
+            found = run.run_history(engine, loaded_scenes, cache, options, progress=progress, command=command)
     else:
         require_report_extra()
         path = out / run.JOURNAL
@@ -111,7 +111,9 @@ def _run_history(
             common.run_study(out, run.PURPOSE, path) as progress,
             history_journal(path, resume=resume, retry=retry) as journal,
         ):
-            found = run.run_history(engine, named, kept, options, notes=journal, progress=progress, command=command)
+            found = run.run_history(
+                engine, loaded_scenes, cache, options, notes=journal, progress=progress, command=command
+            )
         page = write_history(found, out)
     common.print_document(build_history_document(found), full=verbose, report=page)
     if not found.ran:

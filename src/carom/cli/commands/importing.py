@@ -37,8 +37,8 @@ def import_file(
     if to is not None and (to.exists() or to.is_symlink()):
         raise InputError(f"{to} already exists: name another file")
     found = import_scene(file, duration_s=duration, pixels_per_metre=pixels_per_metre)
-    for what in found.dropped:
-        say(f"dropped: {what}", apart=True)
+    for dropped in found.dropped:
+        say(f"dropped: {dropped}", apart=True)
     if to is None:
         import tomli_w
 

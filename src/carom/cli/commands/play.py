@@ -46,12 +46,14 @@ def play(
 
     if out is not None and out.suffix != ".html":
         raise InputError(f"--out must end in .html, got {str(out)!r}")
-    own = common.load_plain_scenes([scene]) if scene is not None else []
-    if len(own) > 1:
-        raise InputError(f"{scene} matches {len(own)} scenes: name one")
-    asked = [] if engine == ["none"] else engine
-    installed = load_page_engines(DEFAULT_ENGINES if asked is None else asked, required=asked is not None)
-    html = render_page(add_gallery(*own), installed)
+    own_scenes = common.load_plain_scenes([scene]) if scene is not None else []
+    if len(own_scenes) > 1:
+        raise InputError(f"{scene} matches {len(own_scenes)} scenes: name one")
+    engine_names = [] if engine == ["none"] else engine
+    installed = load_page_engines(
+        DEFAULT_ENGINES if engine_names is None else engine_names, required=engine_names is not None
+    )
+    html = render_page(add_gallery(*own_scenes), installed)
     page = write_file(build_temporary_path("play.html") if out is None else out, html)
     say(f"Methods: PIC, PIT{''.join(f', {one.label}' for one in installed)}.")
     common.say_path("page", page)

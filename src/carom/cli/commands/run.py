@@ -67,7 +67,7 @@ def run(
 
     out = out or report
     options = replace(options, samples=out is not None)
-    named = common.load_scenes(scenes or [])
+    loaded_scenes = common.load_scenes(scenes or [])
     if out is None and (resume or retry):
         raise InputError("--resume and --retry need the output folder: give --out")
     if out is None or explain:
@@ -76,18 +76,18 @@ def run(
         require_report_extra()
         folder = claim_while_writing(out, PURPOSE, "--out")  # fail before engines are queried, which takes seconds
     with options.open_pool() as pool, folder:
-        plan = build_plan(named, options, pool)
+        plan = build_plan(loaded_scenes, options, pool)
         if explain:
             from carom.studies.cross_check.explain import explain as explained
 
             for line in explained(plan):
                 common.say(line)
             return
-        least = None if fail_on is FailOn.NEVER else Grade[fail_on.name]
-        results = _carry_out_plan(plan, pool, out, least, resume=resume, retry=retry, verbose=verbose)
-        if len(named) == 1:
-            _say_settings(results, (scenes or [named[0].name])[0])
-    code = _choose_exit_code(results, set(options.engines or ()), least)
+        worst_grade = None if fail_on is FailOn.NEVER else Grade[fail_on.name]
+        results = _carry_out_plan(plan, pool, out, worst_grade, resume=resume, retry=retry, verbose=verbose)
+        if len(loaded_scenes) == 1:
+            _say_settings(results, (scenes or [loaded_scenes[0].name])[0])
+    code = _choose_exit_code(results, set(options.engines or ()), worst_grade)
     if code:
         raise typer.Exit(code)
 
@@ -111,11 +111,11 @@ def _carry_out_plan(
         common.show_progress_bar() as progress,
     ):
         found = execute(plan, pool, notes=journal, progress=progress, command=get_command_line())
-        made = build_report(found, fail_on)
-        page = made.write(report)
+        built_report = build_report(found, fail_on)
+        page = built_report.write(report)
         journal.discard()  # the report contains all results of the journal
-    common.print_document(made.document, full=verbose, report=page)
-    return made.results
+    common.print_document(built_report.document, full=verbose, report=page)
+    return built_report.results
 
 
 def _say_settings(results: Results, scene: str) -> None:

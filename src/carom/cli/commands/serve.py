@@ -41,8 +41,8 @@ def serve(
     found = load_adapter(adapter)
     version = find_version(found, distribution_of(adapter))
     if manifest is not None:
-        where = [] if path is None else ["--path", str(path.resolve())]
-        command = [sys.executable, "-m", "carom", "serve", adapter, *where]
+        path_options = [] if path is None else ["--path", str(path.resolve())]
+        command = [sys.executable, "-m", "carom", "serve", adapter, *path_options]
         answers.write(program.build_manifest(found, manifest, version, command))
         answers.close()
         return

@@ -45,8 +45,8 @@ def tune(
 
     require_tune_extra()
     (name,) = common.resolve_engines([engine]) or [engine]
-    asked = scenes or [search.SCENES]
-    named = common.load_plain_scenes(asked)
+    scene_names = scenes or [search.SCENES]
+    loaded_scenes = common.load_plain_scenes(scene_names)
     path = out / search.JOURNAL
     best: list[Found] = []
     with (
@@ -56,7 +56,7 @@ def tune(
         try:
             found = search.tune(
                 name,
-                named,
+                loaded_scenes,
                 options,
                 notes=journal,
                 progress=progress,
@@ -67,4 +67,6 @@ def tune(
             if best:
                 common.say(f"best so far (trial {best[-1].trial}): {format_set_options(best[-1])}", apart=True)
             raise
-    common.print_document(build_tune_document(found, asked), full=verbose, report=write_tune(found, asked, out))
+    common.print_document(
+        build_tune_document(found, scene_names), full=verbose, report=write_tune(found, scene_names, out)
+    )

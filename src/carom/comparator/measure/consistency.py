@@ -86,21 +86,27 @@ def measure_consistency(trace: Trace, scales: Scales, until_s: float = math.inf)
 
     Only times up to `until_s` are checked, because there is no free flight after a disc comes to rest.
     """
-    disc, since_s, turned, spun, moved, allowed = np.concatenate(list(_iterate_flights(trace, until_s)), axis=1)
+    disc, since_s, velocity_error, spun, position_error, allowed = np.concatenate(
+        list(_iterate_flights(trace, until_s)), axis=1
+    )
     reach = compute_own_scales(trace).reach_m[disc.astype(np.intp)]
 
     def find_worst(sizes: Array) -> Deviation:
         known = np.where(np.isnan(sizes), 0.0, sizes)  # `unchecked` counts flights that can't be followed
-        at = int(np.argmax(known))
-        return Deviation(float(known[at]), int(disc[at]), float(since_s[at])) if known[at] > 0.0 else Deviation()
+        worst_row = int(np.argmax(known))
+        return (
+            Deviation(float(known[worst_row]), int(disc[worst_row]), float(since_s[worst_row]))
+            if known[worst_row] > 0.0
+            else Deviation()
+        )
 
     across, normal_rad = _measure_normal_error(trace, scales)
     angular, excess, arm = _measure_angular_error(trace) if trace.spins is not None else (0.0, 0.0, math.nan)
     return Consistency(
-        velocity=find_worst(turned / scales.speed_m_s),
+        velocity=find_worst(velocity_error / scales.speed_m_s),
         spin=find_worst(spun / scales.rim_m_s),
-        position=find_worst(moved / scales.length_m),
-        excess=find_worst((moved - allowed) / scales.length_m),
+        position=find_worst(position_error / scales.length_m),
+        excess=find_worst((position_error - allowed) / scales.length_m),
         stamp_s=_measure_stamp_error(trace),
         across=across,
         normal_rad=normal_rad,
@@ -109,9 +115,9 @@ def measure_consistency(trace: Trace, scales: Scales, until_s: float = math.inf)
         angular=angular / scales.rim_m_s,
         angular_excess=excess / scales.rim_m_s,
         arm=arm,
-        strayed=find_worst(moved / reach).size,
-        strayed_excess=find_worst((moved - allowed) / reach).size,
-        unchecked=int(np.isnan(turned).sum()),
+        strayed=find_worst(position_error / reach).size,
+        strayed_excess=find_worst((position_error - allowed) / reach).size,
+        unchecked=int(np.isnan(velocity_error).sum()),
     )
 
 
@@ -127,7 +133,7 @@ def _iterate_flights(trace: Trace, until_s: float) -> Iterator[Array]:
     order = np.lexsort((np.tile(np.arange(count), 2), bodies))
     first_of = np.searchsorted(bodies[order], np.arange(len(trace.scene.discs) + 1))
     turning = _find_turn_times(trace)
-    begun = turning - trace.dt_s if trace.state_before is None else trace.state_before["time_s"]
+    begin_s = turning - trace.dt_s if trace.state_before is None else trace.state_before["time_s"]
     before, after = velocities(impacts, "before"), velocities(impacts, "after")
     closing = np.hypot(*(before[1] - before[0]).T)
     arrivals, departures = before.reshape(-1, 2), after.reshape(-1, 2)
@@ -139,49 +145,49 @@ def _iterate_flights(trace: Trace, until_s: float) -> Iterator[Array]:
         if disc.legs:  # a driven path turns without impacts
             continue
         rows = order[first_of[number] : first_of[number + 1]]
-        own = rows % max(count, 1)
-        time = np.concatenate([[0.0], turning[own], [trace.end_time_s]])
+        own_impacts = rows % max(count, 1)
+        time = np.concatenate([[0.0], turning[own_impacts], [trace.end_time_s]])
         leaving = np.concatenate([[disc.velocity_m_s], departures[rows]])
         arriving = np.concatenate([arrivals[rows], [trace.final_velocity_m_s[number]]])
         place = np.concatenate([[disc.position_m], places[rows], [trace.final_position_m[number]]])
-        lasted = np.diff(time)
-        kept, flown_s = _compute_slowing(slowing, lasted, np.hypot(*leaving.T))
-        change = arriving - leaving * kept[:, None]
+        duration_s = np.diff(time)
+        kept_fraction, flown_s = _compute_slowing(slowing, duration_s, np.hypot(*leaving.T))
+        change = arriving - leaving * kept_fraction[:, None]
         spun = np.abs(
             np.concatenate([rims_arriving[rows], rims_end[[number]]])
-            - np.concatenate([start.surface_speed_m_s[[number]], rims_leaving[rows]]) * kept
+            - np.concatenate([start.surface_speed_m_s[[number]], rims_leaving[rows]]) * kept_fraction
         )
-        moved = _compute_path_errors(place, leaving * flown_s[:, None])
-        allowed = trace.dt_s * np.concatenate([[0.0], closing[own], [0.0]])
+        path_error = _compute_path_errors(place, leaving * flown_s[:, None])
+        allowed = trace.dt_s * np.concatenate([[0.0], closing[own_impacts], [0.0]])
         gx, gy = (0.0, 0.0) if disc.immovable else trace.scene.gravity_m_s2
         pull = math.hypot(gx, gy)
         if pull > 0.0:
             along, across = np.array([gx, gy]) / pull, np.array([-gy, gx]) / pull
             # Velocities are known at step boundaries only. So gravity acts for whole steps, at most from the step that
             # reported one contact to the step that ended the next.
-            most = pull * (time[1:] + trace.dt_s - np.concatenate([[0.0], begun[own]]))
-            beyond = np.maximum(np.maximum(-pull * trace.dt_s - change @ along, change @ along - most), 0.0)
-            turned, distance = np.hypot(change @ across, beyond), np.abs(moved @ across)
+            most_change = pull * (time[1:] + trace.dt_s - np.concatenate([[0.0], begin_s[own_impacts]]))
+            beyond = np.maximum(np.maximum(-pull * trace.dt_s - change @ along, change @ along - most_change), 0.0)
+            velocity_error, distance = np.hypot(change @ across, beyond), np.abs(path_error @ across)
         else:
-            turned, distance = np.hypot(*change.T), np.hypot(*moved.T)
+            velocity_error, distance = np.hypot(*change.T), np.hypot(*path_error.T)
             # A step at constant speed ends away from the path of a slowed disc, by up to half of the lost speed times
             # the step.
-            distance = np.maximum(distance - 0.5 * trace.dt_s * np.hypot(*leaving.T) * (1.0 - kept), 0.0)
-        followed = np.isfinite(lasted) & (time[1:] <= until_s)
-        deviations = (np.where(followed, of, math.nan) for of in (turned, spun, distance))
-        yield np.stack([np.full(len(lasted), number), time[:-1], *deviations, allowed[:-1] + allowed[1:]])
+            distance = np.maximum(distance - 0.5 * trace.dt_s * np.hypot(*leaving.T) * (1.0 - kept_fraction), 0.0)
+        followed = np.isfinite(duration_s) & (time[1:] <= until_s)
+        deviations = (np.where(followed, deviation, math.nan) for deviation in (velocity_error, spun, distance))
+        yield np.stack([np.full(len(duration_s), number), time[:-1], *deviations, allowed[:-1] + allowed[1:]])
 
 
-def _compute_slowing(slowing: Slowing, lasted: Array, speed: Array) -> tuple[Array, Array]:
+def _compute_slowing(slowing: Slowing, duration_s: Array, speed: Array) -> tuple[Array, Array]:
     """Return the part of each speed left after some seconds, and the time in which an unslowed disc moves as far."""
     if not slowing:
-        return np.ones_like(lasted), lasted
-    flights = list(zip(lasted.tolist(), speed.tolist(), strict=True))
-    kept, flown = (
-        np.array([of(*flight) for flight in flights])
-        for of in (slowing.compute_kept_fraction, slowing.compute_flown_time)
+        return np.ones_like(duration_s), duration_s
+    flights = list(zip(duration_s.tolist(), speed.tolist(), strict=True))
+    kept_fraction, flown_s = (
+        np.array([compute(*flight) for flight in flights])
+        for compute in (slowing.compute_kept_fraction, slowing.compute_flown_time)
     )
-    return kept, flown
+    return kept_fraction, flown_s
 
 
 def _find_turn_times(trace: Trace) -> Array:
@@ -201,7 +207,7 @@ def _compute_turn_places(trace: Trace, turning: Array) -> Array:
     if slowing:  # only the velocity at the turn is known, so the flight is followed backwards
         speed = np.hypot(before[..., 0], before[..., 1])
         waited = np.array(
-            [-_compute_slowing(slowing, -lasted, fast)[1] for lasted, fast in zip(waited, speed, strict=True)]
+            [-_compute_slowing(slowing, -duration_s, fast)[1] for duration_s, fast in zip(waited, speed, strict=True)]
         )
         if slowing.table_m_s2:  # a disc that has stopped does not reveal where it came from
             waited = np.where(speed > 0.0, waited, math.nan)
@@ -209,24 +215,25 @@ def _compute_turn_places(trace: Trace, turning: Array) -> Array:
     return places
 
 
-def _compute_path_errors(place: Array, flown: Array) -> Array:
+def _compute_path_errors(place: Array, displacement: Array) -> Array:
     """Return the distance of each known position from the position that the previous one predicts, shape ``(k, 2)``.
 
     Args:
         place: Positions of the disc at the start, when its path turned, and at the end, shape ``(k + 1, 2)``; NaN if
             unknown.
-        flown: Displacements between these positions by the disc's own velocities, shape ``(k, 2)``; NaN if unknown.
+        displacement: Displacements between these positions by the disc's own velocities, shape ``(k, 2)``; NaN if
+            unknown.
     """
-    unknown = np.asarray(np.isnan(flown).any(axis=1))
+    unknown = np.asarray(np.isnan(displacement).any(axis=1))
     gaps = np.concatenate([[0], np.cumsum(unknown)])
-    path = np.concatenate([np.zeros((1, 2)), np.cumsum(np.where(unknown[:, None], 0.0, flown), axis=0)])
+    path = np.concatenate([np.zeros((1, 2)), np.cumsum(np.where(unknown[:, None], 0.0, displacement), axis=0)])
     known = ~np.asarray(np.isnan(place).any(axis=1))
     anchor = np.maximum.accumulate(np.where(known, np.arange(len(place)), 0))[:-1]
-    here = np.arange(1, len(place))
-    off: Array = place[here] - (place[anchor] + (path[here] - path[anchor]))
+    later_rows = np.arange(1, len(place))
+    error_m: Array = place[later_rows] - (place[anchor] + (path[later_rows] - path[anchor]))
     # An overflowed distance counts as infinite, not NaN.
-    off = np.where(known[here, None] & np.isnan(off), math.inf, off)
-    return np.where((gaps[here] == gaps[anchor])[:, None], off, math.nan)
+    error_m = np.where(known[later_rows, None] & np.isnan(error_m), math.inf, error_m)
+    return np.where((gaps[later_rows] == gaps[anchor])[:, None], error_m, math.nan)
 
 
 def _measure_stamp_error(trace: Trace) -> float:
@@ -256,14 +263,16 @@ def _measure_normal_error(trace: Trace, scales: Scales) -> tuple[float, float]:
             change[k], friction[k] = -size[k] * np.array(wall.normal), 0.0
     normal = _compute_unit_normals(trace)
     along, across = np.sum(change * normal, axis=1), _compute_cross_products(change, normal)
-    alone = (impacts["second"] >= 0) & (movable[impacts["first"]] != movable[np.maximum(impacts["second"], 0)])
-    pulled = np.where(alone, _compute_gravity_across(trace, impacts["normal"]), 0.0)
-    off = np.where(along > 0.0, np.maximum(across - friction * along - pulled, 0.0), size)
-    off = np.where(np.isfinite(_find_turn_times(trace)), off, 0.0)
-    if not len(off):
+    has_one_movable = (impacts["second"] >= 0) & (
+        movable[impacts["first"]] != movable[np.maximum(impacts["second"], 0)]
+    )
+    pulled = np.where(has_one_movable, _compute_gravity_across(trace, impacts["normal"]), 0.0)
+    error_m_s = np.where(along > 0.0, np.maximum(across - friction * along - pulled, 0.0), size)
+    error_m_s = np.where(np.isfinite(_find_turn_times(trace)), error_m_s, 0.0)
+    if not len(error_m_s):
         return 0.0, 0.0
-    at = int(np.argmax(off))
-    return float(off[at]) / scales.speed_m_s, math.atan2(float(across[at]), float(along[at]))
+    worst_row = int(np.argmax(error_m_s))
+    return float(error_m_s[worst_row]) / scales.speed_m_s, math.atan2(float(across[worst_row]), float(along[worst_row]))
 
 
 def _compute_unit_normals(trace: Trace) -> Array:
@@ -287,13 +296,15 @@ def _measure_momentum_error(trace: Trace) -> float:
     impacts = trace.impacts
     mass = trace.scene.arrays.mass_kg
     first, second = mass[impacts["first"]], mass[np.maximum(impacts["second"], 0)]
-    asked = (impacts["second"] >= 0) & np.isfinite(first) & np.isfinite(second) & np.isfinite(_find_turn_times(trace))
+    is_known = (
+        (impacts["second"] >= 0) & np.isfinite(first) & np.isfinite(second) & np.isfinite(_find_turn_times(trace))
+    )
     changes = velocities(impacts, "after") - velocities(impacts, "before")
     with np.errstate(invalid="ignore"):  # immovable discs are excluded
         share = 1.0 / (1.0 + second / first)  # the first mass, divided by the sum of both masses
         centre = share[:, None] * changes[0] + (1.0 - share)[:, None] * changes[1]
-    off = np.hypot(*centre.T) - math.hypot(*trace.scene.gravity_m_s2) * _compute_contact_durations(trace)
-    return find_largest(off[asked & ~(off <= 0.0)].tolist(), default=0.0)
+    error_m_s = np.hypot(*centre.T) - math.hypot(*trace.scene.gravity_m_s2) * _compute_contact_durations(trace)
+    return find_largest(error_m_s[is_known & ~(error_m_s <= 0.0)].tolist(), default=0.0)
 
 
 def _measure_angular_error(trace: Trace) -> tuple[float, float, float]:
@@ -314,39 +325,44 @@ def _measure_angular_error(trace: Trace) -> tuple[float, float, float]:
     tangent = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
     closing = np.hypot(*(before[1] - before[0]).T)
     pulled = _compute_gravity_across(trace, normal)
-    known, lasted = np.isfinite(_find_turn_times(trace)), _compute_contact_durations(trace)
+    known, duration_s = np.isfinite(_find_turn_times(trace)), _compute_contact_durations(trace)
     if trace.scene.wall_rolling_resistance:
         known &= impacts["second"] >= 0
     # For a contact that acts in a single step, `lasted` is at most three steps.
-    lasting = (impacts["second"] >= 0) & (lasted > 3.0 * trace.dt_s * (1.0 + THRESHOLDS.rounding))
-    worst, most, arm = 0.0, 0.0, math.nan
+    lasting = (impacts["second"] >= 0) & (duration_s > 3.0 * trace.dt_s * (1.0 + THRESHOLDS.rounding))
+    worst, worst_excess, arm = 0.0, 0.0, math.nan
     for k, (side, sign) in enumerate((("first", 1.0), ("second", -1.0))):
         body = np.maximum(impacts[side], 0)
         inertia, radius = start.inertia[body], start.radius_m[body]
-        taken = sign * np.sum(change[k] * tangent, axis=1)
+        from_velocity = sign * np.sum(change[k] * tangent, axis=1)
         with np.errstate(invalid="ignore"):  # discs that can't turn are excluded below
-            turned = inertia * spun[k]
-        asked = known & (impacts[side] >= 0) & start.movable[body] & np.isfinite(inertia)
-        off = np.where(asked, np.maximum(np.abs(turned - taken) - pulled, 0.0), 0.0)
-        shorter = (turned * taken >= 0.0) & (np.abs(turned) <= np.abs(taken))
-        explained = np.where(shorter, np.abs(taken) * closing * trace.dt_s / radius, 0.0)
-        explained += np.where(lasting, np.hypot(*change[k].T) * closing * lasted / radius, 0.0)
-        beyond = np.maximum(off - explained, 0.0)
-        if len(off):
-            at = int(np.argmax(off))
-            if off[at] > worst:
-                worst, arm = float(off[at]), float(turned[at] / taken[at]) + 0.0 if taken[at] else math.nan
-            most = max(most, float(np.max(beyond)))
-    return worst, most, arm
+            from_spin = inertia * spun[k]
+        is_checked = known & (impacts[side] >= 0) & start.movable[body] & np.isfinite(inertia)
+        error = np.where(is_checked, np.maximum(np.abs(from_spin - from_velocity) - pulled, 0.0), 0.0)
+        shorter = (from_spin * from_velocity >= 0.0) & (np.abs(from_spin) <= np.abs(from_velocity))
+        explained = np.where(shorter, np.abs(from_velocity) * closing * trace.dt_s / radius, 0.0)
+        explained += np.where(lasting, np.hypot(*change[k].T) * closing * duration_s / radius, 0.0)
+        beyond = np.maximum(error - explained, 0.0)
+        if len(error):
+            worst_row = int(np.argmax(error))
+            if error[worst_row] > worst:
+                worst, arm = (
+                    float(error[worst_row]),
+                    float(from_spin[worst_row] / from_velocity[worst_row]) + 0.0
+                    if from_velocity[worst_row]
+                    else math.nan,
+                )
+            worst_excess = max(worst_excess, float(np.max(beyond)))
+    return worst, worst_excess, arm
 
 
 def _compute_contact_durations(trace: Trace) -> Array:
     """Return the longest possible duration of each contact: twice the time from step start to turn, plus a step."""
-    lasted = np.full(len(trace.impacts), trace.dt_s)
+    duration_s = np.full(len(trace.impacts), trace.dt_s)
     if trace.state_before is not None:
         waited = _find_turn_times(trace) - trace.state_before["time_s"]
-        lasted += np.where(waited > 0.0, 2.0 * waited, 0.0)
-    return lasted
+        duration_s += np.where(waited > 0.0, 2.0 * waited, 0.0)
+    return duration_s
 
 
 def _compute_cross_products(a: Array, b: Array) -> Array:

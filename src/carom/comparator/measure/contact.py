@@ -89,7 +89,7 @@ class ContactScore:
     @property
     def ends_in_time(self) -> bool:
         """Whether bounces and slips end in time, as far as sampling can show."""
-        return not any(abs(late) > most for late, most in zip(self.late, self.late_allowed, strict=True))
+        return not any(abs(late) > allowed_s for late, allowed_s in zip(self.late, self.late_allowed, strict=True))
 
 
 def score_contact(run: AlignedRun) -> ContactScore | None:
@@ -107,13 +107,13 @@ def score_contact(run: AlignedRun) -> ContactScore | None:
         inside &= np.abs(looks.time_s[until] - time_s - 0.5 * dt_s) > dt_s
     if not inside.any():
         return None
-    whole = compute_states_at(reference, looks.time_s[until])
-    truth, slow = whole.select_rows(inside), RESTING_STEPS * math.hypot(*reference.scene.gravity_m_s2) * dt_s
+    whole_truth = compute_states_at(reference, looks.time_s[until])
+    truth, slow = whole_truth.select_rows(inside), RESTING_STEPS * math.hypot(*reference.scene.gravity_m_s2) * dt_s
 
     def measure_states(states: States) -> tuple[ContactErrors, float, bool, ContactQuality, Ends]:
         in_contact = states.select_rows(inside)
         quality = measure_contact_quality(reference, truth, in_contact, dt_s)
-        late = measure_late_ends(reference, whole, states, dt_s, end_s)
+        late = measure_late_ends(reference, whole_truth, states, dt_s, end_s)
         return (
             _measure_errors(reference, truth, in_contact),
             *_measure_final_motion(truth, in_contact, slow),
@@ -121,12 +121,12 @@ def score_contact(run: AlignedRun) -> ContactScore | None:
             late,
         )
 
-    own, rest_m_s, frozen, quality, late = measure_states(looks.select_rows(until))
+    own_errors, rest_m_s, frozen, quality, late = measure_states(looks.select_rows(until))
     seen = looks.select_rows(until).select_rows(inside)
     pit, allowed, late_allowed, fast = None, ContactErrors(0.0, 0.0, 0.0), Ends(0.0, 0.0), 0.0
     place = run.place_rounding * scales.reach_m
     if dt_s:
-        hopping = _compute_pit_states(reference.scene, dt_s, tuple(whole.time_s.tolist()))
+        hopping = _compute_pit_states(reference.scene, dt_s, tuple(whole_truth.time_s.tolist()))
         pit, pit_rest_m_s, _, pit_quality, pit_late = measure_states(hopping)
         allowed = _compute_allowed_errors(reference.scene, truth, dt_s, pit, len(struck_s))
         late_allowed = _compute_allowed_lateness(reference, pit_late, looks.time_s, dt_s)
@@ -134,16 +134,16 @@ def score_contact(run: AlignedRun) -> ContactScore | None:
         fast = float(np.fmax.reduce([slow, pit_rest_m_s, pit_quality.hop_m_s]))
         # The limit of rounding is a hundredth of a step's displacement. A disc that never moves is not rounded at each
         # step.
-        way = dt_s * _find_greatest_length(truth.velocity_m_s)
-        place = min(place, THRESHOLDS.close * way if way else run.rounding * scales.reach_m)
+        step_m = dt_s * _find_greatest_length(truth.velocity_m_s)
+        place = min(place, THRESHOLDS.close * step_m if step_m else run.rounding * scales.reach_m)
     moves = rest_m_s > fast or quality.hop_m_s > fast
-    wrong = moves or frozen or not all(math.isfinite(error) for error in own)
+    wrong = moves or frozen or not all(math.isfinite(error) for error in own_errors)
     exact = ContactErrors(place, run.rounding * scales.speed_m_s, run.rounding * scales.rim_m_s)
     score = ContactScore(
         begin_s=begin_s,
         end_s=end_s,
         looks=len(truth.time_s),
-        own=own,
+        own=own_errors,
         pit=pit,
         allowed=allowed,
         beyond_m=_measure_error_beyond_half_step(truth, seen, dt_s),
@@ -153,7 +153,7 @@ def score_contact(run: AlignedRun) -> ContactScore | None:
         kept=quality,
         late=late,
         late_allowed=late_allowed,
-        grade=Grade.WRONG if wrong else _grade_contact(own, exact, allowed),
+        grade=Grade.WRONG if wrong else _grade_contact(own_errors, exact, allowed),
     )
     in_time = score.ends_in_time or not dt_s
     return score if in_time else replace(score, grade=find_worst_grade(score.grade, Grade.INACCURATE))
@@ -166,21 +166,23 @@ def _compute_allowed_lateness(reference: Trace, pit: Ends, looks_s: Array, dt_s:
     several steps apart.
     """
     materials = reference.scene.arrays.materials
-    own = (materials[wall_index(touch.wall)].restitution for touch in find_contact_intervals(reference))
+    restitutions = (materials[wall_index(touch.wall)].restitution for touch in find_contact_intervals(reference))
     # With restitution 1, hops never end.
-    lost = max((dt_s / (1.0 - e) for e in own if e < 1.0), default=0.0)
+    lost_s = max((dt_s / (1.0 - e) for e in restitutions if e < 1.0), default=0.0)
     apart_s = 2.0 * float(np.max(np.diff(looks_s, prepend=0.0))) + 2.0 * RESTING_STEPS * dt_s
-    return Ends(apart_s + float(np.fmax(lost, abs(pit.bounces_s))), apart_s + float(np.fmax(lost, abs(pit.slips_s))))
+    return Ends(
+        apart_s + float(np.fmax(lost_s, abs(pit.bounces_s))), apart_s + float(np.fmax(lost_s, abs(pit.slips_s)))
+    )
 
 
-def _measure_error_beyond_half_step(truth: States, seen: States, dt_s: float) -> float:
+def _measure_error_beyond_half_step(truth: States, observed: States, dt_s: float) -> float:
     """Return the position error without an integrator's half step.
 
     The half step has the sign that makes the error smaller.
     """
     half = 0.5 * dt_s * (truth.velocity_m_s - truth.velocity_m_s[0])
-    off = seen.position_m - truth.position_m
-    return min(_find_greatest_length(off - sign * half) for sign in (1.0, -1.0))
+    error_m = observed.position_m - truth.position_m
+    return min(_find_greatest_length(error_m - sign * half) for sign in (1.0, -1.0))
 
 
 def _compute_allowed_errors(
@@ -236,13 +238,13 @@ def _find_greatest_length(vectors: Array) -> float:
     return float(np.max(np.hypot(vectors[..., 0], vectors[..., 1])))
 
 
-def _measure_errors(reference: Trace, truth: States, seen: States) -> ContactErrors:
-    spins = np.zeros(truth.position_m.shape[:2]) if seen.spin_rad_s is None else seen.spin_rad_s
+def _measure_errors(reference: Trace, truth: States, observed: States) -> ContactErrors:
+    spins = np.zeros(truth.position_m.shape[:2]) if observed.spin_rad_s is None else observed.spin_rad_s
     true_spins = np.zeros_like(spins) if truth.spin_rad_s is None else truth.spin_rad_s
     rims = reference.scene.arrays.radius_m * (spins - true_spins)
     return ContactErrors(
-        _find_greatest_length(seen.position_m - truth.position_m),
-        _find_greatest_length(seen.velocity_m_s - truth.velocity_m_s),
+        _find_greatest_length(observed.position_m - truth.position_m),
+        _find_greatest_length(observed.velocity_m_s - truth.velocity_m_s),
         float(np.max(np.abs(rims))) if reference.scene.arrays.turns else 0.0,
     )
 
@@ -257,17 +259,17 @@ def _compute_pit_states(scene: Scene, dt_s: float, times_s: tuple[float, ...]) -
         at_s = run.time_s  # time of the next frame
         places.append(run.positions())
         velocities.append(run.velocities())
-        spins.append(np.zeros(len(scene.discs)) if (turned := run.spins()) is None else turned)
-        back = at_s - time_s
+        spins.append(np.zeros(len(scene.discs)) if (run_spins := run.spins()) is None else run_spins)
+        back_s = at_s - time_s
         fall = np.where(scene.arrays.movable[:, None], np.array(scene.gravity_m_s2), 0.0)
-        velocities[-1] = velocities[-1] - fall * back
-        places[-1] = places[-1] - velocities[-1] * back - 0.5 * fall * back * back
+        velocities[-1] = velocities[-1] - fall * back_s
+        places[-1] = places[-1] - velocities[-1] * back_s - 0.5 * fall * back_s * back_s
     return States(np.array(times_s), np.array(places), np.array(velocities), np.array(spins))
 
 
-def _measure_final_motion(truth: States, seen: States, slow: float) -> tuple[float, bool]:
+def _measure_final_motion(truth: States, observed: States, slow: float) -> tuple[float, bool]:
     """Return the mean final speed of discs that should rest, and whether a disc that should move stands still."""
-    true_speed, speed = (np.hypot(*np.moveaxis(s.velocity_m_s[-LAST:], 2, 0)) for s in (truth, seen))
+    true_speed, speed = (np.hypot(*np.moveaxis(s.velocity_m_s[-LAST:], 2, 0)) for s in (truth, observed))
     rests = (true_speed == 0.0).all(axis=0)
     moves = (true_speed > 2.0 * slow).all(axis=0)
     mean = speed.mean(axis=0)
@@ -276,26 +278,26 @@ def _measure_final_motion(truth: States, seen: States, slow: float) -> tuple[flo
     return rest, frozen
 
 
-def _measure_momentum_error(reference: Trace, seen: States) -> float:
+def _measure_momentum_error(reference: Trace, observed: States) -> float:
     """Return the largest change of angular momentum about the wall that gravity does not explain."""
     scene, modes = reference.scene, reference.modes
     walls = scene.arrays.walls
     if len(scene.discs) > 1 or len(walls) > 1 or modes is None or not isinstance(walls[0], tuple):
         return math.nan
     resists = scene.wall_rolling_resistance > 0.0  # rolling resistance changes angular momentum
-    if resists or seen.spin_rad_s is None or math.isinf(k := float(scene.arrays.inertia[0])):
+    if resists or observed.spin_rad_s is None or math.isinf(k := float(scene.arrays.inertia[0])):
         return math.nan
     nx, ny = walls[0][2:]
     along, (gx, gy) = np.array([ny, -nx]), scene.gravity_m_s2
     ratio = k * float(scene.arrays.radius_m[0])
-    begun = float(modes[0]["velocity"] @ along) - ratio * float(modes[0]["spin"])
-    expected = begun + (gx * ny - gy * nx) * (seen.time_s - float(modes[0]["time_s"]))
-    return float(np.max(np.abs(seen.velocity_m_s[:, 0] @ along - ratio * seen.spin_rad_s[:, 0] - expected)))
+    momentum_at_begin = float(modes[0]["velocity"] @ along) - ratio * float(modes[0]["spin"])
+    expected = momentum_at_begin + (gx * ny - gy * nx) * (observed.time_s - float(modes[0]["time_s"]))
+    return float(np.max(np.abs(observed.velocity_m_s[:, 0] @ along - ratio * observed.spin_rad_s[:, 0] - expected)))
 
 
-def _grade_contact(own: ContactErrors, exact: ContactErrors, allowed: ContactErrors) -> Grade:
+def _grade_contact(own_errors: ContactErrors, exact: ContactErrors, allowed: ContactErrors) -> Grade:
     def is_within(part: float) -> bool:
-        return all(o <= part * a + e for o, a, e in zip(own, allowed, exact, strict=True))
+        return all(o <= part * a + e for o, a, e in zip(own_errors, allowed, exact, strict=True))
 
     parts = {Grade.EXACT: 0.0, Grade.CLOSE: THRESHOLDS.close, Grade.SAMPLED: 1.0}
     return next((grade for grade, part in parts.items() if is_within(part)), Grade.INACCURATE)

@@ -63,38 +63,42 @@ def find_contact_intervals(reference: Trace) -> list[ContactInterval]:
     walls, found = reference.scene.arrays.walls, list[ContactInterval]()
     if reference.modes is None:
         return found
-    begun: dict[int, tuple[int, float]] = {}
-    over = [(int(row["disc"]), int(row["wall"]), float(row["time_s"]), int(row["after"])) for row in reference.modes]
-    over += [(disc, 0, reference.end_time_s, Mode.FLIGHT) for disc in range(len(reference.scene.discs))]
-    for disc, wall, time_s, after in over:
+    begins: dict[int, tuple[int, float]] = {}
+    mode_changes = [
+        (int(row["disc"]), int(row["wall"]), float(row["time_s"]), int(row["after"])) for row in reference.modes
+    ]
+    mode_changes += [(disc, 0, reference.end_time_s, Mode.FLIGHT) for disc in range(len(reference.scene.discs))]
+    for disc, wall, time_s, after in mode_changes:
         if after != Mode.FLIGHT:
-            begun.setdefault(disc, (wall, time_s))
-        elif disc in begun:
-            of, begin_s = begun.pop(disc)
-            if isinstance(face := walls[wall_index(of)], tuple):
-                found.append(ContactInterval(disc, of, face[2:], begin_s, time_s))
+            begins.setdefault(disc, (wall, time_s))
+        elif disc in begins:
+            begin_wall, begin_s = begins.pop(disc)
+            if isinstance(face := walls[wall_index(begin_wall)], tuple):
+                found.append(ContactInterval(disc, begin_wall, face[2:], begin_s, time_s))
     return found
 
 
-def measure_contact_quality(reference: Trace, truth: States, seen: States, dt_s: float) -> ContactQuality:
+def measure_contact_quality(reference: Trace, truth: States, observed: States, dt_s: float) -> ContactQuality:
     """Measure how well a run keeps discs on their walls at instants at which the reference is in contact."""
     slow = 0.5 * math.hypot(*reference.scene.gravity_m_s2) * dt_s
     gaps, depths, hops, left = [math.nan], [math.nan], [math.nan], [math.nan]
     for touch in find_contact_intervals(reference):
-        inside = (seen.time_s >= touch.begin_s) & (seen.time_s <= touch.end_s)
+        inside = (observed.time_s >= touch.begin_s) & (observed.time_s <= touch.end_s)
         if not inside.any():
             continue
-        gap = (seen.position_m - truth.position_m)[inside, touch.disc] @ touch.normal
-        speed = seen.velocity_m_s[inside, touch.disc] @ touch.normal
+        gap = (observed.position_m - truth.position_m)[inside, touch.disc] @ touch.normal
+        speed = observed.velocity_m_s[inside, touch.disc] @ touch.normal
         depths.append(float(np.max(-gap)))
         left.append(float(np.mean(speed > slow)))
         if inside[-1]:
             gaps.append(float(np.mean(gap[-LAST:])))
             hops.append(math.sqrt(float(np.mean(speed[-LAST:] ** 2))))
-    return ContactQuality(_find_largest_known(gaps), *(float(np.fmax.reduce(of)) for of in (depths, hops, left)))
+    return ContactQuality(
+        _find_largest_known(gaps), *(float(np.fmax.reduce(measures)) for measures in (depths, hops, left))
+    )
 
 
-def measure_late_ends(reference: Trace, truth: States, seen: States, dt_s: float, until_s: float) -> Ends:
+def measure_late_ends(reference: Trace, truth: States, observed: States, dt_s: float, until_s: float) -> Ends:
     """Measure how late the bounces and slips of a run end, from states of both runs at the same instants.
 
     Bounces or slips end with the last state that is faster than the speed gained in `RESTING_STEPS` steps. So hops and
@@ -109,19 +113,21 @@ def measure_late_ends(reference: Trace, truth: States, seen: States, dt_s: float
         (nx, ny), (gx, gy) = touch.normal, reference.scene.gravity_m_s2
         if touch.begin_s > 0.0:
             fast = RESTING_STEPS * math.hypot(gx, gy) * dt_s
-            found = [np.abs(of.velocity_m_s[rows, touch.disc] @ touch.normal) for of in (truth, seen)]
+            found = [np.abs(states.velocity_m_s[rows, touch.disc] @ touch.normal) for states in (truth, observed)]
             bounces.append(_measure_lateness(truth.time_s[rows], found[0], found[1], fast))
         friction = arrays.materials[wall_index(touch.wall)].friction
-        if not friction or seen.spin_rad_s is None or truth.spin_rad_s is None:
+        if not friction or observed.spin_rad_s is None or truth.spin_rad_s is None:
             continue
-        pressed = -(gx * nx + gy * ny) * friction * (1.0 + 1.0 / float(arrays.inertia[touch.disc]))
+        slip_deceleration = -(gx * nx + gy * ny) * friction * (1.0 + 1.0 / float(arrays.inertia[touch.disc]))
         rim = float(arrays.radius_m[touch.disc])
         slip = [
-            np.abs(of.velocity_m_s[rows, touch.disc] @ np.array([ny, -nx]) + rim * of.spin_rad_s[rows, touch.disc])
-            for of in (truth, seen)
-            if of.spin_rad_s is not None
+            np.abs(
+                states.velocity_m_s[rows, touch.disc] @ np.array([ny, -nx]) + rim * states.spin_rad_s[rows, touch.disc]
+            )
+            for states in (truth, observed)
+            if states.spin_rad_s is not None
         ]
-        slips.append(_measure_lateness(truth.time_s[rows], slip[0], slip[1], pressed * few))
+        slips.append(_measure_lateness(truth.time_s[rows], slip[0], slip[1], slip_deceleration * few))
     return Ends(_find_largest_known(bounces), _find_largest_known(slips))
 
 
@@ -130,8 +136,8 @@ def _find_largest_known(values: list[float]) -> float:
     return max(values, key=lambda value: -1.0 if math.isnan(value) else abs(value))
 
 
-def _measure_lateness(times_s: Array, truth: Array, seen: Array, fast: float) -> float:
+def _measure_lateness(times_s: Array, truth: Array, observed: Array, fast: float) -> float:
     """Return the time by which the observed run's last fast state is later than the reference's."""
-    last = [np.flatnonzero(speeds > fast) for speeds in (truth, seen)]
+    last = [np.flatnonzero(speeds > fast) for speeds in (truth, observed)]
     at_s = [float(times_s[rows[-1]]) if len(rows) else 0.0 for rows in last]
     return at_s[1] - at_s[0]

@@ -291,10 +291,10 @@ def unknown_velocities(trace: Trace) -> NDArray[np.bool_]:
     if trace.effective_time_s is None or trace.state_before is None:
         return found
     shared = np.isnan(trace.effective_time_s) & np.isnan(trace.state_before["position_first"]).all(axis=1)
-    begun, later = trace.state_before["time_s"], set[tuple[int, float]]()
+    begin_s, later = trace.state_before["time_s"], set[tuple[int, float]]()
     for k in np.flatnonzero(shared)[::-1].tolist():
         for side, name in enumerate(("first", "second")):
-            step = (int(trace.impacts[name][k]), float(begun[k]))
+            step = (int(trace.impacts[name][k]), float(begin_s[k]))
             found[side, k] = step in later and step[0] >= 0
             later.add(step)
     return found
@@ -319,6 +319,6 @@ def _find_largest_part(difference: Array, direction: Array) -> Array:
 
 def _compute_angles(a: Array, b: Array, negligible: float) -> Array:
     """Return angles between vectors, radians; 0 where a vector is at most `negligible` long and has no direction."""
-    turned = np.arctan2(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0], (a * b).sum(axis=-1))
+    angle_rad = np.arctan2(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0], (a * b).sum(axis=-1))
     shorter = np.minimum(np.hypot(a[..., 0], a[..., 1]), np.hypot(b[..., 0], b[..., 1]))
-    return np.where(shorter <= negligible, 0.0, np.abs(turned))
+    return np.where(shorter <= negligible, 0.0, np.abs(angle_rad))

@@ -51,8 +51,8 @@ def find_wrong_branches(trace: Trace, scales: Scales, rounding: float) -> WrongB
     holds = np.abs(both.sticking) < np.abs(both.sliding)
     other = np.where(holds, both.sliding, both.sticking)
     # This limit is an impulse: a velocity change, divided by the inverse masses of the bodies.
-    least = rounding * scales.rim_m_s / lightness
-    wrong = (np.abs(rubbed - other) < np.abs(rubbed - both.law)) & (np.abs(other - both.law) > least)
+    least_difference = rounding * scales.rim_m_s / lightness
+    wrong = (np.abs(rubbed - other) < np.abs(rubbed - both.law)) & (np.abs(other - both.law) > least_difference)
     known = ~wall if trace.scene.wall_rolling_resistance else np.ones(len(impacts), dtype=np.bool_)
     if trace.effective_time_s is not None:
         known &= np.isfinite(trace.effective_time_s)

@@ -94,9 +94,9 @@ def find_own_states(trace: Trace) -> NDArray[np.void]:
     for k, ended in groupby(free_flights(trace), key=lambda flight: flight.impact):
         flights = list({flight.disc: flight for flight in ended}.values())
         if k < len(states):
-            begun = states["time_s"][k] = float(np.max([flight.begin_s for flight in flights]))
+            begin_s = states["time_s"][k] = float(np.max([flight.begin_s for flight in flights]))
             for side, flight in zip(("first", "second"), flights, strict=False):  # a wall has no flight
-                states[f"position_{side}"][k] = flight.position_at(begun)
+                states[f"position_{side}"][k] = flight.position_at(begin_s)
     return states
 
 
@@ -112,13 +112,13 @@ class _Bodies:
         self.restitution = start.restitution_of(second)
         self.bodies, self.contacts = build_impact_bodies(trace, rim_speeds(trace, "before") + _find_belt_speeds(trace))
 
-    def compute_after(self, at: NDArray[np.intp], normal: Array) -> tuple[Array, Array]:
+    def compute_after(self, rows: NDArray[np.intp], normal: Array) -> tuple[Array, Array]:
         """Return velocities and rim speeds after the impacts at some indices, shapes ``(2, k, 2)`` and ``(2, k)``."""
-        if not len(at):
+        if not len(rows):
             return np.zeros((2, 0, 2)), np.zeros((2, 0))
-        one, two = (RoughBodies(*(numbers[at] for numbers in body)) for body in self.bodies)
-        contacts = ContactFrictions(*(numbers[at] for numbers in self.contacts))
-        after = resolve_rough_impact(one, two, normal, self.restitution[at], contacts)
+        one, two = (RoughBodies(*(numbers[rows] for numbers in body)) for body in self.bodies)
+        contacts = ContactFrictions(*(numbers[rows] for numbers in self.contacts))
+        after = resolve_rough_impact(one, two, normal, self.restitution[rows], contacts)
         return np.stack([body.velocity for body in after]), np.stack([body.rim for body in after])
 
     def compute_energy(self, velocity: Array, rim: Array) -> Array:
@@ -150,9 +150,11 @@ def measure_local_errors(trace: Trace, scales: Scales) -> LocalErrors:
     # Overlapping bodies have met in the past, but not before the impact at which their present paths began.
     wait = np.where(wait < 0.0, np.maximum(wait, np.minimum(_find_last_turn_times(trace) - start, 0.0)), wait)
     happens = known & np.isfinite(wait)
-    at = np.flatnonzero(happens & ~bodies.wall)
-    normal[at] = (p2[at] + v2[at] * wait[at, None]) - (p1[at] + v1[at] * wait[at, None])
-    normal[at] /= np.hypot(*normal[at].T)[:, None]
+    disc_rows = np.flatnonzero(happens & ~bodies.wall)
+    normal[disc_rows] = (p2[disc_rows] + v2[disc_rows] * wait[disc_rows, None]) - (
+        p1[disc_rows] + v1[disc_rows] * wait[disc_rows, None]
+    )
+    normal[disc_rows] /= np.hypot(*normal[disc_rows].T)[:, None]
     after, expected = velocities(impacts, "after"), np.full((2, len(impacts), 2), math.nan)
     rim, expected_rim = rim_speeds(trace, "after") + _find_belt_speeds(trace), np.full((2, len(impacts)), math.nan)
     ok = np.flatnonzero(happens)
@@ -202,32 +204,32 @@ def _find_last_turn_times(trace: Trace) -> Array:
     return result
 
 
-def _compute_time_to_contact(bodies: _Bodies, at: NDArray[np.intp]) -> Array:
+def _compute_time_to_contact(bodies: _Bodies, rows: NDArray[np.intp]) -> Array:
     """Return the seconds to contact on free paths: negative for overlapping bodies, infinite if bodies never meet."""
-    if not len(at):
+    if not len(rows):
         return np.zeros(0)
-    (p1, p2), (v1, v2), (r1, r2) = bodies.position[:, at], bodies.velocity[:, at], bodies.radius[:, at]
-    ahead = np.asarray(time_of_impact(p1, v1, r1, p2, v2, r2), dtype=np.float64)
+    (p1, p2), (v1, v2), (r1, r2) = bodies.position[:, rows], bodies.velocity[:, rows], bodies.radius[:, rows]
+    wait_s = np.asarray(time_of_impact(p1, v1, r1, p2, v2, r2), dtype=np.float64)
     d, u, reach = p2 - p1, v2 - v1, r1 + r2
     a, b, c = np.sum(u * u, axis=1), np.sum(d * u, axis=1), np.sum(d * d, axis=1) - reach**2
     with np.errstate(divide="ignore", invalid="ignore"):
         ago = c / (np.sqrt(np.maximum(b * b - a * c, 0.0)) - b)
-    return np.where((ahead == 0.0) & (c < 0.0), ago, ahead)
+    return np.where((wait_s == 0.0) & (c < 0.0), ago, wait_s)
 
 
-def _find_wall_meetings(trace: Trace, bodies: _Bodies, begun_s: Array, at: NDArray[np.intp]) -> tuple[Array, Array]:
+def _find_wall_meetings(trace: Trace, bodies: _Bodies, begun_s: Array, rows: NDArray[np.intp]) -> tuple[Array, Array]:
     """Return the seconds until discs meet walls on free paths, and the normals there."""
-    scene_bodies, wait, normal = SceneBodies(trace.scene), np.full(len(at), math.inf), np.zeros((len(at), 2))
-    for row, k in enumerate(at.tolist()):
+    scene_bodies, wait, normal = SceneBodies(trace.scene), np.full(len(rows), math.inf), np.zeros((len(rows), 2))
+    for row, k in enumerate(rows.tolist()):
         number, radius = wall_index(int(trace.impacts["second"][k])), float(bodies.radius[0, k])
         begin_s = float(begun_s[k])
         for leg in scene_bodies.wall_drives[number].legs_from(begin_s):
             from_s = max(leg.begin_s, begin_s)
             velocity = bodies.velocity[0, k] - leg.velocity
             place = bodies.position[0, k] + bodies.velocity[0, k] * (from_s - begin_s) - leg.moved_at(from_s)
-            ahead, towards = _find_wall_meeting(scene_bodies.walls[number], place, velocity, radius)
-            if from_s + ahead < leg.end_s:
-                wait[row], normal[row] = from_s + ahead - begin_s, towards
+            wait_s, towards = _find_wall_meeting(scene_bodies.walls[number], place, velocity, radius)
+            if from_s + wait_s < leg.end_s:
+                wait[row], normal[row] = from_s + wait_s - begin_s, towards
                 break
     return wait, normal
 
@@ -243,14 +245,14 @@ def _find_wall_meeting(
     (x, y), (vx, vy) = place.tolist(), velocity.tolist()
     mover = Mover.at((x, y), (vx, vy), radius)
     features = wall.features
-    ahead, feature, _ = features.first_touch(mover, NO_FEATURE)
+    wait_s, feature, _ = features.first_touch(mover, NO_FEATURE)
     if feature == NO_FEATURE:
         return math.inf, (0.0, 0.0)
-    if ahead == 0.0:
-        ahead = features.overlap_start(feature, mover)
-    met = mover._replace(x=(x + vx * ahead, 0.0), y=(y + vy * ahead, 0.0))
-    nx, ny = features.normal(feature, met)
-    return ahead, (-nx, -ny)
+    if wait_s == 0.0:
+        wait_s = features.overlap_start(feature, mover)
+    mover_at_contact = mover._replace(x=(x + vx * wait_s, 0.0), y=(y + vy * wait_s, 0.0))
+    nx, ny = features.normal(feature, mover_at_contact)
+    return wait_s, (-nx, -ny)
 
 
 def _predict_pit(
@@ -281,9 +283,9 @@ def _predict_pit(
         if float(velocity @ towards) > 0.0 and 0.0 < math.hypot(*towards) <= reach * (1.0 + 2.0**-40):
             one = np.array([k])
             result[:, one], rims[:, one] = bodies.compute_after(one, towards[None] / math.hypot(*towards))
-    at = np.flatnonzero(np.isfinite(steps) & ~bodies.wall)
-    line = d[at] + u[at] * (steps[at] * dt_s)[:, None]
-    reach = np.sum(bodies.radius[:, at], axis=0)
-    found = (np.sum(line * u[at], axis=1) < 0.0) & (np.hypot(*line.T) <= reach * (1.0 + 2.0**-40))
-    result[:, at[found]], rims[:, at[found]] = bodies.compute_after(at[found], line[found])
+    disc_rows = np.flatnonzero(np.isfinite(steps) & ~bodies.wall)
+    line = d[disc_rows] + u[disc_rows] * (steps[disc_rows] * dt_s)[:, None]
+    reach = np.sum(bodies.radius[:, disc_rows], axis=0)
+    found = (np.sum(line * u[disc_rows], axis=1) < 0.0) & (np.hypot(*line.T) <= reach * (1.0 + 2.0**-40))
+    result[:, disc_rows[found]], rims[:, disc_rows[found]] = bodies.compute_after(disc_rows[found], line[found])
     return result, rims

@@ -69,10 +69,10 @@ class MeasuredRun(AlignedRun):
 
     def is_rounding(self, error: ImpactError, measured: Measured) -> bool:
         """Whether an impact's velocity and spin errors are within the rounding of everything that led to the impact."""
-        own, at, scales = measured.own, error.reference, self.scales
+        own_scales, impact, scales = measured.own, error.reference, self.scales
         return (
-            error.velocity * scales.speed_m_s <= self.rounding * own.speed_m_s[at]
-            and not error.spin * scales.rim_m_s > self.rounding * own.rim_m_s[at]
+            error.velocity * scales.speed_m_s <= self.rounding * own_scales.speed_m_s[impact]
+            and not error.spin * scales.rim_m_s > self.rounding * own_scales.rim_m_s[impact]
         )
 
     def compute_end_rounding(self, measured: Measured, *, exactly: bool) -> NDArray[np.float64]:
@@ -81,14 +81,16 @@ class MeasuredRun(AlignedRun):
         The rounding of a position grows with each step in narrow floats. Grade *exact* allows at most a hundredth of
         the displacement in a step.
         """
-        own = measured.own
-        place = self.place_rounding * own.reach_m
+        own_scales = measured.own
+        place = self.place_rounding * own_scales.reach_m
         if exactly and self.observed.dt_s:
-            step_m = own.final_speed_m_s * self.observed.dt_s
+            step_m = own_scales.final_speed_m_s * self.observed.dt_s
             # The position of a disc that never moves is not rounded at each step.
-            most = np.where(own.final_speed_m_s > 0.0, THRESHOLDS.close * step_m, self.rounding * own.reach_m)
-            place = np.minimum(place, most)
-        return np.stack([place, self.rounding * own.final_speed_m_s, self.rounding * own.final_rim_m_s])
+            most_m = np.where(
+                own_scales.final_speed_m_s > 0.0, THRESHOLDS.close * step_m, self.rounding * own_scales.reach_m
+            )
+            place = np.minimum(place, most_m)
+        return np.stack([place, self.rounding * own_scales.final_speed_m_s, self.rounding * own_scales.final_rim_m_s])
 
 
 def measure_run(aligned: AlignedRun) -> MeasuredRun:

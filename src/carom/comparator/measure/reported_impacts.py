@@ -53,8 +53,8 @@ def compare_reports_with_states(trace: Trace, truth: LocalTruth, until_s: float 
     windows, and steps in which the pair rests and is pushed, can explain any number of reports and require none.
     """
     windows = truth.windows[truth.meetings["window"]]
-    alone = ~windows["entangled"] & (windows["due"] > 0)
-    asked = alone & ~windows["open"] & ~truth.meetings["missed"] & (windows["end_s"] <= until_s)
+    has_one_pair = ~windows["entangled"] & (windows["due"] > 0)
+    is_expected = has_one_pair & ~windows["open"] & ~truth.meetings["missed"] & (windows["end_s"] <= until_s)
     away_s = _AWAY_STEPS * trace.dt_s
     earliest, latest = windows["begin_s"] - away_s, windows["end_s"] + away_s
     rows: dict[_Bodies, list[int]] = defaultdict(list)
@@ -64,24 +64,24 @@ def compare_reports_with_states(trace: Trace, truth: LocalTruth, until_s: float 
     for time_s, bodies in zip(trace.impacts["time_s"].tolist(), _list_bodies(trace.impacts), strict=True):
         if time_s <= until_s:
             reports.setdefault(bodies, []).append(time_s)
-    held: dict[_Bodies, list[tuple[float, float]]] = defaultdict(list)
+    contact_spans: dict[_Bodies, list[tuple[float, float]]] = defaultdict(list)
     if truth.rests is not None:
         for row, bodies in zip(truth.rests.tolist(), _list_bodies(truth.rests), strict=True):
-            held[bodies].append(row[2:])
+            contact_spans[bodies].append(row[2:])
     unshown: list[tuple[float, _Bodies]] = []
     unreported: list[tuple[float, _Bodies]] = []
     for bodies, times in reports.items():
-        own = [(float(earliest[row]), float(latest[row]), row) for row in rows.get(bodies, ())]
-        crowded = [span for span in own if not alone[span[2]]]
-        lonely = [span for span in own if alone[span[2]]]
+        pair_spans = [(float(earliest[row]), float(latest[row]), row) for row in rows.get(bodies, ())]
+        crowded = [span for span in pair_spans if not has_one_pair[span[2]]]
+        lonely = [span for span in pair_spans if has_one_pair[span[2]]]
         # The first matching gives each report outside of entangled windows a window of its own. The second matching
         # gives a report to each window that requires one. If both exist, so does a matching that does both (Mendelsohn
         # and Dulmage, 1958).
         bound = [time_s for time_s in sorted(times) if not any(begin <= time_s <= end for begin, end, _ in crowded)]
-        bound = [time_s for time_s in bound if not _is_within(time_s, held.get(bodies, ()), away_s)]
+        bound = [time_s for time_s in bound if not _is_within(time_s, contact_spans.get(bodies, ()), away_s)]
         left, _ = _match_times(bound, lonely)
         unshown += [(time_s, bodies) for time_s in left]
-        _, open_spans = _match_times(sorted(times), [span for span in lonely if asked[span[2]]])
+        _, open_spans = _match_times(sorted(times), [span for span in lonely if is_expected[span[2]]])
         unreported += [(float(windows["begin_s"][row]), bodies) for _, _, row in open_spans]
     return ReportComparison(len(unshown), len(unreported), _format_first(unshown), _format_first(unreported))
 
@@ -98,11 +98,11 @@ def _match_times(
     """Match each time with the span that ends first, and return the unmatched times and spans."""
     left, free = [], list(spans)
     for time_s in times:
-        taken = min((span for span in free if span[0] <= time_s <= span[1]), key=lambda span: span[1], default=None)
-        if taken is None:
+        match = min((span for span in free if span[0] <= time_s <= span[1]), key=lambda span: span[1], default=None)
+        if match is None:
             left.append(time_s)
         else:
-            free.remove(taken)
+            free.remove(match)
     return left, free
 
 

@@ -77,12 +77,12 @@ class SamplingCost:
     @classmethod
     def of(cls, dt_s: float, errors: Array, measured: Measured) -> SamplingCost:
         """Return the cost at one phase, from PIT's errors at that phase."""
-        worst, alignment, at = measured.largest, measured.alignment, measured.matched
+        worst, alignment, matched = measured.largest, measured.alignment, measured.matched
         ends = (worst.final_position, worst.final_velocity, worst.final_spin)
-        whole = not (alignment.missed or alignment.spurious or alignment.undecided)
-        late_s = (abs(worst.time_s) if at else 0.0) if whole else math.inf
+        all_found = not (alignment.missed or alignment.spurious or alignment.undecided)
+        late_s = (abs(worst.time_s) if matched else 0.0) if all_found else math.inf
         first_missed, off_s = min(alignment.missed, default=errors.shape[1]), np.zeros(errors.shape[1])
-        off_s[at] = np.abs(measured.of_impacts["time_s"])
+        off_s[matched] = np.abs(measured.of_impacts["time_s"])
         is_found = np.arange(len(off_s)) < first_missed
         found, found_off_s = np.where(is_found, errors, 0.0), np.where(is_found, off_s, 0.0)
         place, velocity, spin = (0.0 if math.isnan(error) else error for error in ends)
@@ -107,15 +107,15 @@ class SamplingCost:
         return cls(costs[0].dt_s, errors, found, off_s, energy, place, velocity, spin, late_s, len(costs), close)
 
 
-def measure_sampling_cost(aligned: AlignedRun, pit: Trace, measured: Measured, own: Measured) -> SamplingCost:
+def measure_sampling_cost(aligned: AlignedRun, pit: Trace, measured: Measured, measured_run: Measured) -> SamplingCost:
     """Measure the cost of sampling with the step size of a run of PIT.
 
     Args:
         aligned: The compared traces.
         pit: PIT's run.
         measured: The errors of PIT's run, at the scene's own phase.
-        own: The errors of the run that is compared with PIT. If these errors are larger than PIT's at even phases, PIT
-            is also run at the phases of the run's lateness.
+        measured_run: The errors of the run that is compared with PIT. If these errors are larger than PIT's at even
+            phases, PIT is also run at the phases of the run's lateness.
     """
     reference, impacts, cut = aligned.reference, aligned.compared.impacts, not aligned.compared.is_whole_run
     costs = [SamplingCost.of(pit.dt_s, measure_impact_errors(measured, aligned.scales, impacts), measured)]
@@ -123,25 +123,25 @@ def measure_sampling_cost(aligned: AlignedRun, pit: Trace, measured: Measured, o
         return SamplingCost.combine(costs)
     costs += _measure_costs_at_even_phases(reference.scene, pit.dt_s, impacts, cut)
     cost = SamplingCost.combine(costs)
-    if phases := _find_own_phases(own, cost, THRESHOLDS.ratio_known_of(aligned.observed.float_bits)):
+    if phases := _find_own_phases(measured_run, cost, THRESHOLDS.ratio_known_of(aligned.observed.float_bits)):
         costs += _measure_costs_at_phases(reference.scene, pit.dt_s, impacts, cut, phases)
         # `close_phases` counts even phases only.
         cost = replace(SamplingCost.combine(costs), phases=cost.phases, close_phases=cost.close_phases)
     return cost
 
 
-def _find_own_phases(own: Measured, cost: SamplingCost, known: float) -> tuple[float, ...]:
+def _find_own_phases(measured_run: Measured, cost: SamplingCost, known: float) -> tuple[float, ...]:
     """Return the phases, 0 to 1, at which PIT is as late as a run whose errors exceed a cost.
 
     If the run checks for overlap once per step, there is a single such phase.
     """
     phases = dict[float, None]()
-    for error in own.errors:
-        at = error.reference
-        velocity, spin = cost.found[:, at]
-        is_worse = error.velocity > velocity or error.spin > spin or abs(error.time_s) > cost.found_off_s[at]
+    for error in measured_run.errors:
+        impact = error.reference
+        velocity, spin = cost.found[:, impact]
+        is_worse = error.velocity > velocity or error.spin > spin or abs(error.time_s) > cost.found_off_s[impact]
         if is_worse and error.time_s > 0.0:
-            steps = (float(own.reference.impacts["time_s"][at]) + error.time_s) / cost.dt_s
+            steps = (float(measured_run.reference.impacts["time_s"][impact]) + error.time_s) / cost.dt_s
             # If a frame would find an impact exactly a step late, the previous frame finds it at once. So the phase
             # just before is returned.
             just_before = (steps - 0.1 * known) % 1.0
@@ -190,19 +190,19 @@ def _measure_costs_at_phases(
     reference = solve_pic(scene, max_impacts=reliable_impacts if cut else None)
     scales, costs = compute_scales(scene, reference), list[SamplingCost]()
     bodies = reference.impacts[["first", "second"]][:reliable_impacts]
-    for moved in build_shifted_scenes(reference, dt_s, phases):
+    for shifted_scene in build_shifted_scenes(reference, dt_s, phases):
         try:
-            truth = solve_pic(moved, max_impacts=reliable_impacts + 1)
-            pit = solve_pit(moved, frame_rate_hz=1.0 / dt_s)
+            truth = solve_pic(shifted_scene, max_impacts=reliable_impacts + 1)
+            pit = solve_pit(shifted_scene, frame_rate_hz=1.0 / dt_s)
         except InputError:
             continue
         count = min(len(truth.impacts), reliable_impacts)
-        same = truth.impacts[["first", "second"]][:count] == bodies[:count]
-        agreed = count if same.all() else int(np.argmin(same))
+        is_same_pair = truth.impacts[["first", "second"]][:count] == bodies[:count]
+        agreed = count if is_same_pair.all() else int(np.argmin(is_same_pair))
         if not agreed or find_non_finite(truth) or find_non_finite(pit):
             continue
-        whole = not cut and agreed == reliable_impacts == len(truth.impacts)
-        until_s = math.inf if whole else float(truth.impacts["time_s"][agreed - 1])
+        is_whole_run = not cut and agreed == reliable_impacts == len(truth.impacts)
+        until_s = math.inf if is_whole_run else float(truth.impacts["time_s"][agreed - 1])
         found = measure_errors(truth, pit, match_impacts(truth, pit, ComparisonRange(agreed, until_s)), scales)
         errors = measure_impact_errors(found, scales, agreed)
         costs.append(SamplingCost.of(dt_s, np.pad(errors, ((0, 0), (0, reliable_impacts - agreed))), found))

@@ -119,8 +119,8 @@ def find_first_group(reference: Trace) -> Group | None:
     time_s = float(impacts["time_s"][index])
     begin = int(np.searchsorted(impacts["time_s"], time_s - SAME * scene.duration_s))
     # Positions at the instant, and the flights that last until the instant.
-    at_s, every = float(impacts["time_s"][begin]), reversed(list(free_flights(reference)))
-    flights = {flight.disc: flight for flight in every if flight.impact >= begin and flight.end_s >= at_s}
+    at_s, last_flights = float(impacts["time_s"][begin]), reversed(list(free_flights(reference)))
+    flights = {flight.disc: flight for flight in last_flights if flight.impact >= begin and flight.end_s >= at_s}
     position = np.array([flights[disc].position_at(time_s) for disc in range(len(scene.discs))])
     extent = float(np.max(np.abs(position)) + 2.0 * np.max(scene.arrays.radius_m))
     contacts = list(_find_touching_bodies(scene, position, time_s, SAME * extent))
@@ -135,7 +135,7 @@ def find_first_group(reference: Trace) -> Group | None:
         if linked <= discs:
             break
         discs |= linked
-    own = tuple(c for c in contacts if c.first in discs and (c.second < 0 or c.second in discs))
+    group_contacts = tuple(c for c in contacts if c.first in discs and (c.second < 0 or c.second in discs))
     rim = scene.arrays.surface_speed_m_s.copy()
     bodies = np.stack([impacts["first"], impacts["second"]], axis=1)[:begin].ravel()
     rim[bodies[bodies >= 0]] = rim_speeds(reference, "after").T[:begin].ravel()[bodies >= 0]  # the last impact counts
@@ -144,7 +144,7 @@ def find_first_group(reference: Trace) -> Group | None:
         (*flight.velocity_at(time_s), r * flight.damping.compute_kept_fraction(time_s - flight.begin_s))
         for flight, r in ended
     ]
-    return Group(time_s, tuple(sorted(discs)), own, np.array(motion))
+    return Group(time_s, tuple(sorted(discs)), group_contacts, np.array(motion))
 
 
 def find_admissible_outcomes(scene: Scene, group: Group, speed_m_s: float) -> tuple[AdmissibleOutcome, ...]:
@@ -161,23 +161,23 @@ def find_admissible_outcomes(scene: Scene, group: Group, speed_m_s: float) -> tu
     # come to rest, as after infinitely many impacts.
     cell = 1e3 * tolerance
     found: list[AdmissibleOutcome] = []
-    seen: set[bytes] = set()
+    known_states: set[bytes] = set()
     stack: list[tuple[Motions, tuple[str, ...]]] = [(group.motion_m_s.copy(), ())]
     while stack:
         motion, path = stack.pop()
         key = (np.round(motion / cell) + 0.0).tobytes()  # -0.0 becomes 0.0
-        if key in seen:
+        if key in known_states:
             continue
-        seen.add(key)
-        if len(seen) > MOST_STATES:
+        known_states.add(key)
+        if len(known_states) > MOST_STATES:
             return ()
         active = [c for c in group.contacts if _compute_closing_speed(c, motion, row) > cell]
         if not active:
             impacts_text = ", then ".join(path[:MOST_LISTED]) or "no impact"
             found.append(AdmissibleOutcome(impacts_text + ", and so on" * (len(path) > MOST_LISTED), motion))
         for contact in reversed(active):  # in reverse order, so that the stack returns low body numbers first
-            struck = contact.second if contact.second >= 0 else body_name(contact.second)
-            stack.append((_apply_impact(scene, contact, motion, row), (*path, f"{contact.first} on {struck}")))
+            other_body = contact.second if contact.second >= 0 else body_name(contact.second)
+            stack.append((_apply_impact(scene, contact, motion, row), (*path, f"{contact.first} on {other_body}")))
     at_once = _solve_at_once(scene, group, row, tolerance)
     if at_once is not None and all(np.max(np.abs(at_once - o.motion_m_s)) > cell for o in found):
         found.append(AdmissibleOutcome("all at once", at_once))
@@ -235,13 +235,13 @@ def _find_touching_bodies(
             yield TouchingBodies(i, i + 1 + int(k), (float(normal[0]), float(normal[1])))
         for number, wall in enumerate(scene.walls):
             leg = wall.drive.leg_at(time_s)
-            seen = position[i] - leg.moved_at(time_s)
+            relative_position = position[i] - leg.moved_at(time_s)
             if isinstance(wall, Wall):
-                gap = float((seen - np.array(wall.point_m)) @ np.array(wall.normal)) - radius[i]
+                gap = float((relative_position - np.array(wall.point_m)) @ np.array(wall.normal)) - radius[i]
                 if gap <= tolerance_m:
                     yield TouchingBodies(i, wall_body(number), (-wall.normal[0], -wall.normal[1]), leg.velocity)
                 continue
-            x, y = seen.tolist()
+            x, y = relative_position.tolist()
             for foot in wall.outline.find_feet(x, y, wall.half_width_m + float(radius[i]) + tolerance_m):
                 distance = math.hypot(foot.x - x, foot.y - y)
                 normal = ((foot.x - x) / distance, (foot.y - y) / distance)
@@ -268,9 +268,9 @@ def _apply_impact(scene: Scene, contact: TouchingBodies, motion: Motions, row: d
         return motion
     surface = start.materials[wall_index(second)] if is_wall else scene
     sides = [(first, -1.0)] if is_wall else [(first, -1.0), (second, 1.0)]
-    pressed = (1.0 + surface.restitution) * _compute_closing_speed(contact, motion, row) / sum(weights.values())
+    normal_impulse = (1.0 + surface.restitution) * _compute_closing_speed(contact, motion, row) / sum(weights.values())
     for body, sign in sides:
-        after[row[body], :2] += sign * (pressed * weights[body] * np.array(normal))
+        after[row[body], :2] += sign * (normal_impulse * weights[body] * np.array(normal))
     law = ContactFriction(
         surface.friction, start.wall_tangential_restitution if is_wall else start.tangential_restitution
     )
@@ -283,16 +283,18 @@ def _apply_impact(scene: Scene, contact: TouchingBodies, motion: Motions, row: d
         slip -= float(np.array(wall_m_s) @ tangent)
         slip += start.belt_of_wall(wall_index(second))
     inverse_effective_mass = sum(weights[body] * (1.0 + 1.0 / start.inertia[body]) for body, _ in sides)
-    turned = rubbed = primitives.tangential_impulse(*law, slip, inverse_effective_mass, pressed)
+    angular_impulse = friction_impulse = primitives.tangential_impulse(
+        *law, slip, inverse_effective_mass, normal_impulse
+    )
     if resists:  # for an impact on a wall, impulses are per unit of the disc's mass
         rim, weight = motion[row[first], 2], weights[first]
         friction, turning, _ = primitives.frictional_impulses(
-            *law, resists, slip, rim, 1.0 / start.inertia[first], pressed * weight
+            *law, resists, slip, rim, 1.0 / start.inertia[first], normal_impulse * weight
         )
-        rubbed, turned = friction / weight, turning / weight
+        friction_impulse, angular_impulse = friction / weight, turning / weight
     for body, sign in sides:
-        after[row[body], :2] += sign * rubbed * weights[body] * tangent
-        after[row[body], 2] -= turned * weights[body] / start.inertia[body]
+        after[row[body], :2] += sign * friction_impulse * weights[body] * tangent
+        after[row[body], 2] -= angular_impulse * weights[body] / start.inertia[body]
     return after
 
 
@@ -319,15 +321,15 @@ def _solve_at_once(scene: Scene, group: Group, row: dict[int, int], tolerance: f
     # must not close after.
     seconds = np.array([second for _, second, *_ in contacts], dtype=np.int64)
     restitution = scene.arrays.restitution_of(seconds)
-    wanted = -restitution * np.maximum(closing, 0.0)
+    target_speed = -restitution * np.maximum(closing, 0.0)
     for pushing in sorted(product((True, False), repeat=len(contacts)), key=sum, reverse=True):
         active = np.flatnonzero(pushing)
         inner = matrix[np.ix_(active, active)]
         if np.linalg.matrix_rank(inner) < len(active):
             continue
         impulse = np.zeros(len(contacts))
-        impulse[active] = np.linalg.solve(inner, (closing - wanted)[active])
-        if np.all(impulse >= 0.0) and np.all(closing - matrix @ impulse <= wanted + 1e3 * tolerance):
+        impulse[active] = np.linalg.solve(inner, (closing - target_speed)[active])
+        if np.all(impulse >= 0.0) and np.all(closing - matrix @ impulse <= target_speed + 1e3 * tolerance):
             after = group.motion_m_s.copy()
             after[:, :2] += (inverse_mass * (jacobian.T @ impulse)).reshape(-1, 2)
             return after

@@ -173,9 +173,9 @@ def score_steps(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
         _compute_cost_ratio(velocity, scored["price_velocity"] / speed, rounding),
         _compute_cost_ratio(spin, scored["price_spin"] / rim, rounding),
     )
-    alone = scored[single & ~np.isnan(scored["late_steps"])]
-    late = alone["late_steps"]
-    known = alone["late_known"] + _LATE_KNOWN[float_bits >= 64]
+    single_pairs = scored[single & ~np.isnan(scored["late_steps"])]
+    late = single_pairs["late_steps"]
+    known = single_pairs["late_known"] + _LATE_KNOWN[float_bits >= 64]
     early = late < -known
     missed = _drop_continuations(truth.meetings[truth.meetings["missed"]])
     due_s = np.where(np.isnan(missed["due_s"]), missed["begin_s"], missed["due_s"])
@@ -185,7 +185,7 @@ def score_steps(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
     # Positions are rounded at the start and at the end. The rounding of a velocity adds up over the length of the
     # window.
     lasts_m = rounding * scored["speed"] * (scored["end_s"] - scored["begin_s"])
-    within = (
+    is_within = (
         (velocity <= rounding) & (spin <= rounding) & (scored["place_m"] <= 10.0 * scored["place_known_m"] + lasts_m)
     )
     in_time = bool(np.all(np.abs(late) <= known))
@@ -208,7 +208,7 @@ def score_steps(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
         entangled=int(scored["entangled"].sum()),
         late_steps=_compute_median_and_worst(late),
         early_steps=float(np.max(-late[early], initial=0.0)),
-        too_late=int(np.sum(late > alone["late_allowed"] + known)),
+        too_late=int(np.sum(late > single_pairs["late_allowed"] + known)),
         velocity=_compute_median_and_worst(velocity[single]),
         spin=float(np.max(spin[single], initial=0.0)),
         ratio=_compute_median_and_worst(ratio[single]),
@@ -223,8 +223,8 @@ def score_steps(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
         sunk_radii=truth.sunk_radii,
         sinks=not math.isnan(truth.sinks_s),
         polygon=truth.polygon,
-        agrees=bool(np.all(within)) and in_time,
-        agrees_alone=bool(np.all(within[single])) and in_time and quiet,
+        agrees=bool(np.all(is_within)) and in_time,
+        agrees_alone=bool(np.all(is_within[single])) and in_time and quiet,
         float_bits=float_bits,
     )
 
@@ -248,13 +248,13 @@ def _compute_median_and_worst(values: Array) -> tuple[float, float]:
 def _drop_continuations(meetings: NDArray[np.void]) -> NDArray[np.void]:
     """Return meetings in order of time, without those that continue an earlier meeting of the same pair."""
     ended: dict[tuple[int, int], float] = {}
-    kept = []
+    kept_rows = []
     for row in np.argsort(meetings["begin_s"], kind="stable").tolist():
         pair = (int(meetings["first"][row]), int(meetings["second"][row]))
         if not meetings["begin_s"][row] <= ended.get(pair, -math.inf):
-            kept.append(row)
+            kept_rows.append(row)
         ended[pair] = float(meetings["end_s"][row])
-    return meetings[kept]
+    return meetings[kept_rows]
 
 
 def _find_inventions(truth: LocalTruth) -> tuple[int, tuple[str, float | None], float]:
@@ -281,7 +281,7 @@ def _find_inventions(truth: LocalTruth) -> tuple[int, tuple[str, float | None], 
 
 def _compute_unexplained_energy(scored: NDArray[np.void]) -> float:
     """Return the energy gained or lost beyond PIT's from the same states, joules."""
-    gained = np.abs(scored["energy_j"])
+    gained_j = np.abs(scored["energy_j"])
     passed = scored["missed"] > 0
-    alone = np.maximum(gained - scored["energy_price_j"], 0.0)
-    return float(np.sum(np.where(passed, 0.0, np.where(scored["entangled"], gained, alone))))
+    unexplained_j = np.maximum(gained_j - scored["energy_price_j"], 0.0)
+    return float(np.sum(np.where(passed, 0.0, np.where(scored["entangled"], gained_j, unexplained_j))))

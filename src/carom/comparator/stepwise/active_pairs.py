@@ -92,8 +92,8 @@ def _enter_active_pairs(block: Block, relative: NearPairs, resting: Flags, found
     gap, wait = relative.gap, relative.wait
     first, second = relative.list_discs(block.bodies.n)
     meets = (wait <= h) & ~resting
-    turned = block.turned[begin : begin + steps]
-    pushed = turned[:, first] | turned[:, second]
+    has_turned = block.turned[begin : begin + steps]
+    pushed = has_turned[:, first] | has_turned[:, second]
     near = (wait <= (1.0 + MARGIN_STEPS) * h) | (gap[:-1] <= relative.touching) | (gap[1:] <= relative.touching)
     for row, column in np.argwhere((meets | (pushed & near)) & ~resting).tolist():
         due_s = float(wait[row, column]) if meets[row, column] else np.nan
@@ -111,8 +111,8 @@ def _enter_consequences(block: Block, found: Activity, step: int, together: Sequ
         return
     if _are_all_active(active, due, near := find_pairs_near_in_step(block, together, step)):
         return
-    struck = (body for _, pair in due for body in pair if body in near)
-    if not block.is_possible(step, {pair for body in struck for pair in near[body]}):
+    struck_bodies = (body for _, pair in due for body in pair if body in near)
+    if not block.is_possible(step, {pair for body in struck_bodies for pair in near[body]}):
         return
     slow = (RESTING_STEPS + 0.5) * bodies.pull * float(block.step_s[step])
     for time_s, pair, closing in _find_impacts(block, step, due, near, slow):
@@ -149,17 +149,17 @@ def _find_impacts(
     must be slower than `slow`.
     """
     bodies, seconds, begun_s = block.bodies, float(block.step_s[step]), float(block.states.time_s[step])
-    flown: dict[int, tuple[float, BodyStates]] = {}
-    struck = defaultdict[int, int](int)
+    latest_states: dict[int, tuple[float, BodyStates]] = {}
+    impact_counts = defaultdict[int, int](int)
 
     def build_state(time_s: float, pair: Pair) -> BodyStates:
         both = BodyStates(bodies, {}, {}, {}, begun_s + time_s)
         for body in pair:
             if body < bodies.n:
-                since_s, alone = flown.get(body) or (0.0, block.state(step, (body,)))
-                alone.move_freely(time_s - since_s)
-                flown[body] = (time_s, alone)
-                both.merge_discs(alone)
+                since_s, own_state = latest_states.get(body) or (0.0, block.state(step, (body,)))
+                own_state.move_freely(time_s - since_s)
+                latest_states[body] = (time_s, own_state)
+                both.merge_discs(own_state)
         return both
 
     events = [(time_s, pair, (0, 0)) for time_s, pair in due]
@@ -168,7 +168,7 @@ def _find_impacts(
     last_s = 0.0
     while events and found < MOST_IMPACTS:
         time_s, pair, counts = heappop(events)
-        if counts != (struck[pair[0]], struck[pair[1]]):
+        if counts != (impact_counts[pair[0]], impact_counts[pair[1]]):
             continue  # this meeting is outdated, because one of the bodies has turned since
         state = build_state(time_s, pair)
         contact, falls_back = state.measure_separation(pair), bodies.is_pulled(pair[0]) != bodies.is_pulled(pair[1])
@@ -177,23 +177,23 @@ def _find_impacts(
         state.apply_impact(pair)
         found, at_once, last_s = found + 1, at_once + 1 if time_s == last_s else 1, time_s
         yield time_s, pair, contact.closing
-        turned = [body for body in pair if bodies.is_movable(body)]
-        for body in turned:
-            struck[body] += 1
-            flown[body] = (time_s, state.select_discs((body,)))
-        if at_once > _AT_ONCE and not bodies.driven and _bound_closing_speed(block, flown) <= slow:
+        changed_bodies = [body for body in pair if bodies.is_movable(body)]
+        for body in changed_bodies:
+            impact_counts[body] += 1
+            latest_states[body] = (time_s, state.select_discs((body,)))
+        if at_once > _AT_ONCE and not bodies.driven and _bound_closing_speed(block, latest_states) <= slow:
             return
-        for other in {other for body in turned for other in near[body]}:
+        for other in {other for body in changed_bodies for other in near[body]}:
             if other != pair or falls_back:
                 meets_s = time_s + build_state(time_s, other).compute_wait(other)
                 if meets_s <= seconds:
-                    heappush(events, (meets_s, other, (struck[other[0]], struck[other[1]])))
+                    heappush(events, (meets_s, other, (impact_counts[other[0]], impact_counts[other[1]])))
 
 
-def _bound_closing_speed(block: Block, flown: Mapping[int, tuple[float, BodyStates]]) -> float:
+def _bound_closing_speed(block: Block, latest_states: Mapping[int, tuple[float, BodyStates]]) -> float:
     """Return an upper bound on the closing speed of some discs at one instant. No impact adds energy."""
     bodies, twice, lightest = block.bodies, 0.0, math.inf
-    for body, (_, state) in flown.items():
+    for body, (_, state) in latest_states.items():
         if bodies.is_movable(body):
             inverse, rim = bodies.inverse_inertia_ratio[body], bodies.radius[body] * state.spin[body]
             twice += bodies.mass[body] * (
@@ -206,8 +206,8 @@ def _bound_closing_speed(block: Block, flown: Mapping[int, tuple[float, BodyStat
 def _drop_bystanders(block: Block, found: Activity, step: int) -> None:
     """Remove pairs that only overlap and separate, if another meeting explains the change of velocity."""
     active, n = found.due[step], block.bodies.n
-    met = {body for pair, due_s in active.items() if due_s >= 0.0 for body in pair if body < n}
-    unexplained = set(np.flatnonzero(block.turned[step]).tolist()) - met
+    involved = {body for pair, due_s in active.items() if due_s >= 0.0 for body in pair if body < n}
+    unexplained = set(np.flatnonzero(block.turned[step]).tolist()) - involved
     for pair in [pair for pair, due_s in active.items() if np.isnan(due_s) and not unexplained.intersection(pair)]:
         del active[pair]
     if not active:

@@ -54,7 +54,7 @@ class BodyStates:
     def select_discs(self, bodies: Iterable[int]) -> BodyStates:
         """Return the state of those bodies that are discs."""
         discs = [body for body in bodies if body < self.bodies.n]
-        xy, velocity = ({disc: of[disc] for disc in discs} for of in (self.xy, self.velocity))
+        xy, velocity = ({disc: rows[disc] for disc in discs} for rows in (self.xy, self.velocity))
         return BodyStates(self.bodies, xy, velocity, {disc: self.spin[disc] for disc in discs}, self.time_s)
 
     def motion_of(self, body: int) -> tuple[tuple[float, float], tuple[float, float]]:
@@ -82,10 +82,10 @@ class BodyStates:
                 self._advance_driven(disc, drive, seconds)
                 continue
             vx, vy = self.velocity[disc]
-            flown, kept = seconds, 1.0
+            flown_s, kept_fraction = seconds, 1.0
             if bodies.slows:
                 speed = math.hypot(vx, vy)
-                flown, kept = (
+                flown_s, kept_fraction = (
                     bodies.slowing.compute_flown_time(seconds, speed),
                     bodies.slowing.compute_kept_fraction(seconds, speed),
                 )
@@ -94,9 +94,9 @@ class BodyStates:
                 _, nx, ny = bodies.measure_wall_distance(resting[1] - bodies.n, x, y, self.time_s)
                 pull = min(ax * nx + ay * ny, 0.0)
                 ax, ay = ax - pull * nx, ay - pull * ny
-            self.xy[disc] = (x + vx * flown + ax * half, y + vy * flown + ay * half)
-            self.velocity[disc] = (vx * kept + ax * seconds, vy * kept + ay * seconds)
-            self.spin[disc] *= kept
+            self.xy[disc] = (x + vx * flown_s + ax * half, y + vy * flown_s + ay * half)
+            self.velocity[disc] = (vx * kept_fraction + ax * seconds, vy * kept_fraction + ay * seconds)
+            self.spin[disc] *= kept_fraction
         self.time_s += seconds
 
     def compute_later_state(self, seconds: float, resting: Pair | None = None) -> BodyStates:
@@ -108,9 +108,12 @@ class BodyStates:
     def _advance_driven(self, disc: int, drive: Drive, seconds: float) -> None:
         begin_s, end_s = self.time_s, self.time_s + seconds
         leg = drive.leg_at(end_s * TOUCH)
-        was, now = drive.leg_at(begin_s * TOUCH).moved_at(begin_s), leg.moved_at(end_s)
+        place_before, place_after = drive.leg_at(begin_s * TOUCH).moved_at(begin_s), leg.moved_at(end_s)
         x, y = self.xy[disc]
-        self.xy[disc], self.velocity[disc] = (x + now[0] - was[0], y + now[1] - was[1]), leg.velocity
+        self.xy[disc], self.velocity[disc] = (
+            (x + place_after[0] - place_before[0], y + place_after[1] - place_before[1]),
+            leg.velocity,
+        )
 
     def measure_separation(self, pair: Pair, feature: int = NO_FEATURE) -> Separation:
         """Return the separation of the bodies of a pair. `feature` is the feature of a finite wall to measure to."""
@@ -161,11 +164,11 @@ class BodyStates:
     def compute_later_wait(self, pair: Pair) -> float:
         """Return the seconds until the bodies of a pair meet on a later leg of a driven body."""
         for leg in self.bodies.list_later_legs(pair, self.time_s):
-            there = self.compute_later_state(leg.begin_s - self.time_s)
-            wait = there.compute_undamped_wait(pair, NO_FEATURE)
-            if there.time_s + wait < leg.end_s:
-                self.met |= {pair: there.met[pair]} if pair in there.met else {}
-                return there.time_s + wait - self.time_s
+            state_on_leg = self.compute_later_state(leg.begin_s - self.time_s)
+            wait = state_on_leg.compute_undamped_wait(pair, NO_FEATURE)
+            if state_on_leg.time_s + wait < leg.end_s:
+                self.met |= {pair: state_on_leg.met[pair]} if pair in state_on_leg.met else {}
+                return state_on_leg.time_s + wait - self.time_s
         return math.inf
 
     def compute_wait_again(self, pair: Pair) -> float:
@@ -179,22 +182,22 @@ class BodyStates:
 
     def _compute_wait_on_table(self, pair: Pair, last: int, leaving: float | None) -> float:
         """Return the result of `compute_wait` for a scene with a table. `leaving` is the speed of separation."""
-        (i, j), bodies, there, passed = pair, self.bodies, self.select_discs(pair), 0.0
-        speeds = [math.hypot(*velocity) for velocity in there.velocity.values()]
+        (i, j), bodies, state, passed = pair, self.bodies, self.select_discs(pair), 0.0
+        speeds = [math.hypot(*velocity) for velocity in state.velocity.values()]
         # The two bodies stop before they meet. The margin of a hundredth is far above rounding.
         if 0.99 * self.measure_separation(pair).gap > sum(speed * speed for speed in speeds) / (
             2.0 * bodies.slowing.table_m_s2
         ):
             return math.inf
         while True:
-            stops = min(bodies.slowing.compute_stop_time(math.hypot(*there.velocity[disc])) for disc in there.xy)
-            (x, y), (vx, vy) = there.xy[i], there.velocity[i]
-            pull = bodies.compute_table_acceleration(i, there.velocity[i])
+            stops = min(bodies.slowing.compute_stop_time(math.hypot(*state.velocity[disc])) for disc in state.xy)
+            (x, y), (vx, vy) = state.xy[i], state.velocity[i]
+            pull = bodies.compute_table_acceleration(i, state.velocity[i])
             if j < bodies.n:
                 (ox, oy), (ux, uy), other = (
-                    there.xy[j],
-                    there.velocity[j],
-                    bodies.compute_table_acceleration(j, there.velocity[j]),
+                    state.xy[j],
+                    state.velocity[j],
+                    bodies.compute_table_acceleration(j, state.velocity[j]),
                 )
                 one = (x - ox, y - oy, vx - ux, vy - uy, bodies.radius[i])
                 relative = (pull[0] - other[0], pull[1] - other[1])
@@ -208,7 +211,7 @@ class BodyStates:
                 return passed + wait
             if stops == math.inf:
                 return math.inf
-            there.move_freely(stops)
+            state.move_freely(stops)
             passed, leaving, last = passed + stops, None, NO_FEATURE
 
     def compute_undamped_wait(self, pair: Pair, last: int) -> float:
@@ -267,8 +270,8 @@ class BodyStates:
             along = before[0] * nx + before[1] * ny
             if not along < 0.0:
                 return
-            pressed = -(1.0 + bodies.restitution_of(pair)) * along
-            vx, vy = vx + pressed * nx, vy + pressed * ny
+            normal_change = -(1.0 + bodies.restitution_of(pair)) * along
+            vx, vy = vx + normal_change * nx, vy + normal_change * ny
             if contact.friction > 0.0 or bodies.rolling_resistance > 0.0:
                 rim, y = bodies.radius[i] * self.spin[i], bodies.inverse_inertia_ratio[i]
                 slip = (
@@ -278,7 +281,7 @@ class BodyStates:
                     + (0.0 if bodies.belts is None else bodies.belts[j - bodies.n])
                 )
                 friction, turning, _ = primitives.frictional_impulses(
-                    *contact, bodies.rolling_resistance, slip, rim, y, pressed
+                    *contact, bodies.rolling_resistance, slip, rim, y, normal_change
                 )
                 vx, vy = vx - friction * ny, vy + friction * nx
                 self.spin[i] -= turning * y / bodies.radius[i]

@@ -95,7 +95,7 @@ def judge_window(
     found = window.find_nearest_difference(window.now, window.truth, window.lasts, window.resting)
     judged.velocity, judged.spin, judged.place_m = found.velocity, found.spin, found.place
     # Pairs that overlap where a chain was cut were due earlier.
-    known = sum(met.time_s == 0.0 for met in window.truth[: found.impacts]) if chain.continues else 0
+    known = sum(impact.time_s == 0.0 for impact in window.truth[: found.impacts]) if chain.continues else 0
     judged.due = max(found.impacts, 1) - known if not chain.continues else found.impacts - known
     judged.entangled = _is_entangled(window, found)
     judged.energy_j = _compute_energy_gain(window, found, entangled=judged.entangled)
@@ -134,16 +134,16 @@ def _judge_nothing_due(window: Window, judged: Comparison) -> Comparison:
     bodies, chain = window.bodies, window.chain
     # A resting body is held if its velocity changed by at most the speed gained by falling in the window's steps.
     steps = chain.end - chain.begin + 0.5
-    held = bodies.pull > 0.0 and velocity <= max(RESTING_STEPS, steps) * bodies.pull * window.block.dt_s
+    may_rest = bodies.pull > 0.0 and velocity <= max(RESTING_STEPS, steps) * bodies.pull * window.block.dt_s
     if chain.continues:
         # In a lasting contact that was cut, velocities also changed before the cut, so only the energy counts.
         judged.entangled, judged.price_velocity, judged.price_spin = True, 0.0, 0.0
         judged.velocity, judged.spin, judged.place_m = velocity, spin, place
-        kept = bodies.pull == 0.0 and not bodies.driven and not bodies.slowing.table_m_s2
-        judged.energy_j = window.now.compute_energy() - window.free.compute_energy() if kept else 0.0
-    elif not held and window.meets_at_rest:
+        conserves_energy = bodies.pull == 0.0 and not bodies.driven and not bodies.slowing.table_m_s2
+        judged.energy_j = window.now.compute_energy() - window.free.compute_energy() if conserves_energy else 0.0
+    elif not may_rest and window.meets_at_rest:
         judged.entangled, judged.price_velocity, judged.price_spin = True, 0.0, 0.0
-    elif not held:
+    elif not may_rest:
         judged.turned = True
         judged.velocity, judged.spin, judged.place_m = velocity, spin, place
     return judged
@@ -164,45 +164,50 @@ def _compute_energy_gain(window: Window, found: Difference, *, entangled: bool) 
     """
     if window.bodies.pull > 0.0:
         return 0.0
-    now = window.now.compute_energy()
+    energy_j = window.now.compute_energy()
     if not entangled:
-        return now - found.truth.compute_energy()
+        return energy_j - found.truth.compute_energy()
     if window.bodies.driven or window.bodies.slowing.table_m_s2:  # on a table, the loss of energy depends on the path
         return 0.0
-    gained = now - window.free.compute_energy()
+    gain_j = energy_j - window.free.compute_energy()
     bodies = window.bodies
     lossless = all(
         bodies.restitution_of(pair) == 1.0 and bodies.contact_of(pair).friction == 0.0 for pair in window.chain.pairs
     )
-    return gained if lossless else max(gained, 0.0)
+    return gain_j if lossless else max(gain_j, 0.0)
 
 
 def _is_missed(window: Window, pair: Pair, speed_before: float) -> bool:
     """Whether the bodies of a pair passed through each other: they were due to meet, and then moved on as before."""
     block, bodies, activity = window.block, window.bodies, window.activity
     steps = window.chain.pairs[pair]
-    own = [step for step in steps if activity.due[step][pair] >= 0.0 and (step, pair) not in activity.follows]
-    if not own:
+    own_steps = [step for step in steps if activity.due[step][pair] >= 0.0 and (step, pair) not in activity.follows]
+    if not own_steps:
         return False
-    last = own[-1]
+    last = own_steps[-1]
     while last + 1 in steps:  # a pair that still pushes while it separates is late, but not missed
         last += 1
     i, j = pair
     discs = (i, j) if j < bodies.n else (i,)
-    one, other = block.state(own[0], discs), block.state(last + 1, discs)
+    one, other = block.state(own_steps[0], discs), block.state(last + 1, discs)
     before, after = one.measure_separation(pair), other.measure_separation(pair)
     times = block.states.time_s
-    lasted = float(times[last + 1] - times[own[0]])
-    was, now = compute_relative_velocity(one.compute_later_state(lasted), pair), compute_relative_velocity(other, pair)
-    size = math.hypot(*was)
+    duration_s = float(times[last + 1] - times[own_steps[0]])
+    velocity_before, velocity_after = (
+        compute_relative_velocity(one.compute_later_state(duration_s), pair),
+        compute_relative_velocity(other, pair),
+    )
+    size = math.hypot(*velocity_before)
     if size <= (RESTING_STEPS + 0.5) * bodies.pull * block.dt_s + window.still:
         return False  # the pair is so slow that it may rest
     if before.closing <= PASSED * speed_before:
         return False  # the remainder of an impact from a cut chain counts as a velocity error
-    closed = before.closing * bodies.slowing.damping.compute_kept_fraction(lasted)
-    unchanged = math.dist(was, now) <= PASSED * max(closed, 1e-3 * size)
+    closed = before.closing * bodies.slowing.damping.compute_kept_fraction(duration_s)
+    unchanged = math.dist(velocity_before, velocity_after) <= PASSED * max(closed, 1e-3 * size)
     past = after.gap > window.touching or after.closing <= 0.0
-    repelled = (now[0] - was[0]) * before.normal[0] + (now[1] - was[1]) * before.normal[1] > PASSED * closed
+    repelled = (velocity_after[0] - velocity_before[0]) * before.normal[0] + (
+        velocity_after[1] - velocity_before[1]
+    ) * before.normal[1] > PASSED * closed
     if not unchanged and not repelled and past and window.chain.end - window.chain.begin <= 2:
         unchanged = _is_idle(window, pair, size)
     # A disc that is still being pushed is not yet through a wall.
@@ -217,7 +222,8 @@ def _is_idle(window: Window, pair: Pair, size: float) -> bool:
     block, chain, bodies = window.block, window.chain, window.bodies
     idle = [body for body in pair if bodies.is_movable(body) and not block.turned[chain.begin : chain.end, body].any()]
     meets = any(
-        met.pair == pair and met.contact.closing > 1e-3 * size and met.time_s < window.lasts for met in window.truth
+        impact.pair == pair and impact.contact.closing > 1e-3 * size and impact.time_s < window.lasts
+        for impact in window.truth
     )
     if not idle or not meets:
         return False
@@ -227,15 +233,15 @@ def _is_idle(window: Window, pair: Pair, size: float) -> bool:
 
 def _is_due_at_next_frame(window: Window, pair: Pair) -> bool:
     """Whether a pair was due in the run's last step, so that only a frame after the end would find the impact."""
-    own = [step for step in window.chain.pairs[pair] if window.activity.due[step][pair] >= 0.0]
-    return own == [window.chain.end - 1] and _is_closing(window, pair)
+    own_steps = [step for step in window.chain.pairs[pair] if window.activity.due[step][pair] >= 0.0]
+    return own_steps == [window.chain.end - 1] and _is_closing(window, pair)
 
 
 def _has_contact_at_end(window: Window) -> bool:
     """Whether the run ended in the middle of a contact."""
     if window.chain.end - window.chain.begin > 3:
         return False
-    return any(_is_closing(window, met.pair) for met in window.truth)
+    return any(_is_closing(window, impact.pair) for impact in window.truth)
 
 
 def _is_closing(window: Window, pair: Pair) -> bool:
@@ -260,40 +266,48 @@ def _measure_lateness(window: Window, judged: Comparison, found: Difference, *, 
     if judged.entangled or judged.missed or len(window.truth) != 1 or bodies.pull > 0.0:
         return
     contact = bodies.contact_of(first.pair)
-    was, now = compute_relative_velocity(window.free, first.pair), compute_relative_velocity(window.now, first.pair)
+    velocity_before, velocity_after = (
+        compute_relative_velocity(window.free, first.pair),
+        compute_relative_velocity(window.now, first.pair),
+    )
     if bodies.slowing.table_m_s2:  # on a table, velocities have no common factor, so compare at the turn
         turned_s = first.time_s + judged.late_steps * dt_s
-        was = compute_relative_velocity(window.start.compute_later_state(turned_s), first.pair)
-        now = compute_relative_velocity(window.now.compute_later_state(turned_s - window.lasts), first.pair)
-    change = (now[0] - was[0], now[1] - was[1])
+        velocity_before = compute_relative_velocity(window.start.compute_later_state(turned_s), first.pair)
+        velocity_after = compute_relative_velocity(window.now.compute_later_state(turned_s - window.lasts), first.pair)
+    change = (velocity_after[0] - velocity_before[0], velocity_after[1] - velocity_before[1])
     size = math.hypot(*change)
     if contact.friction == 0.0 and size > window.still:
         normal = (change[0] / size, change[1] / size)  # normal of the run's own impact
-        closed = was[0] * normal[0] + was[1] * normal[1]
+        closed = velocity_before[0] * normal[0] + velocity_before[1] * normal[1]
         if closed != 0.0:  # 0 for a disc that turned before a driven wall met it
-            judged.restitution = -(now[0] * normal[0] + now[1] * normal[1]) / closed - bodies.restitution_of(first.pair)
+            judged.restitution = -(
+                velocity_after[0] * normal[0] + velocity_after[1] * normal[1]
+            ) / closed - bodies.restitution_of(first.pair)
 
 
 def _find_turn_time(window: Window, pair: Pair) -> float:
     """Return the seconds from the window's start until the free paths before and after the impact are nearest."""
-    lasts = window.lasts
+    duration_s = window.lasts
 
     def compute_offset(state: BodyStates) -> tuple[float, float]:
         (x, y), (ox, oy) = (state.motion_of(body)[0] for body in pair)
         return (ox - x, oy - y)
 
-    was, now = compute_relative_velocity(window.free, pair), compute_relative_velocity(window.now, pair)
+    velocity_before, velocity_after = (
+        compute_relative_velocity(window.free, pair),
+        compute_relative_velocity(window.now, pair),
+    )
     if window.bodies.slowing.table_m_s2:
         return _find_turn_time_on_table(window, pair)
-    slope = (was[0] - now[0], was[1] - now[1])
+    slope = (velocity_before[0] - velocity_after[0], velocity_before[1] - velocity_after[1])
     squared = slope[0] ** 2 + slope[1] ** 2
     if squared == 0.0:
         return math.nan
     # The paths are nearest at some time before the window's end. This time is the distance of the two paths at the end,
     # divided by their relative velocity. With damping, paths are straight in undamped time.
-    there, here = compute_offset(window.free), compute_offset(window.now)
-    ago_s = ((there[0] - here[0]) * slope[0] + (there[1] - here[1]) * slope[1]) / squared
-    return lasts + window.bodies.slowing.damping.to_damped(-ago_s)
+    free_offset, offset_after = compute_offset(window.free), compute_offset(window.now)
+    ago_s = ((free_offset[0] - offset_after[0]) * slope[0] + (free_offset[1] - offset_after[1]) * slope[1]) / squared
+    return duration_s + window.bodies.slowing.damping.to_damped(-ago_s)
 
 
 def _find_turn_time_on_table(window: Window, pair: Pair) -> float:
@@ -327,20 +341,24 @@ def _measure_sampling_cost(window: Window, judged: Comparison, found: Difference
     # Errors refer to the window's end, like the run's errors. Damping multiplies all velocities by the same factor; a
     # table does not.
     slowing, measured_s = window.bodies.slowing, until_s
-    kept = slowing.damping.compute_kept_fraction(window.lasts - until_s)
+    kept_fraction = slowing.damping.compute_kept_fraction(window.lasts - until_s)
     if slowing.table_m_s2:
         measured_s = window.lasts
-    flown: dict[int, BodyStates] = {}
-    costs: dict[bool, list[tuple[float, float, float]]] = {True: [], False: []}
+    known_states: dict[int, BodyStates] = {}
+    costs_by_completeness: dict[bool, list[tuple[float, float, float]]] = {True: [], False: []}
     for first_s in looks:
         met = simulate_pit(window.start, window.pairs, until_s, dt_s, first_s)
-        begun, since_s = (met[-1].after, met[-1].time_s) if met else (window.start, 0.0)
-        end = begun.compute_later_state(measured_s - since_s)
-        off = window.find_nearest_difference(end, until_there, measured_s, None, flown)
-        cost = (off.velocity * kept, off.spin * kept, abs(end.compute_energy() - off.truth.compute_energy()) * kept**2)
-        costs[len(met) >= min(need, len(until_there))].append(cost)
+        last_state, since_s = (met[-1].after, met[-1].time_s) if met else (window.start, 0.0)
+        end = last_state.compute_later_state(measured_s - since_s)
+        difference = window.find_nearest_difference(end, until_there, measured_s, None, known_states)
+        cost = (
+            difference.velocity * kept_fraction,
+            difference.spin * kept_fraction,
+            abs(end.compute_energy() - difference.truth.compute_energy()) * kept_fraction**2,
+        )
+        costs_by_completeness[len(met) >= min(need, len(until_there))].append(cost)
     # Use only phases that find the impacts, if there are any.
-    columns = zip(*(costs[True] or costs[False]), strict=True)
+    columns = zip(*(costs_by_completeness[True] or costs_by_completeness[False]), strict=True)
     judged.price_velocity, judged.price_spin, judged.energy_price_j = map(max, columns)
 
 
@@ -356,5 +374,5 @@ def find_pairs_missed_by_pit(block: Block, chain: StepChain, pairs: Sequence[Pai
     first_s = 0.0 if at_boundary else (math.floor(begin_s / dt_s) + 1.0) * dt_s - begin_s
     seconds = float(block.states.time_s[chain.end]) - begin_s + 2.0 * dt_s
     start = block.state(chain.begin, chain.discs)
-    met = simulate_pit(start, block.bodies.list_pairs(chain.discs), seconds, dt_s, first_s)
-    return set(pairs) - {one.pair for one in met}
+    pit_impacts = simulate_pit(start, block.bodies.list_pairs(chain.discs), seconds, dt_s, first_s)
+    return set(pairs) - {one.pair for one in pit_impacts}

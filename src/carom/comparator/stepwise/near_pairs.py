@@ -71,13 +71,13 @@ def find_pairs_near_in_step(block: Block, together: Sequence[NearPairs], step: i
     The near distance is large enough for the case that a third body strikes one of the two in this step.
     """
     bodies, h = block.bodies, float(block.step_s[step])
-    own = block.own_speed[step] + bodies.fastest_wall
-    ahead = h * (own + np.maximum((1.0 + MARGIN_STEPS) * own, np.max(own) + bodies.pull * h))
-    ahead += RESTING_GAP * block.scene.arrays.radius_m
+    own_speed = block.own_speed[step] + bodies.fastest_wall
+    reach_ahead = h * (own_speed + np.maximum((1.0 + MARGIN_STEPS) * own_speed, np.max(own_speed) + bodies.pull * h))
+    reach_ahead += RESTING_GAP * block.scene.arrays.radius_m
     near: dict[int, list[Pair]] = defaultdict(list)
     for relative in together:
         one, other = relative.list_discs(bodies.n)
-        reach = ahead[one] + np.where(one != other, ahead[other], 0.0)
+        reach = reach_ahead[one] + np.where(one != other, reach_ahead[other], 0.0)
         for column in np.flatnonzero(relative.gap[step - relative.begin] <= reach).tolist():
             pair = relative.pairs[column]
             for body in filter(bodies.is_movable, pair):
@@ -100,19 +100,19 @@ def find_disc_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
         with np.errstate(divide="ignore", invalid="ignore"):
             closing = np.where(distance > 0.0, -b / distance, 0.0)
         pulled = np.where(arrays.movable[first] != arrays.movable[second], bodies.pull, 0.0)
-        some = block.place_rounding[begin:end]
-        touching = some[:, first] + some[:, second]
+        place_rounding = block.place_rounding[begin:end]
+        touching = place_rounding[:, first] + place_rounding[:, second]
         speeds = block.own_speed[begin:end]
-        still = block.unit * np.maximum(speeds[:, first], speeds[:, second])
+        speed_rounding = block.unit * np.maximum(speeds[:, first], speeds[:, second])
         with np.errstate(divide="ignore", invalid="ignore"):
             a, c = np.sum(u * u, axis=2)[:-1], (gap * (distance + contact))[:-1]
             root = b[:-1] ** 2 - a * c
             wait = np.where((b[:-1] < 0.0) & (root > 0.0), c / (-b[:-1] + np.sqrt(np.maximum(root, 0.0))), np.inf)
             wait = bodies.slowing.damping.to_damped_array(wait)
         wait = np.where((b[:-1] < 0.0) & (gap[:-1] <= touching), 0.0, wait)
-        wait = np.where((gap[:-1] <= touching) & (closing[:-1] <= still), np.inf, np.maximum(wait, 0.0))
+        wait = np.where((gap[:-1] <= touching) & (closing[:-1] <= speed_rounding), np.inf, np.maximum(wait, 0.0))
         bent = np.flatnonzero((pulled > 0.0) | (bodies.slowing.table_m_s2 > 0.0))
-        near = NearPairs(begin, first, second, gap, closing, wait, pulled, touching, still)
+        near = NearPairs(begin, first, second, gap, closing, wait, pulled, touching, speed_rounding)
         _meet_on_bent_paths(block, near, bent.tolist())
         yield near
 
@@ -148,7 +148,7 @@ def _find_pairs_with_walls(
         speed = np.sum(v[:, disc] * normal, axis=2)
         pull = normal @ np.array(bodies.gravity)
         far = block.place_unit * np.max(np.abs(plane[:, :2]), axis=1)
-        touching, still = block.place_rounding[begin:end, disc] + far, block.unit * speeds[:, disc]
+        touching, speed_rounding = block.place_rounding[begin:end, disc] + far, block.unit * speeds[:, disc]
         g, s = gap[:-1], speed[:-1]
         with np.errstate(divide="ignore", invalid="ignore"):
             straight = bodies.slowing.damping.to_damped_array(np.where(s < 0.0, g / -s, np.inf))
@@ -158,10 +158,10 @@ def _find_pairs_with_walls(
             bent = np.where(s < 0.0, 2.0 * g / (-s + high), (s + high) / -pull)
             bent = np.where((root < 0.0) | ((pull > 0.0) & (s >= 0.0)), np.inf, bent)
             wait = np.where(pull == 0.0, straight, bent)
-        wait = np.where((g <= touching) & (s < -still), 0.0, wait)
-        wait = np.where((g <= touching) & (s >= -still) & (pull == 0.0), np.inf, np.maximum(wait, 0.0))
+        wait = np.where((g <= touching) & (s < -speed_rounding), 0.0, wait)
+        wait = np.where((g <= touching) & (s >= -speed_rounding) & (pull == 0.0), np.inf, np.maximum(wait, 0.0))
         pulled = np.full(len(disc), bodies.pull)
-        yield NearPairs(begin, disc, bodies.n + numbers[wall], gap, -speed, wait, pulled, touching, still)
+        yield NearPairs(begin, disc, bodies.n + numbers[wall], gap, -speed, wait, pulled, touching, speed_rounding)
 
 
 def _find_one_by_one(
@@ -183,18 +183,20 @@ def _find_one_by_one(
             if away > float(reach[i]):
                 continue
             pair = (i, bodies.n + k)
-            met = [block.state(step, (i,)).measure_separation(pair) for step in range(begin, end + 1)]
-            gap, closing = (np.array([[getattr(one, name)] for one in met]) for name in ("gap", "closing"))
-            touching, still = block.place_rounding[begin:end, [i]] + far, block.unit * speeds[:, [i]]
+            separations = [block.state(step, (i,)).measure_separation(pair) for step in range(begin, end + 1)]
+            gap, closing = (np.array([[getattr(one, name)] for one in separations]) for name in ("gap", "closing"))
+            touching, speed_rounding = block.place_rounding[begin:end, [i]] + far, block.unit * speeds[:, [i]]
             wait = np.full((end - begin, 1), np.inf)
             near = gap[:-1, 0] < (1.0 + MARGIN_STEPS) * 2.0 * speeds[:, i] * block.step_s[begin:end]
             for row in np.flatnonzero(near).tolist():
                 wait[row, 0] = block.state(begin + row, (i,)).compute_wait(pair)
             touches = gap[:-1] <= touching
-            wait = np.where(touches & (closing[:-1] > still), 0.0, wait)
-            wait = np.where(touches & (closing[:-1] <= still) & (wait == 0.0), np.inf, wait)
+            wait = np.where(touches & (closing[:-1] > speed_rounding), 0.0, wait)
+            wait = np.where(touches & (closing[:-1] <= speed_rounding) & (wait == 0.0), np.inf, wait)
             pulled = np.full(1, bodies.pull)
-            yield NearPairs(begin, np.array([i]), np.array([bodies.n + k]), gap, closing, wait, pulled, touching, still)
+            yield NearPairs(
+                begin, np.array([i]), np.array([bodies.n + k]), gap, closing, wait, pulled, touching, speed_rounding
+            )
 
 
 def _compute_relative_motion(block: Block, begin: int, end: int, drive: Drive) -> tuple[Array, Array]:
@@ -203,8 +205,8 @@ def _compute_relative_motion(block: Block, begin: int, end: int, drive: Drive) -
     if drive.stands:
         return p, v
     times_s = block.states.time_s[begin : end + 1].tolist()
-    moved, speed = ([of(time_s) for time_s in times_s] for of in (drive.moved_at, drive.velocity_at))
-    return p - np.array(moved)[:, None], v - np.array(speed)[:, None]
+    displacement, speed = ([compute(time_s) for time_s in times_s] for compute in (drive.moved_at, drive.velocity_at))
+    return p - np.array(displacement)[:, None], v - np.array(speed)[:, None]
 
 
 def _bound_paths(block: Block, begin: int, end: int, drive: Drive = STANDS) -> tuple[Array, Array]:
@@ -215,10 +217,10 @@ def _bound_paths(block: Block, begin: int, end: int, drive: Drive = STANDS) -> t
     longest = float(np.max(block.step_s[begin:end]))
     # A third body may strike one of the two within the step and pass on its speed.
     fastest = float(np.max(own_speed)) + block.bodies.pull * longest
-    ahead = 2.0 * fastest * longest
-    own = (1.0 + MARGIN_STEPS) * longest * np.max(own_speed, axis=0)
+    most_way = 2.0 * fastest * longest
+    own_way = (1.0 + MARGIN_STEPS) * longest * np.max(own_speed, axis=0)
     radius = block.scene.arrays.radius_m
-    reach = radius * (1.0 + RESTING_GAP) + 0.5 * np.hypot(*(high - low).T) + np.maximum(own, 0.5 * ahead)
+    reach = radius * (1.0 + RESTING_GAP) + 0.5 * np.hypot(*(high - low).T) + np.maximum(own_way, 0.5 * most_way)
     return 0.5 * (low + high), reach
 
 

@@ -58,9 +58,9 @@ class RestHistory:
             if known is not None and known.until_s > begin_s:
                 continue
             if any(block.turned[step, body] for body in pair if body < block.bodies.n):
-                held = self.held_s.setdefault(pair, [])
-                joined_s = held.pop()[0] if held and held[-1][1] == begin_s else begin_s
-                held.append((joined_s, end_s))
+                spans = self.held_s.setdefault(pair, [])
+                joined_s = spans.pop()[0] if spans and spans[-1][1] == begin_s else begin_s
+                spans.append((joined_s, end_s))
             if known is None or known.until_s < begin_s:
                 known = _Rested(min(before_m, 0.0), begin_s, 0.0)
             # The unexplained depth adds up. This sum decreases if the pair is held or rises.

@@ -81,18 +81,18 @@ class Block:
         h = np.diff(states.time_s)[:, None]
         p, v = states.position_m, states.velocity_m_s
         speed = np.hypot(*np.moveaxis(v, 2, 0))
-        kept, flown_s = (
+        kept_fraction, flown_s = (
             bodies.slowing.compute_kept_fractions(h, speed[:-1]),
             bodies.slowing.compute_flown_times(h, speed[:-1]),
         )
         radius = scene.arrays.radius_m
         pull = np.where(scene.arrays.movable[:, None], np.array(bodies.gravity), 0.0)
         fallen = pull * h[..., None]
-        turned_by = np.hypot(*np.moveaxis(v[1:] - v[:-1] * kept[..., None] - fallen, 2, 0))
-        flown = v[:-1] * flown_s[..., None]
-        moved_by = np.hypot(*np.moveaxis(p[1:] - p[:-1] - flown - 0.5 * fallen * h[..., None], 2, 0))
+        turned_by = np.hypot(*np.moveaxis(v[1:] - v[:-1] * kept_fraction[..., None] - fallen, 2, 0))
+        displacement = v[:-1] * flown_s[..., None]
+        moved_by = np.hypot(*np.moveaxis(p[1:] - p[:-1] - displacement - 0.5 * fallen * h[..., None], 2, 0))
         rims = np.zeros(p.shape[:2]) if states.spin_rad_s is None else radius * states.spin_rad_s
-        spun_by = np.abs(rims[1:] - rims[:-1] * kept)
+        spun_by = np.abs(rims[1:] - rims[:-1] * kept_fraction)
         # Driven bodies are meant to turn.
         driven = list(scene.arrays.driven_discs)
         turned_by[:, driven] = moved_by[:, driven] = 0.0
@@ -101,7 +101,7 @@ class Block:
         far = np.max(np.abs(p), axis=2) + radius
         reach = np.maximum(far[1:], far[:-1]) + own_speed * h
         clock_s = _CLOCK * states.time_s[1:, None]
-        turned = (turned_by > unit * (own_speed + bodies.fast)) | (spun_by > unit * own_rim)
+        has_turned = (turned_by > unit * (own_speed + bodies.fast)) | (spun_by > unit * own_rim)
         return cls(
             scene=scene,
             bodies=bodies,
@@ -114,7 +114,7 @@ class Block:
             agreement=agreement,
             own_speed=own_speed,
             place_rounding=place_unit * reach + own_speed * clock_s,
-            turned=turned,
+            turned=has_turned,
             turned_by=turned_by,
             spun_by=spun_by,
             moved_by=moved_by,

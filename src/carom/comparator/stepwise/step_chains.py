@@ -107,9 +107,9 @@ class Chains:
             if too_long <= cut:
                 break
             cut |= too_long
-        taken = {chain for group in groups for chain in group.chains}
-        held = [chain for chain in self._held if chain not in taken]
-        self._held = [replace(chain, goes_on=True) if chain in cut else chain for chain in held]
+        grouped = {chain for group in groups for chain in group.chains}
+        held_chains = [chain for chain in self._held if chain not in grouped]
+        self._held = [replace(chain, goes_on=True) if chain in cut else chain for chain in held_chains]
         self._held += [
             group.build_chain(self._bodies, continues=any(last.get(pair) in cut for pair in group.pairs))
             for group in groups
@@ -144,14 +144,16 @@ class Chains:
             # A disc belongs to one chain at a time.
             for group in found.values():
                 begin, discs = group.begin, group.find_discs(movable)
-                held: list[Hashable] = [disc for disc in discs if groups.find(disc) != groups.find(group.pairs[0])]
-                held += (
+                held_items: list[Hashable] = [
+                    disc for disc in discs if groups.find(disc) != groups.find(group.pairs[0])
+                ]
+                held_items += (
                     chain
                     for disc in discs
                     for chain in holders[disc]
                     if chain.end > begin and chain not in group.chains
                 )
-                for item in held:
+                for item in held_items:
                     groups.join(group.pairs[0], item)
                     settled = False
             if settled:

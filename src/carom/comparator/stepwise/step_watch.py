@@ -92,8 +92,10 @@ class StepWatch:
 
     def add(self, states: States) -> None:
         """Add the states at the ends of steps, or of pieces of steps, in order."""
-        if not (lasts := states.time_s > np.append(self._until_s, states.time_s)[:-1]).all():  # drop empty pieces
-            states = states.select_rows(lasts)
+        if not (
+            has_duration := states.time_s > np.append(self._until_s, states.time_s)[:-1]
+        ).all():  # drop empty pieces
+            states = states.select_rows(has_duration)
         if not len(states):
             return
         if self._bodies.turns is (states.spin_rad_s is None):
@@ -169,11 +171,13 @@ class StepWatch:
                 judged = judge_window(block, chain, activity, known, ends=ends, speed_before=before)
                 self._record(block, chain, judged)
                 scale[chain.end :, discs] = self._scale[discs] = max(before, judged.speed)
-            held = [chain.shift_steps(-self._gone) for chain in self._chains.list_open_chains()]
-            flown = slice(self._flown - self._gone, len(block) if ends else self._chains.settled_to - self._gone)
-            self._check_free_flight(block, activity, [*finished, *held], flown, np.maximum(scale, block.own_speed))
-        self._flown = self._gone + flown.stop
-        done = min([flown.stop, *(chain.begin for chain in held)])
+            open_chains = [chain.shift_steps(-self._gone) for chain in self._chains.list_open_chains()]
+            flight_steps = slice(self._flown - self._gone, len(block) if ends else self._chains.settled_to - self._gone)
+            self._check_free_flight(
+                block, activity, [*finished, *open_chains], flight_steps, np.maximum(scale, block.own_speed)
+            )
+        self._flown = self._gone + flight_steps.stop
+        done = min([flight_steps.stop, *(chain.begin for chain in open_chains)])
         self._gone += done
         self._states = [states.select_rows(slice(done, None))]
 
@@ -201,37 +205,41 @@ class StepWatch:
             self._meetings.append((number, i, self._to_body_number(j), *steps_s, due_s, passed, pit_passed))
 
     def _check_free_flight(
-        self, block: Block, activity: Activity, chains: list[StepChain], flown: slice, scale: Array
+        self, block: Block, activity: Activity, chains: list[StepChain], flight_steps: slice, scale: Array
     ) -> None:
         """Check the free flight and rest of discs outside of windows. The rounding of speeds is relative to `scale`."""
         free = ~activity.resting
         for chain in chains:
             free[max(chain.begin, 0) : chain.end, list(chain.discs)] = False
-        free[: flown.start] = free[flown.stop :] = False
+        free[: flight_steps.start] = free[flight_steps.stop :] = False
         h = block.step_s[:, None]
         # Gravity or slowing bends paths.
         bends = np.hypot(*block.pull.T) + self._bodies.slowing.compute_deceleration(block.own_speed)
-        turned = block.turned & free & (np.maximum(block.turned_by, block.spun_by) > block.unit * scale)
+        has_turned = block.turned & free & (np.maximum(block.turned_by, block.spun_by) > block.unit * scale)
         rounding = block.place_rounding
         allowed = 0.5 * bends * h * h
         # Overlapping bodies may be pushed apart without a change of velocity.
-        asked = free & ~turned & ~activity.overlapping
-        moved = asked & (block.moved_by - allowed > rounding)
-        self._polygon = self._polygon or bool(np.any(asked & (bends > 0.0) & (block.moved_by > rounding)))
-        self._turned += int(turned.sum())
-        self._moved += int(moved.sum())
-        self._steps += flown.stop - flown.start
-        self._resting += int(activity.resting[flown].sum())
+        is_checked = free & ~has_turned & ~activity.overlapping
+        has_moved = is_checked & (block.moved_by - allowed > rounding)
+        self._polygon = self._polygon or bool(np.any(is_checked & (bends > 0.0) & (block.moved_by > rounding)))
+        self._turned += int(has_turned.sum())
+        self._moved += int(has_moved.sum())
+        self._steps += flight_steps.stop - flight_steps.start
+        self._resting += int(activity.resting[flight_steps].sum())
         relative = block.turned_by / np.maximum(block.own_speed, 1e-300)
         spinning = block.spun_by / np.maximum(block.own_speed, 1e-300)
-        for step, disc in np.argwhere(turned & (np.maximum(relative, spinning) > PASSED)).tolist():
+        for step, disc in np.argwhere(has_turned & (np.maximum(relative, spinning) > PASSED)).tolist():
             if block.has_early_turn(step, disc):
-                turned[step, disc] = False
+                has_turned[step, disc] = False
                 self._ahead += 1
-        beyond = np.where(moved, block.moved_by - allowed, 0.0)
+        beyond = np.where(has_moved, block.moved_by - allowed, 0.0)
         # Keep each disc's largest slip of velocity, spin and position, by column.
         columns = (block.turned_by, block.spun_by, beyond, block.own_speed, rounding)
-        for column, sizes in ((2, np.where(turned, relative, 0.0)), (3, np.where(turned, spinning, 0.0)), (4, beyond)):
+        for column, sizes in (
+            (2, np.where(has_turned, relative, 0.0)),
+            (3, np.where(has_turned, spinning, 0.0)),
+            (4, beyond),
+        ):
             for disc in np.flatnonzero(sizes.any(axis=0)).tolist():
                 step, key = int(np.argmax(sizes[:, disc])), (disc, -column)
                 row = (float(block.states.time_s[step]), disc, *(float(of[step, disc]) for of in columns))

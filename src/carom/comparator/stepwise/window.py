@@ -55,7 +55,7 @@ class Window:
             self.start, self.pairs, self.lasts + beyond, _RESTING * self.bodies.pull * block.dt_s
         )
         self.free = self.start.compute_later_state(self.lasts)
-        states = [self.start, self.now, *(met.after for met in self.truth)]
+        states = [self.start, self.now, *(impact.after for impact in self.truth)]
         speeds = [state.find_greatest_speeds() for state in states]
         self.speed, self.rim = max(speed for speed, _ in speeds), max(rim for _, rim in speeds)
         self.still = block.unit * self.speed
@@ -74,25 +74,27 @@ class Window:
         truth: Sequence[Met],
         seconds: float,
         resting: Pair | None,
-        flown: dict[int, BodyStates] | None = None,
+        known_states: dict[int, BodyStates] | None = None,
     ) -> Difference:
         """Return the smallest difference of a state from PIC's state after some impacts.
 
         PIC's other impacts must still be ahead in the state.
 
-        `flown` caches PIC's states by number of impacts, for several calls with the same other arguments.
+        `known_states` caches PIC's states by number of impacts, for several calls with the same other arguments.
         """
         best: Difference | None = None
-        flown = {} if flown is None else flown
+        known_states = {} if known_states is None else known_states
         for count in range(len(truth), -1, -1):
             if count < len(truth) and not self.is_ahead(state, truth[count]):
                 break  # this impact is not ahead for smaller counts either
-            if count not in flown:
-                begun, since_s = (truth[count - 1].after, truth[count - 1].time_s) if count else (self.start, 0.0)
-                flown[count] = begun.compute_later_state(seconds - since_s, resting if count == len(truth) else None)
-            velocity, spin, place = self.compute_difference(state, flown[count])
+            if count not in known_states:
+                last_state, since_s = (truth[count - 1].after, truth[count - 1].time_s) if count else (self.start, 0.0)
+                known_states[count] = last_state.compute_later_state(
+                    seconds - since_s, resting if count == len(truth) else None
+                )
+            velocity, spin, place = self.compute_difference(state, known_states[count])
             if best is None or velocity + spin < best.velocity + best.spin - self.still:
-                best = Difference(velocity, spin, place, count, flown[count])
+                best = Difference(velocity, spin, place, count, known_states[count])
         assert best is not None  # noqa: S101 - the count of all impacts is always tried
         return best
 
@@ -101,10 +103,10 @@ class Window:
         """Whether a resting disc meets another disc. PIC's run from a single state ends when a disc rests."""
         return self.resting is not None and any(pair != self.resting for pair in self.chain.pairs)
 
-    def is_ahead(self, state: BodyStates, met: Met) -> bool:
+    def is_ahead(self, state: BodyStates, impact: Met) -> bool:
         """Whether a pair will still meet in a state: apart and closing, on the side on which PIC lets them meet."""
-        contact = state.measure_separation(met.pair)
-        along = contact.normal[0] * met.contact.normal[0] + contact.normal[1] * met.contact.normal[1]
+        contact = state.measure_separation(impact.pair)
+        along = contact.normal[0] * impact.contact.normal[0] + contact.normal[1] * impact.contact.normal[1]
         return contact.gap >= -self.touching and contact.closing > 0.0 and along > 0.0
 
 

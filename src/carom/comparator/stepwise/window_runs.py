@@ -32,9 +32,9 @@ def simulate_pic(
     gravity brings back to an immovable body, and a curved wall. A disc that gravity brings back rests if it closes at
     `resting_speed` (metres a second) or less. This ends the run.
     """
-    state, now_s, met = start.copy(), 0.0, list[Met]()
+    state, now_s, impacts = start.copy(), 0.0, list[Met]()
     waits = {pair: state.compute_wait(pair) for pair in pairs}
-    while waits and len(met) < MOST_IMPACTS:
+    while waits and len(impacts) < MOST_IMPACTS:
         pair = min(waits, key=waits.__getitem__)
         at_s = waits[pair]
         if not at_s <= seconds:
@@ -45,23 +45,23 @@ def simulate_pic(
         contact = state.measure_separation(pair, feature)
         falls_back = bodies.is_pulled(pair[0]) != bodies.is_pulled(pair[1])
         if falls_back and contact.closing <= resting_speed:
-            return met, pair
+            return impacts, pair
         state.apply_impact(pair, feature)
-        met.append(Met(now_s, pair, contact, state.copy()))
-        struck = {body for body in pair if bodies.is_movable(body)}
+        impacts.append(Met(now_s, pair, contact, state.copy()))
+        struck_bodies = {body for body in pair if bodies.is_movable(body)}
         bends = pair[1] >= bodies.n and not isinstance(bodies.walls[pair[1] - bodies.n], tuple)
         for other in waits:
             if other == pair and bends:
                 waits[other] = now_s + state.compute_wait(other, state.met[pair])
-            elif struck.intersection(other):
-                again = other == pair and not falls_back
-                waits[other] = now_s + (state.compute_wait_again(other) if again else state.compute_wait(other))
-    return met, None
+            elif struck_bodies.intersection(other):
+                has_just_met = other == pair and not falls_back
+                waits[other] = now_s + (state.compute_wait_again(other) if has_just_met else state.compute_wait(other))
+    return impacts, None
 
 
 def simulate_pit(start: BodyStates, pairs: Sequence[Pair], seconds: float, dt_s: float, first_s: float) -> list[Met]:
     """Return PIT's impacts from a state, with the first frame `first_s` later and then one per step."""
-    state, now_s, met = start.copy(), 0.0, list[Met]()
+    state, now_s, impacts = start.copy(), 0.0, list[Met]()
     looks = math.floor((seconds - first_s) / dt_s * TOUCH) + 1 if first_s <= seconds else 0
     for look in range(looks):
         state.move_freely(first_s + look * dt_s - now_s)
@@ -69,5 +69,5 @@ def simulate_pit(start: BodyStates, pairs: Sequence[Pair], seconds: float, dt_s:
         for pair in pairs:
             if state.are_overlapping(pair) and (contact := state.measure_separation(pair)).closing > 0.0:
                 state.apply_impact(pair)
-                met.append(Met(now_s, pair, contact, state.copy()))
-    return met
+                impacts.append(Met(now_s, pair, contact, state.copy()))
+    return impacts

@@ -17,49 +17,54 @@ _NEAR_THE_RIM = 5e-4
 
 def report_drifts(run: MeasuredRun) -> Iterator[Finding]:
     """Report positions and angular momenta that do not follow from a run's own impacts."""
-    own = run.consistency
-    if own is None:
+    consistency = run.consistency
+    if consistency is None:
         return
-    if own.strayed > run.place_rounding:
-        reason = f"by up to {format_number(own.position.size, 3)} of the largest radius, {_format_since(own.position)}"
-        if own.strayed_excess > run.place_rounding:
-            reason += f"; {format_number(own.excess.size, 3)} more than the overlap gained in a step explains"
+    if consistency.strayed > run.place_rounding:
+        position = consistency.position
+        reason = f"by up to {format_number(position.size, 3)} of the largest radius, {_format_since(position)}"
+        if consistency.strayed_excess > run.place_rounding:
+            reason += f"; {format_number(consistency.excess.size, 3)} more than the overlap gained in a step explains"
         yield Finding(Verdict.DRIFTS, reason)
-    if own.angular > run.rounding:
-        reason = f"by up to {format_number(own.angular, 3)} of the scene's rim speed"
-        if math.isfinite(own.arm):
-            at, off = f"{format_number(own.arm, 4)} times its radius", own.arm - 1.0
-            if abs(off) < _NEAR_THE_RIM:
-                at = f"{format_number(abs(off), 3)} of its radius {'outside' if off > 0.0 else 'inside'} its rim"
-            reason += f"; friction turns a disc as if it acted at {at}"
-        if own.angular_excess > run.rounding:
-            reason += f"; {format_number(own.angular_excess, 3)} more than the overlap gained in a step explains"
+    if consistency.angular > run.rounding:
+        reason = f"by up to {format_number(consistency.angular, 3)} of the scene's rim speed"
+        if math.isfinite(consistency.arm):
+            distance, excess = f"{format_number(consistency.arm, 4)} times its radius", consistency.arm - 1.0
+            if abs(excess) < _NEAR_THE_RIM:
+                distance = (
+                    f"{format_number(abs(excess), 3)} of its radius {'outside' if excess > 0.0 else 'inside'} its rim"
+                )
+            reason += f"; friction turns a disc as if it acted at {distance}"
+        if consistency.angular_excess > run.rounding:
+            reason += (
+                f"; {format_number(consistency.angular_excess, 3)} more than the overlap gained in a step explains"
+            )
         yield Finding(Verdict.ANGULAR, reason)
 
 
 def report_contradictions(run: MeasuredRun) -> Iterator[Finding]:
     """Report contradictions of a run's states, velocities, stamps and normals."""
-    own, rounding = run.consistency, run.rounding
-    if own is None:
+    consistency, rounding = run.consistency, run.rounding
+    if consistency is None:
         return
-    speed, rims, degrees = "of the scene's speed", "of the scene's rim speed", math.degrees(own.normal_rad)
+    speed, rims, degrees = "of the scene's speed", "of the scene's rim speed", math.degrees(consistency.normal_rad)
     for verdict, size, reason in (
-        (Verdict.TURNS, own.velocity.size, f"{speed}, {_format_since(own.velocity)}"),
-        (Verdict.SPINS, own.spin.size, f"{rims}, {_format_since(own.spin)}"),
-        (Verdict.MOMENTUM, own.momentum, f"{speed}, in the velocity of the two discs' centre of mass"),
+        (Verdict.TURNS, consistency.velocity.size, f"{speed}, {_format_since(consistency.velocity)}"),
+        (Verdict.SPINS, consistency.spin.size, f"{rims}, {_format_since(consistency.spin)}"),
+        (Verdict.MOMENTUM, consistency.momentum, f"{speed}, in the velocity of the two discs' centre of mass"),
     ):
         if not size <= rounding:
             yield Finding(verdict, f"by up to {format_number(size, 3)} {reason}")
-    if not own.stamp_s <= rounding * run.scales.time_s:
-        yield Finding(Verdict.WRONG_STAMP, f"by up to {format_seconds_and_steps(own.stamp_s, run)}")
-    if not own.across <= rounding:
+    if not consistency.stamp_s <= rounding * run.scales.time_s:
+        yield Finding(Verdict.WRONG_STAMP, f"by up to {format_seconds_and_steps(consistency.stamp_s, run)}")
+    if not consistency.across <= rounding:
         yield Finding(
             Verdict.WRONG_NORMAL,
             f"by up to {format_number(degrees, 3)} degrees from the direction of the velocity change",
         )
-    if not own.normal_length <= rounding:
+    if not consistency.normal_length <= rounding:
         yield Finding(
-            Verdict.WRONG_NORMAL, f"their length differs from 1 by up to {format_number(own.normal_length, 3)}"
+            Verdict.WRONG_NORMAL, f"their length differs from 1 by up to {format_number(consistency.normal_length, 3)}"
         )
 
 

@@ -194,22 +194,26 @@ def _report_timing(judged: JudgedRun) -> Iterator[Finding]:
 
 
 def _report_velocities(judged: JudgedRun) -> Iterator[Finding]:
-    own, scales = judged.measured.own.speed_m_s, judged.scales
-    off = [e for e in judged.measured.errors if not e.velocity * scales.speed_m_s <= judged.rounding * own[e.reference]]
-    worst = max(off, key=lambda error: error.velocity, default=None)
+    own_speeds, scales = judged.measured.own.speed_m_s, judged.scales
+    wrong_errors = [
+        e
+        for e in judged.measured.errors
+        if not e.velocity * scales.speed_m_s <= judged.rounding * own_speeds[e.reference]
+    ]
+    worst = max(wrong_errors, key=lambda error: error.velocity, default=None)
     if worst is not None:
         reason = f"by up to {format_number(worst.velocity, 3)} of the scene's speed"
-        if own[worst.reference] < 0.5 * scales.speed_m_s:
-            part = worst.velocity * scales.speed_m_s / own[worst.reference]
+        if own_speeds[worst.reference] < 0.5 * scales.speed_m_s:
+            part = worst.velocity * scales.speed_m_s / own_speeds[worst.reference]
             reason += f", or {format_number(part, 3)} of the greatest speed that led to the impact"
         if worst.normal_rad > judged.rounding:
             reason += (
                 f", at an impact whose normal is wrong by {format_number(math.degrees(worst.normal_rad), 3)} degrees"
             )
         yield Finding(Verdict.WRONG_VELOCITY, reason)
-    turned, energy = judged.measured.largest.direction_rad, judged.measured.largest.energy
-    if turned > THRESHOLDS.direction_rad:
-        yield Finding(Verdict.WRONG_DIRECTION, f"by up to {format_number(math.degrees(turned), 3)} degrees")
+    direction_rad, energy = judged.measured.largest.direction_rad, judged.measured.largest.energy
+    if direction_rad > THRESHOLDS.direction_rad:
+        yield Finding(Verdict.WRONG_DIRECTION, f"by up to {format_number(math.degrees(direction_rad), 3)} degrees")
     falls = any(judged.reference.scene.gravity_m_s2)  # with gravity, kinetic energy is not conserved
     if abs(energy) > THRESHOLDS.energy and not falls:
         verdict = Verdict.ENERGY_GAINED if energy > 0 else Verdict.ENERGY_LOST
@@ -227,10 +231,14 @@ def _report_unknown_velocities(judged: JudgedRun) -> Iterator[Finding]:
 
 def _report_spins(judged: JudgedRun) -> Iterator[Finding]:
     """Report errors of spins, which are NaN if no disc spins."""
-    own, scales, impacts = judged.measured.own.rim_m_s, judged.scales, judged.observed.impacts
-    off = [e.spin for e in judged.measured.errors if e.spin * scales.rim_m_s > judged.rounding * own[e.reference]]
-    if off:
-        worst = max(off)
+    own_rim_speeds, scales, impacts = judged.measured.own.rim_m_s, judged.scales, judged.observed.impacts
+    wrong_spins = [
+        e.spin
+        for e in judged.measured.errors
+        if e.spin * scales.rim_m_s > judged.rounding * own_rim_speeds[e.reference]
+    ]
+    if wrong_spins:
+        worst = max(wrong_spins)
         yield Finding(Verdict.WRONG_SPIN, f"by up to {format_number(worst, 3)} of the scene's rim speed")
     for verdict, wrong in ((Verdict.SLID, judged.branches.slid), (Verdict.STUCK, judged.branches.stuck)):
         if wrong:
@@ -279,9 +287,9 @@ def _format_contact(score: ContactScore) -> str:
             else ""
         )
         wrong += f"; a disc hops at {format_number(score.kept.hop_m_s, 3)} m/s in contact{part}"
-    for what, late_s, most_s in zip(("bounces", "slips"), score.late, score.late_allowed, strict=True):
+    for event_name, late_s, most_s in zip(("bounces", "slips"), score.late, score.late_allowed, strict=True):
         if abs(late_s) > most_s:
-            wrong += f"; {what} end {format_seconds(abs(late_s))} {'late' if late_s > 0.0 else 'early'}"
+            wrong += f"; {event_name} end {format_seconds(abs(late_s))} {'late' if late_s > 0.0 else 'early'}"
     if score.momentum_m_s > THRESHOLDS.close * score.allowed.velocity_m_s:
         wrong += (
             "; angular momentum about the wall, which friction can't change, is off by "

@@ -57,8 +57,10 @@ def report_sinking(judged: JudgedRun) -> Iterator[Finding]:
     """Report how deep discs sink into the bodies on which they rest."""
     local = judged.local_truth
     if local is not None and (local.sinks or local.sunk_radii > judged.rounding):
-        held = f"{'faster than' if local.sinks else 'as'} a fall from rest in each step explains"
-        yield Finding(Verdict.SINKS, f"by up to {format_number(local.sunk_radii, 3)} of the contact distance, {held}")
+        speed_text = f"{'faster than' if local.sinks else 'as'} a fall from rest in each step explains"
+        yield Finding(
+            Verdict.SINKS, f"by up to {format_number(local.sunk_radii, 3)} of the contact distance, {speed_text}"
+        )
 
 
 def report_polygons(judged: JudgedRun) -> Iterator[Finding]:
@@ -68,14 +70,14 @@ def report_polygons(judged: JudgedRun) -> Iterator[Finding]:
         return
     slowing = Slowing.of(scene)
     bends = slowing.compute_deceleration(judged.scales.speed_m_s) if slowing else math.hypot(*scene.gravity_m_s2)
-    off = format_metres(0.5 * bends * dt_s * dt_s)
+    deviation = format_metres(0.5 * bends * dt_s * dt_s)
     if slowing:
         bend = "c |v|" if scene.damping_per_s else "a"
-        size = f"half of {bend} dt^2 off its path, {off} at the scene's speed"
+        size = f"half of {bend} dt^2 off its path, {deviation} at the scene's speed"
         reason = f"each step ends up to {size}; these errors add up"
         yield Finding(Verdict.DAMPED_POLYGON, reason)
     else:
-        reason = f"each step ends up to half of |g| dt^2 off its parabola, {off}; these errors add up"
+        reason = f"each step ends up to half of |g| dt^2 off its parabola, {deviation}; these errors add up"
         yield Finding(Verdict.POLYGON, reason)
 
 
@@ -122,8 +124,8 @@ def _describe_faults(local: LocalScore) -> Iterator[str]:
         free = math.isinf(local.ratio[1])
         worst = "some although PIT has no error" if free else f"up to {format_number(local.ratio[1], 4)} times as large"
         typical = local.restitution[0]
-        off = f", restitution off by {format_number(typical, 3)} at the median" if typical > 0.0 else ""
-        yield f"{local.worse_than_pit} {judged} have larger errors than PIT, {worst}{off}"
+        restitution_text = f", restitution off by {format_number(typical, 3)} at the median" if typical > 0.0 else ""
+        yield f"{local.worse_than_pit} {judged} have larger errors than PIT, {worst}{restitution_text}"
     if local.early:
         yield f"{local.early} {judged} are early by up to {format_number(local.early_steps, 3)} steps"
     if local.ahead:

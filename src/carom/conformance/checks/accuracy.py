@@ -29,17 +29,17 @@ def finds_impacts(subject: Subject, profile: str, name: str) -> None:
     found = "; ".join((trace.outcome.value, *trace.notes))
     ended = trace.outcome is Outcome.COMPLETED
     require(ended, "the run ends before the scene does", "the scene's end", found, run.setup)
-    others = [run.pit] if run.margin is None else [run.pit, run.margin]
-    excused = {index for other in others for index in (*other.missed, *other.undecided)}
+    pit_scores = [run.pit] if run.margin is None else [run.pit, run.margin]
+    excused = {index for other in pit_scores for index in (*other.missed, *other.undecided)}
     missed = [index for index in score.missed if index not in excused]
     if missed:
-        what, expected = f"{len(missed)} of {len(due)} impacts are missed", _format_impact(due[missed[0]])
+        problem, expected = f"{len(missed)} of {len(due)} impacts are missed", _format_impact(due[missed[0]])
         found = f"{len(trace.impacts)} impacts: {', '.join(map(_format_impact, trace.impacts[:4])) or 'none'}"
-        more = ", ..." if len(trace.impacts) > 4 else ""
-        raise Violation(what, f"{expected}, as PIT finds at this step", f"{found}{more}", run.setup)
-    if len(score.spurious) > max(len(other.spurious) for other in others):
-        what, one = f"{len(score.spurious)} impacts are invented", _format_impact(trace.impacts[score.spurious[0]])
-        raise Violation(what, f"{len(due)} impacts", f"an impact of {one}", run.setup)
+        suffix = ", ..." if len(trace.impacts) > 4 else ""
+        raise Violation(problem, f"{expected}, as PIT finds at this step", f"{found}{suffix}", run.setup)
+    if len(score.spurious) > max(len(other.spurious) for other in pit_scores):
+        problem, one = f"{len(score.spurious)} impacts are invented", _format_impact(trace.impacts[score.spurious[0]])
+        raise Violation(problem, f"{len(due)} impacts", f"an impact of {one}", run.setup)
 
 
 def times_are_right(subject: Subject, profile: str, name: str) -> None:
@@ -62,7 +62,7 @@ def times_are_right(subject: Subject, profile: str, name: str) -> None:
         shifted_s = margin.get(error.reference, 0.0)
         late_s = max(sampled_s, shifted_s) + promise_s * (error.reference + 1)
         impact, early = run.reference.impacts[error.reference], shifted_s < 0
-        true_s, off = float(impact["time_s"]), format_steps(error.time_s, dt_s)
+        true_s, error_text = float(impact["time_s"]), format_steps(error.time_s, dt_s)
         expected = (
             f"{format_number(true_s, 9)} s, or up to {format_seconds(late_s)} later ({format_steps(late_s, dt_s)})"
         )
@@ -70,7 +70,7 @@ def times_are_right(subject: Subject, profile: str, name: str) -> None:
             min(-early_s, shifted_s) - rounding_s <= error.time_s <= late_s + rounding_s,
             f"the impact of {pair_name(impact)} is at the wrong time",
             expected + (f" or {format_seconds(-shifted_s)} earlier" if early else ""),
-            f"{format_number(true_s + error.time_s, 9)} s ({off} off)",
+            f"{format_number(true_s + error.time_s, 9)} s ({error_text} off)",
             run.setup,
         )
 
@@ -103,26 +103,28 @@ def velocities_are_right(subject: Subject, profile: str, name: str) -> None:
     run = subject.score(profile, name)
     trace, speed, allowed = run.trace, run.score.scales.speed_m_s, _compute_allowed_errors(subject, run, "velocity")
     for error in _list_compared_errors(run, "velocity"):
-        turned, most = allowed.margin.get(error.reference, 0.0), allowed.compute_limit(error.reference)
+        margin_error, max_error = allowed.margin.get(error.reference, 0.0), allowed.compute_limit(error.reference)
         impact, row = run.known.impacts[error.reference], trace.impacts[error.observed]
         fields = [field for field in ("velocity_first_after", "velocity_second_after") if getattr(impact, field)]
-        wanted, got = [getattr(impact, field) for field in fields], [row[field].tolist() for field in fields]
-        sampled, promised, margin = (format_number(part, 3) for part in (allowed.sampled, allowed.promise, turned))
+        known_velocities, got = [getattr(impact, field) for field in fields], [row[field].tolist() for field in fields]
+        sampled, promised, margin = (
+            format_number(part, 3) for part in (allowed.sampled, allowed.promise, margin_error)
+        )
         why = f"PIT's error {sampled}, declared {promised}, margin {margin}, each times {speed:g} m/s"
         require(
-            error.velocity <= most,
+            error.velocity <= max_error,
             f"the impact of {_format_impact(run.reference.impacts[error.reference])} leaves wrong velocities",
-            f"{_format_vectors(wanted)} m/s to {format_number(most * speed, 3)} m/s ({why})",
+            f"{_format_vectors(known_velocities)} m/s to {format_number(max_error * speed, 3)} m/s ({why})",
             f"{_format_vectors(got)} m/s, off by {format_number(error.velocity * speed, 3)} m/s",
             run.setup,
         )
     if run.misses_impacts:
         return  # paths differ after a missed impact
-    off, limit = run.score.total.final_velocity, format_number(allowed.end * speed, 3)
+    worst, limit = run.score.total.final_velocity, format_number(allowed.end * speed, 3)
     expected = f"{_format_vectors(run.known.final_velocity_m_s or ())} m/s to {limit} m/s"
     found = f"{_format_vectors(trace.final_velocity_m_s.tolist())} m/s"
-    found += f", off by up to {format_number(off * speed, 3)} m/s"
-    require(off <= allowed.end, "discs end with wrong velocities", expected, found, run.setup)
+    found += f", off by up to {format_number(worst * speed, 3)} m/s"
+    require(worst <= allowed.end, "discs end with wrong velocities", expected, found, run.setup)
 
 
 def spins_are_right(subject: Subject, profile: str, name: str) -> None:
@@ -131,13 +133,13 @@ def spins_are_right(subject: Subject, profile: str, name: str) -> None:
     trace, speed, allowed = run.trace, run.score.scales.rim_m_s, _compute_allowed_errors(subject, run, "spin")
     why = f"PIT's error {format_number(allowed.sampled, 3)}, declared {format_number(allowed.promise, 3)}"
     for error in _list_compared_errors(run, "spin"):
-        most, impact = allowed.compute_limit(error.reference), run.known.impacts[error.reference]
+        max_error, impact = allowed.compute_limit(error.reference), run.known.impacts[error.reference]
         known_spins = [spin for spin in (impact.spin_first_after, impact.spin_second_after) if spin is not None]
         got = [] if trace.spins is None else list(trace.spins[error.observed].item()[2:])
         require(
-            error.spin <= most,  # the comparison is false for NaN
+            error.spin <= max_error,  # the comparison is false for NaN
             f"the impact of {_format_impact(run.reference.impacts[error.reference])} leaves wrong spins",
-            f"{format_vector(known_spins)} rad/s, rim speeds to {format_number(most * speed, 3)} m/s ({why})",
+            f"{format_vector(known_spins)} rad/s, rim speeds to {format_number(max_error * speed, 3)} m/s ({why})",
             f"{format_vector(got)} rad/s, rim speeds off by {format_number(error.spin * speed, 3)} m/s",
             run.setup,
         )
@@ -145,9 +147,9 @@ def spins_are_right(subject: Subject, profile: str, name: str) -> None:
         return
     found = [] if trace.final_spin_rad_s is None else trace.final_spin_rad_s.tolist()
     limit = format_number(allowed.end * speed, 3)
-    wanted = f"{format_vector(run.known.final_spin_rad_s or ())} rad/s, rim speeds to {limit} m/s"
+    expected = f"{format_vector(run.known.final_spin_rad_s or ())} rad/s, rim speeds to {limit} m/s"
     right = run.score.total.final_spin <= allowed.end
-    require(right, "discs end with wrong spins", wanted, f"{format_vector(found)} rad/s", run.setup)
+    require(right, "discs end with wrong spins", expected, f"{format_vector(found)} rad/s", run.setup)
 
 
 def _list_compared_errors(run: CatalogueRun, field: str) -> list[ImpactError]:
@@ -159,8 +161,8 @@ def _list_compared_errors(run: CatalogueRun, field: str) -> list[ImpactError]:
 
 def _read_errors(score: Score | None, field: str) -> dict[int, float]:
     """Return the finite errors of a field by impact; none without a score."""
-    every = {error.reference: getattr(error, field) for error in (score.errors if score else ())}
-    return {impact: error for impact, error in every.items() if math.isfinite(error)}
+    all_errors = {error.reference: getattr(error, field) for error in (score.errors if score else ())}
+    return {impact: error for impact, error in all_errors.items() if math.isfinite(error)}
 
 
 def _format_impact(row: np.void) -> str:

@@ -33,14 +33,14 @@ PHASES = 8
 
 def restitution_as_declared(subject: Subject, share: float, wall_share: float) -> None:
     """Discs and walls bounce with their own restitution, in every combination within the declared range."""
-    can = subject.capabilities()
-    low, high = can.restitution
+    capabilities = subject.capabilities()
+    low, high = capabilities.restitution
     e, wall_e = low + share * (high - low), low + wall_share * (high - low)
     if low == high and (share, wall_share) != (1.0, 1.0):
         raise NotApplicable(f"restitution is declared to be {low:g} only")
-    if not can.walls and wall_share != share:
+    if not capabilities.walls and wall_share != share:
         raise NotApplicable("walls are not declared, so there is no second coefficient")
-    setup = require_supported(subject, scenes.build_bounce_and_pair(e, wall_e, wall=can.walls))
+    setup = require_supported(subject, scenes.build_bounce_and_pair(e, wall_e, wall=capabilities.walls))
     # The total momentum 1 * 1 - 2 * 2 = -3 kg m/s is conserved, and the closing speed of 3 m/s is multiplied by e.
     expected = [(-1 - 2 * e, 0.0), (-1 + e, 0.0), (0.0, -3 * wall_e)][: len(setup.scene.discs)]
     end_with_velocities(subject, setup, expected, f"restitution {e:g}, walls {wall_e:g}")
@@ -52,18 +52,24 @@ def immovable_stays(subject: Subject, order: str) -> None:
     expected = [(-3.0, 0.0), (0.0, 0.0)]
     end = end_with_velocities(subject, setup, expected[:: -1 if order == "first" else 1], "an immovable disc")
     fixed = 0 if order == "first" else 1
-    position, wanted = tuple(end.position_m[fixed].tolist()), setup.scene.discs[fixed].position_m
-    require(math.dist(position, wanted) <= subject.rounding, "an immovable disc is moved", wanted, position, setup)
+    position, expected_position = tuple(end.position_m[fixed].tolist()), setup.scene.discs[fixed].position_m
+    require(
+        math.dist(position, expected_position) <= subject.rounding,
+        "an immovable disc is moved",
+        expected_position,
+        position,
+        setup,
+    )
 
 
 def posts_stand_still(subject: Subject) -> None:
     """Overlapping immovable discs stay at rest without contacts."""
     setup = require_supported(subject, scenes.build_posts())
     end = subject.watch(setup).seen[-1]
-    moved = end.velocity_m_s.any() or end.position_m.tolist() != [list(d.position_m) for d in setup.scene.discs]
-    still = not moved and all(contact.impulse_n_s == 0 for contact in end.contacts)
+    has_moved = end.velocity_m_s.any() or end.position_m.tolist() != [list(d.position_m) for d in setup.scene.discs]
+    is_at_rest = not has_moved and all(contact.impulse_n_s == 0 for contact in end.contacts)
     found = f"positions {end.position_m.tolist()}, {len(end.contacts)} contacts"
-    require(still, "immovable discs do not stand still", "nothing to happen", found, setup)
+    require(is_at_rest, "immovable discs do not stand still", "nothing to happen", found, setup)
 
 
 def falls_as_declared(subject: Subject) -> None:
@@ -79,13 +85,13 @@ def slows_as_declared(subject: Subject) -> None:
     disc, steps = scene.discs[0], scene.step_count(setup.dt_s)
     step = scene.damping_per_s * setup.dt_s
     # First-order integrators replace exp(-c dt) by 1 - c dt or 1 / (1 + c dt), which are a lower and an upper bound.
-    least, most = (1.0 - step) ** steps, (1.0 + step) ** -steps
+    lower, upper = (1.0 - step) ** steps, (1.0 + step) ** -steps
     found = [(end.velocity_m_s[0] @ disc.velocity_m_s) / math.hypot(*disc.velocity_m_s) ** 2]
     if disc.spin_rad_s:
         found.append(math.nan if end.spin_rad_s is None else end.spin_rad_s[0] / disc.spin_rad_s)
-    slowed = all(least - subject.rounding <= kept <= most + subject.rounding for kept in found)
+    slowed = all(lower - subject.rounding <= fraction <= upper + subject.rounding for fraction in found)
     spin = " and its spin" * bool(disc.spin_rad_s)
-    expected = f"{format_number(least, 6)} to {format_number(most, 6)} times its velocity{spin}"
+    expected = f"{format_number(lower, 6)} to {format_number(upper, 6)} times its velocity{spin}"
     require(slowed, "a disc is not damped at the scene's rate", expected, format_vector(found), setup)
 
 
@@ -98,8 +104,8 @@ def rolls_as_declared(subject: Subject) -> None:
     promise = subject.adapter.profiles[setup.profile].accuracy.velocity
     right = abs(found - expected) <= rate * setup.dt_s + subject.rounding + promise
     wrong = "a rolling disc does not decelerate by c g/(1 + k)"
-    wanted = f"{format_number(expected, 6)} m/s to {format_number(rate * setup.dt_s + promise)}"
-    require(right, wrong, wanted, f"{format_number(found, 6)} m/s", setup)
+    expected_text = f"{format_number(expected, 6)} m/s to {format_number(rate * setup.dt_s + promise)}"
+    require(right, wrong, expected_text, f"{format_number(found, 6)} m/s", setup)
 
 
 def slows_on_a_table_as_declared(subject: Subject) -> None:
@@ -110,14 +116,14 @@ def slows_on_a_table_as_declared(subject: Subject) -> None:
     expected = tuple(left * part for part in scene.discs[0].velocity_m_s)
     allowed = scene.table_deceleration_m_s2 * setup.dt_s + subject.rounding
     wrong = "a disc on a table does not slow by the table's deceleration"
-    wanted = f"{format_vector(expected)} m/s to {format_number(allowed)}"
-    require(math.dist((u, v), expected) <= allowed, wrong, wanted, f"{format_vector((u, v))} m/s", setup)
+    expected_text = f"{format_vector(expected)} m/s to {format_number(allowed)}"
+    require(math.dist((u, v), expected) <= allowed, wrong, expected_text, f"{format_vector((u, v))} m/s", setup)
 
 
-def _require_velocity_transfer(subject: Subject, scene: Scene, where: str, dt_s: float = scenes.DT_S) -> None:
+def _require_velocity_transfer(subject: Subject, scene: Scene, label: str, dt_s: float = scenes.DT_S) -> None:
     """Check the impact of a disc on an equal disc at rest. The struck disc must take over the velocity."""
     speed = scene.discs[0].velocity_m_s[0]
-    end_with_velocities(subject, Setup(scene, dt_s=dt_s), [(0.0, 0.0), (speed, 0.0)], where)
+    end_with_velocities(subject, Setup(scene, dt_s=dt_s), [(0.0, 0.0), (speed, 0.0)], label)
 
 
 def _require_transfer_at(subject: Subject, speed: float) -> None:
@@ -132,24 +138,24 @@ def fast_as_declared(subject: Subject) -> None:
 
 def far_as_declared(subject: Subject) -> None:
     """At the greatest declared coordinate, a disc passes its velocity on to an equal disc."""
-    can = subject.capabilities()
+    capabilities = subject.capabilities()
     # Beyond this coordinate, rounding exceeds a thousandth of the disc's radius in any engine.
-    finest = 0.5e-3 * 2.0 ** MANTISSA_BITS[can.float_bits]
-    coordinate = min(can.max_coordinate_m, FAR_M, finest)
+    finest = 0.5e-3 * 2.0 ** MANTISSA_BITS[capabilities.float_bits]
+    coordinate = min(capabilities.max_coordinate_m, FAR_M, finest)
     scene = scenes.build_approach(x_m=coordinate - 4.0)
     _require_velocity_transfer(subject, scene, f"{coordinate:g} m from the origin")
 
 
 def moves_as_declared(subject: Subject) -> None:
     """A disc that moves by the greatest declared distance per step ends at the right position."""
-    can = subject.capabilities()
-    speed = min(can.max_move_m / scenes.DT_S, can.max_speed_m_s, FAST_M_S)
+    capabilities = subject.capabilities()
+    speed = min(capabilities.max_move_m / scenes.DT_S, capabilities.max_speed_m_s, FAST_M_S)
     setup = Setup(scenes.build_single_disc(speed_m_s=speed))
     end = end_with_velocities(subject, setup, [(speed, 0.0)], f"at {speed * scenes.DT_S:g} m per step")
-    wanted, found = speed * setup.scene.duration_s, float(end.position_m[0][0])
-    what = f"a disc that moves {speed * scenes.DT_S:g} m per step ends at a wrong position"
-    there = abs(found - wanted) <= subject.rounding * wanted
-    require(there, what, f"{format_number(wanted, 10)} m", f"{format_number(found, 10)} m", setup)
+    expected_m, found = speed * setup.scene.duration_s, float(end.position_m[0][0])
+    problem = f"a disc that moves {speed * scenes.DT_S:g} m per step ends at a wrong position"
+    is_right = abs(found - expected_m) <= subject.rounding * expected_m
+    require(is_right, problem, f"{format_number(expected_m, 10)} m", f"{format_number(found, 10)} m", setup)
 
 
 def small_as_declared(subject: Subject) -> None:
@@ -163,8 +169,8 @@ def small_as_declared(subject: Subject) -> None:
 
 def large_as_declared(subject: Subject) -> None:
     """At the greatest declared radius, a disc passes its velocity on to an equal disc."""
-    can = subject.capabilities()
-    radius = min(can.max_radius_m, FAR_M, can.max_coordinate_m / 4)
+    capabilities = subject.capabilities()
+    radius = min(capabilities.max_radius_m, FAR_M, capabilities.max_coordinate_m / 4)
     _require_velocity_transfer(subject, scenes.build_approach(radius_m=radius), f"radius {radius:g} m")
 
 
@@ -178,58 +184,60 @@ def detects_continuously(subject: Subject) -> None:
     require_declared(subject, "continuous_detection")
     for k in range(PHASES):
         setup = Setup(scenes.build_bullet(k / PHASES), dt_s=1 / 60)
-        struck = float(subject.watch(setup).seen[-1].velocity_m_s[1][0])
-        what = "a fast disc passes through another, although continuous detection is declared"
+        target_speed = float(subject.watch(setup).seen[-1].velocity_m_s[1][0])
+        problem = "a fast disc passes through another, although continuous detection is declared"
         expected = "an impact that accelerates disc 1, to 50 m/s by conservation of momentum and energy"
-        require(struck > 0, what, expected, f"{format_number(struck, 6)} m/s", setup)
+        require(target_speed > 0, problem, expected, f"{format_number(target_speed, 6)} m/s", setup)
 
 
-def _build_scene_at_twice(limit: float, what: str) -> Scene | None:
+def _build_scene_at_twice(limit: float, field: str) -> Scene | None:
     """Return a disc at twice an upper limit; None for values above 1e150, whose squares overflow."""
-    return None if 2 * limit > 1e150 else scenes.build_single_disc(**{what: 2 * limit})
+    return None if 2 * limit > 1e150 else scenes.build_single_disc(**{field: 2 * limit})
 
 
-def _build_scene_at_half(limit: float, what: str) -> Scene | None:
-    return None if limit == 0 else scenes.build_single_disc(**{what: limit / 2})
+def _build_scene_at_half(limit: float, field: str) -> Scene | None:
+    return None if limit == 0 else scenes.build_single_disc(**{field: limit / 2})
 
 
-def _build_fast_scene(can: Capabilities) -> Scene | None:
-    speed = 2 * can.max_move_m / scenes.DT_S
-    return None if speed > can.max_speed_m_s or math.isinf(speed) else scenes.build_single_disc(speed_m_s=speed)
+def _build_fast_scene(capabilities: Capabilities) -> Scene | None:
+    speed = 2 * capabilities.max_move_m / scenes.DT_S
+    return (
+        None if speed > capabilities.max_speed_m_s or math.isinf(speed) else scenes.build_single_disc(speed_m_s=speed)
+    )
 
 
-def _build_spinning_scene(field: str, can: Capabilities) -> Scene | None:
+def _build_spinning_scene(field: str, capabilities: Capabilities) -> Scene | None:
     """Return a disc whose spin exceeds one limit but not the other, so that the message names this limit."""
-    limits = {"max_spin_rad_s": can.max_spin_rad_s, "max_turn_rad": can.max_turn_rad / scenes.DT_S}
+    limits = {"max_spin_rad_s": capabilities.max_spin_rad_s, "max_turn_rad": capabilities.max_turn_rad / scenes.DT_S}
     spin, other = 2 * limits.pop(field), min(*limits.values(), LARGEST)
-    return scenes.build_spinning_disc(spin) if can.spin and spin < other else None
+    return scenes.build_spinning_disc(spin) if capabilities.spin and spin < other else None
 
 
-def _build_rubbing_scene(can: Capabilities, friction: float, inertia_factor: float = 0.5) -> Scene | None:
-    return scenes.build_rubbing(can, friction, friction, inertia_factor) if 0 < friction <= LARGEST else None
+def _build_rubbing_scene(capabilities: Capabilities, friction: float, inertia_factor: float = 0.5) -> Scene | None:
+    return scenes.build_rubbing(capabilities, friction, friction, inertia_factor) if 0 < friction <= LARGEST else None
 
 
-def _build_easily_turned_scene(can: Capabilities) -> Scene | None:
-    factor = can.min_inertia_factor / 2
-    return _build_rubbing_scene(can, min(0.1, can.friction[1]), factor) if factor else None
+def _build_easily_turned_scene(capabilities: Capabilities) -> Scene | None:
+    factor = capabilities.min_inertia_factor / 2
+    return _build_rubbing_scene(capabilities, min(0.1, capabilities.friction[1]), factor) if factor else None
 
 
-def _build_sticking_scene(can: Capabilities) -> Scene | None:
-    scene = _build_rubbing_scene(can, min(0.1, can.friction[1]))
+def _build_sticking_scene(capabilities: Capabilities) -> Scene | None:
+    scene = _build_rubbing_scene(capabilities, min(0.1, capabilities.friction[1]))
     return scene and scene.model_copy(update={"tangential_restitution": 0.5})
 
 
-def _build_bouncing_scene(restitution: float, can: Capabilities) -> Scene | None:
-    low, high = can.restitution
+def _build_bouncing_scene(restitution: float, capabilities: Capabilities) -> Scene | None:
+    low, high = capabilities.restitution
     return None if low <= restitution <= high else scenes.build_bounce_and_pair(restitution, restitution, wall=False)
 
 
-def _build_uncombined_scene(can: Capabilities) -> Scene | None:
+def _build_uncombined_scene(capabilities: Capabilities) -> Scene | None:
     """Return a scene with a wall restitution that the declared combination rule excludes; None if there is none."""
-    low, high = can.restitution
-    least, greatest = COMBINE_RULES[can.restitution_combine](pair := (low + high) / 2, high)
+    low, high = capabilities.restitution
+    least, greatest = COMBINE_RULES[capabilities.restitution_combine](pair := (low + high) / 2, high)
     beyond = next((wall for wall in (low, high) if not least <= wall <= greatest), None)
-    return None if beyond is None or not can.walls else scenes.build_bounce_and_pair(pair, beyond, wall=True)
+    return None if beyond is None or not capabilities.walls else scenes.build_bounce_and_pair(pair, beyond, wall=True)
 
 
 #: For each capability: its field, and a function that returns a scene which needs more than is declared, or None. The
@@ -238,7 +246,10 @@ REFUSALS: dict[str, tuple[str, Callable[[Capabilities], Scene | None]]] = {
     "walls": ("walls", lambda _: scenes.build_walled_box()),
     "segments": ("segments", scenes.build_two_sided_edge),
     "arcs": ("arcs", scenes.build_two_sided_circle),
-    "circles from outside": ("posts", lambda can: None if can.arcs else scenes.build_outside_circle(can)),
+    "circles from outside": (
+        "posts",
+        lambda declared: None if declared.arcs else scenes.build_outside_circle(declared),
+    ),
     "wall materials": ("wall_materials", lambda _: scenes.build_two_walls(1.0, 0.5)),
     "immovable discs": ("immovable_discs", lambda _: scenes.build_post()),
     "driven walls": ("driven_walls", scenes.build_paddle),
@@ -250,35 +261,41 @@ REFUSALS: dict[str, tuple[str, Callable[[Capabilities], Scene | None]]] = {
     "damping": ("damping", lambda _: scenes.build_damped_disc(spins=False)),
     "rolling resistance": ("rolling_resistance", lambda _: scenes.build_rolling_disc()),
     "table friction": ("table_friction", lambda _: scenes.build_sliding_disc()),
-    "restitution below the range": ("restitution", lambda can: _build_bouncing_scene(can.restitution[0] / 2, can)),
+    "restitution below the range": (
+        "restitution",
+        lambda declared: _build_bouncing_scene(declared.restitution[0] / 2, declared),
+    ),
     "restitution above the range": (
         "restitution",
-        lambda can: _build_bouncing_scene((1 + can.restitution[1]) / 2, can),
+        lambda declared: _build_bouncing_scene((1 + declared.restitution[1]) / 2, declared),
     ),
     "restitution of walls": ("restitution_combine", _build_uncombined_scene),
     "spin": ("spin", lambda _: scenes.build_spinning_disc(1.0)),
     "fast spin": ("max_spin_rad_s", partial(_build_spinning_scene, "max_spin_rad_s")),
     "turn": ("max_turn_rad", partial(_build_spinning_scene, "max_turn_rad")),
     "small inertia": ("min_inertia_factor", _build_easily_turned_scene),
-    "friction": ("friction", lambda can: None if can.friction[1] else scenes.build_rubbing(can, 0.1, 0.1)),
-    "friction below the range": ("friction", lambda can: _build_rubbing_scene(can, can.friction[0] / 2)),
-    "friction above the range": ("friction", lambda can: _build_rubbing_scene(can, 2 * can.friction[1])),
+    "friction": (
+        "friction",
+        lambda declared: None if declared.friction[1] else scenes.build_rubbing(declared, 0.1, 0.1),
+    ),
+    "friction below the range": ("friction", lambda declared: _build_rubbing_scene(declared, declared.friction[0] / 2)),
+    "friction above the range": ("friction", lambda declared: _build_rubbing_scene(declared, 2 * declared.friction[1])),
     "tangential restitution": ("tangential_restitution", _build_sticking_scene),
-    "speed": ("max_speed_m_s", lambda can: _build_scene_at_twice(can.max_speed_m_s, "speed_m_s")),
-    "coordinate": ("max_coordinate_m", lambda can: _build_scene_at_twice(can.max_coordinate_m, "x_m")),
+    "speed": ("max_speed_m_s", lambda declared: _build_scene_at_twice(declared.max_speed_m_s, "speed_m_s")),
+    "coordinate": ("max_coordinate_m", lambda declared: _build_scene_at_twice(declared.max_coordinate_m, "x_m")),
     "move": ("max_move_m", _build_fast_scene),
-    "small radius": ("min_radius_m", lambda can: _build_scene_at_half(can.min_radius_m, "radius_m")),
-    "large radius": ("max_radius_m", lambda can: _build_scene_at_twice(can.max_radius_m, "radius_m")),
-    "light mass": ("min_mass_kg", lambda can: _build_scene_at_half(can.min_mass_kg, "mass_kg")),
-    "heavy mass": ("max_mass_kg", lambda can: _build_scene_at_twice(can.max_mass_kg, "mass_kg")),
+    "small radius": ("min_radius_m", lambda declared: _build_scene_at_half(declared.min_radius_m, "radius_m")),
+    "large radius": ("max_radius_m", lambda declared: _build_scene_at_twice(declared.max_radius_m, "radius_m")),
+    "light mass": ("min_mass_kg", lambda declared: _build_scene_at_half(declared.min_mass_kg, "mass_kg")),
+    "heavy mass": ("max_mass_kg", lambda declared: _build_scene_at_twice(declared.max_mass_kg, "mass_kg")),
 }
 
 
 def refuses(subject: Subject, what: str) -> None:
     """`prepare` raises an AdapterError for a scene that needs an undeclared capability."""
     field, needing_more = REFUSALS[what]
-    can, value = subject.capabilities(), getattr(subject.capabilities(), field)
-    scene = None if value is True else needing_more(can)
+    capabilities, value = subject.capabilities(), getattr(subject.capabilities(), field)
+    scene = None if value is True else needing_more(capabilities)
     declared = f"{field} = {value if isinstance(value, bool | tuple | str) else format(value, 'g')}"
     if scene is None:
         raise NotApplicable(f"{declared} is declared, so there is nothing to refuse")

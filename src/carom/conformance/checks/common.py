@@ -18,10 +18,10 @@ def require_declared(subject: Subject, field: str) -> Capabilities:
     Raises:
         NotApplicable: The adapter declares this capability as False.
     """
-    can = subject.capabilities()
-    if not getattr(can, field):
+    capabilities = subject.capabilities()
+    if not getattr(capabilities, field):
         raise NotApplicable(f"{field} is declared to be False")
-    return can
+    return capabilities
 
 
 def require_supported(subject: Subject, scene: Scene, profile: str = "tuned") -> Setup:
@@ -37,7 +37,7 @@ def require_supported(subject: Subject, scene: Scene, profile: str = "tuned") ->
 
 
 def end_with_velocities(
-    subject: Subject, setup: Setup, expected: Sequence[tuple[float, float]], what: str
+    subject: Subject, setup: Setup, expected: Sequence[tuple[float, float]], label: str
 ) -> Observation:
     """Run a scene of head-on impacts, check the final velocities, and return the final state.
 
@@ -49,11 +49,17 @@ def end_with_velocities(
     end = subject.watch(setup).seen[-1]
     promise = subject.adapter.profiles[setup.profile].accuracy.velocity
     allowed = (subject.rounding + promise) * find_greatest_speed(setup.scene)
-    for i, (wanted, found) in enumerate(zip(expected, end.velocity_m_s.tolist(), strict=True)):
-        error = math.dist(wanted, found)
-        off = f"{format_vector(found)} m/s, off by {format_number(error, 3)}"
-        wrong = f"{what}: disc {i} ends with a wrong velocity"
-        require(error <= allowed, wrong, f"{format_vector(wanted)} m/s to {format_number(allowed)}", off, setup)
+    for i, (expected_velocity, found) in enumerate(zip(expected, end.velocity_m_s.tolist(), strict=True)):
+        error = math.dist(expected_velocity, found)
+        found_text = f"{format_vector(found)} m/s, off by {format_number(error, 3)}"
+        wrong = f"{label}: disc {i} ends with a wrong velocity"
+        require(
+            error <= allowed,
+            wrong,
+            f"{format_vector(expected_velocity)} m/s to {format_number(allowed)}",
+            found_text,
+            setup,
+        )
     return end
 
 

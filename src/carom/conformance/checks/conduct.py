@@ -33,16 +33,16 @@ def repeats_to_the_bit(subject: Subject, profile: str) -> None:
     for other in ("default", "tuned"):
         if other != profile:
             subject.watch(Setup(build_crowd(), other))
-    again = subject.watch(setup).seen
-    _require_same(setup, first, again, "two runs of one scene differ, although determinism is declared")
+    second = subject.watch(setup).seen
+    _require_same(setup, first, second, "two runs of one scene differ, although determinism is declared")
 
 
 def looking_changes_nothing(subject: Subject, profile: str) -> None:
     """Observing twice after each step gives the same run as observing once."""
     require_declared(subject, "deterministic")
     setup = Setup(build_crowd(), profile)
-    once, twice = subject.watch_cached(setup).seen, subject.watch(setup, looks=2).seen
-    _require_same(setup, once, twice, "a second observe() changes the run")
+    observed_once, observed_twice = subject.watch_cached(setup).seen, subject.watch(setup, looks=2).seen
+    _require_same(setup, observed_once, observed_twice, "a second observe() changes the run")
 
 
 def steps_singly_or_together(subject: Subject, profile: str) -> None:
@@ -51,10 +51,10 @@ def steps_singly_or_together(subject: Subject, profile: str) -> None:
     setup = Setup(build_crowd(), profile)
     watched, at_once = subject.watch_cached(setup).seen[-1], subject.watch(setup, looks=0).seen[-1]
     for field in ("position_m", "velocity_m_s"):
-        wanted, found = getattr(watched, field), getattr(at_once, field)
-        what = "advance(n) ends in another state than n times advance(1) and observe()"
-        same = wanted.tobytes() == found.tobytes()
-        require(same, what, f"{field} {wanted.tolist()}", found.tolist(), setup)
+        expected, found = getattr(watched, field), getattr(at_once, field)
+        problem = "advance(n) ends in another state than n times advance(1) and observe()"
+        is_same = expected.tobytes() == found.tobytes()
+        require(is_same, problem, f"{field} {expected.tolist()}", found.tolist(), setup)
 
 
 def cutting_leaves_no_trace(subject: Subject, profile: str) -> None:
@@ -65,23 +65,23 @@ def cutting_leaves_no_trace(subject: Subject, profile: str) -> None:
     for disturbed in (False, True):
         answer = subject.try_to_watch(setup, cut=True, disturbed=disturbed)
         if isinstance(answer, Raised):
-            what = f"{answer.where}() raises an error, although the profile declares that its steps can be cut"
+            problem = f"{answer.where}() raises an error, although the profile declares that its steps can be cut"
             found = f"{answer.kind}: {answer.message}"
-            raise Violation(what, "a CuttableWorld that runs to the end", found, setup)
+            raise Violation(problem, "a CuttableWorld that runs to the end", found, setup)
         runs.append(answer.seen)
-    whole, disturbed_run = runs
-    _require_same(setup, whole, disturbed_run, "a step that was undone changes the run")
-    for step, (plain, cut) in enumerate(zip(whole, disturbed_run, strict=True)):
-        what = f"the contacts of step {step} differ after touching() was called"
-        require(plain.contacts == cut.contacts, what, plain.contacts, cut.contacts, setup)
+    plain_run, disturbed_run = runs
+    _require_same(setup, plain_run, disturbed_run, "a step that was undone changes the run")
+    for step, (plain, cut) in enumerate(zip(plain_run, disturbed_run, strict=True)):
+        problem = f"the contacts of step {step} differ after touching() was called"
+        require(plain.contacts == cut.contacts, problem, plain.contacts, cut.contacts, setup)
 
 
 def keeps_what_it_showed(subject: Subject, profile: str) -> None:
     """Later steps do not change an observation, so its arrays are not views of the engine's memory."""
     setup = Setup(build_crowd(), profile)
     altered = subject.watch_cached(setup).altered
-    what, found = "later steps change an observation", f"observation {altered} changed"
-    require(altered is None, what, "arrays of its own", found, setup)
+    problem, found = "later steps change an observation", f"observation {altered} changed"
+    require(altered is None, problem, "arrays of its own", found, setup)
 
 
 def is_silent_and_tidy(subject: Subject) -> None:
@@ -108,26 +108,26 @@ def closes_after_errors(subject: Subject) -> None:
 
 def lets_go_of_worlds(subject: Subject) -> None:
     """200 worlds that are created, stepped and closed leak less memory than 200 small worlds take."""
-    setup, least = Setup(build_approach()), math.inf
+    setup, least_growth = Setup(build_approach()), math.inf
     for _ in range(ROUNDS):
         grown = subject.measure_growth(setup, WORLDS)
         if grown is None:
             raise NotApplicable("the resident memory of a process is read from /proc, which does not exist here")
-        least = min(least, grown)
-        if least < LEAK_BYTES:
+        least_growth = min(least_growth, grown)
+        if least_growth < LEAK_BYTES:
             return
     expected = f"less than {LEAK_BYTES / 1e6:g} MB left by {WORLDS - 10} worlds, in at least one of {ROUNDS} rounds"
-    what = "close() does not release the engine's memory"
-    raise Violation(what, expected, f"at least {format_number(least / 1e6, 3)} MB in every round", setup)
+    problem = "close() does not release the engine's memory"
+    raise Violation(problem, expected, f"at least {format_number(least_growth / 1e6, 3)} MB in every round", setup)
 
 
-def _require_same(setup: Setup, wanted: Sequence[Observation], found: Sequence[Observation], what: str) -> None:
-    require(len(wanted) == len(found), what, f"{len(wanted)} states", f"{len(found)} states", setup)
-    for step, (a, b) in enumerate(zip(wanted, found, strict=True)):
+def _require_same(setup: Setup, reference: Sequence[Observation], found: Sequence[Observation], problem: str) -> None:
+    require(len(reference) == len(found), problem, f"{len(reference)} states", f"{len(found)} states", setup)
+    for step, (a, b) in enumerate(zip(reference, found, strict=True)):
         for field in ("position_m", "velocity_m_s"):
             x, y = getattr(a, field), getattr(b, field)
             if x.tobytes() != y.tobytes():
                 disc = int(np.argmax(np.any(x != y, axis=1)))
                 expected, got = (tuple(part[disc].tolist()) for part in (x, y))
-                where = f"{what}: {field} of disc {disc} after step {step}"
-                raise Violation(where, expected, got, setup)
+                message = f"{problem}: {field} of disc {disc} after step {step}"
+                raise Violation(message, expected, got, setup)

@@ -22,17 +22,17 @@ Array = NDArray[np.float64]
 
 
 def _build_setup(subject: Subject, profile: str) -> Setup:
-    can = subject.capabilities(profile)
-    low, high = can.restitution
+    capabilities = subject.capabilities(profile)
+    low, high = capabilities.restitution
     # Use a restitution well below 1 if the declared range allows, so that discs separate while they still overlap.
-    return Setup(build_mixed_contacts(wall=can.walls, restitution=min(max(low, 0.4), high)), profile)
+    return Setup(build_mixed_contacts(wall=capabilities.walls, restitution=min(max(low, 0.4), high)), profile)
 
 
 def _watch_steps(subject: Subject, setup: Setup) -> Iterator[tuple[int, Observation, Observation]]:
-    seen = subject.watch_cached(setup).seen
-    acted = any(contact.impulse_n_s != 0 for now in seen for contact in now.contacts)
+    observations = subject.watch_cached(setup).seen
+    acted = any(contact.impulse_n_s != 0 for observation in observations for contact in observation.contacts)
     require(acted, "no contact is reported", "an impact of disc 0 and disc 1", "none", setup)
-    for step, (before, after) in enumerate(pairwise(seen), start=1):
+    for step, (before, after) in enumerate(pairwise(observations), start=1):
         yield step, before, after
 
 
@@ -47,18 +47,18 @@ def contacts_are_well_formed(subject: Subject, profile: str) -> None:
         for contact in after.contacts:
             first, second = contact.first, contact.second
             sound = 0 <= first < discs and (first < second < discs or -walls <= second < 0)
-            what = f"a contact in step {step} has impossible bodies"
-            require(sound, what, f"first < second < {discs}, or a wall from -1 to {-walls}", (first, second), setup)
+            problem = f"a contact in step {step} has impossible bodies"
+            require(sound, problem, f"first < second < {discs}, or a wall from -1 to {-walls}", (first, second), setup)
             length = math.hypot(*contact.normal)
-            what = f"the normal of a contact in step {step} is not a unit vector"
-            require(abs(length - 1) <= subject.rounding, what, 1, f"length {length!r}", setup)
+            problem = f"the normal of a contact in step {step} is not a unit vector"
+            require(abs(length - 1) <= subject.rounding, problem, 1, f"length {length!r}", setup)
             towards = _compute_direction(setup, before, contact)
-            what = f"the normal of a contact in step {step} does not point from its first body to its second"
+            problem = f"the normal of a contact in step {step} does not point from its first body to its second"
             along = float(np.dot(towards, contact.normal)) > 0
-            require(along, what, f"along {format_vector(towards)}", format_vector(contact.normal), setup)
+            require(along, problem, f"along {format_vector(towards)}", format_vector(contact.normal), setup)
             sound = contact.impulse_n_s is None or contact.impulse_n_s >= 0
-            what = f"the impulse of a contact in step {step} is negative"
-            require(sound, what, "0 or more, or None", contact.impulse_n_s, setup)
+            problem = f"the impulse of a contact in step {step} is negative"
+            require(sound, problem, "0 or more, or None", contact.impulse_n_s, setup)
 
 
 def contacts_are_stamped(subject: Subject, profile: str) -> None:
@@ -70,14 +70,14 @@ def contacts_are_stamped(subject: Subject, profile: str) -> None:
     for step, _, after in _watch_steps(subject, setup):
         for contact in after.contacts:
             begin, end = (step - 1) * setup.dt_s, step * setup.dt_s
-            what = f"a contact of disc {contact.first} in step {step} has a time outside that step"
+            problem = f"a contact of disc {contact.first} in step {step} has a time outside that step"
             sound = begin - rounding_s <= contact.time_s <= end + rounding_s
             found = f"{format_number(contact.time_s, 9)} s"
-            require(sound, what, f"{format_number(begin, 9)} to {format_number(end, 9)} s", found, setup)
+            require(sound, problem, f"{format_number(begin, 9)} to {format_number(end, 9)} s", found, setup)
             declared = {Stamp.START: begin, Stamp.END: end}.get(stamp, contact.time_s)
-            what = f"a contact of disc {contact.first} in step {step} is not stamped with {stamp.value}, as declared"
+            problem = f"a contact of disc {contact.first} in step {step} is not stamped with {stamp.value}, as declared"
             sound = abs(contact.time_s - declared) <= rounding_s
-            require(sound, what, f"{format_number(declared, 9)} s", found, setup)
+            require(sound, problem, f"{format_number(declared, 9)} s", found, setup)
 
 
 def contacts_account_for_velocities(subject: Subject, profile: str) -> None:
@@ -88,18 +88,20 @@ def contacts_account_for_velocities(subject: Subject, profile: str) -> None:
         change = after.velocity_m_s - before.velocity_m_s
         acting, touched = acting_contacts(after)
         for body, size in enumerate(np.hypot(*change.T).tolist()):
-            by = format_number(size, 3)
-            what = f"the velocity of disc {body} changes by {by} m/s in step {step}, but no contact is reported"
-            require(size <= allowed or body in touched, what, "a contact with an impulse", acting, setup)
+            change_text = format_number(size, 3)
+            problem = (
+                f"the velocity of disc {body} changes by {change_text} m/s in step {step}, but no contact is reported"
+            )
+            require(size <= allowed or body in touched, problem, "a contact with an impulse", acting, setup)
         if all(contact.impulse_n_s is not None for contact in acting):
             # Without friction, only impulses along the normal may change a velocity.
             normal = [dataclasses.replace(contact, tangential_impulse_n_s=None) for contact in acting]
             require_explained(setup, change, normal, allowed, step)
 
 
-def acting_contacts(seen: Observation) -> tuple[list[Contact], set[int]]:
+def acting_contacts(observation: Observation) -> tuple[list[Contact], set[int]]:
     """Return the contacts of a step that have an effect, and their bodies."""
-    acting = [contact for contact in seen.contacts if contact.impulse_n_s != 0]
+    acting = [contact for contact in observation.contacts if contact.impulse_n_s != 0]
     return acting, {body for contact in acting for body in (contact.first, contact.second)}
 
 
@@ -113,11 +115,11 @@ def require_explained(setup: Setup, change: Array, acting: list[Contact], allowe
         for body, sign in ((contact.first, -1.0), (contact.second, 1.0)):
             if body >= 0 and mass[body]:
                 reported[body] += sign * impulse / mass[body]
-    for body, (wanted, found) in enumerate(zip(change.tolist(), reported.tolist(), strict=True)):
-        what = f"the impulses of step {step} do not explain the velocity change of disc {body}"
-        expected = f"{format_vector(wanted)} m/s to {format_number(allowed)}"
+    for body, (expected_change, found) in enumerate(zip(change.tolist(), reported.tolist(), strict=True)):
+        problem = f"the impulses of step {step} do not explain the velocity change of disc {body}"
+        expected = f"{format_vector(expected_change)} m/s to {format_number(allowed)}"
         worth = f"impulses for {format_vector(found)} m/s"
-        require(math.dist(wanted, found) <= allowed, what, expected, worth, setup)
+        require(math.dist(expected_change, found) <= allowed, problem, expected, worth, setup)
 
 
 def _compute_direction(setup: Setup, before: Observation, contact: Contact) -> tuple[float, float]:

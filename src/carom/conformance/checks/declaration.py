@@ -18,32 +18,47 @@ PROFILES = ("default", "tuned")
 def declares_capabilities(subject: Subject) -> None:
     """The adapter has all attributes of the interface, the name of its entry point, and valid values."""
     adapter = subject.adapter
-    what = "the adapter's declaration is incomplete or invalid"
-    require(isinstance(adapter, Adapter), what, "the attributes of carom.engines.api.Adapter", type(adapter))
-    require(adapter.name == subject.name, what, f"the entry point's name, {subject.name!r}", repr(adapter.name))
-    engine, can = adapter.engine, adapter.capabilities
-    require(isinstance(engine, Engine) and bool(engine.name), what, "an Engine with a name", engine)
-    require(isinstance(can, Capabilities), what, "Capabilities", can)
-    low, high = can.restitution
-    require(0 <= low <= high <= 1, what, "0 <= least <= greatest restitution <= 1", can.restitution)
-    for rule in (can.restitution_combine, can.friction_combine):
-        require(rule in COMBINE_RULES, what, f"one of {', '.join(COMBINE_RULES)}", rule)
-    low, high = can.friction
-    require(0 <= low <= high < math.inf, what, "0 <= least <= greatest friction, and finite", can.friction)
-    least = can.min_inertia_factor
-    require(0 <= least <= 1, what, "min_inertia_factor of 0 to 1", least)
-    require(can.max_turn_rad > 0, what, "max_turn_rad above 0", can.max_turn_rad)
-    require(can.max_spin_rad_s > 0, what, "max_spin_rad_s above 0", can.max_spin_rad_s)
-    require(isinstance(can.contact_times, ContactTimes), what, "a member of ContactTimes", can.contact_times)
-    require(can.max_speed_m_s > 0, what, "max_speed_m_s above 0", can.max_speed_m_s)
-    require(can.max_coordinate_m > 0, what, "max_coordinate_m above 0", can.max_coordinate_m)
-    require(can.max_move_m > 0, what, "max_move_m above 0", can.max_move_m)
-    require(0 <= can.min_radius_m <= can.max_radius_m, what, "0 <= min_radius_m <= max_radius_m", can)
-    require(0 <= can.min_mass_kg <= can.max_mass_kg, what, "0 <= min_mass_kg <= max_mass_kg", can)
-    threshold = can.restitution_threshold_m_s
-    require(0 <= threshold < math.inf, what, "restitution_threshold_m_s of 0 or more", threshold)
-    require(isinstance(can.stamp, Stamp), what, "a member of Stamp", can.stamp)
-    require(can.dimensions in {2, 3}, what, "dimensions of 2 or 3", can.dimensions)
+    problem = "the adapter's declaration is incomplete or invalid"
+    require(isinstance(adapter, Adapter), problem, "the attributes of carom.engines.api.Adapter", type(adapter))
+    require(adapter.name == subject.name, problem, f"the entry point's name, {subject.name!r}", repr(adapter.name))
+    engine, capabilities = adapter.engine, adapter.capabilities
+    require(isinstance(engine, Engine) and bool(engine.name), problem, "an Engine with a name", engine)
+    require(isinstance(capabilities, Capabilities), problem, "Capabilities", capabilities)
+    low, high = capabilities.restitution
+    require(0 <= low <= high <= 1, problem, "0 <= least <= greatest restitution <= 1", capabilities.restitution)
+    for rule in (capabilities.restitution_combine, capabilities.friction_combine):
+        require(rule in COMBINE_RULES, problem, f"one of {', '.join(COMBINE_RULES)}", rule)
+    low, high = capabilities.friction
+    require(0 <= low <= high < math.inf, problem, "0 <= least <= greatest friction, and finite", capabilities.friction)
+    min_factor = capabilities.min_inertia_factor
+    require(0 <= min_factor <= 1, problem, "min_inertia_factor of 0 to 1", min_factor)
+    require(capabilities.max_turn_rad > 0, problem, "max_turn_rad above 0", capabilities.max_turn_rad)
+    require(capabilities.max_spin_rad_s > 0, problem, "max_spin_rad_s above 0", capabilities.max_spin_rad_s)
+    require(
+        isinstance(capabilities.contact_times, ContactTimes),
+        problem,
+        "a member of ContactTimes",
+        capabilities.contact_times,
+    )
+    require(capabilities.max_speed_m_s > 0, problem, "max_speed_m_s above 0", capabilities.max_speed_m_s)
+    require(capabilities.max_coordinate_m > 0, problem, "max_coordinate_m above 0", capabilities.max_coordinate_m)
+    require(capabilities.max_move_m > 0, problem, "max_move_m above 0", capabilities.max_move_m)
+    require(
+        0 <= capabilities.min_radius_m <= capabilities.max_radius_m,
+        problem,
+        "0 <= min_radius_m <= max_radius_m",
+        capabilities,
+    )
+    require(
+        0 <= capabilities.min_mass_kg <= capabilities.max_mass_kg,
+        problem,
+        "0 <= min_mass_kg <= max_mass_kg",
+        capabilities,
+    )
+    threshold = capabilities.restitution_threshold_m_s
+    require(0 <= threshold < math.inf, problem, "restitution_threshold_m_s of 0 or more", threshold)
+    require(isinstance(capabilities.stamp, Stamp), problem, "a member of Stamp", capabilities.stamp)
+    require(capabilities.dimensions in {2, 3}, problem, "dimensions of 2 or 3", capabilities.dimensions)
 
 
 def declares_profiles(subject: Subject) -> None:
@@ -57,9 +72,9 @@ def declares_profiles(subject: Subject) -> None:
         settings = subject.settings(name, DT_S)  # raises an error if a setting is not a plain value
         dt_s = settings.get("dt_s")
         require(dt_s == DT_S, f"profile {name!r} has no step in its settings", f"dt_s = {DT_S}", f"dt_s = {dt_s}")
-        own = profile.capabilities
-        sound = own is None or isinstance(own, Capabilities)
-        require(sound, f"profile {name!r} has invalid capabilities", "Capabilities, or None", own)
+        capabilities = profile.capabilities
+        sound = capabilities is None or isinstance(capabilities, Capabilities)
+        require(sound, f"profile {name!r} has invalid capabilities", "Capabilities, or None", capabilities)
         promise = profile.accuracy
         require(isinstance(promise, Accuracy), f"profile {name!r} has an invalid accuracy", "Accuracy", promise)
         for part in (promise.late_steps, promise.velocity, promise.energy, promise.margin_m):
@@ -83,5 +98,5 @@ def imports_no_engine(subject: Subject) -> None:
     )
     command = [sys.executable, "-c", program]
     done = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603 - our own text
-    what = "loading the adapter imports the engine"
-    require(done.returncode == 0, what, f"{module} is not imported", done.stderr.strip() or f"{module} is imported")
+    problem = "loading the adapter imports the engine"
+    require(done.returncode == 0, problem, f"{module} is not imported", done.stderr.strip() or f"{module} is imported")

@@ -19,32 +19,32 @@ ENERGY = 1e-6
 def momentum_is_kept(subject: Subject, profile: str) -> None:
     """The total momentum of a crowd without walls is the same after every step."""
     setup = Setup(build_crowd(), profile)
-    seen = subject.watch_cached(setup).seen
-    start = compute_momentum(setup.scene, seen[0])
+    observations = subject.watch_cached(setup).seen
+    start = compute_momentum(setup.scene, observations[0])
     # `rounding` is the allowance for a whole run. Nine discs with a few impacts each have a smaller rounding error.
     allowed = subject.rounding * sum(list_masses(setup.scene)) * find_greatest_speed(setup.scene)
-    for step, now in enumerate(seen):
-        found = compute_momentum(setup.scene, now)
-        what = f"momentum is not conserved in step {step}"
+    for step, observation in enumerate(observations):
+        found = compute_momentum(setup.scene, observation)
+        problem = f"momentum is not conserved in step {step}"
         expected = f"{format_vector(start)} kg m/s to {format_number(allowed)}"
-        require(math.dist(start, found) <= allowed, what, expected, f"{format_vector(found)} kg m/s", setup)
-    _require_something_happened(setup, seen[0], seen[-1])
+        require(math.dist(start, found) <= allowed, problem, expected, f"{format_vector(found)} kg m/s", setup)
+    _require_something_happened(setup, observations[0], observations[-1])
 
 
 def energy_is_kept(subject: Subject, profile: str) -> None:
     """Elastic impacts conserve kinetic energy, except for the error that the profile promises."""
     setup = Setup(build_crowd(), profile)
-    seen = subject.watch_cached(setup).seen
-    start = kinetic_energy(setup.scene, seen[0].velocity_m_s)
+    observations = subject.watch_cached(setup).seen
+    start = kinetic_energy(setup.scene, observations[0].velocity_m_s)
     # A soft contact stores energy while it lasts, so use the last state without a contact.
-    last = next((now for now in reversed(seen) if not now.contacts), seen[-1])
+    last = next((observation for observation in reversed(observations) if not observation.contacts), observations[-1])
     found = kinetic_energy(setup.scene, last.velocity_m_s)
     allowed = max(ENERGY, subject.adapter.profiles[profile].accuracy.energy)
-    what = "energy is gained" if found > start else "energy is lost"
-    off = f"{format_number(found, 10)} J, a relative change of {format_number((found - start) / start, 3)}"
+    problem = "energy is gained" if found > start else "energy is lost"
+    found_text = f"{format_number(found, 10)} J, a relative change of {format_number((found - start) / start, 3)}"
     expected = f"{format_number(start, 10)} J to {format_number(allowed)} of it"
-    require(abs(found - start) <= allowed * start, what, expected, off, setup)
-    _require_something_happened(setup, seen[0], last)
+    require(abs(found - start) <= allowed * start, problem, expected, found_text, setup)
+    _require_something_happened(setup, observations[0], last)
 
 
 def _require_something_happened(setup: Setup, start: Observation, end: Observation) -> None:

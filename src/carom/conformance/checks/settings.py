@@ -26,29 +26,29 @@ def settings_are_read_back(subject: Subject, profile: str) -> None:
     used = subject.watch_cached(setup).settings
     bits = subject.capabilities(profile).float_bits
     for name, value in subject.settings(profile, setup.dt_s).items():
-        there = name in used
-        found = f"{name} = {used[name]!r}" if there else f"no {name}, but {', '.join(used)}"
-        what = "a setting differs from the requested one"
-        require(there and _are_equal(value, used[name], bits), what, f"{name} = {value!r}", found, setup)
+        is_reported = name in used
+        found = f"{name} = {used[name]!r}" if is_reported else f"no {name}, but {', '.join(used)}"
+        problem = "a setting differs from the requested one"
+        require(is_reported and _are_equal(value, used[name], bits), problem, f"{name} = {value!r}", found, setup)
 
 
-def _are_equal(asked: Setting, found: Setting, bits: int) -> bool:
+def _are_equal(requested: Setting, found: Setting, bits: int) -> bool:
     """Return whether two settings are equal in an engine's floats, which have `bits` bits."""
-    if isinstance(asked, str) or isinstance(found, str) or not isinstance(asked + found, float):
-        return asked == found
+    if isinstance(requested, str) or isinstance(found, str) or not isinstance(requested + found, float):
+        return requested == found
     with np.errstate(over="ignore"):  # values beyond the largest float become infinite
-        return bool(_FLOATS[bits](asked) == _FLOATS[bits](found))
+        return bool(_FLOATS[bits](requested) == _FLOATS[bits](found))
 
 
 def refuses_unknown_setting(subject: Subject) -> None:
     """A setting that would have no effect raises an AdapterError that names it."""
     setup = Setup(build_crowd())
     answer = subject.try_to_watch(setup, {UNKNOWN: 1})
-    what, expected = "an unknown setting is", f"prepare() to raise an AdapterError naming {UNKNOWN!r}"
+    prefix, expected = "an unknown setting is", f"prepare() to raise an AdapterError naming {UNKNOWN!r}"
     if not isinstance(answer, Raised):
-        raise Violation(f"{what} accepted", expected, "a run to the end of the scene", setup)
+        raise Violation(f"{prefix} accepted", expected, "a run to the end of the scene", setup)
     clear = answer.where == "prepare" and answer.deliberate and UNKNOWN in answer.message
-    require(clear, f"{what} refused unclearly", expected, answer, setup)
+    require(clear, f"{prefix} refused unclearly", expected, answer, setup)
 
 
 def starts_as_written(subject: Subject, profile: str) -> None:
@@ -62,8 +62,8 @@ def starts_as_written(subject: Subject, profile: str) -> None:
     rounding = 2.0 ** -(MANTISSA_BITS[subject.capabilities().float_bits] + 1)
     for i, disc in enumerate(setup.scene.discs):
         for field, times in ROUNDINGS.items():
-            asked, found = getattr(disc, field), tuple(getattr(start, field)[i].tolist())
-            same = all(abs(f - a) <= times * rounding * abs(a) for a, f in zip(asked, found, strict=True))
-            require(same, f"disc {i} starts differently from the scene", f"{field} = {asked}", found, setup)
+            expected, found = getattr(disc, field), tuple(getattr(start, field)[i].tolist())
+            is_same = all(abs(f - a) <= times * rounding * abs(a) for a, f in zip(expected, found, strict=True))
+            require(is_same, f"disc {i} starts differently from the scene", f"{field} = {expected}", found, setup)
     untouched = not (start.contacts or start.warning)
     require(untouched, "a world starts with contacts or a warning", "none", start.warning or start.contacts, setup)

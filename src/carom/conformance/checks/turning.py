@@ -34,35 +34,37 @@ Motion = tuple[tuple[float, float], float]
 
 def friction_as_declared(subject: Subject, share: str, wall_share: str) -> None:
     """Discs and walls have their own friction, in every combination within the declared range."""
-    can = _require_friction(subject)
-    if not can.walls and wall_share != share:
+    capabilities = _require_friction(subject)
+    if not capabilities.walls and wall_share != share:
         raise NotApplicable("walls are not declared, so there is no second coefficient")
-    friction, wall_friction = _choose_friction(can, share), _choose_friction(can, wall_share)
-    scene = build_rubbing(can, friction, wall_friction, restitution=can.restitution[1])
+    friction, wall_friction = _choose_friction(capabilities, share), _choose_friction(capabilities, wall_share)
+    scene = build_rubbing(capabilities, friction, wall_friction, restitution=capabilities.restitution[1])
     _end_by_the_law(subject, scene, f"friction {friction:g}, walls {wall_friction:g}")
 
 
 def inertia_as_declared(subject: Subject, inertia: str) -> None:
     """After an impact, a disc spins as its inertia factor requires, from the least declared factor to infinity."""
-    can = _require_friction(subject)
-    factor = INERTIAS[inertia] or can.min_inertia_factor or SMALL_INERTIA
-    if not can.spin and math.isfinite(factor):
+    capabilities = _require_friction(subject)
+    factor = INERTIAS[inertia] or capabilities.min_inertia_factor or SMALL_INERTIA
+    if not capabilities.spin and math.isfinite(factor):
         raise NotApplicable("spin is declared to be False, so no disc can turn")
-    friction = _choose_friction(can, "greatest")
-    scene = build_rubbing(can, friction, friction, factor, restitution=can.restitution[1])
+    friction = _choose_friction(capabilities, "greatest")
+    scene = build_rubbing(capabilities, friction, friction, factor, restitution=capabilities.restitution[1])
     _end_by_the_law(subject, scene, f"inertia factor {factor:g}")
 
 
 def spins_as_declared(subject: Subject) -> None:
     """A free disc keeps its counterclockwise spin, at the greatest declared spin or rotation per step."""
-    can = require_declared(subject, "spin")
-    spin = min(can.max_spin_rad_s, can.max_turn_rad / DT_S, FAST_RAD_S)
+    capabilities = require_declared(subject, "spin")
+    spin = min(capabilities.max_spin_rad_s, capabilities.max_turn_rad / DT_S, FAST_RAD_S)
     setup = Setup(build_spinning_disc(spin))
-    for step, now in enumerate(subject.watch(setup).seen):
-        found = _read_spins(now, setup)
-        what = f"the spin of a free disc changes in step {step}"
-        off = abs(found[0] - spin) <= subject.rounding * spin  # false for NaN
-        require(off, what, f"{format_number(spin, 10)} rad/s", f"{format_number(found[0], 10)} rad/s", setup)
+    for step, observation in enumerate(subject.watch(setup).seen):
+        found = _read_spins(observation, setup)
+        problem = f"the spin of a free disc changes in step {step}"
+        is_unchanged = abs(found[0] - spin) <= subject.rounding * spin  # false for NaN
+        require(
+            is_unchanged, problem, f"{format_number(spin, 10)} rad/s", f"{format_number(found[0], 10)} rad/s", setup
+        )
 
 
 def rubs_as_told(subject: Subject, profile: str) -> None:
@@ -70,70 +72,76 @@ def rubs_as_told(subject: Subject, profile: str) -> None:
 
     Friction acts at a distance from a disc's centre between the radius minus the overlap of the bodies and the radius.
     """
-    can = _require_friction(subject, profile)
-    friction = _choose_friction(can, "sliding")
-    low, high = can.restitution
-    scene = build_rubbing_crowd(can, friction, min(max(low, 0.9), high))
+    capabilities = _require_friction(subject, profile)
+    friction = _choose_friction(capabilities, "sliding")
+    low, high = capabilities.restitution
+    scene = build_rubbing_crowd(capabilities, friction, min(max(low, 0.9), high))
     setup = require_supported(subject, scene, profile)
     allowed = subject.rounding * find_greatest_speed(scene)
     reports = 0
     for step, (before, after) in enumerate(pairwise(subject.watch_cached(setup).seen), start=1):
         acting, touched = acting_contacts(after)
         _require_cone(setup, acting, friction, allowed, step)
-        for body, (then, now) in enumerate(zip(_read_spins(before, setup), _read_spins(after, setup), strict=True)):
-            by = format_number(now - then, 3)
-            what = f"the spin of disc {body} changes by {by} rad/s in step {step}, but no contact is reported"
-            kept = abs(now - then) <= allowed * max(1.0, abs(then))
-            require(kept or body in touched, what, "a contact with an impulse", acting, setup)
+        for body, (previous, current) in enumerate(
+            zip(_read_spins(before, setup), _read_spins(after, setup), strict=True)
+        ):
+            change_text = format_number(current - previous, 3)
+            problem = (
+                f"the spin of disc {body} changes by {change_text} rad/s in step {step}, but no contact is reported"
+            )
+            is_unchanged = abs(current - previous) <= allowed * max(1.0, abs(previous))
+            require(is_unchanged or body in touched, problem, "a contact with an impulse", acting, setup)
         if all(contact.impulse_n_s is not None and contact.tangential_impulse_n_s is not None for contact in acting):
             reports += len(acting)
             require_explained(setup, after.velocity_m_s - before.velocity_m_s, acting, allowed, step)
             _require_spin_explained(setup, before, after, acting, allowed, step)
-    any_acted = any(acting_contacts(now)[0] for now in subject.watch_cached(setup).seen)
+    any_acted = any(acting_contacts(current)[0] for current in subject.watch_cached(setup).seen)
     require(any_acted, "no contact is reported", "impacts of the discs", "none", setup)
     if not reports:
         raise NotApplicable("tangential impulses are not reported")
 
 
 def _require_friction(subject: Subject, profile: str = "tuned") -> Capabilities:
-    can = subject.capabilities(profile)
-    if can.friction[1] == 0:
+    capabilities = subject.capabilities(profile)
+    if capabilities.friction[1] == 0:
         raise NotApplicable("friction is declared to be 0 only")
-    return can
+    return capabilities
 
 
-def _choose_friction(can: Capabilities, share: str) -> float:
-    low, high = can.friction
+def _choose_friction(capabilities: Capabilities, share: str) -> float:
+    low, high = capabilities.friction
     # A scene's friction is at most `LARGEST`.
     return {"least": low, "sliding": min(max(low, 0.1), high), "greatest": min(high, LARGEST)}[share]
 
 
-def _read_spins(now: Observation, setup: Setup) -> list[float]:
-    if now.spin_rad_s is None:
+def _read_spins(observation: Observation, setup: Setup) -> list[float]:
+    if observation.spin_rad_s is None:
         expected = "spin_rad_s of a scene that turns"
         require(not setup.scene.arrays.spins.any(), "no spins are reported", expected, None, setup)
         return [0.0] * len(setup.scene.discs)
-    return [float(spin) for spin in now.spin_rad_s]
+    return [float(spin) for spin in observation.spin_rad_s]
 
 
-def _end_by_the_law(subject: Subject, scene: Scene, what: str) -> None:
+def _end_by_the_law(subject: Subject, scene: Scene, label: str) -> None:
     """Run a scene of `rubbing`, and compare its end with the closed form of an impact with friction."""
     setup = require_supported(subject, scene)
-    first, second, *more = scene.discs
-    wanted = [*_compute_motion_after(first, second, (1.0, 0.0), scene.restitution, scene.friction)]
-    for disc in more:
+    first, second, *wall_discs = scene.discs
+    expected_motions = [*_compute_motion_after(first, second, (1.0, 0.0), scene.restitution, scene.friction)]
+    for disc in wall_discs:
         wall = scene.half_planes()[0]
         normal = (-wall.normal[0], -wall.normal[1])
-        wanted.append(_compute_motion_after(disc, wall, normal, scene.wall_restitution, scene.wall_friction)[0])
-    end = end_with_velocities(subject, setup, [velocity for velocity, _ in wanted], what)
+        expected_motions.append(
+            _compute_motion_after(disc, wall, normal, scene.wall_restitution, scene.wall_friction)[0]
+        )
+    end = end_with_velocities(subject, setup, [velocity for velocity, _ in expected_motions], label)
     fastest = max(abs(disc.spin_rad_s) for disc in scene.discs)
     promise = subject.adapter.profiles[setup.profile].accuracy.velocity
     allowed = (subject.rounding + promise) * max(fastest, find_greatest_speed(scene) / scene.discs[0].radius_m)
-    for i, ((_, spin), found) in enumerate(zip(wanted, _read_spins(end, setup), strict=True)):
-        off = f"{format_number(found, 10)} rad/s, off by {format_number(abs(found - spin), 3)}"
-        wrong = f"{what}: disc {i} ends with a wrong spin"
+    for i, ((_, spin), found) in enumerate(zip(expected_motions, _read_spins(end, setup), strict=True)):
+        found_text = f"{format_number(found, 10)} rad/s, off by {format_number(abs(found - spin), 3)}"
+        wrong = f"{label}: disc {i} ends with a wrong spin"
         expected = f"{format_number(spin, 10)} rad/s to {format_number(allowed)}"
-        require(abs(found - spin) <= allowed, wrong, expected, off, setup)
+        require(abs(found - spin) <= allowed, wrong, expected, found_text, setup)
 
 
 def _compute_motion_after(
@@ -145,20 +153,26 @@ def _compute_motion_after(
     stops the slip, or is the largest impulse that Coulomb's law allows.
     """
     (nx, ny), (tx, ty) = normal, (-normal[1], normal[0])
-    still = Disc(position_m=(0, 0), radius_m=1, mass_kg=math.inf)
-    other = still if isinstance(second, Wall) else second
+    fixed_disc = Disc(position_m=(0, 0), radius_m=1, mass_kg=math.inf)
+    other = fixed_disc if isinstance(second, Wall) else second
     (ux, uy), (vx, vy) = first.velocity_m_s, other.velocity_m_s
     rims = first.radius_m * first.spin_rad_s + other.radius_m * other.spin_rad_s
     approach, slip = (ux - vx) * nx + (uy - vy) * ny, (ux - vx) * tx + (uy - vy) * ty + rims
-    pushed = [1.0 / disc.mass_kg for disc in (first, other)]
-    turned = [1.0 / (disc.inertia_factor * disc.mass_kg) for disc in (first, other)]
-    normal_impulse = (1.0 + restitution) * approach / sum(pushed)
-    sticking = slip / (sum(pushed) + sum(turned))
+    inverse_masses = [1.0 / disc.mass_kg for disc in (first, other)]
+    inverse_rim_masses = [1.0 / (disc.inertia_factor * disc.mass_kg) for disc in (first, other)]
+    normal_impulse = (1.0 + restitution) * approach / sum(inverse_masses)
+    sticking = slip / (sum(inverse_masses) + sum(inverse_rim_masses))
     tangential_impulse = math.copysign(min(abs(sticking), friction * normal_impulse), sticking)
     x, y = normal_impulse * nx + tangential_impulse * tx, normal_impulse * ny + tangential_impulse * ty
     return (
-        ((ux - x * pushed[0], uy - y * pushed[0]), first.spin_rad_s - tangential_impulse * turned[0] / first.radius_m),
-        ((vx + x * pushed[1], vy + y * pushed[1]), other.spin_rad_s - tangential_impulse * turned[1] / other.radius_m),
+        (
+            (ux - x * inverse_masses[0], uy - y * inverse_masses[0]),
+            first.spin_rad_s - tangential_impulse * inverse_rim_masses[0] / first.radius_m,
+        ),
+        (
+            (vx + x * inverse_masses[1], vy + y * inverse_masses[1]),
+            other.spin_rad_s - tangential_impulse * inverse_rim_masses[1] / other.radius_m,
+        ),
     )
 
 
@@ -166,11 +180,11 @@ def _require_cone(setup: Setup, acting: list[Contact], friction: float, allowed:
     for contact in acting:
         if contact.impulse_n_s is None or contact.tangential_impulse_n_s is None:
             continue
-        tangential, most = abs(contact.tangential_impulse_n_s), friction * contact.impulse_n_s
-        what = f"friction between bodies {contact.first} and {contact.second} in step {step} is too large"
-        within = tangential <= most * (1 + allowed) + allowed
-        expected = f"at most {friction:g} of the normal impulse, {format_number(most, 6)} N s"
-        require(within, what, expected, f"{format_number(tangential, 6)} N s", setup)
+        tangential, limit = abs(contact.tangential_impulse_n_s), friction * contact.impulse_n_s
+        problem = f"friction between bodies {contact.first} and {contact.second} in step {step} is too large"
+        is_within = tangential <= limit * (1 + allowed) + allowed
+        expected = f"at most {friction:g} of the normal impulse, {format_number(limit, 6)} N s"
+        require(is_within, problem, expected, f"{format_number(tangential, 6)} N s", setup)
 
 
 def _require_spin_explained(
@@ -178,30 +192,30 @@ def _require_spin_explained(
 ) -> None:
     """Compare a step's changes of spin with the reported tangential impulses."""
     discs, mass = setup.scene.discs, list_masses(setup.scene)
-    turned, arm_short = np.zeros(len(discs)), np.full(len(discs), allowed)
+    explained, arm_short = np.zeros(len(discs)), np.full(len(discs), allowed)
     for contact in acting:
         across = contact.tangential_impulse_n_s or 0.0
         overlap = max(_compute_overlap(setup.scene, contact, state) for state in (before, after))
         for body in (contact.first, contact.second):
             if body >= 0 and mass[body]:
-                by = across / (discs[body].inertia_factor * mass[body] * discs[body].radius_m)
-                turned[body] -= by
-                arm_short[body] += abs(by) * overlap / discs[body].radius_m
+                change = across / (discs[body].inertia_factor * mass[body] * discs[body].radius_m)
+                explained[body] -= change
+                arm_short[body] += abs(change) * overlap / discs[body].radius_m
     spun = np.array(_read_spins(after, setup)) - np.array(_read_spins(before, setup))
-    for body, (wanted, found, off) in enumerate(zip(spun, turned, arm_short, strict=True)):
-        what = f"the tangential impulses of step {step} do not explain the spin change of disc {body}"
-        expected = f"{format_number(wanted, 6)} rad/s to {format_number(off)}"
+    for body, (spin_change, found, allowed_error) in enumerate(zip(spun, explained, arm_short, strict=True)):
+        problem = f"the tangential impulses of step {step} do not explain the spin change of disc {body}"
+        expected = f"{format_number(spin_change, 6)} rad/s to {format_number(allowed_error)}"
         worth = f"impulses for {format_number(found, 6)} rad/s"
-        require(abs(wanted - found) <= off, what, expected, worth, setup)
+        require(abs(spin_change - found) <= allowed_error, problem, expected, worth, setup)
 
 
 def _compute_overlap(scene: Scene, contact: Contact, state: Observation) -> float:
     """Return the overlap of a contact's bodies, metres; 0 for bodies that do not overlap."""
-    first, here = scene.discs[contact.first], state.position_m[contact.first]
+    first, centre = scene.discs[contact.first], state.position_m[contact.first]
     if contact.second < 0:
         wall = scene.half_planes()[-1 - contact.second]
-        gap = float((here - np.array(wall.point_m)) @ np.array(wall.normal)) - first.radius_m
+        gap = float((centre - np.array(wall.point_m)) @ np.array(wall.normal)) - first.radius_m
     else:
-        apart = math.dist(here.tolist(), state.position_m[contact.second].tolist())
-        gap = apart - first.radius_m - scene.discs[contact.second].radius_m
+        distance = math.dist(centre.tolist(), state.position_m[contact.second].tolist())
+        gap = distance - first.radius_m - scene.discs[contact.second].radius_m
     return max(0.0, -gap)

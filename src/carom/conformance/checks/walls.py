@@ -12,8 +12,8 @@ from carom.engines.api.checks import COMBINE_RULES
 from carom.model.scene import Scene
 
 
-def _end_with(subject: Subject, scene: Scene, expected: Sequence[tuple[float, float]], what: str) -> None:
-    end_with_velocities(subject, require_supported(subject, scene), expected, what)
+def _end_with(subject: Subject, scene: Scene, expected: Sequence[tuple[float, float]], label: str) -> None:
+    end_with_velocities(subject, require_supported(subject, scene), expected, label)
 
 
 def edges_as_declared(subject: Subject) -> None:
@@ -32,18 +32,18 @@ def circles_as_declared(subject: Subject) -> None:
 
 def posts_as_declared(subject: Subject) -> None:
     """A disc bounces off a circle from outside."""
-    can = subject.capabilities()
-    if not (can.posts or can.arcs):
+    capabilities = subject.capabilities()
+    if not (capabilities.posts or capabilities.arcs):
         raise NotApplicable("neither posts nor arcs is declared")
-    scene = scenes.build_outside_circle(can)
+    scene = scenes.build_outside_circle(capabilities)
     _end_with(subject, scene, [(3 * scene.wall_restitution, 0.0)], "a circle")
 
 
 def paddles_as_declared(subject: Subject) -> None:
     """A disc leaves a driven wall with the wall's velocity plus e times the closing speed."""
-    can = require_declared(subject, "driven_walls")
-    for edge in (False, True) if can.segments else (False,):
-        scene = scenes.build_paddle(can, edge=edge)
+    capabilities = require_declared(subject, "driven_walls")
+    for edge in (False, True) if capabilities.segments else (False,):
+        scene = scenes.build_paddle(capabilities, edge=edge)
         _end_with(subject, scene, [(1 + 4 * scene.wall_restitution, 0.0)], f"a driven {'edge' if edge else 'wall'}")
 
 
@@ -75,10 +75,10 @@ def edge_belts_as_declared(subject: Subject) -> None:
 
 def materials_as_declared(subject: Subject) -> None:
     """Two walls of a scene have different restitutions: the least and the greatest possible one."""
-    can = require_declared(subject, "wall_materials")
-    low, high = can.restitution
+    capabilities = require_declared(subject, "wall_materials")
+    low, high = capabilities.restitution
     # The scene's restitution between discs is 1.
-    least, greatest = COMBINE_RULES[can.restitution_combine](1.0, high)
+    least, greatest = COMBINE_RULES[capabilities.restitution_combine](1.0, high)
     first, second = max(low, least), min(high, greatest)
     scene = scenes.build_two_walls(first, second)
     _end_with(subject, scene, [(3 * first, 0.0), (-3 * second, 0.0)], "walls with different restitutions")

@@ -117,11 +117,11 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
     if located and Need.GRAVITY in needs and needs & {Need.WALLS, Need.IMMOVABLE}:
         # The semi-implicit and the explicit Euler method have this error. In whole steps, the late detection of impacts
         # cancels this error.
-        gained = math.hypot(*scene.gravity_m_s2) * dt_s
+        gained_m_s = math.hypot(*scene.gravity_m_s2) * dt_s
         return (
             f"discs fall onto bodies that do not fall, and this profile cuts its steps. An engine's step of {dt_s:g} "
             "s leaves the parabola by g dt^2/2, so each bounce gains or loses up to g dt "
-            f"({format_number(gained, 3)} m/s)"
+            f"({format_number(gained_m_s, 3)} m/s)"
         )
     low, high = capabilities.restitution
     used = [("restitution", scene.restitution)] if len(scene.discs) > 1 else []
@@ -150,8 +150,8 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
     if spin > capabilities.max_spin_rad_s:
         return f"a disc spins at {spin:g} rad/s, and this method's limit is {capabilities.max_spin_rad_s:g} rad/s"
     if spin * dt_s > capabilities.max_turn_rad:
-        turned = f"a disc at {spin:g} rad/s turns by {spin * dt_s:g} rad in a step of {dt_s:g} s"
-        return f"{turned}, and this method turns discs by at most {capabilities.max_turn_rad:g} rad a step"
+        rotation_text = f"a disc at {spin:g} rad/s turns by {spin * dt_s:g} rad in a step of {dt_s:g} s"
+        return f"{rotation_text}, and this method turns discs by at most {capabilities.max_turn_rad:g} rad a step"
     for i, disc in enumerate(scene.discs if needs & {Need.SPIN, Need.FRICTION} else ()):
         if disc.inertia_factor < capabilities.min_inertia_factor:
             limits = f"{capabilities.min_inertia_factor:g} to 1, or a disc that does not turn"
@@ -162,8 +162,8 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
         slow = f"no two bodies approach each other at more than {closing:g} m/s"
         return f"{slow}, and this method makes contacts of up to {threshold:g} m/s inelastic"
     if fastest * dt_s > capabilities.max_move_m:
-        moved = f"a disc at {fastest:g} m/s moves {fastest * dt_s:g} m in a step of {dt_s:g} s"
-        return f"{moved}, and this method moves discs by at most {capabilities.max_move_m:g} m a step"
+        motion_text = f"a disc at {fastest:g} m/s moves {fastest * dt_s:g} m in a step of {dt_s:g} s"
+        return f"{motion_text}, and this method moves discs by at most {capabilities.max_move_m:g} m a step"
     for i, disc in enumerate(scene.discs):
         if not capabilities.min_radius_m <= disc.radius_m <= capabilities.max_radius_m:
             limits = f"{capabilities.min_radius_m:g} to {capabilities.max_radius_m:g} m"
@@ -205,12 +205,12 @@ def supports(capabilities: Capabilities, need: Need) -> bool:
             return bool(getattr(capabilities, need.name.lower()))
 
 
-def _find_combination_problem(rule: str, coefficients: Sequence[tuple[str, float]], most: float) -> str:
+def _find_combination_problem(rule: str, coefficients: Sequence[tuple[str, float]], max_value: float) -> str:
     """Return why discs and walls can't have these coefficients in one scene; empty if they can."""
     if len(coefficients) < 2 or coefficients[0][0].startswith("wall"):
         return ""
     (name, pair), *of_walls = coefficients
-    least, greatest = COMBINE_RULES[rule](pair, most)
+    least, greatest = COMBINE_RULES[rule](pair, max_value)
     for wall_name, wall in of_walls:
         if not least <= wall <= greatest:
             beside, can_be = f"{wall_name} is {wall:g} with a {name} of {pair:g}", f"{least:g} to {greatest:g}"

@@ -122,8 +122,8 @@ def reach(scene: Scene, dt_s: float) -> tuple[Vector, float]:
     fastest += 2.0 * DRIVEN_IMPACTS * max((*driven, *belts), default=0.0)
     duration_s = scene.duration_s + dt_s
     # A disc gains energy by falling, and an impact can pass this energy on to a lighter disc.
-    gained = math.hypot(*scene.gravity_m_s2) * duration_s * math.sqrt(sum(d.mass_kg / lightest for d in movable))
-    return centre, start + (fastest + gained) * duration_s
+    gained_m_s = math.hypot(*scene.gravity_m_s2) * duration_s * math.sqrt(sum(d.mass_kg / lightest for d in movable))
+    return centre, start + (fastest + gained_m_s) * duration_s
 
 
 def is_fast(disc: Disc, dt_s: float) -> bool:

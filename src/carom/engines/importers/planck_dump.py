@@ -79,30 +79,30 @@ class _Reading:
             for fixture, shape in zip(body.fixtures, body.shapes, strict=True)
         ]
         stay = [one for one in pairs if self._can_keep(*one)]
-        for body, fixture, shape, what in stay:
+        for body, fixture, shape, label in stay:
             if shape["type"] == "circle":
-                self.discs.append((fixture, self._build_disc(body, fixture, shape, what)))
-        for body, fixture, shape, what in stay:
+                self.discs.append((fixture, self._build_disc(body, fixture, shape, label)))
+        for body, fixture, shape, label in stay:
             if shape["type"] != "circle":
-                self._read_walls(body, fixture, shape, what)
+                self._read_walls(body, fixture, shape, label)
         self.dropped += [f"a {joint}" for joint in self.joints]
 
-    def _can_keep(self, body: _Body, fixture: Any, shape: Any, what: str) -> bool:
+    def _can_keep(self, body: _Body, fixture: Any, shape: Any, label: str) -> bool:
         if fixture["isSensor"]:
-            self.dropped.append(f"{what}: a sensor, which pushes nothing")
+            self.dropped.append(f"{label}: a sensor, which pushes nothing")
         elif body.driven:
-            self.dropped.append(f"{what}: its kinematic body moves by itself")
+            self.dropped.append(f"{label}: its kinematic body moves by itself")
         elif body.moves and len(body.fixtures) > 1:
-            self.dropped.append(f"{what}: its body has {len(body.fixtures)} fixtures")
+            self.dropped.append(f"{label}: its body has {len(body.fixtures)} fixtures")
         elif body.moves and shape["type"] != "circle":
-            self.dropped.append(f"{what}: it moves, and only discs can move in scenes")
+            self.dropped.append(f"{label}: it moves, and only discs can move in scenes")
         else:
             return True
         return False
 
-    def _build_disc(self, body: _Body, fixture: Any, shape: Any, what: str) -> Disc:
+    def _build_disc(self, body: _Body, fixture: Any, shape: Any, label: str) -> Disc:
         if any(fixture[name] != value for name, value in _FILTER.items()):
-            self.dropped.append(f"{what}: its filter is ignored")
+            self.dropped.append(f"{label}: its filter is ignored")
         place, radius = body.to_world(shape["p"]), float(shape["radius"])
         if not body.moves:
             return Disc(position_m=place, radius_m=radius, mass_kg=math.inf)
@@ -112,7 +112,7 @@ class _Reading:
         turns = mass > 0.0 and not body.fields["fixedRotation"]
         spin = float(body.fields["angularVelocity"])
         if spin != 0.0 and not turns:
-            self.dropped.append(f"{what}: its spin is ignored, since nothing could change it")
+            self.dropped.append(f"{label}: its spin is ignored, since nothing could change it")
         return Disc(
             position_m=place,
             velocity_m_s=_parse_point(body.fields["linearVelocity"]),
@@ -122,27 +122,27 @@ class _Reading:
             inertia_factor=0.5 if turns else math.inf,
         )
 
-    def _read_walls(self, body: _Body, fixture: Any, shape: Any, what: str) -> None:
+    def _read_walls(self, body: _Body, fixture: Any, shape: Any, label: str) -> None:
         discs, found = [disc for _, disc in self.discs], False
         for faces in _list_face_groups(body, shape):
             wall = wall_towards(discs, faces)
             if wall is None:
                 self.dropped.append(
-                    f"{what}: a disc is inside it or behind each of its faces, and a wall is a half-plane"
+                    f"{label}: a disc is inside it or behind each of its faces, and a wall is a half-plane"
                 )
                 continue
             found = True
             self.walls.append((fixture, wall))
         if found:
-            self.dropped.append(f"{what}: only its face towards the discs is kept, without its ends and its skin")
+            self.dropped.append(f"{label}: only its face towards the discs is kept, without its ends and its skin")
 
     def build_scene(self, name: str, duration_s: float) -> Imported:
         """Return the scene. Box2D uses the larger of two restitutions, and the root of the product of two frictions."""
 
-        def list_pairs(which: str, of: str) -> list[tuple[float, float]]:
-            discs = [float(fixture[of]) for fixture, _ in self.discs]
+        def list_pairs(which: str, field: str) -> list[tuple[float, float]]:
+            discs = [float(fixture[field]) for fixture, _ in self.discs]
             if which == "walls":
-                return [(a, float(fixture[of])) for a in discs for fixture, _ in self.walls]
+                return [(a, float(fixture[field])) for a in discs for fixture, _ in self.walls]
             return [(a, b) for k, a in enumerate(discs) for b in discs[k + 1 :]] or [(a, a) for a in discs]
 
         values = {

@@ -48,13 +48,13 @@ class ProgramWorld:
 
     def observe(self) -> Observation:
         """Return the present state and the contacts of the last step."""
-        seen = self._program.ask(messages.Look(world=self._number), messages.Seen)
+        answer = self._program.ask(messages.Look(world=self._number), messages.Seen)
         return Observation(
-            np.array(seen.position_m, dtype=np.float64),
-            np.array(seen.velocity_m_s, dtype=np.float64),
-            tuple(Contact(**dict(contact)) for contact in seen.contacts),
-            seen.warning,
-            None if seen.spin_rad_s is None else np.array(seen.spin_rad_s, dtype=np.float64),
+            np.array(answer.position_m, dtype=np.float64),
+            np.array(answer.velocity_m_s, dtype=np.float64),
+            tuple(Contact(**dict(contact)) for contact in answer.contacts),
+            answer.warning,
+            None if answer.spin_rad_s is None else np.array(answer.spin_rad_s, dtype=np.float64),
         )
 
     def cut(self, dt_s: float) -> None:

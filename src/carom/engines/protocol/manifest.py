@@ -125,12 +125,12 @@ class Manifest(_Table):
         """Complete the capabilities of profiles with the engine's."""
         match data:
             case {"capabilities": dict(shared), "profiles": dict(profiles)}:
-                whole = {
-                    name: {**profile, "capabilities": {**shared, **own}}
+                completed = {
+                    name: {**profile, "capabilities": {**shared, **own_capabilities}}
                     for name, profile in profiles.items()
-                    if isinstance(profile, dict) and isinstance(own := profile.get("capabilities"), dict)
+                    if isinstance(profile, dict) and isinstance(own_capabilities := profile.get("capabilities"), dict)
                 }
-                return {**data, "profiles": {**profiles, **whole}}
+                return {**data, "profiles": {**profiles, **completed}}
         return data
 
     def resolve_command(self, folder: Path) -> tuple[str, ...]:
@@ -185,10 +185,10 @@ def load_manifest(path: Path) -> Manifest:
         raise AdapterError(f"{path} is not valid TOML: {error}") from error
     except ValidationError as error:
         wrong = error.errors(include_url=False)[0]
-        place, said = list(map(str, wrong["loc"])), describe_error(wrong)
+        place, problem = list(map(str, wrong["loc"])), describe_error(wrong)
         if place[-1:] in _KINDS:
-            place, said = place[:-1], f"must be a number, true, false or a text, got {format_value(wrong['input'])}"
-        raise AdapterError(f"{path}: {'.'.join(place) or 'the manifest'}: {said}", hints=[PAGE]) from error
+            place, problem = place[:-1], f"must be a number, true, false or a text, got {format_value(wrong['input'])}"
+        raise AdapterError(f"{path}: {'.'.join(place) or 'the manifest'}: {problem}", hints=[PAGE]) from error
     if found.protocol != PROTOCOL:
         raise AdapterError(f"{path}: protocol: this Carom uses version {PROTOCOL}, got {found.protocol}", hints=[PAGE])
     return found

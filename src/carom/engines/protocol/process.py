@@ -83,18 +83,22 @@ class Program:
         self._require_single_keys(line, request)
         try:
             if (error := Reply.model_validate_json(line).error) is not None:
-                said = self._describe_last_output() if error.kind == "failed" else ""
-                raise AdapterError(f"{self.name} {error.kind} {request.do!r}: {error.message}{said and f'; {said}'}")
+                detail = self._describe_last_output() if error.kind == "failed" else ""
+                raise AdapterError(
+                    f"{self.name} {error.kind} {request.do!r}: {error.message}{detail and f'; {detail}'}"
+                )
             return answer.model_validate_json(line, strict=True)
         except ValidationError as error:
             wrong = error.errors(include_url=False)[0]
             field = ".".join(map(str, wrong["loc"])) or "the line"
-            said = (
+            detail = (
                 "is not JSON; standard output must contain only answers"
                 if wrong["type"] == "json_invalid"
                 else describe_error(wrong)
             )
-            message = f"{self.name} sent an invalid answer to {request.do!r}: {field} {said}; it wrote {line[:SHOWN]!r}"
+            message = (
+                f"{self.name} sent an invalid answer to {request.do!r}: {field} {detail}; it wrote {line[:SHOWN]!r}"
+            )
             raise AdapterError(message, hints=["see docs/reference/engine-protocol.md#the-requests"]) from error
 
     def _require_single_keys(self, line: bytes, request: Request) -> None:
@@ -155,13 +159,13 @@ class Program:
         while self._read_printed():
             pass
         # The name of a worker's folder is removed, so that equal reasons have equal texts.
-        said = find_last_message(self._words.decode(errors="replace").replace(f"{Path.cwd()}{os.sep}", ""))
-        return f"it last printed {said!r}" if said else ""
+        last_output = find_last_message(self._words.decode(errors="replace").replace(f"{Path.cwd()}{os.sep}", ""))
+        return f"it last printed {last_output!r}" if last_output else ""
 
     def _describe_end(self) -> str:
         """End the program, and return how it ended and its last output."""
         by_itself = self._stop()
-        said = self._describe_last_output()
+        last_output = self._describe_last_output()
         self.end()
         code = self._popen.returncode
         if len(self._answered) > MOST_ANSWER_BYTES:
@@ -170,7 +174,7 @@ class Program:
             how = f"its program was ended by signal {-code}" if code < 0 else f"its program ended with exit code {code}"
         else:
             how = "it closed its output"
-        return f"{how}, {said}," if said else how
+        return f"{how}, {last_output}," if last_output else how
 
     @property
     def ended(self) -> bool:

@@ -98,12 +98,12 @@ class Server:
         return {}
 
     def _prepare(self, request: messages.Prepare) -> dict[str, Any]:
-        asked = dict(request.settings)
-        name = asked.pop(PROFILE, None)
+        requested = dict(request.settings)
+        name = requested.pop(PROFILE, None)
         if name is not None and name not in self._adapter.profiles:
             raise AdapterError(f"{self._adapter.name} has no profile {name!r}")
-        own = {} if name is None else self._adapter.profiles[str(name)].settings(float(asked["dt_s"]))
-        world = self._adapter.prepare(request.scene, {**own, **asked})
+        profile_settings = {} if name is None else self._adapter.profiles[str(name)].settings(float(requested["dt_s"]))
+        world = self._adapter.prepare(request.scene, {**profile_settings, **requested})
         number = next(self._numbers)
         self._worlds[number] = world
         used = {key: _to_json(value) for key, value in world.settings.items()}
@@ -135,11 +135,15 @@ def _take_steps(world: World, steps: int) -> float:
 
 
 def _observe(world: World) -> dict[str, Any]:
-    now = world.observe()
-    numbers = {"position_m": now.position_m, "velocity_m_s": now.velocity_m_s, "spin_rad_s": now.spin_rad_s}
-    contacts = [_build_contact_fields(contact) for contact in now.contacts]
+    observation = world.observe()
+    numbers = {
+        "position_m": observation.position_m,
+        "velocity_m_s": observation.velocity_m_s,
+        "spin_rad_s": observation.spin_rad_s,
+    }
+    contacts = [_build_contact_fields(contact) for contact in observation.contacts]
     state = {name: _to_json(np.asarray(array, np.float64)) for name, array in numbers.items() if array is not None}
-    return {**state, "contacts": contacts, "warning": now.warning}
+    return {**state, "contacts": contacts, "warning": observation.warning}
 
 
 def _build_contact_fields(contact: Contact) -> dict[str, Any]:
@@ -185,16 +189,18 @@ def build_manifest(adapter: Adapter, name: str, version: str, command: Sequence[
 
 
 def _build_profile(adapter: Adapter, name: str, profile: Profile) -> dict[str, Any]:
-    own = profile.capabilities
+    capabilities = profile.capabilities
     # A profile in a manifest inherits the engine's capabilities, so only differences are written.
-    able = {} if own is None else {"capabilities": _find_differing(own, adapter.capabilities)}
+    capability_fields = (
+        {} if capabilities is None else {"capabilities": _find_differing(capabilities, adapter.capabilities)}
+    )
     return {
         "description": profile.description,
         "settings": {PROFILE: name},
         "accuracy": _find_differing(profile.accuracy, Accuracy()),
         "located": profile.located,
         "changed": dict(profile.changed),
-    } | able
+    } | capability_fields
 
 
 def _build_knob(knob: Knob) -> dict[str, Any]:

@@ -68,7 +68,7 @@ def find_near_walls(position_m: Floats, reach_m: Floats, movable: Flags, walls: 
     x, y, nx, ny = walls.T[:, :, None]
     block = max(1, _DISTANCES // len(walls))
     for begin in range(0, len(reach_m), block):
-        some = slice(begin, begin + block)
-        distance = (position_m[some, 0] - x) * nx + (position_m[some, 1] - y) * ny
-        disc, wall = np.nonzero(((distance <= reach_m[some]) & movable[some]).T)
+        block_rows = slice(begin, begin + block)
+        distance = (position_m[block_rows, 0] - x) * nx + (position_m[block_rows, 1] - y) * ny
+        disc, wall = np.nonzero(((distance <= reach_m[block_rows]) & movable[block_rows]).T)
         yield begin + disc, wall

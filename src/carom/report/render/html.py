@@ -57,13 +57,15 @@ def render_html(document: Document) -> str:
     )
 
 
-def render_replay_page(title: str, data: str, said: Sequence[str] = (), stills: Sequence[tuple[str, str]] = ()) -> str:
+def render_replay_page(
+    title: str, data: str, sentences: Sequence[str] = (), stills: Sequence[tuple[str, str]] = ()
+) -> str:
     """Return a page with one replay.
 
     Args:
         title: Title of the page.
         data: Packed data of the replay.
-        said: Sentences for browsers without JavaScript.
+        sentences: Sentences for browsers without JavaScript.
         stills: Captions and SVG pictures for browsers without JavaScript.
 
     Raises:
@@ -71,7 +73,7 @@ def render_replay_page(title: str, data: str, said: Sequence[str] = (), stills: 
     """
     script = build_page_script(*_REPLAY)
     page: str = _load_template("replay.html.j2").render(
-        title=title, data=data, said=said, stills=stills, script=script, policy=build_content_policy(script)
+        title=title, data=data, said=sentences, stills=stills, script=script, policy=build_content_policy(script)
     )
     return page
 
@@ -92,10 +94,12 @@ def _load_template(name: str) -> Template:
 
 def build_page_script(*names: str) -> str:
     """Return several scripts as one, with the code that unpacks their data."""
-    own = resources.files("carom.report") / "templates"
+    templates = resources.files("carom.report") / "templates"
     shared = resources.files("carom") / "web"  # these modules are shared with the play page
-    every = ("unpack.js", *names) if names else ()
-    texts = (((shared if name == "drawing.js" else own) / name).read_text(encoding="utf-8") for name in every)
+    file_names = ("unpack.js", *names) if names else ()
+    texts = (
+        ((shared if name == "drawing.js" else templates) / name).read_text(encoding="utf-8") for name in file_names
+    )
     return "".join(_EXPORT.sub("", _IMPORT.sub("", text)) for text in texts)
 
 
@@ -117,10 +121,10 @@ def _pack_rows(table: Table) -> str:
 def _pack_cell(cell: Cell) -> str | dict[str, str]:
     """Return a cell for `rows.js`, which shows words and symbols, but no bars or links."""
     # Control characters are escaped here, because the writer of the page's file can't see into packed data.
-    said = {
+    attributes = {
         name: escape_controls(getattr(cell, name)) for name in ("css", "symbol", "note", "title") if getattr(cell, name)
     }
     if cell.link or cell.shares or cell.anchor or cell.part is not None:
         raise ValueError(f"a cell of a packed table can't have a link, bar, meter or anchor: {cell!r}")
     text = escape_controls(cell.text)
-    return {"text": text, **said} if said else text
+    return {"text": text, **attributes} if attributes else text

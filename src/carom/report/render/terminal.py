@@ -70,13 +70,13 @@ _GAP = 2
 def _split_table(table: Table, medium: Media, width: int) -> Iterator[RichTable]:
     """Yield a table in as many parts as needed for the width. Each part repeats the first column."""
     columns, rows = table.select_for(medium)
-    every = [_fit_column(column, [row[k] for row in rows], first=not k) for k, column in enumerate(columns)]
+    fitted = [_fit_column(column, [row[k] for row in rows], first=not k) for k, column in enumerate(columns)]
     begin = 1
-    while begin < max(2, len(every)):
-        end = len(every)
-        while end > begin + 1 and sum(one.least + _GAP for one in (every[0], *every[begin:end])) - _GAP > width:
+    while begin < max(2, len(fitted)):
+        end = len(fitted)
+        while end > begin + 1 and sum(one.least + _GAP for one in (fitted[0], *fitted[begin:end])) - _GAP > width:
             end -= 1
-        yield _build_part([every[0], *every[begin:end]], width)
+        yield _build_part([fitted[0], *fitted[begin:end]], width)
         begin = end
 
 
@@ -93,13 +93,13 @@ class _Fitted(NamedTuple):
 
 def _fit_column(column: Column, cells: Sequence[Cell], *, first: bool) -> _Fitted:
     heading = RichText(escape_controls("\n".join(filter(None, (column.head, column.under)))))
-    shown = [_render_cell(cell) for cell in cells]
-    whole = first or any(cell.shares for cell in cells)  # names and bars are not broken
-    heads, rows = heading.plain.splitlines(), [line for text in shown for line in text.plain.splitlines()]
-    words = heads if whole else _list_words(heads)
-    words += rows if whole or column.number else _list_words(rows)  # a number keeps its unit
-    least, most = (max(map(cell_len, parts), default=0) for parts in (words, heads + rows))
-    return _Fitted(heading, shown, column.number, whole, least, most)
+    rendered = [_render_cell(cell) for cell in cells]
+    is_unbroken = first or any(cell.shares for cell in cells)  # names and bars are not broken
+    heads, rows = heading.plain.splitlines(), [line for text in rendered for line in text.plain.splitlines()]
+    words = heads if is_unbroken else _list_words(heads)
+    words += rows if is_unbroken or column.number else _list_words(rows)  # a number keeps its unit
+    min_width, max_width = (max(map(cell_len, parts), default=0) for parts in (words, heads + rows))
+    return _Fitted(heading, rendered, column.number, is_unbroken, min_width, max_width)
 
 
 def _list_words(lines: list[str]) -> list[str]:
@@ -110,17 +110,17 @@ def _list_words(lines: list[str]) -> list[str]:
 def _build_part(columns: Sequence[_Fitted], width: int) -> RichTable:
     widths = [column.most for column in columns]
     while sum(widths) + _GAP * (len(widths) - 1) > width:  # narrow the widest column first, without cutting words
-        able = [k for k, column in enumerate(columns) if widths[k] > column.least]
-        if not able:
+        narrowable = [k for k, column in enumerate(columns) if widths[k] > column.least]
+        if not narrowable:
             break
-        widths[max(able, key=widths.__getitem__)] -= 1
-    shown = RichTable(pad_edge=False, show_edge=False, collapse_padding=True, box=box.SIMPLE_HEAD)
+        widths[max(narrowable, key=widths.__getitem__)] -= 1
+    table = RichTable(pad_edge=False, show_edge=False, collapse_padding=True, box=box.SIMPLE_HEAD)
     for column, wide in zip(columns, widths, strict=True):
         justify: JustifyMethod = "right" if column.number else "left"
-        shown.add_column(column.head, justify=justify, no_wrap=column.whole, width=wide)
+        table.add_column(column.head, justify=justify, no_wrap=column.whole, width=wide)
     for row in zip(*(column.cells for column in columns), strict=True):
-        shown.add_row(*row)
-    return shown
+        table.add_row(*row)
+    return table
 
 
 def _render_cell(cell: Cell) -> RichText:

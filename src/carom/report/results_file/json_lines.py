@@ -84,15 +84,15 @@ def read_row(text: bytes, path: Path, number: int) -> RowLine:
 def _build_error(error: ValidationError, path: Path, number: int) -> InputError:
     first = error.errors()[0]
     # Pydantic's location also contains names of union members, which are not fields of the file.
-    where = ".".join(str(part) for part in first["loc"] if not (isinstance(part, str) and not part.isidentifier()))
-    said = (
-        f"{shorten(where) or 'the line'}: {first['msg'].removeprefix('Value error, ')}, got "
+    location = ".".join(str(part) for part in first["loc"] if not (isinstance(part, str) and not part.isidentifier()))
+    problem = (
+        f"{shorten(location) or 'the line'}: {first['msg'].removeprefix('Value error, ')}, got "
         f"{format_value(first['input'])}"
     )
     if first["type"] == "json_invalid":
-        said = f"invalid JSON ({first['ctx']['error']})"
+        problem = f"invalid JSON ({first['ctx']['error']})"
     return InputError(
-        f"{path}, line {number}: {said}",
+        f"{path}, line {number}: {problem}",
         hints=["`carom diff --schema` prints the schema of a line", "run the cross-check again"],
     )
 
@@ -213,17 +213,19 @@ class _Fields:
 
     def __get_pydantic_core_schema__(self, kind: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         hints = get_type_hints(kind, include_extras=True)
-        own = {field.name: field for field in dataclasses.fields(kind)}
+        fields_by_name = {field.name: field for field in dataclasses.fields(kind)}
         fields = [
             core_schema.dataclass_field(name, _add_default(field, hints[name], handler(_build_file_type(hints[name]))))
-            for name, field in own.items()
+            for name, field in fields_by_name.items()
         ]
         derived = [
             core_schema.computed_field(name, handler(_build_file_type(hint)))
             for name, hint in _DERIVED.get(kind, {}).items()
         ]
         arguments = core_schema.dataclass_args_schema(kind.__name__, fields, computed_fields=derived)
-        return core_schema.dataclass_schema(kind, arguments, list(own), frozen=True, slots="__slots__" in vars(kind))
+        return core_schema.dataclass_schema(
+            kind, arguments, list(fields_by_name), frozen=True, slots="__slots__" in vars(kind)
+        )
 
 
 def _add_default(field: dataclasses.Field[Any], hint: Any, schema: CoreSchema) -> CoreSchema:

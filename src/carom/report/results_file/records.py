@@ -103,8 +103,8 @@ def _parse_head(path: Path, text: bytes) -> dict[str, Any]:
 
 
 def _require_whole(path: Path, head: Mapping[str, Any], rows: int) -> None:
-    if (said := head.get("rows")) != rows:
-        raise InputError(f"{path} has {rows} of {escape_controls(shorten(str(said)))} rows{_READS}")
+    if (stated_rows := head.get("rows")) != rows:
+        raise InputError(f"{path} has {rows} of {escape_controls(shorten(str(stated_rows)))} rows{_READS}")
 
 
 def _parse_object(path: Path, number: int, text: bytes) -> dict[str, Any]:
@@ -128,13 +128,13 @@ def _read_lines(path: Path) -> Iterator[bytes]:
             while line := file.readline(MOST_BYTES[".json"] + 1):  # other line separators may be part of a name
                 number, size, found = number + 1, size + len(line), count_values(line)
                 values += found
-                for what, kind, bytes_, count in (
+                for source, kind, bytes_, count in (
                     (str(path), ".jsonl", size, values),
                     (f"{path}, line {number}", ".json", len(line), found),
                 ):
                     if bytes_ > MOST_BYTES[kind] or count > MOST_VALUES[kind]:
-                        most = f"{MOST_BYTES[kind] >> 20} MiB, or {MOST_VALUES[kind]:,} values"
-                        raise InputError(f"{what} is larger than {most}, the limit for results", hints=[_ASK])
+                        limit = f"{MOST_BYTES[kind] >> 20} MiB, or {MOST_VALUES[kind]:,} values"
+                        raise InputError(f"{source} is larger than {limit}, the limit for results", hints=[_ASK])
                 yield line.removesuffix(b"\n")
     except OSError as error:
         raise InputError(f"{path} can't be read: {error.strerror or error}", hints=[_ASK]) from None
@@ -152,5 +152,5 @@ def _summarise_local_errors(score: Score) -> dict[str, int | float]:
         **{f"{kind}_median": local.median(kind) for kind in kinds},
         **{f"{kind}_worst": local.worst(kind) for kind in kinds},
     }
-    said = {name: value for name, value in found.items() if not math.isnan(value)}
-    return {"scored": local.scored, "spurious": len(local.spurious), **said}
+    known_values = {name: value for name, value in found.items() if not math.isnan(value)}
+    return {"scored": local.scored, "spurious": len(local.spurious), **known_values}

@@ -129,12 +129,12 @@ def _find_crush_in_row(log: Recording, bodies: BallBodies) -> Degeneracy | None:
     window = [one.values for one in log.rows[-_CRUSH * (len(pairs) - 1) :]]
     if row is None or len(window) < _CRUSH * (len(pairs) - 1):
         return None
-    struck = {
+    struck_pairs = {
         (one.values.first, one.values.second)
         for one in log.rows
         if not {one.values.first, one.values.second}.isdisjoint(row[1:-1])
     }
-    if struck != pairs or not _is_alone(row, bodies) or _has_loss_or_slip(row, bodies):
+    if struck_pairs != pairs or not _is_alone(row, bodies) or _has_loss_or_slip(row, bodies):
         return None
     ends = [_find_facing(last, row[0], row[1]), _find_facing(last, row[-1], row[-2])]
     obstacles = [_find_obstacle(bodies, end) for end in ends]
@@ -142,9 +142,9 @@ def _find_crush_in_row(log: Recording, bodies: BallBodies) -> Degeneracy | None:
     if line is None:
         return None
     room = rate = arb(0)
-    now, until = last[-1].time_s, math.inf
+    last_impact_s, until = last[-1].time_s, math.inf
     for end, obstacle in zip(ends, obstacles, strict=True):
-        place, speed, ends_s = _surface_motion(end, obstacle, line, bodies, now)
+        place, speed, ends_s = _surface_motion(end, obstacle, line, bodies, last_impact_s)
         sign = (
             1 if dot(end.normal, line) > 0 else -1
         )  # 1: the discs are in the direction of the line, seen from the body
@@ -157,7 +157,9 @@ def _find_crush_in_row(log: Recording, bodies: BallBodies) -> Degeneracy | None:
     if not crushed < until or crushed > bodies.scene.duration_s:
         return None
     known = min(bodies.state_bits(disc) for disc in row[1:-1])
-    return Degeneracy(Degenerate.CRUSH, tuple(sorted(row)), now, float_above(crushed), proven=False, bits=known)
+    return Degeneracy(
+        Degenerate.CRUSH, tuple(sorted(row)), last_impact_s, float_above(crushed), proven=False, bits=known
+    )
 
 
 def _order_row(pairs: set[tuple[int, int]], bodies: BallBodies) -> list[int] | None:
@@ -166,7 +168,7 @@ def _order_row(pairs: set[tuple[int, int]], bodies: BallBodies) -> list[int] | N
     for first, second in pairs:
         neighbours.setdefault(first, []).append(second)
         neighbours.setdefault(second, []).append(first)
-    ends = [body for body, others in neighbours.items() if len(others) == 1]
+    ends = [body for body, adjacent in neighbours.items() if len(adjacent) == 1]
     if len(ends) != 2 or len(pairs) < 2 or len(neighbours) != len(pairs) + 1:
         return None
     row = [min(ends)]
@@ -175,17 +177,19 @@ def _order_row(pairs: set[tuple[int, int]], bodies: BallBodies) -> list[int] | N
         if len(onwards) != 1:
             return None
         row += onwards
-    moved = [body >= 0 and bodies.movable[body] for body in row]
-    return row if not moved[0] and not moved[-1] and all(moved[1:-1]) else None
+    is_movable = [body >= 0 and bodies.movable[body] for body in row]
+    return row if not is_movable[0] and not is_movable[-1] and all(is_movable[1:-1]) else None
 
 
 def _is_alone(row: list[int], bodies: BallBodies) -> bool:
     """Return whether no other body can reach the row: there are none, or all of them and one end body are at rest."""
     scene = bodies.scene
-    others = [*map(wall_body, range(len(scene.walls))), *range(len(scene.discs))]
-    others = [body for body in others if body not in row]
-    moves = any(bodies.legs(_obstacle_body(body, bodies)) or (body >= 0 and bodies.movable[body]) for body in others)
-    return not others or (
+    other_bodies = [*map(wall_body, range(len(scene.walls))), *range(len(scene.discs))]
+    other_bodies = [body for body in other_bodies if body not in row]
+    moves = any(
+        bodies.legs(_obstacle_body(body, bodies)) or (body >= 0 and bodies.movable[body]) for body in other_bodies
+    )
+    return not other_bodies or (
         not moves and not all(bodies.legs(_obstacle_body(body, bodies)) for body in (row[0], row[-1]))
     )
 

@@ -84,9 +84,12 @@ class Attempt:
         """Start the contact of each disc that touches a wall below it, or apply its impact if it approaches."""
         contacts = BallContacts(self.bodies)
         for i, ground in list(contacts.find_resting()) if self.bodies.falls else ():
-            begun = contacts.begin_contact(i, ground)
+            mode_or_meeting = contacts.begin_contact(i, ground)
             self._add_event(
-                apply_meeting(self.bodies, begun) if isinstance(begun, Meeting) else BallEvent(None, (begun,)), _START
+                apply_meeting(self.bodies, mode_or_meeting)
+                if isinstance(mode_or_meeting, Meeting)
+                else BallEvent(None, (mode_or_meeting,)),
+                _START,
             )
 
     @property
@@ -118,10 +121,10 @@ class Attempt:
         if not self.events:
             self._begin()
         while not self.has_replayed:
-            first, second, at = self._known[len(self.events)]
+            first, second, instant_s = self._known[len(self.events)]
             if first == second:
                 BallContacts(self.bodies).record_landing(first, None)
-            meeting = meet(self.bodies, first, second, at)
+            meeting = meet(self.bodies, first, second, instant_s)
             stop = self._carry_out(meeting, goal) if meeting is not None and meeting.decided else Stop()
             if stop is not None:
                 return stop

@@ -187,10 +187,12 @@ class BallBodies:
                 latest = latest.max(time)
         return latest
 
-    def find_last_impact_of_either(self, i: int, second: int, at: float) -> arb | None:
-        """Return the time of the last impact that can affect two bodies' next impact; None if it is before `at`."""
+    def find_last_impact_of_either(self, i: int, second: int, instant_s: float) -> arb | None:
+        """Return the time of the last impact that can affect two bodies' next impact; None if before `instant_s`."""
         times = [
-            self.find_last_impact(disc, second) for disc in (i, second) if disc >= 0 and not at > self.last_met[disc]
+            self.find_last_impact(disc, second)
+            for disc in (i, second)
+            if disc >= 0 and not instant_s > self.last_met[disc]
         ]
         return times[0].max(times[-1]) if times else None
 
@@ -225,14 +227,14 @@ class BallBodies:
         """Return whether the k-th obstacle is driven."""
         return bool(self.legs(wall_body(k)))
 
-    def legs_after(self, body: int, at: float) -> tuple[BallLeg | None, ...]:
+    def legs_after(self, body: int, instant_s: float) -> tuple[BallLeg | None, ...]:
         """Return the leg of a driven body at an instant and all later legs; ``(None,)`` for other bodies."""
-        return tuple(leg for leg in self.legs(body) if leg.end_s > at) or (None,)
+        return tuple(leg for leg in self.legs(body) if leg.end_s > instant_s) or (None,)
 
-    def bound_wait(self, at: float, leg: BallLeg | None, *discs: int) -> arb:
-        """Return an upper bound of the time from `at` until the mode of a disc or the leg of a driven body ends."""
-        ends = self.contacts.bound_wait(at, *discs)
-        return ends if leg is None else ends.min(arb(leg.end_s) - at)
+    def bound_wait(self, instant_s: float, leg: BallLeg | None, *discs: int) -> arb:
+        """Return an upper bound of the time from `instant_s` to the end of a disc's mode or a driven body's leg."""
+        ends = self.contacts.bound_wait(instant_s, *discs)
+        return ends if leg is None else ends.min(arb(leg.end_s) - instant_s)
 
     def is_curved(self, body: int) -> bool:
         """Return whether a body's path is curved or changes direction in the falling frame."""
@@ -241,33 +243,35 @@ class BallBodies:
             return True
         return fixed and (self.falls or len(self.legs(body)) > 1)
 
-    def state_in_frame(self, i: int, at: float) -> State:
+    def state_in_frame(self, i: int, instant_s: float) -> State:
         """Return position and velocity of disc `i` at an instant on its present path or leg, in the falling frame."""
-        leg = None if self.movable[i] else self.legs_after(i, at)[0]
-        return *self.centre_in_frame(i, at), *((self.vx[i], self.vy[i]) if leg is None else (leg.vx, leg.vy))
+        leg = None if self.movable[i] else self.legs_after(i, instant_s)[0]
+        return *self.centre_in_frame(i, instant_s), *((self.vx[i], self.vy[i]) if leg is None else (leg.vx, leg.vy))
 
-    def relative_state(self, i: int, at: float, leg: BallLeg | None) -> State:
+    def relative_state(self, i: int, instant_s: float, leg: BallLeg | None) -> State:
         """Return position and velocity of disc `i` at an instant, relative to a driven body's leg, or to the walls."""
-        return self.subtract_leg(leg, at, *self.centre(i, at), *self.velocity(i, arb(at), at))
+        return self.subtract_leg(
+            leg, instant_s, *self.centre(i, instant_s), *self.velocity(i, arb(instant_s), instant_s)
+        )
 
-    def subtract_leg(self, leg: BallLeg | None, at: float, x: arb, y: arb, vx: arb, vy: arb) -> State:
+    def subtract_leg(self, leg: BallLeg | None, instant_s: float, x: arb, y: arb, vx: arb, vy: arb) -> State:
         """Return a state relative to a driven body that is on a leg, at an instant."""
         if leg is None:
             return x, y, vx, vy
-        moved_x, moved_y = leg.moved_at(arb(at))
+        moved_x, moved_y = leg.moved_at(arb(instant_s))
         return x - moved_x, y - moved_y, vx - leg.vx, vy - leg.vy
 
-    def centre_in_frame(self, i: int, at: float) -> tuple[arb, arb]:
-        """Return the centre of disc `i` at the exact instant `at` on its present path, in the falling frame."""
-        if not self.movable[i] and (leg := self.legs_after(i, at)[0]) is not None:
-            x, y = leg.moved_at(arb(at))
+    def centre_in_frame(self, i: int, instant_s: float) -> tuple[arb, arb]:
+        """Return the centre of disc `i` at the exact instant `instant_s` on its present path, in the falling frame."""
+        if not self.movable[i] and (leg := self.legs_after(i, instant_s)[0]) is not None:
+            x, y = leg.moved_at(arb(instant_s))
             return self.x[i] + x, self.y[i] + y
-        if not self.movable[i] or (at == self.time[i] and self.acceleration[i] is None):
+        if not self.movable[i] or (instant_s == self.time[i] and self.acceleration[i] is None):
             return self.x[i], self.y[i]
         if self.acceleration[i] is not None:
-            (x, y), half_square = self.centre_at(i, arb(at)), arb(at) * arb(at) / 2
+            (x, y), half_square = self.centre_at(i, arb(instant_s)), arb(instant_s) * arb(instant_s) / 2
             return x - self.gravity[0] * half_square, y - self.gravity[1] * half_square
-        dt = arb(at) - self.time[i]
+        dt = arb(instant_s) - self.time[i]
         return self.x[i] + self.vx[i] * dt, self.y[i] + self.vy[i] * dt
 
     def centre_at(self, i: int, time: arb) -> tuple[arb, arb]:
@@ -285,26 +289,26 @@ class BallBodies:
 
     def acceleration_of(self, i: int) -> tuple[arb, arb]:
         """Return the acceleration of disc `i` relative to the walls."""
-        own = self.acceleration[i]
-        return own if own is not None else self.gravity if self.movable[i] else (ZERO, ZERO)
+        acceleration = self.acceleration[i]
+        return acceleration if acceleration is not None else self.gravity if self.movable[i] else (ZERO, ZERO)
 
-    def centre(self, i: int, at: float) -> tuple[arb, arb]:
-        """Return the centre of disc `i` at the exact instant `at`, relative to the walls."""
+    def centre(self, i: int, instant_s: float) -> tuple[arb, arb]:
+        """Return the centre of disc `i` at the exact instant `instant_s`, relative to the walls."""
         if self.acceleration[i] is not None:
-            return self.centre_at(i, arb(at))
-        x, y = self.centre_in_frame(i, at)
+            return self.centre_at(i, arb(instant_s))
+        x, y = self.centre_in_frame(i, instant_s)
         if not (self.falls and self.movable[i]):
             return x, y
-        half_square = arb(at) * arb(at) / 2
+        half_square = arb(instant_s) * arb(instant_s) / 2
         return x + self.gravity[0] * half_square, y + self.gravity[1] * half_square
 
-    def velocity(self, i: int, time: arb, at: float) -> tuple[arb, arb]:
-        """Return the velocity of disc `i` at `time`, relative to the walls. A driven disc is on its leg at `at`."""
-        if not self.movable[i] and (leg := self.legs_after(i, at)[0]) is not None:
+    def velocity(self, i: int, time: arb, instant_s: float) -> tuple[arb, arb]:
+        """Return the velocity of disc `i` at `time` relative to the walls. A driven disc has its leg at `instant_s`."""
+        if not self.movable[i] and (leg := self.legs_after(i, instant_s)[0]) is not None:
             return leg.vx, leg.vy
-        if (own := self.acceleration[i]) is not None:
+        if (acceleration := self.acceleration[i]) is not None:
             dt = time - self.time[i]
-            return self.vx[i] + own[0] * dt, self.vy[i] + own[1] * dt
+            return self.vx[i] + acceleration[0] * dt, self.vy[i] + acceleration[1] * dt
         if not (self.falls and self.movable[i]):
             return self.vx[i], self.vy[i]
         return self.vx[i] + self.gravity[0] * time, self.vy[i] + self.gravity[1] * time
@@ -330,12 +334,12 @@ class BallBodies:
         """Reduce the spin of disc `i` by an impulse along its rim. The impulse is divided by the disc's mass."""
         self.spin[i] = self.spin[i] - impulse * self.inverse_inertia_ratio[i] / arb(self.scene.discs[i].radius_m)
 
-    def record_impact(self, i: int, other: int, at: float, time: arb, latest: float) -> None:
+    def record_impact(self, i: int, other: int, instant_s: float, time: arb, latest: float) -> None:
         """Record an impact of disc `i` with another body at `time`, which is at most `latest`.
 
-        The disc's state refers to the instant `at`.
+        The disc's state refers to the instant `instant_s`.
         """
-        self.time[i] = at
+        self.time[i] = instant_s
         self.last_met[i] = max(self.last_met[i], latest)
         self.partner[i] = other
         self.met[i][min(other, 0)] = time

@@ -55,7 +55,7 @@ def certify(
           until 1 s: certified to the end of the scene
           0.37916666666666668444 s: disc 0 and disc 1
     """
-    asked = CertifyOptions(digits, max_impacts, time_budget_s, max_precision_bits, tie_bits)
+    options = CertifyOptions(digits, max_impacts, time_budget_s, max_precision_bits, tie_bits)
     scene = to_scene(scene)
     try:
         import flint  # noqa: F401 - checks that it is installed
@@ -63,11 +63,13 @@ def certify(
         raise MissingExtraError("certify needs python-flint", hints=["pip install 'carom[certify]'"]) from None
     from carom.solvers.certified.run import CertifiedRun
 
-    run = CertifiedRun(scene, digits=asked.digits, max_precision_bits=asked.max_precision_bits, tie_bits=asked.tie_bits)
+    run = CertifiedRun(
+        scene, digits=options.digits, max_precision_bits=options.max_precision_bits, tie_bits=options.tie_bits
+    )
 
     def report(impacts: int, time_s: float) -> None:
         if progress is not None:
             progress(impacts, time_s, run.precision_bits)
 
-    run.advance_to(scene.duration_s, asked.max_impacts, report, asked.time_budget_s)
+    run.advance_to(scene.duration_s, options.max_impacts, report, options.time_budget_s)
     return run.result()

@@ -179,9 +179,9 @@ class ContactStates:
             return landing.time
         return self.stops[i] if gliding is None or gliding.end is None else gliding.end.time
 
-    def bound_wait(self, at: float, *discs: int) -> arb:
-        """Return an upper bound of the time from `at` until the mode of one of the discs ends."""
-        ends = [end.upper() - at for i in discs if (end := self.end_of(i)) is not None]
+    def bound_wait(self, instant_s: float, *discs: int) -> arb:
+        """Return an upper bound of the time from `instant_s` until the mode of one of the discs ends."""
+        ends = [end.upper() - instant_s for i in discs if (end := self.end_of(i)) is not None]
         return min(ends, default=arb("inf"))
 
     def launch_from(self, i: int, body: int) -> Launch | None:

@@ -44,28 +44,31 @@ class BallContacts:
 
     # Future events ----------------------------------------------------------------------------------------------------
 
-    def meet_end(self, i: int, at: float) -> Meeting | None:
+    def meet_end(self, i: int, instant_s: float) -> Meeting | None:
         """Return the end of the present mode of disc `i` as a meeting of the disc with itself; None for never."""
         time = self._states.end_of(i)
         if time is None:
             return None
-        return Meeting(i, i, max(at, min(float_below(time), float_above(time))), time, float_above(time))
+        return Meeting(i, i, max(instant_s, min(float_below(time), float_above(time))), time, float_above(time))
 
-    def gap_on_same_ground(self, i: int, j: int, at: float, reach: arb) -> list[arb] | None:
-        """Return the gap of two discs as a polynomial of time since `at`; None if they are not on the same ground."""
+    def gap_on_same_ground(self, i: int, j: int, instant_s: float, reach: arb) -> list[arb] | None:
+        """Return the gap of two discs as a polynomial of time since `instant_s`; None without a common ground."""
         one, other = self._states.gliding[i], self._states.gliding[j]
         if one is None or other is None or one.ground.body != other.ground.body:
             return None
         bodies, ground = self._bodies, one.ground
         kinds = [(bodies.scene.discs[k].inertia_factor, g.branch) for k, g in ((i, one), (j, other))]
         rate = ZERO if kinds[0] == kinds[1] else other.rate - one.rate
-        (xi, yi), (xj, yj) = bodies.centre(i, at), bodies.centre(j, at)
-        (ui, vi), (uj, vj) = bodies.velocity(i, arb(at), at), bodies.velocity(j, arb(at), at)
-        ahead, speed = ground.tangential_part(xj - xi, yj - yi), ground.tangential_part(uj - ui, vj - vi)
+        (xi, yi), (xj, yj) = bodies.centre(i, instant_s), bodies.centre(j, instant_s)
+        (ui, vi), (uj, vj) = (
+            bodies.velocity(i, arb(instant_s), instant_s),
+            bodies.velocity(j, arb(instant_s), instant_s),
+        )
+        offset, speed = ground.tangential_part(xj - xi, yj - yi), ground.tangential_part(uj - ui, vj - vi)
         radii = [arb(bodies.scene.discs[k].radius_m) for k in (i, j)]
         along = reach if (radii[0] - radii[1]).is_zero() else 2 * (radii[0] * radii[1]).sqrt()
-        side = 1 if ahead > 0 else -1
-        return [side * ahead - along, side * speed, side * rate / 2]
+        side = 1 if offset > 0 else -1
+        return [side * offset - along, side * speed, side * rate / 2]
 
     # The start --------------------------------------------------------------------------------------------------------
 
@@ -77,12 +80,12 @@ class BallContacts:
                 ground = ground_of(bodies, i, k)
                 if ground is None:
                     continue
-                centre, most = (bodies.x[i], bodies.y[i]), self._gap_resolution(i, k)
+                centre, max_gap = (bodies.x[i], bodies.y[i]), self._gap_resolution(i, k)
                 gap, place = ground.normal_part(*centre) - ground.level, ground.tangential_part(*centre)
                 is_beyond_end = ground.span and not ground.span[0] < place < ground.span[1]
-                off = ground.normal_part(bodies.vx[i], bodies.vy[i])
-                slow = off * off <= 2 * ground.presses * most
-                if not is_beyond_end and -arb(disc.radius_m) < gap <= most and (slow or off < 0):
+                normal_speed = ground.normal_part(bodies.vx[i], bodies.vy[i])
+                slow = normal_speed * normal_speed <= 2 * ground.presses * max_gap
+                if not is_beyond_end and -arb(disc.radius_m) < gap <= max_gap and (slow or normal_speed < 0):
                     yield i, ground
                     break
 
@@ -96,11 +99,11 @@ class BallContacts:
             ground.tangential_part(bodies.x[i], bodies.y[i]),
             ground.tangential_part(bodies.vx[i], bodies.vy[i]),
         )
-        off, rim = ground.normal_part(bodies.vx[i], bodies.vy[i]), bodies.rim_speed(i)
+        normal_speed, rim = ground.normal_part(bodies.vx[i], bodies.vy[i]), bodies.rim_speed(i)
         bodies.x[i], bodies.y[i] = ground.centre_at(place)
-        if off * off <= 2 * ground.presses * self._gap_resolution(i, k):
+        if normal_speed * normal_speed <= 2 * ground.presses * self._gap_resolution(i, k):
             return self.start_mode(i, ground, ZERO, 0.0, GlideState(place, speed, speed + rim, rim))
-        near = WallApproach((ZERO - off) * bodies.laws.of_straight(k, None).length, ZERO)
+        near = WallApproach((ZERO - normal_speed) * bodies.laws.of_straight(k, None).length, ZERO)
         return Meeting(i, ground.body, 0.0, ZERO, 0.0, near=near)
 
     def _gap_resolution(self, i: int, k: int) -> arb:
@@ -114,28 +117,28 @@ class BallContacts:
 
     def end_mode(self, meeting: Meeting) -> BallMode:
         """Apply the end of a disc's mode and start the next mode."""
-        i, at = meeting.first, meeting.at
+        i, instant_s = meeting.first, meeting.at
         gliding, landing = self._states.gliding[i], self._states.landings[i]
         if landing is not None:
-            return self.start_mode(i, landing.ground, landing.time, at, landing.state)
+            return self.start_mode(i, landing.ground, landing.time, instant_s, landing.state)
         if gliding is None or gliding.end is None:
             raise TypeError(f"the mode of disc {i} does not end")
         end, state = gliding.end, gliding.state_after(gliding.end.wait)
         if end.undecided:
             raise Undecided(self._describe_degeneracy(Degenerate.MODE, i, gliding.ground, end.time))
         if end.over:
-            return self._leave_face(i, gliding, state, at)
+            return self._leave_face(i, gliding, state, instant_s)
         slip, rim = (ZERO if zero else value for zero, value in ((end.slip, state.slip), (end.rim, state.rim)))
-        return self.start_mode(i, gliding.ground, end.time, at, state._replace(slip=slip, rim=rim))
+        return self.start_mode(i, gliding.ground, end.time, instant_s, state._replace(slip=slip, rim=rim))
 
-    def release(self, i: int, time: arb, at: float) -> None:
+    def release(self, i: int, time: arb, instant_s: float) -> None:
         """Release disc `i` from its wall before an impact.
 
         The disc's new path is the tangent of the old path, in the falling frame.
         """
         bodies = self._bodies
-        place, velocity, spin = bodies.centre_at(i, time), bodies.velocity(i, time, at), bodies.spin_at(i, time)
-        self._set_flight(i, place, velocity, spin, time, at)
+        place, velocity, spin = bodies.centre_at(i, time), bodies.velocity(i, time, instant_s), bodies.spin_at(i, time)
+        self._set_flight(i, place, velocity, spin, time, instant_s)
 
     def restore_contact(self, i: int, before: Gliding, meeting: Meeting, normal: tuple[arb, arb]) -> BallMode | None:
         """Return disc `i` to its wall after an impact, or let it leave.
@@ -147,25 +150,27 @@ class BallContacts:
                 decide the outcome.
         """
         bodies, ground = self._bodies, before.ground
-        time, at = meeting.time, meeting.at
+        time, instant_s = meeting.time, meeting.at
         x, y = bodies.centre_at(i, time)
-        vx, vy = bodies.velocity(i, time, at)
+        vx, vy = bodies.velocity(i, time, instant_s)
         if not self._keeps_normal_speed(i, ground, meeting, normal):
-            off = ground.normal_part(vx, vy)
-            if off > 0:
-                return self._describe_change(i, ground, time, at, before.mode, Mode.FLIGHT)
-            others = (body for body in (meeting.first, meeting.second) if body != i)
+            normal_speed = ground.normal_part(vx, vy)
+            if normal_speed > 0:
+                return self._describe_change(i, ground, time, instant_s, before.mode, Mode.FLIGHT)
+            other_bodies = (body for body in (meeting.first, meeting.second) if body != i)
             raise Undecided(
-                self._describe_degeneracy(Degenerate.RESTING_CONTACT, i, ground, time, *others, proven=bool(off < 0))
+                self._describe_degeneracy(
+                    Degenerate.RESTING_CONTACT, i, ground, time, *other_bodies, proven=bool(normal_speed < 0)
+                )
             )
         rim = bodies.rim_speed(i)
         speed = ground.tangential_part(vx, vy)
         settled = self.start_mode(
-            i, ground, time, at, GlideState(ground.tangential_part(x, y), speed, speed + rim, rim), before.mode
+            i, ground, time, instant_s, GlideState(ground.tangential_part(x, y), speed, speed + rim, rim), before.mode
         )
-        now = self._states.gliding[i]
-        same = now is not None and now.mode is before.mode and now.rate.overlaps(before.rate)
-        return None if same and now is not None and now.rim_rate.overlaps(before.rim_rate) else settled
+        gliding = self._states.gliding[i]
+        is_same_mode = gliding is not None and gliding.mode is before.mode and gliding.rate.overlaps(before.rate)
+        return None if is_same_mode and gliding is not None and gliding.rim_rate.overlaps(before.rim_rate) else settled
 
     def _keeps_normal_speed(self, i: int, ground: BallGround, meeting: Meeting, normal: tuple[arb, arb]) -> bool:
         """Return whether an impact certainly does not change the speed of disc `i` along the normal of its ground."""
@@ -180,19 +185,19 @@ class BallContacts:
         alike = bodies.scene.discs[i].radius_m == bodies.scene.discs[other].radius_m
         return (alike and theirs == ground.body) or ground.normal_part(*normal).is_zero()
 
-    def release_struck(self, discs: list[int], time: arb, at: float) -> dict[int, Gliding]:
+    def release_struck(self, discs: list[int], time: arb, instant_s: float) -> dict[int, Gliding]:
         """Release those discs of an impact that are in contact. Return the contacts of these discs by disc number."""
         before = {i: gliding for i in discs if (gliding := self._states.gliding[i]) is not None}
         self._was_on = {i: gliding.ground.body for i, gliding in before.items()}
         for i in discs:
             if self._bodies.acceleration[i] is not None:
-                self.release(i, time, at)
+                self.release(i, time, instant_s)
         for i in discs:
             self._states.clear(i)
         return before
 
     def start_mode(
-        self, i: int, ground: BallGround, time: arb, at: float, state: GlideState, before: Mode | None = None
+        self, i: int, ground: BallGround, time: arb, instant_s: float, state: GlideState, before: Mode | None = None
     ) -> BallMode:
         """Start a contact mode of disc `i` with a state at a time."""
         bodies = self._bodies
@@ -202,47 +207,50 @@ class BallContacts:
         self._states.clear(i)
         y, (place, speed, slip, rim) = bodies.inverse_inertia_ratio[i], state
         c = ZERO if y.is_zero() else arb(bodies.scene.wall_rolling_resistance)
-        most = (arb(material.friction) * ground.presses, c * ground.presses)
+        limits = (arb(material.friction) * ground.presses, c * ground.presses)
         resists = not c.is_zero()
         if resists and slip.is_zero():  # rolling: speed and rim speed cancel exactly
             speed = ZERO if rim.is_zero() else speed
             rim = ZERO - speed
         signs = sign_of(slip), sign_of(rim) if resists else 0
-        by = None if None in signs else share_frictions(ground.along, ZERO, most, y, signs)  # type: ignore[arg-type]
-        if by is None or by.sticks is None or by.blocks is None:
+        frictions = None if None in signs else share_frictions(ground.along, ZERO, limits, y, signs)  # type: ignore[arg-type]
+        if frictions is None or frictions.sticks is None or frictions.blocks is None:
             raise Undecided(self._describe_degeneracy(Degenerate.MODE, i, ground, time))
-        turns = ZERO if by.blocks else ZERO - (by.friction + by.rolling) * y
-        rate = ZERO - turns if by.sticks else ground.along - by.friction
-        if by.sticks:
+        turns = ZERO if frictions.blocks else ZERO - (frictions.friction + frictions.rolling) * y
+        rate = ZERO - turns if frictions.sticks else ground.along - frictions.friction
+        if frictions.sticks:
             slip = ZERO
             if y.is_zero():
                 speed = ZERO - rim
             else:
                 rim = ZERO - speed
-        mode = (Mode.BLOCK if by.blocks else Mode.SLIDE) if not by.sticks else Mode.ROLL
-        if by.sticks and speed.is_zero() and rate.is_zero():
+        mode = (Mode.BLOCK if frictions.blocks else Mode.SLIDE) if not frictions.sticks else Mode.ROLL
+        if frictions.sticks and speed.is_zero() and rate.is_zero():
             mode = Mode.REST
-        taken = 0 if by.sticks else sign_of(by.friction), 0 if by.blocks else sign_of(by.rolling)
-        branch = (taken[0] or 0, taken[1] or 0, by.sticks, by.blocks)
+        friction_signs = (
+            0 if frictions.sticks else sign_of(frictions.friction),
+            0 if frictions.blocks else sign_of(frictions.rolling),
+        )
+        branch = (friction_signs[0] or 0, friction_signs[1] or 0, frictions.sticks, frictions.blocks)
         gliding = Gliding(time, ground, mode, GlideState(place, speed, slip, rim), rate, turns, branch)
         self._states.gliding[i] = gliding._replace(end=self._find_end(i, gliding, resists=resists))
         self._states.barred[i] = ground.never_met
-        self._set_path(i, at)
-        return self._describe_change(i, ground, time, at, before, mode)
+        self._set_path(i, instant_s)
+        return self._describe_change(i, ground, time, instant_s, before, mode)
 
-    def _set_path(self, i: int, at: float) -> None:
+    def _set_path(self, i: int, instant_s: float) -> None:
         """Set the path of disc `i` to that of its contact."""
         bodies, gliding, radius = self._bodies, self._states.gliding[i], arb(self._bodies.scene.discs[i].radius_m)
         assert gliding is not None  # noqa: S101 - callers have just set it
         ground, (place, speed, _, rim), rate = gliding.ground, gliding.begun, gliding.rate
-        wait = gliding.since - arb(at)
+        wait = gliding.since - arb(instant_s)
         (ax, ay), (vx, vy) = ground.vector_along(rate), ground.vector_along(speed)
         x, y = ground.centre_at(place)
         bodies.acceleration[i], bodies.spin_rate[i] = (ax, ay), gliding.rim_rate / radius
         bodies.x[i], bodies.y[i] = x - wait * (vx - ax * wait / 2), y - wait * (vy - ay * wait / 2)
         bodies.vx[i], bodies.vy[i] = vx - ax * wait, vy - ay * wait
         bodies.spin[i] = rim / radius - bodies.spin_rate[i] * wait
-        bodies.record_impact(i, ground.body, at, gliding.since, float_above(gliding.since))
+        bodies.record_impact(i, ground.body, instant_s, gliding.since, float_above(gliding.since))
 
     def _find_end(self, i: int, gliding: Gliding, *, resists: bool) -> End | None:
         """Return the earliest end of a contact mode without an impact; None for never."""
@@ -278,7 +286,7 @@ class BallContacts:
         falls = [fall for powers in ways if (fall := next(find_falls(powers), None)) is not None]
         return [End(fall.time, ZERO, over=True, undecided=not fall.certain) for fall in falls]
 
-    def _leave_face(self, i: int, gliding: Gliding, state: GlideState, at: float) -> BallMode:
+    def _leave_face(self, i: int, gliding: Gliding, state: GlideState, instant_s: float) -> BallMode:
         """Apply the arrival of disc `i` at an end of its face. If the disc is fast enough, it flies off."""
         bodies, ground, end = self._bodies, gliding.ground, gliding.end
         assert end is not None and ground.span is not None  # noqa: S101, PT018 - the disc is at the end of a face
@@ -301,35 +309,37 @@ class BallContacts:
         velocity = ground.vector_along(u)
         spin = state.rim / arb(bodies.scene.discs[i].radius_m)
         self._states.clear(i)
-        self._set_flight(i, (x, y), velocity, spin, end.time, at)
-        bodies.record_impact(i, vertex, at, end.time, float_above(end.time))
+        self._set_flight(i, (x, y), velocity, spin, end.time, instant_s)
+        bodies.record_impact(i, vertex, instant_s, end.time, float_above(end.time))
         self._states.launched[i] = Launch(vertex, end.time, powers)
         self._states.barred[i] = ground.never_met - {vertex}
-        return self._describe_change(i, ground, end.time, at, gliding.mode, Mode.FLIGHT)
+        return self._describe_change(i, ground, end.time, instant_s, gliding.mode, Mode.FLIGHT)
 
     def _set_flight(
-        self, i: int, place: tuple[arb, arb], velocity: tuple[arb, arb], spin: arb, time: arb, at: float
+        self, i: int, place: tuple[arb, arb], velocity: tuple[arb, arb], spin: arb, time: arb, instant_s: float
     ) -> None:
-        bodies, (gx, gy), wait = self._bodies, self._bodies.gravity, time - arb(at)
+        bodies, (gx, gy), wait = self._bodies, self._bodies.gravity, time - arb(instant_s)
         half_square = time * time / 2
         bodies.acceleration[i], bodies.spin_rate[i], bodies.spin[i] = None, ZERO, spin
         bodies.vx[i], bodies.vy[i] = velocity[0] - gx * time, velocity[1] - gy * time
         bodies.x[i] = place[0] - gx * half_square - bodies.vx[i] * wait
         bodies.y[i] = place[1] - gy * half_square - bodies.vy[i] * wait
-        bodies.time[i] = at
+        bodies.time[i] = instant_s
 
-    def _describe_change(self, i: int, ground: BallGround, time: arb, at: float, before: Mode, after: Mode) -> BallMode:
+    def _describe_change(
+        self, i: int, ground: BallGround, time: arb, instant_s: float, before: Mode, after: Mode
+    ) -> BallMode:
         bodies = self._bodies
-        moves = (bodies.centre_at(i, time), bodies.velocity(i, time, at), bodies.acceleration_of(i))
+        moves = (bodies.centre_at(i, time), bodies.velocity(i, time, instant_s), bodies.acceleration_of(i))
         wall = bodies.trace_body(ground.body)
         return BallMode(time, i, wall, before, after, *moves, bodies.spin_at(i, time), bodies.spin_rate[i])
 
     def _describe_degeneracy(
-        self, kind: Degenerate, i: int, ground: BallGround, time: arb, *others: int, proven: bool = False
+        self, kind: Degenerate, i: int, ground: BallGround, time: arb, *other_bodies: int, proven: bool = False
     ) -> Degeneracy:
         bodies = self._bodies
-        named = tuple(sorted({i, bodies.trace_body(ground.body), *map(bodies.trace_body, others)}))
-        return Degeneracy(kind, named, max(0.0, float_below(time)), float_above(time), proven, bodies.state_bits(i))
+        involved = tuple(sorted({i, bodies.trace_body(ground.body), *map(bodies.trace_body, other_bodies)}))
+        return Degeneracy(kind, involved, max(0.0, float_below(time)), float_above(time), proven, bodies.state_bits(i))
 
     # The end of bounces -----------------------------------------------------------------------------------------------
 

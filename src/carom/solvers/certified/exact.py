@@ -24,15 +24,15 @@ if TYPE_CHECKING:
     from carom.solvers.certified.ball_bodies import BallBodies
 
 
-def find_contact_at_start(bodies: BallBodies, begun: Mapping[int, int]) -> Degeneracy | None:
+def find_contact_at_start(bodies: BallBodies, grounds: Mapping[int, int]) -> Degeneracy | None:
     """Return the first pair of bodies that touch or overlap at the start and approach each other, if any.
 
-    The motion after such a start is not certain. `begun` maps discs to walls with which they start in contact; these
+    The motion after such a start is not certain. `grounds` maps discs to walls with which they start in contact; these
     pairs are ignored. Finite walls are not checked here.
     """
     for i, j in _find_near_bodies(bodies):
         body = bodies.trace_body(j)
-        if begun.get(i) == body:
+        if grounds.get(i) == body:
             continue
         if j >= 0:
             spread, speed, gap = _pair_polynomial(bodies.scene, i, j)

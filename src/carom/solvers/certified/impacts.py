@@ -120,10 +120,10 @@ def _apply_impact(bodies: BallBodies, meeting: Meeting) -> BallImpact:
         if isinstance(meeting.near, WallApproach):
             leaves = _restitution(bodies, meeting) * meeting.near.root / normal[2]
             bodies.contacts.bounces[meeting.first] = Bounce(meeting.time, meeting.second, leaves, rubbed)
-    first, second, at, time, latest = meeting[:5]
+    first, second, instant_s, time, latest = meeting[:5]
     for disc, other in ((first, second), (second, first)):
         if disc >= 0 and bodies.movable[disc]:
-            bodies.record_impact(disc, other, at, time, latest)
+            bodies.record_impact(disc, other, instant_s, time, latest)
     spins = (bodies.spin[first], bodies.spin[second] if second >= 0 else ZERO)
     body = bodies.trace_body(second)
     return BallImpact(first, body, time, *normal, _velocities(bodies, meeting), before, spins, edge)
@@ -135,10 +135,10 @@ def _apply_impact_at_joint(bodies: BallBodies, meeting: Meeting, seam: Seam) -> 
     The disc's new state is the hull of the states after either impact.
     """
     i, states = meeting.first, (bodies.x, bodies.y, bodies.vx, bodies.vy, bodies.spin)
-    begun, time = [state[i] for state in states], bodies.time[i]
+    state_before, time = [state[i] for state in states], bodies.time[i]
     other = _apply_impact(bodies, seam.other)
     after_other = [state[i] for state in states]
-    for state, value in zip(states, begun, strict=True):
+    for state, value in zip(states, state_before, strict=True):
         state[i] = value
     bodies.time[i] = time
     one = _apply_impact(bodies, seam.one)
@@ -169,11 +169,11 @@ def _find_edge(bodies: BallBodies, meeting: Meeting) -> tuple[int, int]:
 
 
 def _velocities(bodies: BallBodies, meeting: Meeting) -> tuple[arb, arb, arb, arb]:
-    first, second, at, time = meeting.first, meeting.second, meeting.at, meeting.time
+    first, second, instant_s, time = meeting.first, meeting.second, meeting.at, meeting.time
     if second >= 0:
-        return *bodies.velocity(first, time, at), *bodies.velocity(second, time, at)
-    leg = bodies.legs_after(second, at)[0]
-    return *bodies.velocity(first, time, at), *((ZERO, ZERO) if leg is None else (leg.vx, leg.vy))
+        return *bodies.velocity(first, time, instant_s), *bodies.velocity(second, time, instant_s)
+    leg = bodies.legs_after(second, instant_s)[0]
+    return *bodies.velocity(first, time, instant_s), *((ZERO, ZERO) if leg is None else (leg.vx, leg.vy))
 
 
 def _velocity_from_wall(bodies: BallBodies, meeting: Meeting) -> tuple[arb, arb]:
@@ -276,9 +276,9 @@ def _rub_discs(bodies: BallBodies, meeting: Meeting, near: PairApproach, normal:
     inverse_effective_mass = (
         w_i * (1 + bodies.inverse_inertia_ratio[i]) + w_j * (1 + bodies.inverse_inertia_ratio[j])
     ) * law.reach2
-    pressed = (arb(scene.restitution) + 1) * near.root / ((w_i + w_j) * law.reach2)
+    scaled_impulse = (arb(scene.restitution) + 1) * near.root / ((w_i + w_j) * law.reach2)
     sticking = (arb(scene.tangential_restitution) + 1) * slip / inverse_effective_mass
-    tangential = limit_sticking(sticking, arb(scene.friction) * pressed).friction
+    tangential = limit_sticking(sticking, arb(scene.friction) * scaled_impulse).friction
     _change_velocity(bodies, i, tangential * w_i * ny, ZERO - tangential * w_i * nx, near.wait)
     _change_velocity(bodies, j, ZERO - tangential * w_j * ny, tangential * w_j * nx, near.wait)
     bodies.apply_spin_impulse(i, tangential * reach * w_i)
@@ -299,18 +299,18 @@ def _rub_wall(
     vx, vy = velocity
     approach = near.root / normal[2] if isinstance(near, WallApproach | RoundApproach) else ZERO - vx * nx - vy * ny
     slip = vx * ny - vy * nx + bodies.rim_speed(i) + bodies.scene.arrays.belt_of_wall(wall)
-    pressed = (arb(material.restitution) + 1) * approach
-    y, most = bodies.inverse_inertia_ratio[i], (arb(material.friction) * pressed, arb(rolling) * pressed)
+    normal_change = (arb(material.restitution) + 1) * approach
+    y, limits = bodies.inverse_inertia_ratio[i], (arb(material.friction) * normal_change, arb(rolling) * normal_change)
     if rolling:
-        taken = share_frictions(slip, bodies.rim_speed(i), most, y)
+        frictions = share_frictions(slip, bodies.rim_speed(i), limits, y)
     else:
-        taken = limit_sticking((arb(bodies.scene.wall_tangential_restitution) + 1) * slip / (1 + y), most[0])
-    bodies.apply_spin_impulse(i, taken.friction + taken.rolling)
-    if taken.blocks:
+        frictions = limit_sticking((arb(bodies.scene.wall_tangential_restitution) + 1) * slip / (1 + y), limits[0])
+    bodies.apply_spin_impulse(i, frictions.friction + frictions.rolling)
+    if frictions.blocks:
         bodies.spin[i] = ZERO
-    tangential = taken.friction
+    tangential = frictions.friction
     _change_velocity(bodies, i, ZERO - tangential * ny, tangential * nx, meeting.time - meeting.at)
-    return taken
+    return frictions
 
 
 def _change_velocity(bodies: BallBodies, i: int, dvx: arb, dvy: arb, wait: arb) -> None:

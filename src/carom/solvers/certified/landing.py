@@ -45,22 +45,22 @@ def sum_bounces(
         if ended is None or tolerance is None or ended.slip.rad() <= tolerance / 1024 * abs(ended.slip):
             return ended
         return None
-    pressed, gained = (1 + e) * bounce.leaves, ground.along * hop
-    most = (arb(material.friction) * pressed, arb(c) * pressed)
-    by = share_frictions(slip + gained, rim, most, y) if material.friction or c else bounce.taken
-    if (by.sticks, by.blocks) != (sticks, blocks):
+    normal_change, gained_speed = (1 + e) * bounce.leaves, ground.along * hop
+    limits = (arb(material.friction) * normal_change, arb(c) * normal_change)
+    frictions = share_frictions(slip + gained_speed, rim, limits, y) if material.friction or c else bounce.taken
+    if (frictions.sticks, frictions.blocks) != (sticks, blocks):
         return None
-    turned = (by.friction + by.rolling) * y
-    change, left = gained - by.friction, 1 - e
-    slips, turns = change - turned, ZERO - turned
+    rim_change = (frictions.friction + frictions.rolling) * y
+    change, left = gained_speed - frictions.friction, 1 - e
+    slips, turns = change - rim_change, ZERO - rim_change
     free_slip, free_rim = material.friction and not sticks, c and not blocks
     for value, rate in (*([(slip, slips)] if free_slip else []), *([(rim, turns)] if free_rim else [])):
         if sign_of(value) is None or {sign_of(value + rate), sign_of(value + rate / left)} != {sign_of(value)}:
             return None
-    way = hop * ((speed + change / left) / left - (change / left - gained / 2) / (1 - e * e))
+    distance = hop * ((speed + change / left) / left - (change / left - gained_speed / 2) / (1 - e * e))
     slip = ZERO if sticks else slip + slips / left
     rim = ZERO if blocks else rim + turns / left
-    return GlideState(place + way, speed + change / left, slip, rim)
+    return GlideState(place + distance, speed + change / left, slip, rim)
 
 
 def _sum_reversing_bounces(
@@ -80,19 +80,22 @@ def _sum_reversing_bounces(
     (place, speed, slip, rim), hop = state, 2 * bounce.leaves / ground.presses
     e, b = arb(material.restitution), arb(bodies.scene.wall_tangential_restitution)
     c, a = arb(material.friction) * (1 + e) * (1 + y), 2 * abs(ground.along) * e / ground.presses
-    most, lasts = (c - a) / (1 - e), hop / (1 - e)
+    max_ratio, duration_s = (c - a) / (1 - e), hop / (1 - e)
     bounded = 1 + b > 0 and c * (e * (1 + b) - abs(b) * (1 - e)) >= a * (1 + b)
-    if bounded and abs(slip + ground.along * hop) <= most * bounce.leaves:
-        slips, kept = arb(0, (abs(slip) + most * bounce.leaves).upper()), y * speed - rim
-        way = lasts * (kept + y * ground.along * lasts / 2 + slips) / (1 + y)
-        speed = (kept + y * ground.along * lasts) / (1 + y)
-        return GlideState(place + way, speed, ZERO, ZERO - speed)
-    taken, gained = arb(0, (c * bounce.leaves / ((1 - e) * (1 + y))).upper()), ground.along * lasts
-    taken = ZERO if (1 + b).is_zero() else taken
+    if bounded and abs(slip + ground.along * hop) <= max_ratio * bounce.leaves:
+        slips, conserved = arb(0, (abs(slip) + max_ratio * bounce.leaves).upper()), y * speed - rim
+        distance = duration_s * (conserved + y * ground.along * duration_s / 2 + slips) / (1 + y)
+        speed = (conserved + y * ground.along * duration_s) / (1 + y)
+        return GlideState(place + distance, speed, ZERO, ZERO - speed)
+    friction_change, gained_speed = arb(0, (c * bounce.leaves / ((1 - e) * (1 + y))).upper()), ground.along * duration_s
+    friction_change = ZERO if (1 + b).is_zero() else friction_change
     left = GlideState(
-        place + lasts * (speed + gained / 2 + taken), speed + gained + taken, slip + gained + taken * (1 + y), rim
+        place + duration_s * (speed + gained_speed / 2 + friction_change),
+        speed + gained_speed + friction_change,
+        slip + gained_speed + friction_change * (1 + y),
+        rim,
     )
-    return None if sign_of(left.slip) is None else left._replace(rim=rim + taken * y)
+    return None if sign_of(left.slip) is None else left._replace(rim=rim + friction_change * y)
 
 
 def meets_only_ground(bodies: BallBodies, i: int, ground: BallGround, time: arb, window: arb) -> bool:
@@ -113,14 +116,14 @@ def meets_only_ground(bodies: BallBodies, i: int, ground: BallGround, time: arb,
         turning = ZERO if rim.is_zero() else rim * rim / bodies.inverse_inertia_ratio[j]
         energy, mass = energy + arb(discs[j].mass_kg) * (u * u + v * v + turning), mass + arb(discs[j].mass_kg)
     (gx, gy), (x, y) = bodies.gravity, bodies.centre_at(i, time)
-    most = energy.sqrt() + mass.sqrt() * (gx * gx + gy * gy).sqrt() * (time + window)
-    own = most / arb(discs[i].mass_kg).sqrt() * window
+    root_energy_bound = energy.sqrt() + mass.sqrt() * (gx * gx + gy * gy).sqrt() * (time + window)
+    own_reach = root_energy_bound / arb(discs[i].mass_kg).sqrt() * window
     for j, disc in enumerate(discs):
         if j == i:
             continue
-        far = own
+        far = own_reach
         if bodies.movable[j]:
-            fastest = most / arb(disc.mass_kg).sqrt()
+            fastest = root_energy_bound / arb(disc.mass_kg).sqrt()
             since = [(last - time).upper() for last in bodies.met[j].values()]
             late = max([ZERO, *since])  # the disc may already have had a slightly later impact
             far = far + fastest * (window + 2 * late) + bodies.bound_acceleration() * late * late
@@ -130,10 +133,10 @@ def meets_only_ground(bodies: BallBodies, i: int, ground: BallGround, time: arb,
             return False
     if ground.span is not None:
         place = ground.tangential_part(x, y)
-        if not (place - own > ground.span[0] and place + own < ground.span[1]):
+        if not (place - own_reach > ground.span[0] and place + own_reach < ground.span[1]):
             return False
-    others = (k for k in range(len(bodies.obstacles)) if wall_body(k) not in ground.never_met)
-    return all(_is_out_of_reach(bodies, i, k, (x, y), own) for k in others)
+    other_obstacles = (k for k in range(len(bodies.obstacles)) if wall_body(k) not in ground.never_met)
+    return all(_is_out_of_reach(bodies, i, k, (x, y), own_reach) for k in other_obstacles)
 
 
 def _is_out_of_reach(bodies: BallBodies, i: int, k: int, place: tuple[arb, arb], far: arb) -> bool:

@@ -123,27 +123,27 @@ class Meeting(NamedTuple):
 
 
 def undecided(
-    first: int, second: int, at: float, time: arb, *, resting: bool, proven: bool = False, turning: bool = False
+    first: int, second: int, instant_s: float, time: arb, *, resting: bool, proven: bool = False, turning: bool = False
 ) -> Meeting:
     """Return an uncertain meeting. `time` is the earliest possible time."""
-    return Meeting(first, second, at, time, float_above(time), False, resting, proven, turning)
+    return Meeting(first, second, instant_s, time, float_above(time), False, resting, proven, turning)
 
 
 def find_contacts(
-    bodies: BallBodies, i: int, second: int, at: float, powers: Sequence[arb], leg: BallLeg | None
+    bodies: BallBodies, i: int, second: int, instant_s: float, powers: Sequence[arb], leg: BallLeg | None
 ) -> Iterator[tuple[arb, Meeting]]:
-    """Yield each time, measured from `at`, at which a gap decreases through zero, with the meeting at this time.
+    """Yield each time, measured from `instant_s`, at which a gap decreases through zero, with the meeting at this time.
 
-    `powers` has the gap's coefficients of powers of the time since `at`. A meeting is undecided if the sign change is
-    uncertain, or may come before the start of a path.
+    `powers` has the gap's coefficients of powers of the time since `instant_s`. A meeting is undecided if the sign
+    change is uncertain, or may come before the start of a path.
     """
-    begin, discs = bodies.find_last_impact_of_either(i, second, at), [body for body in (i, second) if body >= 0]
-    for wait, certain in find_falls(powers, bodies.bound_wait(at, leg, *discs)):
-        time = arb(at) + wait
-        if time < (arb(at) if begin is None else begin):
+    begin, discs = bodies.find_last_impact_of_either(i, second, instant_s), [body for body in (i, second) if body >= 0]
+    for wait, certain in find_falls(powers, bodies.bound_wait(instant_s, leg, *discs)):
+        time = arb(instant_s) + wait
+        if time < (arb(instant_s) if begin is None else begin):
             continue
         if certain and (begin is None or time > begin):
-            yield wait, Meeting(i, second, at, time, float_above(time))
+            yield wait, Meeting(i, second, instant_s, time, float_above(time))
         else:
-            earliest = arb(at) + wait.lower().max(arb(0))
-            yield wait, undecided(i, second, at, earliest, resting=certain or not powers[0] > 0)
+            earliest = arb(instant_s) + wait.lower().max(arb(0))
+            yield wait, undecided(i, second, instant_s, earliest, resting=certain or not powers[0] > 0)

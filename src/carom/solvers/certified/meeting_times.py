@@ -25,22 +25,22 @@ if TYPE_CHECKING:
     from carom.solvers.certified.balls import BallLeg
 
 
-def meet(bodies: BallBodies, disc: int, body: int, at: float) -> Meeting | None:
+def meet(bodies: BallBodies, disc: int, body: int, instant_s: float) -> Meeting | None:
     """Return the next impact of a disc with another body; None if there is certainly none.
 
-    `at` is a lower bound of the impact's time.
+    `instant_s` is a lower bound of the impact's time.
     """
     if disc == body:
-        return BallContacts(bodies).meet_end(disc, at)
+        return BallContacts(bodies).meet_end(disc, instant_s)
     if body < 0 and body in bodies.contacts.barred[disc]:
         return None
     fixed = body if body < 0 or not bodies.movable[body] else disc
     if fixed >= 0 and bodies.movable[fixed]:
         pair = min(disc, body), max(disc, body)
         curved = bodies.is_curved(disc) or bodies.is_curved(body)
-        return _meet_on_curves(bodies, *pair, at, None) if curved else _meet_pair(bodies, *pair, at)
-    for leg in bodies.legs_after(fixed, at):
-        begin_s = at if leg is None else max(at, leg.begin_s)
+        return _meet_on_curves(bodies, *pair, instant_s, None) if curved else _meet_pair(bodies, *pair, instant_s)
+    for leg in bodies.legs_after(fixed, instant_s):
+        begin_s = instant_s if leg is None else max(instant_s, leg.begin_s)
         meeting = _meet_on_leg(bodies, disc, body, begin_s, leg)
         if meeting is None or leg is None or meeting.time < leg.end_s:
             if meeting is not None or leg is None:
@@ -50,40 +50,44 @@ def meet(bodies: BallBodies, disc: int, body: int, at: float) -> Meeting | None:
     return None
 
 
-def _meet_on_leg(bodies: BallBodies, disc: int, body: int, at: float, leg: BallLeg | None) -> Meeting | None:
+def _meet_on_leg(bodies: BallBodies, disc: int, body: int, instant_s: float, leg: BallLeg | None) -> Meeting | None:
     """Return the result of `meet` as if the driven body stayed on one leg for ever."""
     if body >= 0:
         pair = min(disc, body), max(disc, body)
         curved = bodies.falls or any(bodies.acceleration[i] is not None for i in pair)
-        return _meet_on_curves(bodies, *pair, at, leg) if curved else _meet_pair(bodies, *pair, at)
+        return _meet_on_curves(bodies, *pair, instant_s, leg) if curved else _meet_pair(bodies, *pair, instant_s)
     k = wall_index(body)
     if bodies.obstacles[k].kind is not None:
-        return meet_feature(bodies, disc, body, at, leg)
-    return meet_straight(bodies, disc, body, at, leg)
+        return meet_feature(bodies, disc, body, instant_s, leg)
+    return meet_straight(bodies, disc, body, instant_s, leg)
 
 
-def _meet_on_curves(bodies: BallBodies, i: int, j: int, at: float, leg: BallLeg | None) -> Meeting | None:
+def _meet_on_curves(bodies: BallBodies, i: int, j: int, instant_s: float, leg: BallLeg | None) -> Meeting | None:
     """Return the impact of discs `i` < `j` with a curved path; None if there is certainly none."""
     law, (ax, ay), (bx, by) = bodies.laws.of_discs(i, j), bodies.acceleration_of(i), bodies.acceleration_of(j)
     pull = (bx - ax, by - ay)
-    (xi, yi), (xj, yj) = bodies.centre(i, at), bodies.centre(j, at)
-    (ui, vi), (uj, vj) = bodies.velocity(i, arb(at), at), bodies.velocity(j, arb(at), at)
+    (xi, yi), (xj, yj) = bodies.centre(i, instant_s), bodies.centre(j, instant_s)
+    (ui, vi), (uj, vj) = bodies.velocity(i, arb(instant_s), instant_s), bodies.velocity(j, arb(instant_s), instant_s)
     d, u = (xj - xi, yj - yi), (uj - ui, vj - vi)
-    powers = BallContacts(bodies).gap_on_same_ground(i, j, at, law.reach) or squared_gap_powers(d, u, pull, law.reach2)
-    for wait, meeting in find_contacts(bodies, i, j, at, powers, leg):
+    powers = BallContacts(bodies).gap_on_same_ground(i, j, instant_s, law.reach) or squared_gap_powers(
+        d, u, pull, law.reach2
+    )
+    for wait, meeting in find_contacts(bodies, i, j, instant_s, powers, leg):
         if not meeting.decided:
             return meeting
-        near = PairApproach(*bodies.centre_in_frame(i, at), *bodies.centre_in_frame(j, at), *d, *u, ZERO, wait, pull)
+        near = PairApproach(
+            *bodies.centre_in_frame(i, instant_s), *bodies.centre_in_frame(j, instant_s), *d, *u, ZERO, wait, pull
+        )
         x, y = near.offset()
         root = ZERO - x * (u[0] + pull[0] * wait) - y * (u[1] + pull[1] * wait)
         return meeting._replace(near=near._replace(root=root))
     return None
 
 
-def _meet_pair(bodies: BallBodies, i: int, j: int, at: float) -> Meeting | None:
+def _meet_pair(bodies: BallBodies, i: int, j: int, instant_s: float) -> Meeting | None:
     """Return the impact of discs `i` < `j` on straight paths; None if there is certainly none."""
     law = bodies.laws.of_discs(i, j)
-    (xi, yi, vxi, vyi), (xj, yj, vxj, vyj) = bodies.state_in_frame(i, at), bodies.state_in_frame(j, at)
+    (xi, yi, vxi, vyi), (xj, yj, vxj, vyj) = bodies.state_in_frame(i, instant_s), bodies.state_in_frame(j, instant_s)
     dx, dy, ux, uy = xj - xi, yj - yi, vxj - vxi, vyj - vyi
     if dy.is_zero() and uy.is_zero():
         root, wait = _solve_on_line(dx, ux, law.reach)
@@ -98,15 +102,15 @@ def _meet_pair(bodies: BallBodies, i: int, j: int, at: float) -> Meeting | None:
             if b >= 0 or d < 0 or d.is_zero() or _do_graze(bodies, i, j):
                 return None
             earliest = c.lower() / ((ZERO - b).upper() + d.upper().max(ZERO).sqrt())
-            return undecided(i, j, at, arb(at) + earliest.lower().max(ZERO), resting=not b < 0)
+            return undecided(i, j, instant_s, arb(instant_s) + earliest.lower().max(ZERO), resting=not b < 0)
         root = d.sqrt()
         wait = c / (root - b)
     if root is None:
         return None
     if wait is None:
-        return undecided(i, j, at, arb(at), resting=True)
-    time = arb(at) + wait
-    begin = bodies.find_last_impact_of_either(i, j, at)
+        return undecided(i, j, instant_s, arb(instant_s), resting=True)
+    time = arb(instant_s) + wait
+    begin = bodies.find_last_impact_of_either(i, j, instant_s)
     if begin is not None and not time > begin:
         if (
             root.is_finite() and time + 2 * root / (ux * ux + uy * uy) < begin
@@ -114,9 +118,9 @@ def _meet_pair(bodies: BallBodies, i: int, j: int, at: float) -> Meeting | None:
             return None
         touching = bool((time - begin).is_zero()) and not bodies.are_at_start(i, j)
         # Discs that already overlap and approach each other meet at once.
-        return undecided(i, j, at, begin if time < at else time, resting=True, proven=touching)
+        return undecided(i, j, instant_s, begin if time < instant_s else time, resting=True, proven=touching)
     near = PairApproach(xi, yi, xj, yj, dx, dy, ux, uy, root, wait)
-    return Meeting(i, j, at, time, float_above(time), near=near)
+    return Meeting(i, j, instant_s, time, float_above(time), near=near)
 
 
 def _do_graze(bodies: BallBodies, i: int, j: int) -> bool:

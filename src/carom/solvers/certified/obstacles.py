@@ -125,10 +125,10 @@ def _outline_obstacles(k: int, outline: Outline, before: int, widest: Fraction) 
         return [Obstacle(k, Round(to_exact(outline.points[0]), _NOWHERE), thick, EdgeKind.VERTEX, (0,))]
     sides = [Obstacle(k, *side, run.numbers) for run in runs for side in _build_sides(run, thick)]
     stops = [
-        _build_stop(side, side.shape, way)
+        _build_stop(side, side.shape, offset)
         for n, side in enumerate(sides[::2])
         if isinstance(side.shape, Round) and (widest + thick) ** 2 >= side.shape.radius2
-        for way in find_stops(runs, n, closed=outline.closed)
+        for offset in find_stops(runs, n, closed=outline.closed)
     ]
     if runs[0].edge.a == runs[-1].edge.b and len(runs) == 1:  # a whole circle, which has no joint
         return [*sides, *stops]
@@ -144,18 +144,18 @@ def _outline_obstacles(k: int, outline: Outline, before: int, widest: Fraction) 
             vertex = before + len(sides) + len(vertices)
             takers = [(vertex, vertex)] * 2
             vertices.append(_build_vertex(k, one, other, thick))
-        for side, (onward, back) in enumerate(takers):
+        for side, (forward, backward) in enumerate(takers):
             if one:
-                _link_side(sides, before_it - before + side, one, 1, wall_body(onward))
+                _link_side(sides, before_it - before + side, one, 1, wall_body(forward))
             if other:
-                _link_side(sides, after_it - before + side, other, 0, wall_body(back))
+                _link_side(sides, after_it - before + side, other, 0, wall_body(backward))
     return [*sides, *vertices, *stops]
 
 
-def _build_stop(side: Obstacle, arc: Round, way: Exact) -> Obstacle:
+def _build_stop(side: Obstacle, arc: Round, offset: Exact) -> Obstacle:
     """Return the obstacle for discs too large for an arc's inside: the arc's point in a direction from the centre."""
-    ((cx, cy), radius2, *_), (_, left, _, right) = arc, rotate_by_quarters(way)
-    shape = Round((cx + way[0], cy + way[1]), _NOWHERE, sector=Between(left, right), stops2=radius2)
+    ((cx, cy), radius2, *_), (_, left, _, right) = arc, rotate_by_quarters(offset)
+    shape = Round((cx + offset[0], cy + offset[1]), _NOWHERE, sector=Between(left, right), stops2=radius2)
     return replace(side, shape=shape, neighbours=(None, None))
 
 

@@ -180,10 +180,10 @@ class Recording:
             return None
         (t, dt), (w, dw), (a, da) = round_to_float(time), round_to_float(spin), round_to_float(spin_rate)
         x, v, g = (to_vector(*vector) for vector in (place, velocity, acceleration))
-        named = (mode.disc, mode.wall, mode.before, mode.after)
+        mode_fields = (mode.disc, mode.wall, mode.before, mode.after)
         return RecordedMode(
-            ModeRecord(t, 0, *named, x.value, v.value, g.value, w, a),
-            ModeRecord(dt, 0, *named, x.radius, v.radius, g.radius, dw, da),
+            ModeRecord(t, 0, *mode_fields, x.value, v.value, g.value, w, a),
+            ModeRecord(dt, 0, *mode_fields, x.radius, v.radius, g.radius, dw, da),
         )
 
     def _convert(self, undamped: BallImpact) -> bool:
@@ -215,8 +215,8 @@ class Recording:
             for disc, spin in zip(discs, impact.spins_before, strict=False):
                 self._spin[disc] = round_to_float(+spin)
         spins, spin_radii = self._spins(discs, spins_after)
-        told = (v1.value, v2.value, w1.value, w2.value)
-        values = ImpactRecord(t, first, second, n.value, *told, spins, impact.edge)
+        velocity_values = (v1.value, v2.value, w1.value, w2.value)
+        values = ImpactRecord(t, first, second, n.value, *velocity_values, spins, impact.edge)
         radii = ImpactRecord(t_radius, first, second, n.radius, v1.radius, v2.radius, w1.radius, w2.radius, spin_radii)
         decimals = (time, *after, *(spins_after if self._turns else ())) if self.digits > MOST_FLOAT_DIGITS else ()
         self.rows.append(RecordedImpact(values, radii, tuple(v.str(self.digits, radius=False) for v in decimals)))

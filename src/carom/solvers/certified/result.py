@@ -70,11 +70,11 @@ class Degeneracy:
 
     def __str__(self) -> str:
         names = ", ".join(map(body_name, self.bodies))
-        when = f"at {self.earliest_s:.17g} s"
+        time_text = f"at {self.earliest_s:.17g} s"
         if self.latest_s != self.earliest_s:
-            when = f"between {self.earliest_s:.17g} and {self.latest_s:.17g} s"
+            time_text = f"between {self.earliest_s:.17g} and {self.latest_s:.17g} s"
         how = "proven exactly" if self.proven else f"not decided with the state known to {self.bits} bits"
-        return f"{self.kind.value}: {names}, {when} ({how})"
+        return f"{self.kind.value}: {names}, {time_text} ({how})"
 
 
 class Undecided(Exception):  # noqa: N818 - not an error: a signal to look closer

@@ -81,8 +81,8 @@ class CertifiedRun:
     @property
     def notes(self) -> tuple[str, ...]:
         """Notes for the user: how the run ended, and whether the compiled extension is out of date."""
-        what = self.degeneracy or (self.ending and self.ending.value)
-        return (*([str(what)] if what else []), *find_extension_notes())
+        reason = self.degeneracy or (self.ending and self.ending.value)
+        return (*([str(reason)] if reason else []), *find_extension_notes())
 
     @property
     def outcome(self) -> Outcome:
@@ -161,17 +161,17 @@ class CertifiedRun:
                 raise KeyboardInterrupt
         bodies = attempt.bodies
         with ctx.workprec(attempt.precision):
-            now = undamped_time_of(self.scene.damping_per_s, arb(self.time_s))
-            left = speed_fraction(self.scene.damping_per_s, now)
+            undamped_s = undamped_time_of(self.scene.damping_per_s, arb(self.time_s))
+            left = speed_fraction(self.scene.damping_per_s, undamped_s)
             places = [
-                bodies.centre_at(i, now) if bodies.movable[i] else bodies.centre(i, self.time_s)
+                bodies.centre_at(i, undamped_s) if bodies.movable[i] else bodies.centre(i, self.time_s)
                 for i in range(len(bodies))
             ]
-            velocities = [bodies.velocity(i, now, self.time_s) for i in range(len(bodies))]
+            velocities = [bodies.velocity(i, undamped_s, self.time_s) for i in range(len(bodies))]
             speeds = [(vx * left, vy * left) for vx, vy in velocities]
         with ctx.workprec(min(self.log.bits, attempt.precision)):
             position, velocity = (np.array([to_vector(+x, +y) for x, y in vectors]) for vectors in (places, speeds))
-            spin = np.array([round_to_float(+(bodies.spin_at(i, now) * left)) for i in range(len(bodies))])
+            spin = np.array([round_to_float(+(bodies.spin_at(i, undamped_s) * left)) for i in range(len(bodies))])
         trace = Trace(
             method="certified",
             scene=self.scene,
@@ -230,17 +230,19 @@ class CertifiedRun:
         reached_s = max(attempt.bodies.time)
         expected = done * (float_above(goal.time) / reached_s) if reached_s > 0 else math.inf
         target = min(expected * _MARGIN, goal.impacts)
-        lost = attempt.bits_lost() / done
-        wanted = self._digits_bits + (lost * target * _MARGIN if lost else 0) + _FIRST_BITS
-        wanted = min(wanted, attempt.bits * _MOST_RISE)
+        bits_per_event = attempt.bits_lost() / done
+        needed_bits = self._digits_bits + (bits_per_event * target * _MARGIN if bits_per_event else 0) + _FIRST_BITS
+        needed_bits = min(needed_bits, attempt.bits * _MOST_RISE)
         if stop.degeneracy is not None:  # enough bits to resolve this event
-            wanted = max(wanted, attempt.bits + self._tie_bits - stop.degeneracy.bits + _FIRST_BITS)
-        return min(math.ceil(max(wanted, attempt.bits * _LEAST_RISE)), self._most_bits)
+            needed_bits = max(needed_bits, attempt.bits + self._tie_bits - stop.degeneracy.bits + _FIRST_BITS)
+        return min(math.ceil(max(needed_bits, attempt.bits * _LEAST_RISE)), self._most_bits)
 
 
 def find_degenerate_start(bodies: BallBodies) -> Degeneracy | None:
     """Return the degeneracy of the start, if any. Contact is degenerate, except with a wall below the disc."""
     lying = BallContacts(bodies).find_resting() if bodies.falls else ()
-    begun = {i: bodies.trace_body(ground.body) for i, ground in lying}
-    found = find_contact_at_start(bodies, begun)
-    return found if found or bodies.scene.arrays.has_half_planes else find_finite_contact_at_start(bodies.scene, begun)
+    grounds = {i: bodies.trace_body(ground.body) for i, ground in lying}
+    found = find_contact_at_start(bodies, grounds)
+    return (
+        found if found or bodies.scene.arrays.has_half_planes else find_finite_contact_at_start(bodies.scene, grounds)
+    )

@@ -106,16 +106,16 @@ class Selection:
         """Return the latest upper bound among the times of the solved rivals."""
         return max(self._meetings[rival[1:]].latest for rival in rivals if rival[1:] in self._meetings)
 
-    def _solve(self, at: float, disc: int, body: int) -> Meeting | None:
+    def _solve(self, instant_s: float, disc: int, body: int) -> Meeting | None:
         """Solve an impact in balls from its bound, and raise the bound. Return the impact if the bound was close."""
         self.solved += 1
         if self.solved % _CHUNK == 0 and time.perf_counter() > self.deadline_s:
             raise OutOfTime
         start = self.bodies.path_start(disc, body)
-        meeting = meet(self.bodies, disc, body, at)
-        bound = math.inf if meeting is None else max(at, float_below(meeting.time))
+        meeting = meet(self.bodies, disc, body, instant_s)
+        bound = math.inf if meeting is None else max(instant_s, float_below(meeting.time))
         self.bounds.raise_to(disc, body, bound)
-        if meeting is None or at <= start < bound:
+        if meeting is None or instant_s <= start < bound:
             return None
         self._meetings[disc, body] = meeting
         for each in {disc, body}:
@@ -177,18 +177,18 @@ class Selection:
         both rim speeds.
         """
         bodies = self.bodies
-        at = float(window.mid())
-        (xi, yi), (xj, yj) = bodies.centre_in_frame(i, at), bodies.centre_in_frame(j, at)
+        instant_s = float(window.mid())
+        (xi, yi), (xj, yj) = bodies.centre_in_frame(i, instant_s), bodies.centre_in_frame(j, instant_s)
         dx, dy = xj - xi, yj - yi
         fastest = max((bodies.vx[k] * bodies.vx[k] + bodies.vy[k] * bodies.vy[k]).upper() for k in range(len(bodies)))
-        fastest, most = fastest.sqrt().max(arb(bodies.fastest_drive)), 5
+        fastest, speed_factor = fastest.sqrt().max(arb(bodies.fastest_drive)), 5
         if bodies.rubs:
-            fastest, most = max([fastest, *(abs(bodies.rim_speed(k)).upper() for k in range(len(bodies)))]), 13
+            fastest, speed_factor = max([fastest, *(abs(bodies.rim_speed(k)).upper() for k in range(len(bodies)))]), 13
         # Each disc moves at most at 5 (with friction 13) times the fastest speed, for twice the window plus the time
-        # from `at`.
-        length = 2 * (window.upper() - window.lower()) + abs(window - at).upper()
-        gained = bodies.bound_acceleration() * (window.upper() + length)  # the velocities are values at time 0
-        reach = bodies.laws.of_discs(i, j).reach + 2 * most * (fastest + gained) * length
+        # from `instant_s`.
+        length = 2 * (window.upper() - window.lower()) + abs(window - instant_s).upper()
+        gained_speed = bodies.bound_acceleration() * (window.upper() + length)  # the velocities are values at time 0
+        reach = bodies.laws.of_discs(i, j).reach + 2 * speed_factor * (fastest + gained_speed) * length
         return bool(dx * dx + dy * dy > reach * reach)
 
     def _report_unresolved(self, meeting: Meeting) -> Degeneracy:
@@ -203,7 +203,7 @@ class Selection:
         kind = Degenerate.SHARED_INSTANT if shared else Degenerate.SIMULTANEOUS_NEIGHBOURS
         return self._report(kind, (one, other), one.time.union(other.time))
 
-    def _report(self, kind: Degenerate, meetings: tuple[Meeting, ...], when: arb) -> Degeneracy:
+    def _report(self, kind: Degenerate, meetings: tuple[Meeting, ...], meeting_time: arb) -> Degeneracy:
         bodies = self.bodies
         involved = sorted({body for m in meetings for body in (m.first, m.second)})
         if kind is Degenerate.RESTING_CONTACT:  # the partner of the last impact pushes one body into the other
@@ -216,6 +216,6 @@ class Selection:
             and are_simultaneous(bodies, meetings[0][:2], meetings[1][:2])
         )
         bits = min(bodies.state_bits(body) for body in involved if body >= 0)
-        latest = math.inf if kind is Degenerate.GRAZE else float_above(when)
-        named = tuple(sorted({bodies.trace_body(body) for body in involved}))
-        return Degeneracy(kind, named, float_below(when), latest, proven, bits)
+        latest = math.inf if kind is Degenerate.GRAZE else float_above(meeting_time)
+        trace_bodies = tuple(sorted({bodies.trace_body(body) for body in involved}))
+        return Degeneracy(kind, trace_bodies, float_below(meeting_time), latest, proven, bits)

@@ -51,10 +51,10 @@ def enclosures(certified: CertifiedTrace) -> dict[str, Any]:
 
 
 def _write_fields(found: object, rows: Mapping[str, np.dtype[np.void]], final: Iterable[str]) -> dict[str, Any]:
-    held = {name: getattr(found, name) for name in (*rows, *final)}
+    arrays = {name: getattr(found, name) for name in (*rows, *final)}
     return {
         name: _write_rows(array) if name in rows else array.tolist()
-        for name, array in held.items()
+        for name, array in arrays.items()
         if array is not None
     }
 

@@ -116,19 +116,19 @@ def _split_time(polynomial: arb_poly, horizon: arb) -> Iterator[tuple[_Piece | N
     None replaces a piece that certainly has no zero.
     """
     edges = [arb(0), *((horizon * arb((1, k - _FIRST))).mid() for k in range(_FIRST)), horizon]
-    most = int(ctx.prec) // 2 + _HALVINGS
+    max_depth = int(ctx.prec) // 2 + _HALVINGS
     stack = [(edges[k], edges[k + 1], 0) for k in reversed(range(len(edges) - 1))]
     while stack:
         low, high, depth = stack.pop()
         middle, half = ((low + high) / 2).mid(), ((high - low) / 2).upper()
-        here = _expand_about(polynomial, middle)
-        change = _bound_change(here, half)
-        if (found := _sign(here[0], change)) != 0:
+        expansion = _expand_about(polynomial, middle)
+        change = _bound_change(expansion, half)
+        if (found := _sign(expansion[0], change)) != 0:
             yield None, found
             continue
-        steep = here[1] if len(here) > 1 else arb(0)
-        slope = _sign(steep, _bound_change([k * here[k] for k in range(1, len(here))], half))
-        if slope == 0 and depth < most and change > _BLUR * here[0].rad():
+        steep = expansion[1] if len(expansion) > 1 else arb(0)
+        slope = _sign(steep, _bound_change([k * expansion[k] for k in range(1, len(expansion))], half))
+        if slope == 0 and depth < max_depth and change > _BLUR * expansion[0].rad():
             stack += [(middle, high, depth + 1), (low, middle, depth + 1)]
             continue
         yield _Piece(low, high, slope), _sign(polynomial(high), arb(0))
@@ -177,12 +177,12 @@ def _refine_zero(polynomial: arb_poly, low: arb, high: arb) -> arb:
     """
     while True:
         middle, half = ((low + high) / 2).mid(), ((high - low) / 2).upper()
-        here = _expand_about(polynomial, middle)
-        first, last = middle if here[0] > 0 else low, middle if here[0] < 0 else high
-        most = _bound_change([k * here[k] for k in range(1, len(here))], half)
-        slope = here[1] + (arb(0) - most).union(most)
+        expansion = _expand_about(polynomial, middle)
+        first, last = middle if expansion[0] > 0 else low, middle if expansion[0] < 0 else high
+        slope_change = _bound_change([k * expansion[k] for k in range(1, len(expansion))], half)
+        slope = expansion[1] + (arb(0) - slope_change).union(slope_change)
         if slope < 0:
-            zero = middle - here[0] / slope  # a very wide ball if the slope is nearly 0 at one end
+            zero = middle - expansion[0] / slope  # a very wide ball if the slope is nearly 0 at one end
             first, last = first.max(zero.lower()), last.min(zero.upper())
         if not first <= last:
             return low.union(high)

@@ -33,26 +33,26 @@ def speed_fraction(damping_per_s: float, undamped_time: arb) -> arb:
     return 1 - damping_per_s * undamped_time
 
 
-def start_deceleration(bodies: BallBodies, i: int, time: arb, at: float) -> None:
+def start_deceleration(bodies: BallBodies, i: int, time: arb, instant_s: float) -> None:
     """Apply the table's deceleration to disc `i`, whose velocity has changed at `time`.
 
     Raises:
         Undecided: The precision does not decide whether the disc moves.
     """
-    vx, vy = bodies.velocity(i, time, at)
+    vx, vy = bodies.velocity(i, time, instant_s)
     if vx.is_zero() and vy.is_zero():
         return
-    speed, wait = (vx * vx + vy * vy).sqrt(), time - arb(at)
+    speed, wait = (vx * vx + vy * vy).sqrt(), time - arb(instant_s)
     if not speed > 0:
-        when = max(0.0, float_below(time)), float_above(time)
-        raise Undecided(Degeneracy(Degenerate.MODE, (i,), *when, proven=False, bits=bodies.state_bits(i)))
+        bounds_s = max(0.0, float_below(time)), float_above(time)
+        raise Undecided(Degeneracy(Degenerate.MODE, (i,), *bounds_s, proven=False, bits=bodies.state_bits(i)))
     deceleration = arb(bodies.scene.table_deceleration_m_s2)
     ax, ay = ZERO - deceleration * vx / speed, ZERO - deceleration * vy / speed
     x, y = bodies.centre_at(i, time)
     bodies.acceleration[i] = (ax, ay)
     bodies.contacts.stops[i] = time + speed / deceleration
     bodies.x[i], bodies.y[i] = x - wait * (vx - ax * wait / 2), y - wait * (vy - ay * wait / 2)
-    bodies.vx[i], bodies.vy[i], bodies.time[i] = vx - ax * wait, vy - ay * wait, at
+    bodies.vx[i], bodies.vy[i], bodies.time[i] = vx - ax * wait, vy - ay * wait, instant_s
 
 
 def stop_disc(bodies: BallBodies, meeting: Meeting) -> None:

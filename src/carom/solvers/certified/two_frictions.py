@@ -29,19 +29,21 @@ def sign_of(ball: arb) -> int | None:
     return 0 if ball.is_zero() else 1 if ball > 0 else -1 if ball < 0 else None
 
 
-def clamp(x: arb, most: arb) -> arb:
-    """Return x, limited to the range from minus `most` to `most`."""
-    return x.min(most).max(ZERO - most)
+def clamp(x: arb, limit: arb) -> arb:
+    """Return x, limited to the range from minus `limit` to `limit`."""
+    return x.min(limit).max(ZERO - limit)
 
 
-def limit_sticking(sticking: arb, most: arb) -> BallFrictions:
-    """Return the slip that friction alone removes: `sticking`, limited to `most` by the friction cone."""
-    return BallFrictions(clamp(sticking, most), ZERO, sticks=_within(sticking, most), blocks=False)
+def limit_sticking(sticking: arb, limit: arb) -> BallFrictions:
+    """Return the slip that friction alone removes: `sticking`, limited to `limit` by the friction cone."""
+    return BallFrictions(clamp(sticking, limit), ZERO, sticks=_within(sticking, limit), blocks=False)
 
 
-def share_frictions(s1: arb, q1: arb, most: tuple[arb, arb], y: arb, signs: tuple[int, int] = (0, 0)) -> BallFrictions:
+def share_frictions(
+    s1: arb, q1: arb, limits: tuple[arb, arb], y: arb, signs: tuple[int, int] = (0, 0)
+) -> BallFrictions:
     """Compute `share_frictions` of `core/wall_contact_law.h`."""
-    (slip, rim), (f_most, h_most) = signs, most
+    (slip, rim), (f_most, h_most) = signs, limits
     f = h = ZERO
     blocks: bool | None = False
     if not y.is_zero() and rim:
@@ -55,7 +57,7 @@ def share_frictions(s1: arb, q1: arb, most: tuple[arb, arb], y: arb, signs: tupl
     return BallFrictions(clamp(left, f_most), h, sticks=_within(left, f_most), blocks=blocks)
 
 
-def _within(x: arb, most: arb) -> bool | None:
-    if abs(x) <= most:
+def _within(x: arb, limit: arb) -> bool | None:
+    if abs(x) <= limit:
         return True
-    return False if abs(x) > most else None
+    return False if abs(x) > limit else None

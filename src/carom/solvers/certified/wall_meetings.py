@@ -43,51 +43,53 @@ if TYPE_CHECKING:
 _START_BITS = 2048
 
 
-def meet_straight(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> Meeting | None:
+def meet_straight(bodies: BallBodies, i: int, second: int, instant_s: float, leg: BallLeg | None) -> Meeting | None:
     """Return the impact of disc `i` on a straight obstacle; None if there is certainly none.
 
     `leg` is the motion of the wall.
     """
     if bodies.acceleration[i] is not None:
-        return _glide_to_plane(bodies, i, second, at, leg)
-    return (_fall_on_plane if bodies.pulls[wall_index(second)] else _meet_plane)(bodies, i, second, at, leg)
+        return _glide_to_plane(bodies, i, second, instant_s, leg)
+    return (_fall_on_plane if bodies.pulls[wall_index(second)] else _meet_plane)(bodies, i, second, instant_s, leg)
 
 
-def _glide_to_plane(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> Meeting | None:
+def _glide_to_plane(bodies: BallBodies, i: int, second: int, instant_s: float, leg: BallLeg | None) -> Meeting | None:
     """Return the impact of disc `i`, which is in contact with another straight obstacle."""
     law = bodies.laws.of_straight(wall_index(second), bodies.scene.discs[i].radius_m)
-    x, y, vx, vy = bodies.relative_state(i, at, leg)
+    x, y, vx, vy = bodies.relative_state(i, instant_s, leg)
     gap, speed = x * law.nx + y * law.ny - law.level, vx * law.nx + vy * law.ny
     pull = bodies.acceleration_of(i)[0] * law.nx + bodies.acceleration_of(i)[1] * law.ny
-    for wait, meeting in find_contacts(bodies, i, second, at, [gap, speed, pull / 2], leg):
+    for wait, meeting in find_contacts(bodies, i, second, instant_s, [gap, speed, pull / 2], leg):
         return meeting._replace(near=WallApproach(ZERO - speed - pull * wait, wait)) if meeting.decided else meeting
     return None
 
 
-def _meet_plane(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> Meeting | None:
+def _meet_plane(bodies: BallBodies, i: int, second: int, instant_s: float, leg: BallLeg | None) -> Meeting | None:
     """Return the impact of disc `i` if gravity has no component along the normal."""
     law = bodies.laws.of_straight(wall_index(second), bodies.scene.discs[i].radius_m)
-    x, y, vx, vy = bodies.subtract_leg(leg, at, *bodies.centre_in_frame(i, at), bodies.vx[i], bodies.vy[i])
+    x, y, vx, vy = bodies.subtract_leg(
+        leg, instant_s, *bodies.centre_in_frame(i, instant_s), bodies.vx[i], bodies.vy[i]
+    )
     speed = vx * law.nx + vy * law.ny
     if speed >= 0:
         return None
     gap = x * law.nx + y * law.ny - law.level
     if not speed < 0:  # the disc may move along the wall: its greatest possible speed gives the earliest time
-        time = arb(at) + (gap / (ZERO - speed.lower())).lower().max(ZERO)
-        return undecided(i, second, at, time, resting=not gap > 0)
-    time = arb(at) - gap / speed
-    if time < at:  # the time is before the start of this path, and no impact is before `at`
+        time = arb(instant_s) + (gap / (ZERO - speed.lower())).lower().max(ZERO)
+        return undecided(i, second, instant_s, time, resting=not gap > 0)
+    time = arb(instant_s) - gap / speed
+    if time < instant_s:  # the time is before the start of this path, and no impact is before `instant_s`
         return None
-    begin = bodies.find_last_impact_of_either(i, second, at)
+    begin = bodies.find_last_impact_of_either(i, second, instant_s)
     decided = begin is None or bool(time > begin)
-    return Meeting(i, second, at, time, float_above(time), decided, resting=not decided)
+    return Meeting(i, second, instant_s, time, float_above(time), decided, resting=not decided)
 
 
-def _fall_on_plane(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> Meeting | None:
+def _fall_on_plane(bodies: BallBodies, i: int, second: int, instant_s: float, leg: BallLeg | None) -> Meeting | None:
     """Return the impact of disc `i` if gravity has a component along the normal."""
     k = wall_index(second)
     law, pulled = bodies.laws.of_straight(k, bodies.scene.discs[i].radius_m), bodies.pulls[k]
-    x, y, vx, vy = bodies.relative_state(i, at, leg)
+    x, y, vx, vy = bodies.relative_state(i, instant_s, leg)
     gx, gy = bodies.gravity
     gap, speed, pull = x * law.nx + y * law.ny - law.level, vx * law.nx + vy * law.ny, gx * law.nx + gy * law.ny
     d = speed * speed - 2 * pull * gap
@@ -96,24 +98,26 @@ def _fall_on_plane(bodies: BallBodies, i: int, second: int, at: float, leg: Ball
     begin = bodies.find_last_impact(i, second)
     if not d > 0:  # the disc may turn back where it touches the wall, or may rest on the wall
         root = d.lower().max(ZERO).sqrt().union(d.upper().sqrt())
-        time = arb(at) + (ZERO - speed - root) / pull
+        time = arb(instant_s) + (ZERO - speed - root) / pull
     else:
         root = d.sqrt()
         wait = 2 * gap / (root - speed) if speed < 0 else (ZERO - speed - root) / pull  # no cancellation
-        time = arb(at) + wait
-    if time < begin or (d > 0 and time < at):  # the time is before the start of this path, and no impact is before `at`
+        time = arb(instant_s) + wait
+    if time < begin or (
+        d > 0 and time < instant_s
+    ):  # the time is before the start of this path, and no impact is before `instant_s`
         return None
     if d > 0 and time > begin:
-        return Meeting(i, second, at, time, float_above(time), near=WallApproach(root, wait))
-    earliest = time.lower().max(arb(at)) if time.is_finite() else arb(at)
-    return undecided(i, second, at, earliest, resting=d > 0 or pulled < 0)
+        return Meeting(i, second, instant_s, time, float_above(time), near=WallApproach(root, wait))
+    earliest = time.lower().max(arb(instant_s)) if time.is_finite() else arb(instant_s)
+    return undecided(i, second, instant_s, earliest, resting=d > 0 or pulled < 0)
 
 
 def _turns_back(bodies: BallBodies, i: int, k: int) -> bool:
     """Return whether a disc on its initial path turns back exactly at a half-plane at rest. This is no impact."""
     obstacle = bodies.obstacles[k]
-    asked = obstacle.kind is None and bodies.are_at_start(i) and not bodies.is_driven(k)
-    return asked and does_graze_wall(bodies, i, k)
+    is_at_start = obstacle.kind is None and bodies.are_at_start(i) and not bodies.is_driven(k)
+    return is_at_start and does_graze_wall(bodies, i, k)
 
 
 class On(Enum):
@@ -131,7 +135,7 @@ class _Touch(NamedTuple):
     on: On
 
 
-def meet_feature(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> Meeting | None:
+def meet_feature(bodies: BallBodies, i: int, second: int, instant_s: float, leg: BallLeg | None) -> Meeting | None:
     """Return the impact of disc `i` on an obstacle of a finite wall; None if there is certainly no impact.
 
     `leg` is the wall's motion.
@@ -142,11 +146,11 @@ def meet_feature(bodies: BallBodies, i: int, second: int, at: float, leg: BallLe
         fall = next(find_falls(launch.powers), None)
         if fall is None:
             return None
-        again = launch.time + fall.time
-        if not fall.certain or not again.lower() > launch.time.upper():
-            return undecided(i, second, at, again.lower().max(arb(at)), resting=False)
-        at = max(at, float((launch.time + again) / 2))
-    touch = _find_touch(bodies, i, second, at, leg)
+        return_time = launch.time + fall.time
+        if not fall.certain or not return_time.lower() > launch.time.upper():
+            return undecided(i, second, instant_s, return_time.lower().max(arb(instant_s)), resting=False)
+        instant_s = max(instant_s, float((launch.time + return_time) / 2))
+    touch = _find_touch(bodies, i, second, instant_s, leg)
     if touch is None or touch.on is On.BESIDE:
         return None
     meeting = touch.meeting
@@ -154,14 +158,14 @@ def meet_feature(bodies: BallBodies, i: int, second: int, at: float, leg: BallLe
         return meeting
     begin, end = bodies.obstacles[wall_index(second)].neighbours
     taker = {On.BEGIN: begin, On.END: end}.get(touch.on)
-    other = None if taker is None else _find_touch(bodies, i, taker, at, leg)
+    other = None if taker is None else _find_touch(bodies, i, taker, instant_s, leg)
     if other is None or not other.meeting.decided:
-        return undecided(i, second, at, meeting.time, resting=False)
+        return undecided(i, second, instant_s, meeting.time, resting=False)
     time = meeting.time.union(other.meeting.time)
     return meeting._replace(time=time, latest=float_above(time), near=Seam(meeting, other.meeting))
 
 
-def _find_touch(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> _Touch | None:
+def _find_touch(bodies: BallBodies, i: int, second: int, instant_s: float, leg: BallLeg | None) -> _Touch | None:
     """Return the first contact of a disc with the line or the circle of an obstacle; None if there is none."""
     k = wall_index(second)
     shape = bodies.obstacles[k].shape
@@ -169,16 +173,18 @@ def _find_touch(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg
     if isinstance(shape, Round):
         if _passes_stop(bodies, i, k, shape):
             return None
-        return (_fall_on_round if curved else _touch_round)(bodies, i, second, at, leg)
-    x, y, vx, vy = bodies.relative_state(i, at, leg)
+        return (_fall_on_round if curved else _touch_round)(bodies, i, second, instant_s, leg)
+    x, y, vx, vy = bodies.relative_state(i, instant_s, leg)
     law = bodies.laws.of_straight(k, bodies.scene.discs[i].radius_m)
     straight = not bodies.pulls[k] and bodies.acceleration[i] is None
     if straight and x * law.nx + y * law.ny < law.level:  # the disc is behind the edge or next to it
         return None
-    meeting = meet_straight(bodies, i, second, at, leg)
+    meeting = meet_straight(bodies, i, second, instant_s, leg)
     if meeting is None or shape.stretch is None:
         return None if meeting is None else _Touch(meeting, On.INSIDE)
-    return _Touch(meeting, _locate_foot(shape.stretch, *_position_after(bodies, i, x, y, vx, vy, meeting.time - at)))
+    return _Touch(
+        meeting, _locate_foot(shape.stretch, *_position_after(bodies, i, x, y, vx, vy, meeting.time - instant_s))
+    )
 
 
 def _position_after(bodies: BallBodies, i: int, x: arb, y: arb, vx: arb, vy: arb, wait: arb) -> tuple[arb, arb]:
@@ -200,15 +206,15 @@ def _passes_stop(bodies: BallBodies, i: int, k: int, shape: Round) -> bool:
     return (Fraction(bodies.scene.discs[i].radius_m) + bodies.obstacles[k].half_width) ** 2 < shape.stops2
 
 
-def _fall_on_round(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> _Touch | None:
+def _fall_on_round(bodies: BallBodies, i: int, second: int, instant_s: float, leg: BallLeg | None) -> _Touch | None:
     """Return the first contact of a falling disc with a circle that is on the edge; None if there is none."""
     law, shape = bodies.laws.of_round(wall_index(second), bodies.scene.discs[i].radius_m), _round_of(bodies, second)
     if law.reach <= 0:
         return None
-    x, y, ux, uy = bodies.relative_state(i, at, leg)
+    x, y, ux, uy = bodies.relative_state(i, instant_s, leg)
     dx, dy, (gx, gy) = x - law.cx, y - law.cy, bodies.acceleration_of(i)
     powers = squared_gap_powers((dx, dy), (ux, uy), (gx, gy), law.reach2, inside=shape.inside)
-    for wait, meeting in find_contacts(bodies, i, second, at, powers, leg):
+    for wait, meeting in find_contacts(bodies, i, second, instant_s, powers, leg):
         px, py = _position_after(bodies, i, dx, dy, ux, uy, wait)
         on = On.INSIDE if shape.sector is None else _locate_direction(shape.sector, px, py)
         if on is On.BESIDE:
@@ -221,11 +227,11 @@ def _fall_on_round(bodies: BallBodies, i: int, second: int, at: float, leg: Ball
     return None
 
 
-def _touch_round(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> _Touch | None:
+def _touch_round(bodies: BallBodies, i: int, second: int, instant_s: float, leg: BallLeg | None) -> _Touch | None:
     law, shape = bodies.laws.of_round(wall_index(second), bodies.scene.discs[i].radius_m), _round_of(bodies, second)
     if law.reach <= 0:  # the disc does not fit inside
         return None
-    x, y, ux, uy = bodies.relative_state(i, at, leg)
+    x, y, ux, uy = bodies.relative_state(i, instant_s, leg)
     dx, dy = x - law.cx, y - law.cy
     a, b, cross = ux * ux + uy * uy, dx * ux + dy * uy, dx * uy - dy * ux
     d = a * law.reach2 - cross * cross
@@ -239,20 +245,22 @@ def _touch_round(bodies: BallBodies, i: int, second: int, at: float, leg: BallLe
         wait = ((ZERO - b) - _upper_root(d)).union(_upper_root(d) - b) / a
         if shape.sector is not None and _locate_direction(shape.sector, dx + ux * wait, dy + uy * wait) is On.BESIDE:
             return None
-        earliest = arb(at) + (wait.lower().max(ZERO) if wait.is_finite() else ZERO)
-        return _Touch(undecided(i, second, at, earliest, resting=shape.inside or not b < 0), On.OPEN)
+        earliest = arb(instant_s) + (wait.lower().max(ZERO) if wait.is_finite() else ZERO)
+        return _Touch(undecided(i, second, instant_s, earliest, resting=shape.inside or not b < 0), On.OPEN)
     root = d.sqrt()
     later = ZERO - c / (b + root) if b > 0 else (root - b) / a
     wait = later if shape.inside else c / (root - b)
-    px, py, time = dx + ux * wait, dy + uy * wait, arb(at) + wait
+    px, py, time = dx + ux * wait, dy + uy * wait, arb(instant_s) + wait
     on = On.INSIDE if shape.sector is None else _locate_direction(shape.sector, px, py)
-    begin = bodies.find_last_impact_of_either(i, second, at)
+    begin = bodies.find_last_impact_of_either(i, second, instant_s)
     past = ZERO if shape.inside else 2 * root / a  # time that the disc spends inside the circle of contact
-    if time < at if begin is None else time + past < begin:
+    if time < instant_s if begin is None else time + past < begin:
         return None
     if begin is not None and not time > begin:
-        return _Touch(undecided(i, second, at, begin if time < at else time, resting=True), on)
-    return _Touch(Meeting(i, second, at, time, float_above(time), near=RoundApproach(law, px, py, root, wait)), on)
+        return _Touch(undecided(i, second, instant_s, begin if time < instant_s else time, resting=True), on)
+    return _Touch(
+        Meeting(i, second, instant_s, time, float_above(time), near=RoundApproach(law, px, py, root, wait)), on
+    )
 
 
 def _locate_foot(stretch: Between, x: arb, y: arb) -> On:
@@ -277,15 +285,15 @@ def _locate_direction(sector: Between, x: arb, y: arb) -> On:
     for ex, ey, end in ((fx, fy, On.BEGIN), (lx, ly, On.END)):
         turn = ball(ex) * y - ball(ey) * x
         if not (turn > 0 or turn < 0):
-            ahead = ball(ex) * x + ball(ey) * y
-            if not ahead < 0:
-                return end if ahead > 0 else On.OPEN
+            along = ball(ex) * x + ball(ey) * y
+            if not along < 0:
+                return end if along > 0 else On.OPEN
         turns.append(turn)
-    begun, ended = turns
+    begin_turn, end_turn = turns
     reflex = fx * ly - fy * lx < 0
-    if (begun > 0 or ended < 0) if reflex else (begun > 0 and ended < 0):
+    if (begin_turn > 0 or end_turn < 0) if reflex else (begin_turn > 0 and end_turn < 0):
         return On.INSIDE
-    return On.BESIDE if ((begun < 0 and ended > 0) if reflex else (begun < 0 or ended > 0)) else On.OPEN
+    return On.BESIDE if ((begin_turn < 0 and end_turn > 0) if reflex else (begin_turn < 0 or end_turn > 0)) else On.OPEN
 
 
 def _does_graze(bodies: BallBodies, i: int, second: int) -> bool:
@@ -310,10 +318,10 @@ def _upper_root(square: arb) -> arb:
     return square.upper().max(ZERO).sqrt()
 
 
-def find_finite_contact_at_start(scene: Scene, begun: Mapping[int, int]) -> Degeneracy | None:
+def find_finite_contact_at_start(scene: Scene, grounds: Mapping[int, int]) -> Degeneracy | None:
     """Return the degeneracy of the first disc that touches and approaches a finite wall at the start; None for none.
 
-    `begun` maps discs to walls with which they start in contact; these pairs are ignored.
+    `grounds` maps discs to walls with which they start in contact; these pairs are ignored.
 
     Contact is decided with balls of many bits. If a ball contains both an overlap and a gap, the degeneracy is reported
     as not proven.
@@ -325,15 +333,15 @@ def find_finite_contact_at_start(scene: Scene, begun: Mapping[int, int]) -> Dege
             near = {
                 k
                 for k, wall in enumerate(scene.arrays.walls if bodies.movable[i] else ())
-                if not isinstance(wall, tuple) and begun.get(i) != wall_body(k)
+                if not isinstance(wall, tuple) and grounds.get(i) != wall_body(k)
                 if wall.compute_gap(*disc.position_m, disc.radius_m) <= size + SLACK * _farthest_coordinate(wall)
             }
             for number, obstacle in enumerate(bodies.obstacles):
                 if obstacle.wall in near and (found := _check_start(bodies, i, number)) is not None:
                     kind, gap = found
                     proven = bool(gap.is_zero() or gap < 0)
-                    named = (wall_body(obstacle.wall), i)
-                    return Degeneracy(kind, named, 0.0, 0.0, proven=proven, bits=_START_BITS)
+                    pair = (wall_body(obstacle.wall), i)
+                    return Degeneracy(kind, pair, 0.0, 0.0, proven=proven, bits=_START_BITS)
     return None
 
 

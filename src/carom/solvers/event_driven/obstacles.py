@@ -133,8 +133,8 @@ def build_grounds(start: DiscArrays, features: dict[int, tuple[Outline, WallFeat
         if number not in features:  # a half-plane
             rows[number, 0] = 1
         elif isinstance(feature := features[number][1].feature, Face):
-            over, never = surroundings[wall].find_face_surroundings(feature)
-            rows[number] = (1, *over, len(never))
+            end_vertices, never = surroundings[wall].find_face_surroundings(feature)
+            rows[number] = (1, *end_vertices, len(never))
             never_met += never
     return Grounds(rows, np.array(never_met, np.float64))
 
@@ -151,12 +151,12 @@ class _Surroundings:
             if isinstance(feature, Face):
                 self._faces[frozenset((feature.a, feature.b))].append(number)
                 continue
-            at = (feature.centre[0][0], feature.centre[1][0])
-            if feature == Arc.vertex(at, feature.half_width):
-                self._vertices.setdefault((at, feature.half_width), number)
+            centre = (feature.centre[0][0], feature.centre[1][0])
+            if feature == Arc.vertex(centre, feature.half_width):
+                self._vertices.setdefault((centre, feature.half_width), number)
             elif feature.sector is not None:
                 ends = {outline.edges[part.edges[0]].a, outline.edges[part.edges[-1]].b}
-                for end in {at} if feature.is_vertex else ends:
+                for end in {centre} if feature.is_vertex else ends:
                     self._arcs[end].append(number)
 
     def find_face_surroundings(self, face: Face) -> tuple[tuple[int, int], list[int]]:

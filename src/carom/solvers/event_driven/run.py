@@ -169,8 +169,8 @@ class EventDrivenRun:
         if self._fixed["acceleration"] is None:
             self._reached = (float((self.time_s - clock["epoch"]) - clock["epoch_rest"]), 0.0)
         else:
-            now = (clock["now"], clock["now_low"])
-            self._reached = max(self._reached, now, (time_s, 0.0) if has_completed else now)
+            clock_time = (clock["now"], clock["now_low"])
+            self._reached = max(self._reached, clock_time, (time_s, 0.0) if has_completed else clock_time)
         if self._kernel.counts["too_far"]:
             raise too_far_out()
         if ended not in (_DONE, _LIMIT, _STANDSTILL) or (ended == _STANDSTILL and self._fixed["acceleration"]):
@@ -304,8 +304,8 @@ def _require_same(state: RunState, fixed: Mapping[str, Any], discs: NDArray[np.v
             raise InputError(f"resume must be the state of a run of the same {name}: {found}")
 
 
-def _require_equal(name: str, values: NDArray[np.float64], others: NDArray[np.float64]) -> None:
-    differ = np.flatnonzero(values != others)
+def _require_equal(name: str, values: NDArray[np.float64], other_values: NDArray[np.float64]) -> None:
+    differ = np.flatnonzero(values != other_values)
     if len(differ):
         raise InputError(
             f"resume must be the state of a run of the same {name}: disc {differ[0]} differs, "

@@ -63,9 +63,11 @@ def advise(
         'paper/late'
     """
     scene = to_scene(scene)
-    asked = AdviceOptions.build_from_arguments("advise", options, engines=engine_names)
-    asked = replace(asked, engines=asked.engines and [resolve_engine(word) for word in asked.engines])
-    own: AbstractContextManager[Pool] = asked.open_pool() if pool is None else nullcontext(pool)
-    with own as opened:
-        found = found_by(scene, asked, opened, progress=progress or no_progress)
+    parsed_options = AdviceOptions.build_from_arguments("advise", options, engines=engine_names)
+    parsed_options = replace(
+        parsed_options, engines=parsed_options.engines and [resolve_engine(word) for word in parsed_options.engines]
+    )
+    pool_context: AbstractContextManager[Pool] = parsed_options.open_pool() if pool is None else nullcontext(pool)
+    with pool_context as opened:
+        found = found_by(scene, parsed_options, opened, progress=progress or no_progress)
     return ShownAdvice.of(found)

@@ -42,12 +42,12 @@ PURPOSE = "advise"
 _MANY = 4
 
 
-def build_advice_document(advice: Advice, asked: str = "") -> Document:
+def build_advice_document(advice: Advice, scene_word: str = "") -> Document:
     """Return a document with one row per method. The method with the largest step size is first.
 
     Args:
         advice: The advice.
-        asked: The scene as a command-line argument. The default is its name, which only works for scenes of the
+        scene_word: The scene as a command-line argument. The default is its name, which only works for scenes of the
             catalogue.
     """
 
@@ -55,9 +55,11 @@ def build_advice_document(advice: Advice, asked: str = "") -> Document:
         return one.method in advice.located, _compute_sort_key(one.demand), _compute_sort_key(one.never_misses)
 
     rows = sorted(advice.answers, key=order)
-    answer, *more = _build_headline(advice)
+    answer, *further_lines = _build_headline(advice)
     notes = Lines(tuple(_build_notes(advice)))
-    sections = [Section("Advice", (Lines(tuple(more)), *([_build_table(advice, rows)] if rows else []), notes))]
+    sections = [
+        Section("Advice", (Lines(tuple(further_lines)), *([_build_table(advice, rows)] if rows else []), notes))
+    ]
     if rows:
         caption = (
             "A cross marks a step size with a missed or spurious impact from at least one start. The dotted line is "
@@ -68,7 +70,7 @@ def build_advice_document(advice: Advice, asked: str = "") -> Document:
         tested: tuple[Block, ...] = (_build_evidence_table(advice, rows), ends, *map(_build_trials_table, rows))
         sections += [
             Section("Error against step", (Figures((figure,), large=True),), only=Media.PAGE),
-            Section("Code to paste", tuple(_build_code_blocks(advice, rows, asked or advice.scene.name))),
+            Section("Code to paste", tuple(_build_code_blocks(advice, rows, scene_word or advice.scene.name))),
             Section("All tested steps", tested, only=Media.IN_FULL),
         ]
     making_of = build_provenance(advice.environment, advice.command, advice.elapsed_s)
@@ -115,15 +117,15 @@ def _build_evidence_table(advice: Advice, rows: Sequence[Advised]) -> Table:
     return Table(columns, rows, title=title, only=Media.IN_FULL)
 
 
-def write_advice(advice: Advice, folder: Path, asked: str = "") -> Path:
-    """Write ``index.html`` into a folder and return its path. `asked` is as in `build_advice_document`.
+def write_advice(advice: Advice, folder: Path, scene_word: str = "") -> Path:
+    """Write ``index.html`` into a folder and return its path. `scene_word` is as in `build_advice_document`.
 
     Raises:
         MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed.
         InputError: The folder is not writable, or contains foreign files.
     """
     require_report_extra()
-    return write_files(folder, PURPOSE, {"index.html": render_html(build_advice_document(advice, asked))})
+    return write_files(folder, PURPOSE, {"index.html": render_html(build_advice_document(advice, scene_word))})
 
 
 def _build_headline(advice: Advice) -> Iterator[str]:
@@ -159,17 +161,17 @@ def _describe_longest_step(advice: Advice, question: Callable[[Advised], StepRan
     A method whose steps Carom cuts is named only if no other method passes, because an engine has no setting that cuts
     steps.
     """
-    able = [one for one in advice.answers if one.method not in advice.located] or list(advice.answers)
-    passing = [(found, answer) for answer in able if (found := question(answer)).passes]
+    candidates = [one for one in advice.answers if one.method not in advice.located] or list(advice.answers)
+    passing = [(found, answer) for answer in candidates if (found := question(answer)).passes]
     if not passing:
         return "no tested step size of any engine suffices"
     longest = max(found.passes.dt_s for found, _ in passing if found.passes)
     best = [(found, answer) for found, answer in passing if found.passes and found.passes.dt_s == longest]
     names = [answer.method.label for _, answer in best]
-    who = formatting.join_words(names, "or")
+    names_text = formatting.join_words(names, "or")
     any_step = all(_passes_at_any_step(answer, found) for found, answer in best)
     steps = "any tested step size ({} or more steps per second)" if any_step else "{} steps/s"
-    return f"use {steps.format(_format_rate(longest))}{_describe_substeps(advice, best[0][0])} with {who}"
+    return f"use {steps.format(_format_rate(longest))}{_describe_substeps(advice, best[0][0])} with {names_text}"
 
 
 def _passes_at_any_step(answer: Advised, found: StepRange) -> bool:
@@ -195,27 +197,30 @@ def _format_steps_per_frame(advice: Advice, found: StepRange) -> str:
     return "" if times is None else str(times)
 
 
-def _build_code_blocks(advice: Advice, rows: Sequence[Advised], asked: str) -> Iterator[Block]:
+def _build_code_blocks(advice: Advice, rows: Sequence[Advised], scene_word: str) -> Iterator[Block]:
     """Yield the engine's code for one frame. A terminal shows only the code of the first method."""
-    shown = Media.EVERYWHERE
+    media = Media.EVERYWHERE
     for answer in rows:
         found = answer.demand if answer.demand.in_frame else answer.never_misses
         method, trial, times = answer.method, found.in_frame, _count_steps_per_frame(advice, found)
         if trial is None or times is None or method in advice.located:
             continue
         target = f"for a direction error of at most {_format_target_angle(advice)}"
-        kept = target if found is answer.demand else "to miss no impact"
+        criterion = target if found is answer.demand else "to miss no impact"
         code = advice.code.get(method, "")
-        of = ". As code:" if code else "."
+        ending = ". As code:" if code else "."
         fewer = _count_steps_per_frame(advice, answer.never_misses)
-        alone = f" ({fewer} to miss no impact)" if fewer is not None and fewer < times else ""
-        yield Text(f"{method.label} needs {formatting.format_count(times, 'step')} per frame {kept}{alone}{of}", shown)
+        fewest_note = f" ({fewer} to miss no impact)" if fewer is not None and fewer < times else ""
+        yield Text(
+            f"{method.label} needs {formatting.format_count(times, 'step')} per frame {criterion}{fewest_note}{ending}",
+            media,
+        )
         if code:
-            yield Code(code, shown)
+            yield Code(code, media)
         words = ("carom", "engines", format_engine_argument(method.engine), "--show", method.profile)
-        at = ("--dt", formatting.format_step_option(trial.dt_s), "--scene", asked)
-        yield Text(f"To print all settings, run: {shlex.join((*words, *at))}", shown)
-        shown = Media.IN_FULL
+        options = ("--dt", formatting.format_step_option(trial.dt_s), "--scene", scene_word)
+        yield Text(f"To print all settings, run: {shlex.join((*words, *options))}", media)
+        media = Media.IN_FULL
 
 
 def _describe_passing_step(answer: Advised, found: StepRange) -> str:
@@ -252,13 +257,13 @@ def _build_notes(advice: Advice) -> Iterator[str]:
     """Yield notes on methods that fail at a smaller step size, on early ends of searches, and on the hardest impact."""
     for answer in advice.answers:
         never_misses = answer.never_misses
-        for found, what in ((never_misses, "misses none"), (answer.demand, "meets the target")):
-            again = what != "misses none" and found.finer_failures == never_misses.finer_failures
-            if found.monotone or again:
+        for found, result in ((never_misses, "misses none"), (answer.demand, "meets the target")):
+            is_repeated = result != "misses none" and found.finer_failures == never_misses.finer_failures
+            if found.monotone or is_repeated:
                 continue
             passing, failing = _format_rates(found.coarser_passes), _format_rates(found.finer_failures)
             where = f"at {passing} steps per second, but not at {failing}"
-            yield f"Smaller is not always better: {answer.method.label} {what} {where}."
+            yield f"Smaller is not always better: {answer.method.label} {result} {where}."
     stopped = [answer.method.label for answer in advice.answers if answer.ending is SearchEnding.BUDGET]
     if stopped:
         budget = f"the budget of {advice.budget_steps} engine steps each (--budget)"
@@ -355,11 +360,11 @@ def _format_degrees(angle_rad: float) -> str:
 def _describe_hardest_impact(advice: Advice) -> str:
     impact, rate_hz = advice.hardest[0], advice.scene.frame_rate_hz
     bodies = f"{body_name(impact.first)} and {body_name(impact.second)}"
-    where = f"between {bodies} at {formatting.format_number(impact.time_s, 4)} s"
+    bodies_and_time = f"between {bodies} at {formatting.format_number(impact.time_s, 4)} s"
     which = "The only impact is" if advice.impacts == 1 else f"The hardest of {advice.impacts} impacts is"
     window = impact.limit.window
     if window is None:
-        return f"{which} {where}: {impact.cause.value}."
+        return f"{which} {bodies_and_time}: {impact.cause.value}."
     speed, reach = formatting.format_number(window.speed_m_s), formatting.format_number(window.reach_m)
     size = f"{speed} m/s, {reach} m from centre to centre"
     why = {
@@ -375,7 +380,7 @@ def _describe_hardest_impact(advice: Advice) -> str:
     if advice.scene.arrays.rubs_discs:  # the effect of friction has no closed form
         direction += " (without friction)"
     return (
-        f"{which} {where}: {why}. The bodies overlap and approach each other for "
+        f"{which} {bodies_and_time}: {why}. The bodies overlap and approach each other for "
         f"{formatting.format_seconds(window.length_s)}. A frame at {formatting.format_number(rate_hz, 4)} Hz takes "
         f"{formatting.format_seconds(1.0 / rate_hz)}. The direction {direction}."
     )

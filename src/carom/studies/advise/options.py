@@ -54,7 +54,7 @@ class AdviceOptions(LimitOptions):
         _ANGLES,
         "Maximum error of any direction, such as 1deg or 0.02rad.",
         "--direction-error",
-        said="1deg",
+        default_text="1deg",
     )
     miss_probability: float = declare_option(
         0.0,

@@ -136,12 +136,14 @@ def advise(
     closed_form = _find_closed_form(scene, hardest)
     guess_s, frame_s = hardest[0].limit.dt_s, 1.0 / scene.frame_rate_hz
     infos = select_engines(describe_engines(options.engines, pool), options.engines)
-    others = [info for info in infos if info.name not in {"pic", "pit"}]
-    asked = list_methods([*others, *describe_engines([PIT_METHOD.engine], pool)], options.profiles, [frame_s], pool)
+    other_infos = [info for info in infos if info.name not in {"pic", "pit"}]
+    methods = list_methods(
+        [*other_infos, *describe_engines([PIT_METHOD.engine], pool)], options.profiles, [frame_s], pool
+    )
     aimed_s = tuple(impact.time_s for impact in hardest[:AIMED])
 
     def find_refusal(method: Method, dt_s: float) -> str:
-        answer = asked.find_refusal(method, frame_s) or asked.find_job_refusal(Job(scene, method, dt_s))
+        answer = methods.find_refusal(method, frame_s) or methods.find_job_refusal(Job(scene, method, dt_s))
         return "" if answer is None else answer.said
 
     def build_search(method: Method) -> StepSearch:
@@ -150,7 +152,7 @@ def advise(
 
     searches = {} if closed_form else {PIT_METHOD: build_search(PIT_METHOD)}
     unable = []
-    for method in (method for info in others for method in asked.at[info.name, frame_s]):
+    for method in (method for info in other_infos for method in methods.at[info.name, frame_s]):
         search = build_search(method)
         if search.refused_all:
             unable.append(Unable(method, find_refusal(method, frame_s) or search.build_answer().refusal))
@@ -159,7 +161,7 @@ def advise(
     _run_searches(scene, searches, aimed_s, pool, progress)
     found = {method: search.build_answer() for method, search in searches.items()}
     sampling = found.pop(PIT_METHOD, None)
-    located = frozenset(method for method in found if method.profile in asked.infos[method.engine].located)
+    located = frozenset(method for method in found if method.profile in methods.infos[method.engine].located)
     own = {method: answer for method, answer in found.items() if method not in located}
     return Advice(
         scene,
@@ -172,7 +174,7 @@ def advise(
         tuple(unable),
         phases,
         options.budget_steps,
-        swept=frozenset(one for one in own if _has_continuous_detection(asked.infos[one.engine], one.profile)),
+        swept=frozenset(one for one in own if _has_continuous_detection(methods.infos[one.engine], one.profile)),
         located=located,
         code={method: code for method, answer in own.items() if (code := _write_frame_code(scene, answer, pool))},
         environment=describe_environment(infos),
@@ -183,8 +185,8 @@ def advise(
 
 
 def _has_continuous_detection(info: EngineInfo, profile: str) -> bool:
-    able = info.own.get(profile, info.capabilities)
-    return able is not None and able.continuous_detection
+    capabilities = info.own.get(profile, info.capabilities)
+    return capabilities is not None and capabilities.continuous_detection
 
 
 def _write_frame_code(scene: Scene, answer: Advised, pool: Pool) -> str:
@@ -223,9 +225,9 @@ def _cut_reference(scene: Scene) -> tuple[Trace, ReferenceCut | None]:
 def _find_closed_form(scene: Scene, hardest: Sequence[HardImpact]) -> ClosedForm | None:
     """Return PIT's largest step sizes; None if a third body, friction or forces exclude a closed form."""
     slowed = scene.damping_per_s or scene.table_deceleration_m_s2
-    apart = slowed or (any(scene.gravity_m_s2) and not all(scene.arrays.movable))
+    is_accelerated = slowed or (any(scene.gravity_m_s2) and not all(scene.arrays.movable))
     turns = any(disc.legs for disc in scene.discs)
-    if len(scene.discs) != 2 or scene.walls or scene.arrays.rubs_discs or apart or turns:
+    if len(scene.discs) != 2 or scene.walls or scene.arrays.rubs_discs or is_accelerated or turns:
         return None
     windows = [impact.limit.window for impact in hardest]
     never = min((window.length_s for window in windows if window is not None), default=math.inf)
@@ -236,15 +238,15 @@ def _run_searches(
     scene: Scene, searches: Mapping[Method, StepSearch], aimed_s: Sequence[float], pool: Pool, progress: Progress
 ) -> None:
     """Run the steps that the searches request, one step of each search at a time, until all searches have ended."""
-    tried = 0
-    while wanted := {method: search.wanted for method, search in searches.items() if search.wanted is not None}:
-        starts = {method: list_start_phases(one.dt_s, one.even, aimed_s) for method, one in wanted.items()}
+    tested_count = 0
+    while requests := {method: search.wanted for method, search in searches.items() if search.wanted is not None}:
+        starts = {method: list_start_phases(one.dt_s, one.even, aimed_s) for method, one in requests.items()}
         phases = [(method, phase) for method, (even, aimed) in starts.items() for phase in (*even, *aimed)]
-        jobs = [Job(scene, method, wanted[method].dt_s, 0, phase) for method, phase in phases]
+        jobs = [Job(scene, method, requests[method].dt_s, 0, phase) for method, phase in phases]
         found = try_starts(jobs, pool)
         for method, (even, aimed) in starts.items():
             answers = ([found[method, phase] for phase in some] for some in (even, aimed))
-            searches[method].take(StepTrial.of(wanted[method].dt_s, *answers))
-        tried += len(wanted)
+            searches[method].take(StepTrial.of(requests[method].dt_s, *answers))
+        tested_count += len(requests)
         ended = sum(search.wanted is None for search in searches.values())
-        progress(ended, len(searches), f"{tried} steps tested")
+        progress(ended, len(searches), f"{tested_count} steps tested")

@@ -104,8 +104,8 @@ def compute_direction_limit(
         for place in _find_circle_ray_points(centre, radius, side):
             swept = (math.atan2(sign * place[1], sign * place[0]) - start) % math.tau
             crossings.append(swept if turn > 0 else math.tau - swept)
-    within = [swept for swept in crossings if 0.0 < swept < abs(turn)]
-    return _delay_of_angle(window, math.copysign(min(within), turn)) if within else math.inf
+    crossings_in_window = [swept for swept in crossings if 0.0 < swept < abs(turn)]
+    return _delay_of_angle(window, math.copysign(min(crossings_in_window), turn)) if crossings_in_window else math.inf
 
 
 def _compute_turning_angle(window: ContactWindow) -> float:
@@ -230,9 +230,9 @@ def rank_hardest_impacts(reference: Trace, demand: Demand) -> tuple[HardImpact, 
 
 def _build_hard_impact(reference: Trace, number: int, demand: Demand) -> HardImpact:
     impact, scene = reference.impacts[number], reference.scene
-    first, second, at = int(impact["first"]), int(impact["second"]), float(impact["time_s"])
+    first, second, time_s = int(impact["first"]), int(impact["second"]), float(impact["time_s"])
     if second < 0:
-        return HardImpact(at, first, second, PairLimit(None, math.inf, math.inf), _cause_of_wall(scene, second))
+        return HardImpact(time_s, first, second, PairLimit(None, math.inf, math.inf), _cause_of_wall(scene, second))
     fields = ("normal", "velocity_first_before", "velocity_second_before")
     normal, (ux, uy), (vx, vy) = ((float(impact[name][0]), float(impact[name][1])) for name in fields)
     one, other = scene.discs[first], scene.discs[second]
@@ -243,7 +243,7 @@ def _build_hard_impact(reference: Trace, number: int, demand: Demand) -> HardImp
         window, ((ux, uy), (vx, vy)), inverse_masses, scene.restitution, angle_rad, demand.miss_probability
     )
     soft = Cause.TURN if limit.direction_dt_s < limit.miss_dt_s else Cause.FAST
-    return HardImpact(at, first, second, limit, Cause.GRAZE if window.share >= GRAZE else soft)
+    return HardImpact(time_s, first, second, limit, Cause.GRAZE if window.share >= GRAZE else soft)
 
 
 def _cause_of_wall(scene: Scene, body: int) -> Cause:

@@ -145,8 +145,8 @@ def count_steps_per_frame(dt_s: float, frame_rate_hz: float) -> int | None:
     """Return the number of steps per frame; None if that number is not whole."""
     times = 1.0 / (dt_s * frame_rate_hz)
     # `times` and `dt_s` were each computed by two operations, so both have two rounding errors.
-    whole = round(times)
-    return whole if whole and abs(times - whole) <= 8 * 2.0**-53 * whole else None
+    rounded = round(times)
+    return rounded if rounded and abs(times - rounded) <= 8 * 2.0**-53 * rounded else None
 
 
 class StepSearch:
@@ -204,8 +204,8 @@ class StepSearch:
     def build_answer(self) -> Advised:
         """Return the result."""
         refused_s, refusal = self._refused_step or (None, "")
-        misses, whole = (self._build_range(passes) for passes in self._questions)
-        return Advised(self._method, self._tested, misses, whole, self._ending, refused_s, refusal)
+        misses, demand = (self._build_range(passes) for passes in self._questions)
+        return Advised(self._method, self._tested, misses, demand, self._ending, refused_s, refusal)
 
     @property
     def _tested(self) -> tuple[StepTrial, ...]:
@@ -234,9 +234,9 @@ class StepSearch:
 
     def _test(self, dt_s: float, even: int) -> Generator[Wanted, StepTrial | str, bool]:
         """Request a step, and return whether the search continues."""
-        most = compute_step_limit(self._duration_s, dt_s, even + self._aimed)
+        max_steps = compute_step_limit(self._duration_s, dt_s, even + self._aimed)
         # Expect this step's runs to end after the last impact, like the runs of the previous step.
-        if most * self._used_part > self._budget_left:
+        if max_steps * self._used_part > self._budget_left:
             self._ending = SearchEnding.BUDGET
             return False
         trial = yield Wanted(dt_s, even)
@@ -247,7 +247,7 @@ class StepSearch:
         if even >= CONFIRM:
             self._confirmed.add(dt_s)
         self._budget_left -= trial.steps
-        self._used_part = trial.steps / most
+        self._used_part = trial.steps / max_steps
         # An engine that fails at a huge step may still run at smaller steps.
         if trial.reason and dt_s <= self._frame_s:
             self._ending = SearchEnding.BROKE
@@ -292,14 +292,14 @@ class StepSearch:
         return _spans_octaves(last, LONGEST) and _are_equal([trial.direction_error_rad for trial in last])
 
     def _build_range(self, passes: Callable[[StepTrial], bool]) -> StepRange:
-        tried = self._tested
-        run = _select_finest_passing(tried, passes)
-        failed = tried[len(tried) - len(run) - 1] if len(run) < len(tried) else None
-        coarser = tuple(trial for trial in tried[: len(tried) - len(run)] if passes(trial))
-        finer = tuple(trial for trial in tried if coarser and not passes(trial) and trial.dt_s < coarser[0].dt_s)
+        tested = self._tested
+        run = _select_finest_passing(tested, passes)
+        failed = tested[len(tested) - len(run) - 1] if len(run) < len(tested) else None
+        coarser = tuple(trial for trial in tested[: len(tested) - len(run)] if passes(trial))
+        finer = tuple(trial for trial in tested if coarser and not passes(trial) and trial.dt_s < coarser[0].dt_s)
         answer = run[0] if self._is_found(passes) else None
         framed = next((one for one in self._select_frame_divisor(run) if answer and one.dt_s in self._confirmed), None)
-        return StepRange(answer, framed, tried[-1].dt_s if tried else math.nan, failed, coarser, finer)
+        return StepRange(answer, framed, tested[-1].dt_s if tested else math.nan, failed, coarser, finer)
 
 
 def _select_finest_passing(trials: Sequence[StepTrial], passes: Callable[[StepTrial], bool]) -> list[StepTrial]:

@@ -66,12 +66,12 @@ class StartTask(JobTask):
         """
         job = self.job
         adapter = load_supported_adapter(job)
-        begun = shift_to_phase(job)
+        shifted_scene = shift_to_phase(job)
         # Run further steps, because impacts in the last steps may be reported later.
-        scene = Scene(**{**dict(begun), "duration_s": begun.duration_s + BEYOND_STEPS * job.dt_s})
+        scene = Scene(**{**dict(shifted_scene), "duration_s": shifted_scene.duration_s + BEYOND_STEPS * job.dt_s})
         reference = require_reference(_reference(scene))
-        observed = observe_run(adapter, scene, job.profile, job.dt_s, tried=job.method.tried, watched=False)
-        aligned = match_impacts(reference, observed, comparison_range(reference, begun.duration_s))
+        observed = observe_run(adapter, scene, job.profile, job.dt_s, overrides=job.method.tried, watched=False)
+        aligned = match_impacts(reference, observed, comparison_range(reference, shifted_scene.duration_s))
         measured = measure_errors(reference, observed, aligned, compute_scales(scene, reference))
         return Started(
             # After the extra steps, only a run that ended early has undecided impacts. Undecided impacts count as
@@ -126,19 +126,19 @@ class StepTrial:
         """Return the combined result of the starts; if no start could run, return the reason as text."""
         answers = [*even, *aimed]
         broken = [answer for answer in answers if answer.status.is_failure or answer.status is Status.UNAVAILABLE]
-        ran = [answer.value for answer in answers if answer.value is not None]
-        if not ran and not broken:
+        results = [answer.value for answer in answers if answer.value is not None]
+        if not results and not broken:
             return answers[0].reason
         of_even = [answer.value for answer in even if answer.value is not None]
-        known = [one.direction_error_rad for one in ran if not math.isnan(one.direction_error_rad)]
+        known = [one.direction_error_rad for one in results if not math.isnan(one.direction_error_rad)]
         return cls(
             dt_s,
             even=len(of_even),
-            starts=len(ran) + len(broken),
+            starts=len(results) + len(broken),
             lost_even=sum(one.lost > 0 or not one.completed for one in of_even),
-            lost=sum(one.lost > 0 or not one.completed for one in ran),
+            lost=sum(one.lost > 0 or not one.completed for one in results),
             direction_error_rad=max(known, default=math.nan),
-            steps=sum(one.steps for one in ran),
+            steps=sum(one.steps for one in results),
             reason=broken[0].said if broken else "",
         )
 

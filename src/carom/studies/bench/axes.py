@@ -24,8 +24,8 @@ class Diagram(StrEnum):
     @property
     def heading(self) -> str:
         """The diagram's heading."""
-        what = "Run time" if self is Diagram.TIME_DT else "Error"
-        return f"{what} against {'run time' if self is Diagram.ERROR_TIME else 'the step'}"
+        quantity = "Run time" if self is Diagram.TIME_DT else "Error"
+        return f"{quantity} against {'run time' if self is Diagram.ERROR_TIME else 'the step'}"
 
 
 class ErrorKind(StrEnum):

@@ -81,18 +81,18 @@ class Compared:
 
         A change in these digits is never noise, because runs of one version repeat the error.
         """
-        now, then = ((one.lost, _round_error(one.error)) for one in (self.point, self.before))
-        if now == then:
+        current, earlier = ((one.lost, _round_error(one.error)) for one in (self.point, self.before))
+        if current == earlier:
             return BaselineChange.SAME
-        return BaselineChange.REGRESSED if now > then else BaselineChange.IMPROVED
+        return BaselineChange.REGRESSED if current > earlier else BaselineChange.IMPROVED
 
 
-def read_baseline(path: Path, here: Environment) -> dict[tuple[str, str, str, float], Before]:
+def read_baseline(path: Path, environment: Environment) -> dict[tuple[str, str, str, float], Before]:
     """Return the points of an earlier bench by scene, engine, profile and step.
 
     Args:
         path: The earlier `bench.json`, or its folder.
-        here: Description of this machine.
+        environment: Description of this machine.
 
     Raises:
         InputError: The bench does not exist, or it ran on another machine.
@@ -114,7 +114,7 @@ def read_baseline(path: Path, here: Environment) -> dict[tuple[str, str, str, fl
         raise InputError(f"the baseline {file} can't be read: {error.strerror}") from None
     except (ValueError, KeyError, TypeError, AttributeError):
         raise InputError(f"{file} is not a bench.json of carom bench") from None
-    if machine != here.machine:
+    if machine != environment.machine:
         raise InputError(
             f"the baseline ran on another machine ({', '.join(map(str, machine))}): "
             "run times are comparable only on one machine"
@@ -150,9 +150,9 @@ def compare_points(bench: Bench, before: dict[tuple[str, str, str, float], Befor
     return [Compared(scene, point, found, *compute_ratio(point, found)) for scene, point, found in both]
 
 
-def _compute_ratio(now: Sequence[float], then: Sequence[float], points: int) -> tuple[float, float, float]:
+def _compute_ratio(current: Sequence[float], earlier: Sequence[float], points: int) -> tuple[float, float, float]:
     """Return the ratio of two geometric means, and its interval by Welch's t, which holds for all points together."""
-    one, other = ([math.log(value) for value in values if value > 0.0] for values in (now, then))
+    one, other = ([math.log(value) for value in values if value > 0.0] for values in (current, earlier))
     if len(one) < 2 or len(other) < 2:
         return math.nan, math.nan, math.nan
     parts = [statistics.variance(values) / len(values) for values in (one, other)]
@@ -175,9 +175,9 @@ def describe_baseline(found: Sequence[Compared]) -> Iterator[str]:
         return
     times = [one.time for one in found]
     counts = [f"{times.count(change)} {change.value}" for change in BaselineChange]
-    said = f"Run time of {formatting.format_count(len(found), 'point')} compared with the baseline: {', '.join(counts)}"
+    text = f"Run time of {formatting.format_count(len(found), 'point')} compared with the baseline: {', '.join(counts)}"
     worst = max((one for one in found if one.time is BaselineChange.REGRESSED), key=lambda one: one.low, default=None)
-    yield f"{said}; worst: {_format_name(worst)}, {_format_interval(worst)}." if worst else f"{said}."
+    yield f"{text}; worst: {_format_name(worst)}, {_format_interval(worst)}." if worst else f"{text}."
     changed = [one for one in found if one.accuracy is not BaselineChange.SAME]
     if changed:
         worse = sum(one.accuracy is BaselineChange.REGRESSED for one in changed)
@@ -200,8 +200,8 @@ def build_baseline_section(found: Sequence[Compared], kind: ErrorKind) -> Sectio
         f"together. A point has changed if its whole interval differs from 1 by more than {LEAST_CHANGE:.0%}."
     )
     tables = [Table(columns, changed, title="Changes from the baseline", note=note)] * bool(changed)
-    same = [one for one in found if one not in changed]
-    tables += [Table(columns, same, title="No change", only=Media.IN_FULL)] * bool(same)
+    unchanged = [one for one in found if one not in changed]
+    tables += [Table(columns, unchanged, title="No change", only=Media.IN_FULL)] * bool(unchanged)
     return Section("Baseline", tuple(tables))
 
 

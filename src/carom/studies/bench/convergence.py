@@ -51,9 +51,9 @@ class ConvergenceOrder:
 
 def fit_order(dts_s: Sequence[float], errors: Sequence[float]) -> ConvergenceOrder:
     """Fit the order of convergence of errors (without unit) against step sizes. Errors within rounding are omitted."""
-    kept = [(dt_s, error) for dt_s, error in zip(dts_s, errors, strict=True) if math.isfinite(error)]
-    above = [(dt_s, error) for dt_s, error in kept if error > THRESHOLDS.rounding]
-    if kept and not above:
+    finite = [(dt_s, error) for dt_s, error in zip(dts_s, errors, strict=True) if math.isfinite(error)]
+    above = [(dt_s, error) for dt_s, error in finite if error > THRESHOLDS.rounding]
+    if finite and not above:
         return ConvergenceOrder(Convergence.EXACT, math.nan, math.nan, math.nan, math.nan, 0)
     exponent, low, high, factor = fit_power([x for x, _ in above], [y for _, y in above])
     if math.isnan(low):

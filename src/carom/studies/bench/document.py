@@ -141,15 +141,19 @@ def _describe_missing_points(bench: SceneBench) -> Iterator[str]:
     steps: dict[tuple[str, str], dict[str, list[str]]] = {}
     for curve in bench.curves:
         for point in curve.points:
-            for what, reason in (("not scored", point.reason), ("not timed", point.untimed)):
+            for problem, reason in (("not scored", point.reason), ("not timed", point.untimed)):
                 if reason:
-                    own = steps.setdefault((what, reason), {}).setdefault(Method(curve.engine, curve.profile).label, [])
-                    own.append(formatting.format_step(point.dt_s))
-    for (what, reason), by_curve in steps.items():
-        by_steps = formatting.group_by((formatting.join_words(at), who) for who, at in by_curve.items())
-        for at_steps, whose in by_steps.items():
-            who = "everything" if len(whose) == len(bench.curves) else formatting.join_words(whose)
-            yield f"{who}, {what} at {at_steps}: {reason}"
+                    steps_by_label = steps.setdefault((problem, reason), {}).setdefault(
+                        Method(curve.engine, curve.profile).label, []
+                    )
+                    steps_by_label.append(formatting.format_step(point.dt_s))
+    for (problem, reason), by_curve in steps.items():
+        by_steps = formatting.group_by(
+            (formatting.join_words(step_texts), subject) for subject, step_texts in by_curve.items()
+        )
+        for at_steps, subjects in by_steps.items():
+            subject = "everything" if len(subjects) == len(bench.curves) else formatting.join_words(subjects)
+            yield f"{subject}, {problem} at {at_steps}: {reason}"
 
 
 def _describe_noise(noise: Noise) -> str:

@@ -83,31 +83,31 @@ class _Drawing:
 
     def draw_curve(self, curve: Curve) -> None:
         style = svg.choose_line_style(curve.engine, profile=curve.profile)
-        own = [(self.compute_place(p), p) for p in curve.points if not p.reason and not math.isnan(p.error)]
-        kept = [(place, point) for place, point in own if all(map(math.isfinite, place))]
-        if not kept:
+        placed_points = [(self.compute_place(p), p) for p in curve.points if not p.reason and not math.isnan(p.error)]
+        drawn_points = [(place, point) for place, point in placed_points if all(map(math.isfinite, place))]
+        if not drawn_points:
             return
         name = {"pit": "PIT"}.get(curve.engine, Method(curve.engine, curve.profile).label)
-        end = kept[-1][0]
+        end = drawn_points[-1][0]
         if curve.exact:
             name, end = "PIC", (self.axes.get_xlim()[1], end[1])
-            self.draw_exact(kept, style)
+            self.draw_exact(drawn_points, style)
         else:
             marks = {key: style.pop(key) for key in ("marker", "markersize", "markerfacecolor")}
-            self.axes.plot(*zip(*(place for place, _ in kept), strict=True), **style)
-            for (x, y), point in kept:
+            self.axes.plot(*zip(*(place for place, _ in drawn_points), strict=True), **style)
+            for (x, y), point in drawn_points:
                 sound = self.kind is Diagram.TIME_DT or point.sound
                 # If impacts are missed or invented, the error is only the error of the other impacts, so the mark is a
                 # cross.
                 as_drawn = marks if sound else {**marks, "marker": "x", "markersize": 6.0}
                 self.axes.plot([x], [y], color=style["color"], linestyle="none", zorder=4, **as_drawn)
-        for (x, y), point in kept:
+        for (x, y), point in drawn_points:
             svg.draw_link_target(self.axes, x, y, build_point_anchor(self.bench.scene.name, point))
         self.ends.append(svg.LineEnd(*end, name, style["color"]))
 
-    def draw_exact(self, kept: Sequence[tuple[tuple[float, float], Point]], style: dict[str, object]) -> None:
+    def draw_exact(self, drawn_points: Sequence[tuple[tuple[float, float], Point]], style: dict[str, object]) -> None:
         """Draw PIC: a line across the diagram, with its run time at the mark."""
-        (x, y), point = kept[0]
+        (x, y), point = drawn_points[0]
         self.axes.axhline(y, color=style["color"], linewidth=1.8, zorder=2)
         if self.kind is not Diagram.ERROR_DT:
             self.axes.plot([x], [y], "o", color=style["color"], markersize=8.0, zorder=4)
@@ -135,14 +135,14 @@ class _Drawing:
             axes.minorticks_off()
 
     def set_error_scale(self) -> None:
-        axes, most = self.axes, 2.0 * self.largest
+        axes, axis_max = self.axes, 2.0 * self.largest
         axes.set_ylabel(self.error.label)
-        ticks = [10.0**k for k in range(round(math.log10(self.floor * _FOOT)), 2) if 10.0**k < most]
+        ticks = [10.0**k for k in range(round(math.log10(self.floor * _FOOT)), 2) if 10.0**k < axis_max]
         marked = [tick for tick in ticks if self.error.in_percent and any(math.isclose(tick, m) for m in _MARKED)]
         words = [
             formatting.format_percent(t) if t in marked else formatting.format_number(self.unit * t) for t in ticks
         ]
         axes.set_yticks([self.unit * one for one in (self.floor, *ticks)], [EXACT, *words])
-        axes.set_ylim(self.unit * self.floor / 10.0**0.25, self.unit * most)
+        axes.set_ylim(self.unit * self.floor / 10.0**0.25, self.unit * axis_max)
         for one in marked:
             axes.axhline(self.unit * one, color=svg.MUTED, linewidth=0.9, linestyle=(0, (4, 3)), zorder=1)

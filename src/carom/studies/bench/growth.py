@@ -225,9 +225,9 @@ def measure_growth(
     notes = MemoryJournal[GrowthKey, Grown]() if notes is None else notes
     with options.open_local_pool(1) as pool:
         infos = select_engines(describe_engines(engine_names, pool), engine_names)
-        infos = add_own_methods(infos, engine_names, pool, own=options.own)
-        here = describe_environment(infos)
-        wanted = [
+        infos = add_own_methods(infos, engine_names, pool, needs_own_methods=options.own)
+        environment = describe_environment(infos)
+        planned_runs = [
             (size, gravity, info)
             for size in sorted(set(sizes or OWN_SIZES))
             for gravity in (False, True)
@@ -235,13 +235,13 @@ def measure_growth(
             if sizes or size <= SIZES[-1] or info.engine == "Carom"
         ]
         started = time.perf_counter()
-        points: dict[tuple[str, bool], list[GrowthPoint]] = {(i.name, gravity): [] for _, gravity, i in wanted}
+        points: dict[tuple[str, bool], list[GrowthPoint]] = {(i.name, gravity): [] for _, gravity, i in planned_runs}
         spent = dict.fromkeys(points, 0.0)
-        for done, (size, gravity, info) in enumerate(wanted):
+        for done, (size, gravity, info) in enumerate(planned_runs):
             before = time.perf_counter()
             # Each engine has its own share of the budget, and the time that finished engines have not used.
             all_left_s = 2 * budget_s - (before - started)
-            to_run = {(one.name, falls) for _, falls, one in wanted[done:]}
+            to_run = {(one.name, falls) for _, falls, one in planned_runs[done:]}
             shares_s = {
                 key: max(0.0, 2 * budget_s / len(points) - spent[key])
                 for key in to_run
@@ -249,43 +249,45 @@ def measure_growth(
             }
             own_s = shares_s.pop((info.name, gravity), 0.0)
             left_s = min(all_left_s, max(own_s, all_left_s - sum(shares_s.values())))
-            what = f"{size} {'falling ' if gravity else ''}discs on {info.name}"
-            progress(done, len(wanted), f"{what}{formatting.format_time_left(all_left_s)}")
-            own, method = points[info.name, gravity], _select_method(info.name, profile, engine_names)
-            key = GrowthKey(size, method, find_versions(info.name), here.machine, gravity, STEPS)
-            reason = info.unavailable or _find_skip_reason(own, size, min(left_s, options.time_limit_s), left_s)
+            description = f"{size} {'falling ' if gravity else ''}discs on {info.name}"
+            progress(done, len(planned_runs), f"{description}{formatting.format_time_left(all_left_s)}")
+            curve_points, method = points[info.name, gravity], _select_method(info.name, profile, engine_names)
+            key = GrowthKey(size, method, find_versions(info.name), environment.machine, gravity, STEPS)
+            reason = info.unavailable or _find_skip_reason(
+                curve_points, size, min(left_s, options.time_limit_s), left_s
+            )
             refused = Answer[Grown](Status.UNSUPPORTED, reason) if reason else None
             pool.renew()
-            ask = TaskRequest(size, key, GrowthTask(size, method, here.date, gravity), refused)
-            ((_, answer),) = run_tasks([ask], pool, notes, alone=True)
+            ask = TaskRequest(size, key, GrowthTask(size, method, environment.date, gravity), refused)
+            ((_, answer),) = run_tasks([ask], pool, notes, one_at_a_time=True)
             spent[info.name, gravity] += time.perf_counter() - before
-            own.append(_build_point(size, answer))
+            curve_points.append(_build_point(size, answer))
     curves = []
-    for (name, gravity), own in points.items():
+    for (name, gravity), curve_points in points.items():
         pit = {(point.discs, point.sitting): point.advance_s for point in points.get(("pit", gravity), ())}
         method = _select_method(name, profile, engine_names)
-        curves.append(_build_curve(method, gravity, own, pit))
+        curves.append(_build_curve(method, gravity, curve_points, pit))
     elapsed_s = time.perf_counter() - started
-    return Growth(tuple(curves), here, budget_s, command, elapsed_s)
+    return Growth(tuple(curves), environment, budget_s, command, elapsed_s)
 
 
-def _select_method(engine: str, profile: str, asked: Sequence[str] | None) -> Method:
+def _select_method(engine: str, profile: str, engine_names: Sequence[str] | None) -> Method:
     """Return the method to run. PIC and PIT use the requested profile only if the user names them."""
-    own = {method.engine: method for method in OWN_METHODS if method.engine not in (asked or ())}
-    return own.get(engine, Method(engine, profile))
+    own_methods = {method.engine: method for method in OWN_METHODS if method.engine not in (engine_names or ())}
+    return own_methods.get(engine, Method(engine, profile))
 
 
-def _find_skip_reason(own: Sequence[GrowthPoint], size: int, allowed_s: float, left_s: float) -> str:
+def _find_skip_reason(curve_points: Sequence[GrowthPoint], size: int, allowed_s: float, left_s: float) -> str:
     """Return the reason to omit a run, according to the previous runs; an empty text if it may be tried."""
     if left_s <= 0:
         return "its share of the budget was used up; raise --budget"
-    if own and own[-1].reason:  # a method that failed with fewer discs also fails with more discs
-        first = next(point for point in own if point.reason)
+    if curve_points and curve_points[-1].reason:  # a method that failed with fewer discs also fails with more discs
+        first = next(point for point in curve_points if point.reason)
         return f"failed with {first.discs} discs"
-    ran = [point for point in own if not point.reason]
-    if len(ran) < 2:
+    completed_points = [point for point in curve_points if not point.reason]
+    if len(completed_points) < 2:
         return ""
-    last, before = ran[-1], ran[-2]
+    last, before = completed_points[-1], completed_points[-2]
     spent, earlier = (point.advance_s + point.prepare_s for point in (last, before))
     # Fixed costs make growth less than proportional. For more discs, expect at least proportional growth.
     exponent = max(1.0, math.log(spent / earlier) / math.log(last.discs / before.discs))
@@ -319,10 +321,10 @@ def _build_curve(
     method: Method, gravity: bool, points: Sequence[GrowthPoint], pit: dict[tuple[int, str], float]
 ) -> GrowthCurve:
     pit_s = [pit.get((point.discs, point.sitting), math.nan) for point in points]
-    held = tuple(replace(point, ratio=point.advance_s / of) for point, of in zip(points, pit_s, strict=True))
-    fitted = select_same_method([point for point in held if not point.reason and point.discs >= FIT_FROM])
+    rated_points = tuple(replace(point, ratio=point.advance_s / of) for point, of in zip(points, pit_s, strict=True))
+    fitted = select_same_method([point for point in rated_points if not point.reason and point.discs >= FIT_FROM])
     sizes = [float(point.discs) for point in fitted]
     time_exponent = fit_power(sizes, [point.advance_s for point in fitted])[:3]
     with_memory = [point for point in fitted if point.memory_bytes > 0]
     memory_exponent = fit_power([float(p.discs) for p in with_memory], [p.memory_bytes for p in with_memory])[:3]
-    return GrowthCurve(method.engine, method.profile, held, time_exponent, memory_exponent, gravity)
+    return GrowthCurve(method.engine, method.profile, rated_points, time_exponent, memory_exponent, gravity)

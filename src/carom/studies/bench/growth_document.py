@@ -62,17 +62,17 @@ def _describe_growth(growth: Growth) -> Iterator[str]:
         if not engines:
             continue
         discs = max(point.discs for curve in engines for point in curve.ran)
-        ran = {id(curve): point for curve in curves for point in curve.ran if point.discs == discs}
-        fastest = min((c for c in engines if id(c) in ran), key=lambda c: ran[id(c)].advance_s)
-        compared = [c for c in curves if c.engine in {"pic", "pit"} and id(c) in ran and c is not fastest]
+        point_of_curve = {id(curve): point for curve in curves for point in curve.ran if point.discs == discs}
+        fastest = min((c for c in engines if id(c) in point_of_curve), key=lambda c: point_of_curve[id(c)].advance_s)
+        compared = [c for c in curves if c.engine in {"pic", "pit"} and id(c) in point_of_curve and c is not fastest]
         names = [_SHOWN.get(curve.engine, curve.label) for curve in (*compared, fastest)]
         names[-1] = f"the fastest engine, {names[-1]}," if len(engines) > 1 else names[-1]
-        costs = [
-            f"{name} takes {_format_cost(ran[id(curve)])}{_format_growth(curve)}"
+        phrases = [
+            f"{name} takes {_format_cost(point_of_curve[id(curve)])}{_format_growth(curve)}"
             for name, curve in zip(names, (*compared, fastest), strict=True)
         ]
         gas = f"For a simulated second of {discs} {'falling ' if gravity else ''}discs"
-        yield f"{gas}, {formatting.join_words(costs)}."
+        yield f"{gas}, {formatting.join_words(phrases)}."
 
 
 #: Names of Carom's own methods in sentences and diagrams.
@@ -93,15 +93,15 @@ def _format_gas(curve: GrowthCurve) -> str:
 
 
 def _build_tables(growth: Growth) -> tuple[Table, ...]:
-    of = {(curve.label, curve.gravity): curve for curve in growth.curves}
+    curve_of = {(curve.label, curve.gravity): curve for curve in growth.curves}
 
-    def format_falling(say: Callable[[GrowthCurve], Cell | str]) -> Callable[[GrowthCurve], Cell | str]:
-        return lambda curve: say(falling) if (falling := of.get((curve.label, True))) else ""
+    def format_falling(format_cell: Callable[[GrowthCurve], Cell | str]) -> Callable[[GrowthCurve], Cell | str]:
+        return lambda curve: format_cell(falling) if (falling := curve_of.get((curve.label, True))) else ""
 
     def largest_column(
-        head: str, say: Callable[[GrowthPoint], str], under: str = "there", only: Media = Media.EVERYWHERE
+        head: str, format_cell: Callable[[GrowthPoint], str], under: str = "there", only: Media = Media.EVERYWHERE
     ) -> Column:
-        return Column(head, _format_largest(say), under, number=True, only=only)
+        return Column(head, _format_largest(format_cell), under, number=True, only=only)
 
     def number_column(head: str, read: Callable[[GrowthPoint], float]) -> Column:
         return Column(head, lambda run: formatting.format_number(read(run.point), 3), number=True)
@@ -173,9 +173,9 @@ def _format_command(run: _Run) -> str:
     return shlex.join(("carom", "bench", "--grow", *method, "--discs", str(run.point.discs)))
 
 
-def _format_largest(say: Callable[[GrowthPoint], str]) -> Callable[[GrowthCurve], str]:
+def _format_largest(format_point: Callable[[GrowthPoint], str]) -> Callable[[GrowthCurve], str]:
     """Return a column's text for the largest number of discs that was run."""
-    return lambda curve: say(curve.ran[-1]) if curve.ran else formatting.ABSENT
+    return lambda curve: format_point(curve.ran[-1]) if curve.ran else formatting.ABSENT
 
 
 def _build_memory_cell(curve: GrowthCurve) -> Cell:
@@ -200,8 +200,8 @@ def _render_svg(growth: Growth, memory: bool, narrow: bool = False) -> str:
 
 
 def _draw_figure(growth: Growth, memory: bool, foot: Sequence[str] = (), *, narrow: bool = False) -> drawn.Figure:
-    what = "Memory" if memory else "Run time per simulated second"
-    title = what if narrow else f"{what} against the number of discs"
+    quantity = "Memory" if memory else "Run time per simulated second"
+    title = quantity if narrow else f"{quantity} against the number of discs"
     figure, axes = svg.build_framed_figure(_WIDTH_IN, _HEIGHT_IN, title, foot, narrow=narrow)
     axes.set_xscale("log")
     axes.set_yscale("log")

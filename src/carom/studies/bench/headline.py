@@ -26,17 +26,17 @@ def describe_bench(bench: Bench) -> Iterator[str]:
     found = [scene.find_cheapest_engine(target) for scene in bench.scenes]
     tally = Counter(_format_method(point) for point in found if point is not None)
     parts = [f"PIC is exact on {len(exact)} of {scenes}{_format_time_range(exact)}"] * bool(exact)
-    wanted = f"{format_error(target, kind)} error"
+    target_text = f"{format_error(target, kind)} error"
     if tally:
         best = formatting.join_words([f"{name} on {_scenes_of(name, found, bench)}" for name, _ in tally.most_common()])
         best = best.removesuffix(" on every scene")
-        parts.append(f"the fastest engine with at most {wanted} is {best}")
+        parts.append(f"the fastest engine with at most {target_text} is {best}")
     unreached = [scene for scene, point in zip(bench.scenes, found, strict=True) if point is None]
     lossy = [scene for scene in unreached if not any(curve.best and curve.best.sound for curve in scene.engines)]
     if lossy:
         parts.append(f"every engine misses or invents impacts on {_format_scenes(lossy, bench)}")
     if len(unreached) > len(lossy):
-        parts.append(f"no engine reaches {wanted} on {len(unreached) - len(lossy) if tally or lossy else 'any'}")
+        parts.append(f"no engine reaches {target_text} on {len(unreached) - len(lossy) if tally or lossy else 'any'}")
     yield formatting.capitalise(f"{'; '.join(parts)}.")
     if len(bench.scenes) <= SCENES_SHOWN:
         yield from (describe_scene(scene, target, kind, next_best=False) for scene in bench.scenes)
@@ -75,8 +75,8 @@ def describe_scene(scene: SceneBench, target: float, kind: ErrorKind, *, next_be
     sound = [(curve, best) for curve, best in ranked if best is not None and best.sound]
     if sound:
         parts += _describe_engines(scene, sound, target, kind)
-        others = [best for curve, best in sound if curve.engine != sound[0][0].engine]
-        parts += [f"the next engine is {_describe_point(best, kind)}" for best in others[:next_best]]
+        other_points = [best for curve, best in sound if curve.engine != sound[0][0].engine]
+        parts += [f"the next engine is {_describe_point(best, kind)}" for best in other_points[:next_best]]
     elif lossy := [best for _, best in ranked if best is not None]:
         best = lossy[0]
         if best.lost:
@@ -94,21 +94,21 @@ def describe_scene(scene: SceneBench, target: float, kind: ErrorKind, *, next_be
 def _describe_engines(
     scene: SceneBench, sound: list[tuple[Curve, Point]], target: float, kind: ErrorKind
 ) -> Iterator[str]:
-    wanted = f"{format_error(target, kind)} error"
+    target_text = f"{format_error(target, kind)} error"
     cheap, (_, best) = scene.find_cheapest_engine(target), sound[0]
     if cheap is None:
         which = "the most accurate engine"
         if best.error > target:  # without a timing pass, no engine is the cheapest
-            which = f"no engine reaches {wanted} at the tested step sizes. The most accurate"
+            which = f"no engine reaches {target_text} at the tested step sizes. The most accurate"
         yield f"{which} is {_describe_point(best, kind)}"
     elif cheap.at == best.at:
         described = f"{_describe_point(best, kind)}{_format_pic_ratio(scene, best)}"
-        yield f"the most accurate engine, and the fastest with at most {wanted}, is {described}"
+        yield f"the most accurate engine, and the fastest with at most {target_text}, is {described}"
     else:
         at = f" ms at steps of {formatting.format_step(cheap.dt_s)}"
         cost = f" with {format_milliseconds(cheap.timing.advance_s)}{at}" if cheap.timing else ""
         ratio = _format_pic_ratio(scene, cheap)
-        yield f"the fastest engine with at most {wanted} is {_format_method(cheap)}{cost}{ratio}"
+        yield f"the fastest engine with at most {target_text} is {_format_method(cheap)}{cost}{ratio}"
         yield f"the most accurate is {_describe_point(best, kind)}"
 
 

@@ -90,7 +90,7 @@ class BenchPlan(LimitOptions):
         f"Step size in seconds, or a series such as 1/60..1/10000:6 of up to {MOST_SERIES} step sizes; repeatable.",
         "--dt",
         many=True,
-        said="six step sizes, from one frame of each scene to 1/167 of it",
+        default_text="six step sizes, from one frame of each scene to 1/167 of it",
     )
     profiles: Sequence[str] = declare_profiles("default", "tuned")
     phases: int = declare_option(
@@ -140,7 +140,7 @@ class GrowthOptions(LimitOptions):
         "With --grow: number of discs, repeatable.",
         "--discs",
         many=True,
-        said="10 to 10,000, PIC and PIT to 100,000",
+        default_text="10 to 10,000, PIC and PIT to 100,000",
     )
     budget_s: float = declare_option(BUDGET_S, build_seconds_kind(), "Seconds per gas.", "--budget")
     own: bool = declare_own_methods()

@@ -16,16 +16,16 @@ OWN_METHODS = (EXACT_METHOD, PIT_METHOD)
 
 
 def add_own_methods(
-    infos: Sequence[EngineInfo], asked: Sequence[str] | None, pool: Pool, *, own: bool
+    infos: Sequence[EngineInfo], engine_names: Sequence[str] | None, pool: Pool, *, needs_own_methods: bool
 ) -> list[EngineInfo]:
-    """Return engines with PIC and PIT first. If `own` is False, PIC and PIT are only included on request.
+    """Return engines with PIC and PIT first. If `needs_own_methods` is False, PIC and PIT are only included on request.
 
     Args:
         infos: Descriptions of the engines.
-        asked: Names of the requested adapters; None for all.
+        engine_names: Names of the requested adapters; None for all.
         pool: Pool for describing adapters, which stays open.
-        own: Whether PIC and PIT run in addition to the requested engines.
+        needs_own_methods: Whether PIC and PIT run in addition to the requested engines.
     """
-    added = [method.engine for method in OWN_METHODS if method.engine not in (asked or ())]
-    others = [info for info in infos if info.name not in added]
-    return [*describe_engines(added, pool), *others] if own and added else others
+    added = [method.engine for method in OWN_METHODS if method.engine not in (engine_names or ())]
+    other_infos = [info for info in infos if info.name not in added]
+    return [*describe_engines(added, pool), *other_infos] if needs_own_methods and added else other_infos

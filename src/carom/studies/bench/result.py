@@ -137,8 +137,8 @@ class SceneBench:
     @property
     def engines(self) -> list[Curve]:
         """The curves of engines, best first; PIT's curve if no engine was run."""
-        for own in ({"pic", "pit"}, {"pic"}):
-            if found := [curve for curve in self.curves if curve.engine not in own]:
+        for own_names in ({"pic", "pit"}, {"pic"}):
+            if found := [curve for curve in self.curves if curve.engine not in own_names]:
                 return sort_best_first(found)
         return []
 

@@ -60,20 +60,24 @@ def measure_work_precision(
     with pool:  # the pool is closed here, so that its processes end before the timing pass
         infos = select_engines(describe_engines(plan.engines, pool), plan.engines)
         profiles = select_profiles(infos, plan.profiles)
-        infos = add_own_methods(infos, plan.engines, pool, own=plan.own)
+        infos = add_own_methods(infos, plan.engines, pool, needs_own_methods=plan.own)
         jobs, methods = _build_jobs(scenes, infos, profiles, plan, pool)
         scored = []
         done = 0
         for scene in scenes:
-            own, journal = [job for job in jobs if job.scene is scene], notes or MemoryJournal()
-            scoring = ScoringPass(own, methods, plan.budget_s / 2, pool, journal, progress, done, len(jobs))
-            scored.append((scene, own, *scoring.run()))
-            done += len(own)
+            scene_jobs, journal = [job for job in jobs if job.scene is scene], notes or MemoryJournal()
+            scoring = ScoringPass(scene_jobs, methods, plan.budget_s / 2, pool, journal, progress, done, len(jobs))
+            scored.append((scene, scene_jobs, *scoring.run()))
+            done += len(scene_jobs)
     benches = []
-    for scene, own, results, unscored in scored:
-        points = _build_points(own, results, unscored, plan.error)
-        ran = [point.at for point in points if not point.reason]
-        timing = _time_scene(scene, ran, plan, timings or MemoryJournal(), progress) if plan.timing and ran else None
+    for scene, scene_jobs, results, unscored in scored:
+        points = _build_points(scene_jobs, results, unscored, plan.error)
+        method_steps = [point.at for point in points if not point.reason]
+        timing = (
+            _time_scene(scene, method_steps, plan, timings or MemoryJournal(), progress)
+            if plan.timing and method_steps
+            else None
+        )
         if timing is not None:
             clocks, why = dict(timing.timings), dict(timing.untimed)
             points = [replace(p, timing=clocks.get(p.at), untimed=why.get(p.at, "")) for p in points]
@@ -91,15 +95,15 @@ def _build_jobs(
     """
     plain, _ = resolve_scenes(scenes)
     steps = {scene.name: sorted(set(plan.dts or compute_default_steps(scene)), reverse=True) for scene in plain}
-    found = list_methods(infos, profiles, [dt_s for own in steps.values() for dt_s in own], pool)
+    found = list_methods(infos, profiles, [dt_s for scene_steps in steps.values() for dt_s in scene_steps], pool)
     added = {method.engine: (method,) for method in OWN_METHODS if method.engine not in (plan.engines or ())}
-    at = {(name, dt_s): added.get(name, methods) for (name, dt_s), methods in found.at.items()}
+    methods_at_step = {(name, dt_s): added.get(name, methods) for (name, dt_s), methods in found.at.items()}
     jobs = [
         Job(scene, method, dt_s, refinement, phase)
         for scene in plain
         for info in infos
         for refinement, dt_s in enumerate(steps[scene.name])
-        for method in at[info.name, dt_s]
+        for method in methods_at_step[info.name, dt_s]
         if method != EXACT_METHOD or refinement == 0
         for phase in list_even_phases(plan.phases)
     ]
@@ -108,15 +112,15 @@ def _build_jobs(
 
 def _time_scene(
     scene: Scene,
-    asked: Sequence[At],
+    method_steps: Sequence[At],
     plan: BenchPlan,
     timings: MemoryJournal[TimingKey, SceneTiming],
     progress: Progress,
 ) -> SceneTiming | None:
-    question = TimeScene(scene, tuple(asked), plan.rounds, plan.seed, plan.budget_s / 2, progress)
-    ask = TaskRequest(scene, build_timing_key(scene, asked, plan.seed), question)
+    question = TimeScene(scene, tuple(method_steps), plan.rounds, plan.seed, plan.budget_s / 2, progress)
+    ask = TaskRequest(scene, build_timing_key(scene, method_steps, plan.seed), question)
     with plan.open_local_pool(1) as pool:
-        ((_, answer),) = run_tasks([ask], pool, timings, alone=True)
+        ((_, answer),) = run_tasks([ask], pool, timings, one_at_a_time=True)
     return answer.value
 
 
@@ -124,10 +128,13 @@ def _build_points(
     jobs: Sequence[Job], results: Mapping[JobKey, Answer[Measures]], unscored: Mapping[At, str], kind: ErrorKind
 ) -> list[Point]:
     found = formatting.group_by(((job.method, job.dt_s), results.get(build_job_key(job))) for job in jobs)
-    return [_build_point(at, answers, unscored.get(at, ""), kind) for at, answers in found.items()]
+    return [
+        _build_point(method_step, answers, unscored.get(method_step, ""), kind)
+        for method_step, answers in found.items()
+    ]
 
 
-def _build_point(at: At, found: Sequence[Answer[Measures] | None], unscored: str, kind: ErrorKind) -> Point:
+def _build_point(method_step: At, found: Sequence[Answer[Measures] | None], unscored: str, kind: ErrorKind) -> Point:
     answers = [answer for answer in found if answer is not None]
     measured = [answer.value for answer in answers if answer.value is not None]
     errors = [error for measures in measured if not math.isnan(error := compute_error(measures, kind))]
@@ -137,9 +144,9 @@ def _build_point(at: At, found: Sequence[Answer[Measures] | None], unscored: str
     if not reason and all(measures.expected == 0 for measures in measured):
         reason = "the scene has no impact, so there is no error to measure"
     return Point(
-        at[0].engine,
-        at[0].profile,
-        at[1],
+        method_step[0].engine,
+        method_step[0].profile,
+        method_step[1],
         error=max(errors, default=math.nan),
         error_median=statistics.median(errors) if errors else math.nan,
         error_least=min(errors, default=math.nan),
@@ -154,10 +161,10 @@ def _build_point(at: At, found: Sequence[Answer[Measures] | None], unscored: str
 def _build_scene_bench(scene: Scene, points: Sequence[Point], timing: SceneTiming | None, target: float) -> SceneBench:
     by_curve = formatting.group_by(((point.engine, point.profile), point) for point in points)
     curves = []
-    for (engine, profile), own in by_curve.items():
-        sound = [point for point in own if point.sound]
+    for (engine, profile), curve_points in by_curve.items():
+        sound = [point for point in curve_points if point.sound]
         order = fit_order([point.dt_s for point in sound], [point.error for point in sound])
-        curves.append(Curve(engine, profile, tuple(own), order, find_cheapest(own, target)))
+        curves.append(Curve(engine, profile, tuple(curve_points), order, find_cheapest(curve_points, target)))
     return SceneBench(
         scene,
         tuple(curves),

@@ -57,18 +57,18 @@ class ScoringPass:
             chosen: list[Job] = []
             steps = 0.0
             for method in self._rank_methods(at_level, results):
-                own = at_level[method]
-                more = sum(estimate_steps(job) for job in own if self._is_missing(job))
-                if more and step_s * (steps + more) > left_s:
+                method_jobs = at_level[method]
+                more_steps = sum(estimate_steps(job) for job in method_jobs if self._is_missing(job))
+                if more_steps and step_s * (steps + more_steps) > left_s:
                     beyond = f"the {self.budget_s:.0f} s for scoring this scene are used up; raise --budget"
-                    unscored[method, own[0].dt_s] = beyond
+                    unscored[method, method_jobs[0].dt_s] = beyond
                     continue
-                steps += more
-                chosen += own
+                steps += more_steps
+                chosen += method_jobs
             began = time.perf_counter()
-            step = formatting.format_step(min(job.dt_s for own in at_level.values() for job in own))
-            shown = self._build_progress(len(results), left_s, step)
-            results.update(score_jobs(chosen, self.pool, self.notes, shown, refusal=self.methods.find_job_refusal))
+            step = formatting.format_step(min(job.dt_s for method_jobs in at_level.values() for job in method_jobs))
+            progress = self._build_progress(len(results), left_s, step)
+            results.update(score_jobs(chosen, self.pool, self.notes, progress, refusal=self.methods.find_job_refusal))
             if steps:
                 step_s = (time.perf_counter() - began) / steps
         return results, unscored
@@ -77,9 +77,9 @@ class ScoringPass:
         """Return a progress function that adds the step and the time left."""
         until_s = time.perf_counter() + left_s
 
-        def show(now: int, _all: int, what: str) -> None:
+        def show(done_at_level: int, _all: int, description: str) -> None:
             left = formatting.format_time_left(until_s - time.perf_counter())
-            self.progress(self.before + done + now, self.total, f"scoring {what} at {step}{left}")
+            self.progress(self.before + done + done_at_level, self.total, f"scoring {description} at {step}{left}")
 
         return show
 
@@ -97,8 +97,8 @@ class ScoringPass:
             values = [results[build_job_key(job)].value for job in found if job.dt_s == finest]
             measured = [value for value in values if value is not None]
             errors = [value.total.velocity for value in measured]
-            lost = sum(value.missed + value.spurious for value in measured)
-            return lost, math.inf if any(map(math.isnan, errors)) else max(errors, default=math.inf)
+            lost_count = sum(value.missed + value.spurious for value in measured)
+            return lost_count, math.inf if any(map(math.isnan, errors)) else max(errors, default=math.inf)
 
         ranked = sorted(methods, key=badness)
         place = {method: [m for m in ranked if m.engine == method.engine].index(method) for method in ranked}

@@ -59,10 +59,10 @@ def list_reached_targets(bench: Bench) -> list[float]:
     The last target is the error of rounding, for exact results.
     """
     engines = [point for scene in bench.scenes for curve in scene.engines for point in curve.points]
-    every = [point for scene in bench.scenes for point in scene.points]
-    asked = sorted({bench.plan.target, *TARGETS}, reverse=True)
-    found = [target for target in asked if any(_is_within_target(point, target) for point in engines)]
-    return found + [THRESHOLDS.rounding] * any(_is_within_target(point, THRESHOLDS.rounding) for point in every)
+    all_points = [point for scene in bench.scenes for point in scene.points]
+    targets = sorted({bench.plan.target, *TARGETS}, reverse=True)
+    found = [target for target in targets if any(_is_within_target(point, target) for point in engines)]
+    return found + [THRESHOLDS.rounding] * any(_is_within_target(point, THRESHOLDS.rounding) for point in all_points)
 
 
 def _is_within_target(point: Point, target: float) -> bool:
@@ -72,8 +72,8 @@ def _is_within_target(point: Point, target: float) -> bool:
 def build_method_table(scene: SceneBench, kind: ErrorKind, targets: Sequence[float]) -> Table:
     """Return a table with one row per method, best first: smallest error, and run time for each target."""
 
-    def best(say: Callable[[Point], Cell | str]) -> Callable[[Curve], Cell | str]:
-        return lambda curve: "" if curve.best is None else say(curve.best)
+    def best(format_point: Callable[[Point], Cell | str]) -> Callable[[Curve], Cell | str]:
+        return lambda curve: "" if curve.best is None else format_point(curve.best)
 
     columns = [
         METHOD,
@@ -116,7 +116,7 @@ def build_suite_table(bench: Bench, targets: Sequence[float]) -> Table:
         ),
         Column("order", _format_median_order, "median", number=True),
     ]
-    methods = [_Method(engine, profile, tuple(own)) for (engine, profile), own in by_method.items()]
+    methods = [_Method(engine, profile, tuple(method_curves)) for (engine, profile), method_curves in by_method.items()]
     return Table(
         columns,
         sorted(methods, key=lambda method: method.build_sort_key(targets)),
@@ -142,15 +142,15 @@ class _Method(NamedTuple):
     def compute_median_cost(self, target: float) -> float:
         """Return the median, over scenes, of the run time for a target over PIC's run time; NaN if none is known."""
         cheap = [(scene, find_cheapest(curve.points, target)) for scene, curve in self.curves]
-        costs = [read_run_time(point) / read_run_time(scene.exact) for scene, point in cheap]
-        known = [cost for cost in costs if 0 < cost < math.inf]  # a point that was not timed has no cost
+        cost_ratios = [read_run_time(point) / read_run_time(scene.exact) for scene, point in cheap]
+        known = [cost for cost in cost_ratios if 0 < cost < math.inf]  # a point that was not timed has no cost
         return statistics.median(known) if known else math.nan
 
     def build_sort_key(self, targets: Sequence[float]) -> tuple[list[int], list[float]]:
         """Return the key that sorts methods by the number of scenes within each target, finest first, then by cost."""
-        costs = [self.compute_median_cost(target) for target in reversed(targets)]
+        median_costs = [self.compute_median_cost(target) for target in reversed(targets)]
         reached = [-len(self.list_scenes_within(target)) for target in reversed(targets)]
-        return reached, [math.inf if math.isnan(cost) else cost for cost in costs]
+        return reached, [math.inf if math.isnan(cost) else cost for cost in median_costs]
 
 
 def _format_share(method: _Method, count: int) -> str:
@@ -200,10 +200,10 @@ def _build_least_error_cell(kind: ErrorKind, curve: Curve) -> Cell:
 
 def format_losses(point: Point) -> str:
     """Describe a point's missed and invented impacts over all starts."""
-    lost = [f"misses {point.missed}"] * bool(point.missed) + [f"invents {point.spurious}"] * bool(point.spurious)
-    if not lost:
+    losses = [f"misses {point.missed}"] * bool(point.missed) + [f"invents {point.spurious}"] * bool(point.spurious)
+    if not losses:
         return "has no error to measure"
-    return f"{formatting.join_words(lost)} of {formatting.format_count(point.expected, 'impact')}"
+    return f"{formatting.join_words(losses)} of {formatting.format_count(point.expected, 'impact')}"
 
 
 def _format_step(curve: Curve, point: Point | None) -> str:
@@ -216,9 +216,9 @@ def _build_cost_cell(scene: SceneBench, target: float, curve: Curve) -> Cell:
     """Return a cell for the cheapest point that reaches a target: run time, step, and ratio to PIC."""
     point = find_cheapest(curve.points, target)
     if point is None or point.timing is None:
-        met = next((p for p in curve.points if _is_within_target(p, target)), None)
-        why = f"not timed: {(met and met.untimed) or 'there was no timing pass'}"
-        return Cell("") if met is None else Cell("reached", title=why, short="yes")
+        reaching_point = next((p for p in curve.points if _is_within_target(p, target)), None)
+        why = f"not timed: {(reaching_point and reaching_point.untimed) or 'there was no timing pass'}"
+        return Cell("") if reaching_point is None else Cell("reached", title=why, short="yes")
     whole = format_milliseconds(point.timing.whole_s)
     title = f"at {formatting.format_step(point.dt_s)}; {whole} ms with preparation"
     if scene.exact is not None and not curve.exact:
@@ -229,9 +229,9 @@ def _build_cost_cell(scene: SceneBench, target: float, curve: Curve) -> Cell:
 def _format_point_error(point: Point) -> str:
     if point.reason:
         return formatting.ABSENT
-    lost = formatting.format_missed_and_invented(point.missed, point.spurious)
+    losses = formatting.format_missed_and_invented(point.missed, point.spurious)
     error = EXACT if point.error <= THRESHOLDS.rounding else formatting.format_number(point.error)
-    return f"{error} ({lost})" if lost else error
+    return f"{error} ({losses})" if losses else error
 
 
 def _format_least_error(point: Point) -> str:

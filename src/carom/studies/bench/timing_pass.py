@@ -86,12 +86,16 @@ class VisitTask:
         method, dt_s = self.at
         adapter = load_adapter(method.engine)
         steps = self.scene.step_count(dt_s)
-        some = min(steps, EMPTY_STEPS)
+        empty_steps = min(steps, EMPTY_STEPS)
         full = time_run(adapter, self.scene, method.profile, dt_s, runs=self.repeats, call=True)
         nothing = build_empty_world(self.scene)
-        empty = time_run(adapter, nothing, method.profile, dt_s, steps=some, runs=min(self.repeats, 5), zero=True)
+        empty = time_run(
+            adapter, nothing, method.profile, dt_s, steps=empty_steps, runs=min(self.repeats, 5), zero=True
+        )
         paid_s = 0.0 if math.isnan(full.call_s) else full.call_s
-        return Visit(full.prepare_s, full.advance_s, full.call_s, max(0.0, empty.advance_s - paid_s) * steps / some)
+        return Visit(
+            full.prepare_s, full.advance_s, full.call_s, max(0.0, empty.advance_s - paid_s) * steps / empty_steps
+        )
 
 
 def build_empty_world(scene: Scene) -> Scene:
@@ -176,9 +180,9 @@ class SceneTiming:
         return bool(self.untimed)
 
 
-def build_timing_key(scene: Scene, asked: Iterable[At], seed: int) -> TimingKey:
+def build_timing_key(scene: Scene, method_steps: Iterable[At], seed: int) -> TimingKey:
     """Return the key of a timing on this machine."""
-    ordered = tuple(sorted(asked))
+    ordered = tuple(sorted(method_steps))
     engines = sorted({method.engine for method, _ in ordered})
     versions = tuple((engine, find_versions(engine)) for engine in engines)
     return TimingKey(scene.name, compute_scene_hash(scene), ordered, versions, describe_environment().machine, seed)
@@ -219,15 +223,18 @@ class TimeScene(DependentTasks[SceneTiming]):
     def run(self, runner: TaskRunner) -> Answer[SceneTiming]:
         """Return the timings. Each engine has one worker process for all its visits."""
         scene, progress = self.scene, self.progress
-        kept = set(self.asked)
-        pit = [(PIT_METHOD, dt_s) for dt_s in sorted({dt_s for _, dt_s in kept}, reverse=True)]
-        ordered = [*pit, *sorted(kept - set(pit), key=lambda at: (at[0], -at[1]))]
+        requested = set(self.asked)
+        pit = [(PIT_METHOD, dt_s) for dt_s in sorted({dt_s for _, dt_s in requested}, reverse=True)]
+        ordered = [*pit, *sorted(requested - set(pit), key=lambda method_step: (method_step[0], -method_step[1]))]
         until_s = time.perf_counter() + self.budget_s
         probe = NoiseProbe()
         warm, untimed = _measure_visit_costs(scene, ordered, runner, self.budget_s, progress)
         rounds = _count_fitting_rounds(warm, untimed, self.rounds, until_s - time.perf_counter())
-        tasks = {at: VisitTask(scene, at, min(MOST_REPEATS, math.ceil(VISIT_S / cost))) for at, cost in warm.items()}
-        visits: dict[At, list[Visit]] = {at: [] for at in warm}
+        tasks = {
+            method_step: VisitTask(scene, method_step, min(MOST_REPEATS, math.ceil(VISIT_S / cost)))
+            for method_step, cost in warm.items()
+        }
+        visits: dict[At, list[Visit]] = {method_step: [] for method_step in warm}
         draw = np.random.default_rng(self.seed)
         last_s = 0.0
         for turn in range(rounds):
@@ -236,28 +243,33 @@ class TimeScene(DependentTasks[SceneTiming]):
                 rounds = turn  # the visits are slower than the warm-up
                 break
             for place, k in enumerate(draw.permutation(len(tasks))):
-                at = list(tasks)[k]
-                if at not in untimed:
+                method_step = list(tasks)[k]
+                if method_step not in untimed:
                     probe.take()
-                    answer = runner.run(tasks[at])
+                    answer = runner.run(tasks[method_step])
                     if answer.value is None:
-                        untimed[at] = answer.said
+                        untimed[method_step] = answer.said
                     else:
-                        visits[at].append(answer.value)
+                        visits[method_step].append(answer.value)
                 left = formatting.format_time_left(until_s - time.perf_counter())
-                what = f"timing {scene.name} on {at[0].engine} at {formatting.format_step(at[1])}{left}"
-                progress(turn * len(tasks) + place + 1, rounds * len(tasks), what)
+                description = (
+                    f"timing {scene.name} on {method_step[0].engine} at {formatting.format_step(method_step[1])}{left}"
+                )
+                progress(turn * len(tasks) + place + 1, rounds * len(tasks), description)
             last_s = time.perf_counter() - began
         probe.take()
-        timed = {at: found for at, found in visits.items() if at not in untimed}
+        timed = {method_step: found for method_step, found in visits.items() if method_step not in untimed}
         found = SceneTiming(
             describe_environment().date,
             tuple(
-                (at, _summarise_visits(scene.step_count(at[1]), found, timed.get((PIT_METHOD, at[1]))))
-                for at, found in timed.items()
-                if at in kept
+                (
+                    method_step,
+                    _summarise_visits(scene.step_count(method_step[1]), found, timed.get((PIT_METHOD, method_step[1]))),
+                )
+                for method_step, found in timed.items()
+                if method_step in requested
             ),
-            tuple((at, reason) for at, reason in untimed.items() if at in kept),
+            tuple((method_step, reason) for method_step, reason in untimed.items() if method_step in requested),
             rounds,
             probe.compute_noise(),
         )
@@ -268,47 +280,49 @@ def _measure_visit_costs(
     scene: Scene, ordered: Sequence[At], runner: TaskRunner, budget_s: float, progress: Progress
 ) -> tuple[dict[At, float], dict[At, str]]:
     """Return the cost of a visit by method and step size, seconds, and the reasons for a missing cost."""
-    costs: dict[At, float] = {}
+    visit_costs_s: dict[At, float] = {}
     untimed: dict[At, str] = {}
     last: dict[Method, tuple[float, float]] = {}
-    for k, at in enumerate(ordered):
-        method, dt_s = at
+    for k, method_step in enumerate(ordered):
+        method, dt_s = method_step
         if method in last:
             coarser_s, cost = last[method]
             expected_s = cost * coarser_s / dt_s * LEAST_ROUNDS
             # Omit a method that would use most of the budget alone.
             if expected_s > budget_s / 4:
                 budget = f"a budget of {budget_s:.0f} s for this scene; raise --budget"
-                untimed[at] = f"its {LEAST_ROUNDS} rounds would take about {expected_s:.0f} s of {budget}"
+                untimed[method_step] = f"its {LEAST_ROUNDS} rounds would take about {expected_s:.0f} s of {budget}"
                 continue
         else:
-            runner.run(VisitTask(scene, at))
-        answer: Answer[Visit] = runner.run(VisitTask(scene, at))
+            runner.run(VisitTask(scene, method_step))
+        answer: Answer[Visit] = runner.run(VisitTask(scene, method_step))
         if answer.value is None:
-            untimed[at] = answer.said
+            untimed[method_step] = answer.said
             continue
-        costs[at] = answer.value.whole_s + answer.value.empty_s * min(1.0, EMPTY_STEPS / scene.step_count(dt_s))
-        last[method] = (dt_s, costs[at])
+        visit_costs_s[method_step] = answer.value.whole_s + answer.value.empty_s * min(
+            1.0, EMPTY_STEPS / scene.step_count(dt_s)
+        )
+        last[method] = (dt_s, visit_costs_s[method_step])
         progress(k + 1, len(ordered), f"warming up {method.engine}")
-    return costs, untimed
+    return visit_costs_s, untimed
 
 
-def _count_fitting_rounds(costs: dict[At, float], untimed: dict[At, str], rounds: int, left_s: float) -> int:
+def _count_fitting_rounds(visit_costs_s: dict[At, float], untimed: dict[At, str], rounds: int, left_s: float) -> int:
     """Return the number of rounds that fit into the remaining time.
 
     If the smallest number of rounds does not fit, omit the most expensive methods.
     """
 
     def compute_round_time() -> float:
-        return sum(max(cost, VISIT_S) for cost in costs.values())
+        return sum(max(cost, VISIT_S) for cost in visit_costs_s.values())
 
-    while costs and compute_round_time() * LEAST_ROUNDS > max(left_s, 0.0):
-        most_expensive = max(costs, key=lambda at: costs[at])
-        if costs[most_expensive] <= VISIT_S:  # nothing more can be omitted
+    while visit_costs_s and compute_round_time() * LEAST_ROUNDS > max(left_s, 0.0):
+        most_expensive = max(visit_costs_s, key=lambda method_step: visit_costs_s[method_step])
+        if visit_costs_s[most_expensive] <= VISIT_S:  # nothing more can be omitted
             break
-        takes = f"a run takes {format_seconds(costs.pop(most_expensive))}"
+        takes = f"a run takes {format_seconds(visit_costs_s.pop(most_expensive))}"
         untimed[most_expensive] = f"{takes}, more than the rest of the timing budget; raise --budget"
-    if not costs:
+    if not visit_costs_s:
         return LEAST_ROUNDS
     return max(LEAST_ROUNDS, int(min(rounds, left_s / compute_round_time())))
 
@@ -317,7 +331,7 @@ def _summarise_visits(steps: int, visits: Sequence[Visit], pit: Sequence[Visit] 
     calls = [visit.call_s for visit in visits if not math.isnan(visit.call_s)]
     # The k-th visits of all methods are in round k, so both times of a ratio were measured under the same conditions.
     rounds = list(zip(visits, pit, strict=True)) if pit else []
-    ratios = tuple(own.advance_s / base.advance_s for own, base in rounds)
+    ratios = tuple(own_visit.advance_s / base.advance_s for own_visit, base in rounds)
     return CellTiming(
         steps=steps,
         rounds=len(visits),
@@ -328,6 +342,8 @@ def _summarise_visits(steps: int, visits: Sequence[Visit], pit: Sequence[Visit] 
         empty_s=compute_spread([visit.empty_s for visit in visits]),
         net_s=compute_spread([visit.net_s for visit in visits]),
         ratio=compute_spread(list(ratios)) if ratios else None,
-        whole_ratio=compute_spread([own.whole_s / base.whole_s for own, base in rounds]) if rounds else None,
+        whole_ratio=compute_spread([own_visit.whole_s / base.whole_s for own_visit, base in rounds])
+        if rounds
+        else None,
         ratios=ratios,
     )

@@ -73,10 +73,10 @@ def demo(path: str | Path | None = None) -> Demo:
     """
     if path is not None and Path(path).suffix != ".html":
         raise InputError(f"the demo page must end in .html, got {str(path)!r}")
-    shown = _find_missing_replay()
+    replay = _find_missing_replay()
     html = render_page(add_gallery(all_scenes()[_SCENE].scene), load_page_engines(DEFAULT_ENGINES, required=False))
     page = write_file(build_temporary_path("demo.html") if path is None else Path(path), html)
-    return Demo(shown, page.resolve(), open_page(page.resolve()))
+    return Demo(replay, page.resolve(), open_page(page.resolve()))
 
 
 def _find_missing_replay() -> Replay:

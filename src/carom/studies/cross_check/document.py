@@ -156,9 +156,9 @@ def _format_python_call(grid: Grid) -> str:
     """Return the Python call that reproduces the results of a cross-check not started from the command line."""
     engines = list(dict.fromkeys(method.engine for method in grid.columns))
     profiles = list(dict.fromkeys(method.profile for method in grid.columns))
-    tried = next((dict(method.tried) for method in grid.columns if method.tried), {})
-    settings = f", settings={tried!r}" if tried else ""
+    overrides = next((dict(method.tried) for method in grid.columns if method.tried), {})
+    settings = f", settings={overrides!r}" if overrides else ""
     jobs = [row.job for row in grid.results.rows]
-    own = all(job.dt_s in compute_default_dts(job.scene) for job in jobs)
-    dts = "" if own else f", dts={sorted({job.dt_s for job in jobs}, reverse=True)!r}"
+    has_default_steps = all(job.dt_s in compute_default_dts(job.scene) for job in jobs)
+    dts = "" if has_default_steps else f", dts={sorted({job.dt_s for job in jobs}, reverse=True)!r}"
     return f"carom.cross_check(scenes, {engines!r}, profiles={profiles!r}{settings}{dts})"

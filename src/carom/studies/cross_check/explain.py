@@ -55,15 +55,17 @@ def explain(plan: Plan) -> Iterator[str]:
         yield f"  engines: {_describe_engines(scene, reference, steps[0])}"
         yield f"  states: {_describe_samples(scene, drawn=options.samples)}"
         if options.phases:
-            kept = len(solve_shifted_references(reference, steps[0], generate_phases(options.phases, options.seed)))
+            phase_count = len(
+                solve_shifted_references(reference, steps[0], generate_phases(options.phases, options.seed))
+            )
             why = "shifts that change the scene's impacts are omitted"
-            yield f"  phases: {kept} of {options.phases} at {format_instant(steps[0])}; {why}"
+            yield f"  phases: {phase_count} of {options.phases} at {format_instant(steps[0])}; {why}"
         for info in run:
-            asked = plan.profiles if info.profiles else plan.profiles[-1:]
-            for profile in dict.fromkeys(resolve_profile(info.name, one) for one in asked):
+            profile_names = plan.profiles if info.profiles else plan.profiles[-1:]
+            for profile in dict.fromkeys(resolve_profile(info.name, one) for one in profile_names):
                 planned = [job for job in jobs if (job.engine, job.profile) == (info.name, profile)]
-                shown = planned[0].method.profile_shown if planned else profile
-                name = f"{info.name} {shown}".rstrip()
+                profile_text = planned[0].method.profile_shown if planned else profile
+                name = f"{info.name} {profile_text}".rstrip()
                 yield f"  {name}: {_describe_runs(planned, plan, info, profile, len(steps))}"
     yield from (f"{info.name} is not available: {info.unavailable}" for info in plan.engines if info not in run)
 
@@ -134,19 +136,19 @@ def _describe_saving(saved: SkippedTime | None, plain: str) -> str:
 
 def _describe_engines(scene: Scene, reference: Trace, dt_s: float) -> str:
     steps = scene.step_count(dt_s)
-    every = f"run for all {steps} steps at {format_instant(dt_s)}"
+    full_run = f"run for all {steps} steps at {format_instant(dt_s)}"
     if any(scene.gravity_m_s2):
         ends = ""
         if reference.contact_s < math.inf:
             until = format_number(reference.contact_s, 4)
             ends = f", and the comparison with PIC ends at {until} s, when a disc {reference.contact_of_disc}"
-        return f"{every}: gravity changes velocities between impacts{ends}"
+        return f"{full_run}: gravity changes velocities between impacts{ends}"
     if scene.damping_per_s or scene.table_deceleration_m_s2:
         slows = "damping" if scene.damping_per_s else "the table"
-        return f"{every}: {slows} changes velocities between impacts"
+        return f"{full_run}: {slows} changes velocities between impacts"
     until = "the state shows only free flight"
     if not _is_last_impact(scene, reference):
-        return f"{every}, or until {until}: PIC finds later impacts within twice the duration"
+        return f"{full_run}, or until {until}: PIC finds later impacts within twice the duration"
     if not len(reference.impacts):
         return f"stopped once {until}, because no discs meet in PIC"
     last_s = float(reference.impacts["time_s"][-1])
@@ -172,8 +174,8 @@ def _describe_samples(scene: Scene, *, drawn: bool) -> str:
 def _describe_runs(planned: Sequence[Job], plan: Plan, info: EngineInfo, profile: str, steps: int) -> str:
     """Describe the step sizes with which a profile is run, or the reason why it is not run."""
     if not planned:
-        same = profile in info.profiles
-        return f"skipped: {'another profile has the same settings' if same else 'no such profile'}"
+        is_duplicate = profile in info.profiles
+        return f"skipped: {'another profile has the same settings' if is_duplicate else 'no such profile'}"
     refused = {job.dt_s: answer.reason for job in planned if (answer := plan.methods.find_job_refusal(job)) is not None}
     if len(refused) == len(planned) and len(set(refused.values())) == 1:
         return f"skipped: {refused[planned[0].dt_s]}"

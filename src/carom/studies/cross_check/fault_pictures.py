@@ -38,21 +38,21 @@ def build_picture_sections(grid: Grid) -> Iterator[Section]:
     paper, worst = find_divergences(grid)
     if paper or worst:
         yield Section("What goes wrong", (Text(PICTURE_NOTE, Media.ON_PAPER),))
-    for heading, shown in (("The source paper's cases with PIT", paper), ("The worst runs of other scenes", worst)):
-        if shown:
-            yield Section(heading, (Pairs(tuple(map(_build_pair, shown))),), level=3)
+    for heading, runs in (("The source paper's cases with PIT", paper), ("The worst runs of other scenes", worst)):
+        if runs:
+            yield Section(heading, (Pairs(tuple(map(_build_pair, runs))),), level=3)
 
 
 def _build_pair(entry: Divergence) -> Pair:
     """Return a pair of pictures with method, step size, and all verdicts with their numbers."""
     cell, reference, observed = entry
     scene, name = reference.scene, cell.column.name
-    said = f"{name} at {formatting.format_step(observed.dt_s)}: {'; '.join(cell.reasons)}."
-    labels = (f"Exact: {scene.name}, by PIC", f"{scene.name}: {said}")
+    sentence = f"{name} at {formatting.format_step(observed.dt_s)}: {'; '.join(cell.reasons)}."
+    labels = (f"Exact: {scene.name}, by PIC", f"{scene.name}: {sentence}")
     due, found = (formatting.format_count(len(trace.impacts), "impact") for trace in (reference, observed))
     sides = (f"PIC: {due}", f"{name}: {found}")
     draw = partial(draw_pair, reference, observed, cell.line.missed or (), labels)
-    return Pair(scene.name, cell.mark.cell, sides, draw, tuple(filter(None, (scene.description, said))))
+    return Pair(scene.name, cell.mark.cell, sides, draw, tuple(filter(None, (scene.description, sentence))))
 
 
 def find_divergences(

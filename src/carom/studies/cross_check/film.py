@@ -68,7 +68,7 @@ def build_film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation
 
     scene, name = reference.scene, f"{observed.method} {observed.profile_shown}".strip()
     rows, places = list(build_impact_rows(reference, observed, score)), list(list_meetings(reference))
-    exact, seen = build_reference_tracks(reference), build_observed_tracks(observed, compute_extent(reference))
+    exact, run_tracks = build_reference_tracks(reference), build_observed_tracks(observed, compute_extent(reference))
     limits = compute_limits(scene, build_exact_paths(reference), build_observed_paths(observed))
     figure = Figure(figsize=(8.0, 4.4), dpi=80)
     clock = figure.suptitle("")
@@ -77,27 +77,27 @@ def build_film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation
     failing, held_s = list[int](), None
     near: list[Artist] = []  # the inset and its frame, shown while the film is slow
     if (fault := find_first_fault(rows)) is not None:
-        failing, at = rows[fault]["bodies"], rows[fault].get("at")
-        held_s = find_pause_time(rows[fault], None if at is None else places[at][2], observed)
-        middle = seen[failing[0]].at(np.array([held_s]))[0] if at is None else np.array(places[at][:2])
-        if (within := _find_magnified_region(scene, middle, failing, limits)) is not None:
-            inset, frame = _draw_inset(right, within, limits)
+        failing, index = rows[fault]["bodies"], rows[fault].get("at")
+        held_s = find_pause_time(rows[fault], None if index is None else places[index][2], observed)
+        middle = run_tracks[failing[0]].at(np.array([held_s]))[0] if index is None else np.array(places[index][:2])
+        if (region := _find_magnified_region(scene, middle, failing, limits)) is not None:
+            inset, frame = _draw_inset(right, region, limits)
             near += [inset, frame]
-            pictures.append((inset, within))
+            pictures.append((inset, region))
     times = _compute_frame_times(scene, held_s)
     moving: list[_Moving] = []
     crosses: list[tuple[float, Artist]] = []
     driven: list[tuple[Axes, Drive, Artist]] = []
-    for axes, within in pictures:
+    for axes, region in pictures:
         axes.set(xticks=(), yticks=())  # no tick labels, which would take most of the drawing time
-        drawn = zip(scene.walls, draw_walls(axes, scene, within, ends=False), strict=True)
+        drawn = zip(scene.walls, draw_walls(axes, scene, region, ends=False), strict=True)
         driven += [(axes, wall.drive, artist) for wall, artists in drawn if wall.driven for artist in artists]
-        moving += _draw_discs(axes, scene, exact if axes is left else seen, times)
+        moving += _draw_discs(axes, scene, exact if axes is left else run_tracks, times)
         if axes is left:
             continue
         moving += _draw_discs(axes, scene, exact, times, color=_GHOST, alpha=0.4, path=False)
         if observed.dt_s:
-            moving += _draw_frames(axes, scene, seen, times, observed.dt_s, failing)
+            moving += _draw_frames(axes, scene, run_tracks, times, observed.dt_s, failing)
         crosses += [
             (row["true"], axes.plot(*places[row["at"]][:2], "x", color=_WRONG, markersize=12, markeredgewidth=3)[0])
             for row in rows
@@ -109,21 +109,23 @@ def build_film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation
     changes = [(row.get("reported", row.get("true")), row["became"]) for row in rows]
 
     def show(frame: int) -> Iterable[Artist]:
-        now = times[frame]
-        for circle, where, alphas in moving:
-            circle.set_center(where[frame])
+        time_s = times[frame]
+        for circle, centres, alphas in moving:
+            circle.set_center(centres[frame])
             if alphas is not None:
                 circle.set_alpha(alphas[frame])
         for axes, drive, artist in driven:
-            artist.set_transform(Affine2D().translate(*drive.moved_at(now)) + axes.transData)
+            artist.set_transform(Affine2D().translate(*drive.moved_at(time_s)) + axes.transData)
         for since, cross in crosses:
-            cross.set_visible(bool(now >= since))
+            cross.set_visible(bool(time_s >= since))
         for artist in near:
-            artist.set_visible(held_s is not None and bool(abs(now - held_s) <= _compute_lead_time(scene)))
-        clock.set_text(f"{format_number(now, 4)} s of {format_number(scene.duration_s, 4)} s")
+            artist.set_visible(held_s is not None and bool(abs(time_s - held_s) <= _compute_lead_time(scene)))
+        clock.set_text(f"{format_number(time_s, 4)} s of {format_number(scene.duration_s, 4)} s")
         lasts_s = _SAID_FOR * scene.duration_s
-        said = [became for when, became in changes if when is not None and 0 <= now - when < lasts_s]
-        words.set_text(f"impact {said[-1]}" if said else " ")
+        recent_changes = [
+            became for changed_s, became in changes if changed_s is not None and 0 <= time_s - changed_s < lasts_s
+        ]
+        words.set_text(f"impact {recent_changes[-1]}" if recent_changes else " ")
         return [circle for circle, *_ in moving]
 
     return FuncAnimation(figure, show, frames=len(times))
@@ -134,13 +136,13 @@ def _compute_frame_times(scene: Scene, held_s: float | None) -> Array:
 
     The film is slower before the first fault, and pauses at the fault.
     """
-    step_s, now, before = scene.duration_s / (_FILM_S * FRAMES_PER_S), 0.0, list[float]()
-    while held_s is not None and now < held_s:
-        before.append(now)
-        now = min(held_s, now + step_s * min(1.0, max(_SLOWEST, (held_s - now) / _compute_lead_time(scene))))
-    held = [] if held_s is None else [held_s] * (round(_HELD_S * FRAMES_PER_S) - 1)
-    after = np.linspace(now, scene.duration_s, max(1, round((scene.duration_s - now) / step_s)))
-    return np.concatenate([before, held, after])
+    step_s, time_s, before = scene.duration_s / (_FILM_S * FRAMES_PER_S), 0.0, list[float]()
+    while held_s is not None and time_s < held_s:
+        before.append(time_s)
+        time_s = min(held_s, time_s + step_s * min(1.0, max(_SLOWEST, (held_s - time_s) / _compute_lead_time(scene))))
+    pause = [] if held_s is None else [held_s] * (round(_HELD_S * FRAMES_PER_S) - 1)
+    after = np.linspace(time_s, scene.duration_s, max(1, round((scene.duration_s - time_s) / step_s)))
+    return np.concatenate([before, pause, after])
 
 
 def _compute_lead_time(scene: Scene) -> float:
@@ -174,21 +176,21 @@ def _draw_discs(
 
 
 def _draw_frames(
-    axes: Axes, scene: Scene, seen: Sequence[Track], times: Array, dt_s: float, failing: Sequence[int]
+    axes: Axes, scene: Scene, tracks: Sequence[Track], times: Array, dt_s: float, failing: Sequence[int]
 ) -> Iterator[_Moving]:
     """Draw the discs at the last frame of a run, and at earlier frames until their drawings have faded."""
     # The number of the run's last frame at each frame of the film. The added 1e-9 keeps rounding from losing a frame.
     looks, frames = np.floor(times / dt_s + 1e-9), np.arange(len(times))
-    yield from _draw_discs(axes, scene, seen, looks * dt_s, fill=False, linestyle="--", path=False)
-    alone = len(scene.discs) > _CROWD and bool(failing)
-    for back in range(_MOST_FLASHES):
-        since = frames - np.searchsorted(looks, looks - back)
-        alphas = np.clip(1.0 - since / (_FLASH_S * FRAMES_PER_S), 0.0, 1.0) * (looks >= back)
-        taken_s = np.maximum(looks - back, 0.0) * dt_s
-        flashing = _draw_discs(axes, scene, seen, taken_s, fill=False, linewidth=2.5, path=False)
+    yield from _draw_discs(axes, scene, tracks, looks * dt_s, fill=False, linestyle="--", path=False)
+    is_failing_only = len(scene.discs) > _CROWD and bool(failing)
+    for frames_back in range(_MOST_FLASHES):
+        since = frames - np.searchsorted(looks, looks - frames_back)
+        alphas = np.clip(1.0 - since / (_FLASH_S * FRAMES_PER_S), 0.0, 1.0) * (looks >= frames_back)
+        taken_s = np.maximum(looks - frames_back, 0.0) * dt_s
+        flashing = _draw_discs(axes, scene, tracks, taken_s, fill=False, linewidth=2.5, path=False)
         movable = (k for k, disc in enumerate(scene.discs) if not disc.immovable)
         for k, moving in zip(movable, flashing, strict=True):
-            yield moving._replace(alphas=np.zeros(len(times)) if alone and k not in failing else alphas)
+            yield moving._replace(alphas=np.zeros(len(times)) if is_failing_only and k not in failing else alphas)
 
 
 def _find_magnified_region(scene: Scene, middle: Array, failing: Sequence[int], limits: Limits) -> Limits | None:
@@ -202,14 +204,14 @@ def _compute_inset_side(limits: Limits) -> float:
     return float(np.min(np.array(_ASIDE) * (limits[1] - limits[0])))
 
 
-def _draw_inset(axes: Axes, within: Limits, limits: Limits) -> tuple[Axes, Artist]:
+def _draw_inset(axes: Axes, region: Limits, limits: Limits) -> tuple[Axes, Artist]:
     """Return axes in the picture's corner that is farthest from the magnified region, and that region's frame."""
     from matplotlib.patches import Rectangle
 
     (low, high), side = limits, _compute_inset_side(limits)
-    size, gap = within[1] - within[0], 0.02 * side
-    corner = np.where(within[0] + size / 2.0 < (low + high) / 2.0, high - side - gap, low + gap)
-    frame = axes.add_patch(Rectangle(tuple(within[0]), *size, fill=False, linestyle=":"))
+    size, gap = region[1] - region[0], 0.02 * side
+    corner = np.where(region[0] + size / 2.0 < (low + high) / 2.0, high - side - gap, low + gap)
+    frame = axes.add_patch(Rectangle(tuple(region[0]), *size, fill=False, linestyle=":"))
     inset = axes.inset_axes((*corner.tolist(), side, side), transform=axes.transData, facecolor=SURFACE)
     inset.set_zorder(10)
     inset.spines[:].set_visible(True)

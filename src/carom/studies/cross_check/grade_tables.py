@@ -52,18 +52,18 @@ _COUNTED = {
 
 def build_methods_section(grid: Grid) -> Section:
     """Return a section with all methods, best first. For a single scene, add the errors of each run."""
-    methods, alone = grid.compared, len(grid.rows) == 1
+    methods, is_single_scene = grid.compared, len(grid.rows) == 1
     impacts = _find_impacts(grid, methods)
-    heading = f"{grid.rows[0].name}: every" if alone else "Every"
-    short = METHOD_SHORT.format(median="" if alone else " (median over scenes)")
+    heading = f"{grid.rows[0].name}: every" if is_single_scene else "Every"
+    short = METHOD_SHORT.format(median="" if is_single_scene else " (median over scenes)")
     symbols = dict.fromkeys(f"{mark.symbol} {mark.css.replace('-', ' ')}" for mark in grid.marks)
     blocks: tuple[Block, ...] = (
-        *(_build_run_tables(grid) if alone else (_build_counts_table(grid, methods),)),
+        *(_build_run_tables(grid) if is_single_scene else (_build_counts_table(grid, methods),)),
         _build_method_table(grid, methods, impacts if len(impacts) <= MOST_BESIDE else ()),
         Legend(tuple((mark.cell, mark.meaning) for mark in grid.marks), Media.PAGE),
         Text(METHOD_NOTE, Media.ON_PAPER),
         Text(METHOD_DETAIL + RANKING_NOTE, Media.ON_PAPER, folded=True),
-        *(() if alone else (Text("  ".join(symbols), Media.DETAIL),)),
+        *(() if is_single_scene else (Text("  ".join(symbols), Media.DETAIL),)),
         Text(short, Media.DETAIL),
     )
     title = f"{heading} method against PIC, at {grid.step_phrase}"
@@ -185,9 +185,11 @@ def _build_counts_table(grid: Grid, methods: Sequence[GridColumn]) -> Table:
     def count(marks: Sequence[Mark], method: GridColumn) -> str:
         return str(sum(cell.mark in marks for cell in grid.list_cells(method)) or "")
 
-    others = tuple(mark for mark in Mark if mark.rank is None)
+    ungraded_marks = tuple(mark for mark in Mark if mark.rank is None)
     columns = [Column("method", lambda method: method.name)]
-    columns += [Column(name, partial(count, marks), number=True) for name, marks in {**_COUNTED, "n/a": others}.items()]
+    columns += [
+        Column(name, partial(count, marks), number=True) for name, marks in {**_COUNTED, "n/a": ungraded_marks}.items()
+    ]
     return Table(columns, methods, only=Media.TERMINAL, note="n/a means not graded or not run; -v lists the reasons")
 
 
@@ -215,12 +217,12 @@ def _build_run_tables(grid: Grid) -> tuple[Table, ...]:
     return tuple(
         Table(
             columns,
-            own,
+            step_runs,
             title=f"at {formatting.format_step(dt_s)}" if len(by_step) > 1 else "",
             note=f"{', '.join(words)}. {SCENE_NOTE}" if dt_s == min(by_step) else "",
             only=Media.TERMINAL | Media.DETAIL,
         )
-        for dt_s, own in by_step.items()
+        for dt_s, step_runs in by_step.items()
     )
 
 
@@ -281,14 +283,14 @@ def _format_verdict_lines(grid: Grid, *, full: bool) -> tuple[str, ...]:
     runs = _list_scored_runs(grid)
     coarsest = max((cell.line.dt_s for cell in runs), default=0.0)
     several = any(cell.line.dt_s != coarsest for cell in runs)
-    said: dict[tuple[str, str], str] = {}
+    step_texts: dict[tuple[str, str], str] = {}
     for cell in runs:
         if cell.mark in _COUNTED["exact"] or (cell.line.dt_s != coarsest and not full):
             continue
         found = "; ".join(reason if full else reason.partition(" (")[0] for reason in cell.reasons)
         step = f", {formatting.format_step(cell.line.dt_s)}" if several and full else ""
-        said.setdefault((cell.column.name, found), step)  # equal lines at several steps are shown once
-    return tuple(f"{name}{step}: {found}" for (name, found), step in said.items())
+        step_texts.setdefault((cell.column.name, found), step)  # equal lines at several steps are shown once
+    return tuple(f"{name}{step}: {found}" for (name, found), step in step_texts.items())
 
 
 class _Impact(NamedTuple):
@@ -310,8 +312,8 @@ def _find_impacts(grid: Grid, methods: Sequence[GridColumn]) -> list[_Impact]:
     for cell in grid.rows[0].cells if len(grid.rows) == 1 else ():
         if cell.column in methods and cell.row and cell.row.trace is not None and cell.row.score is not None:
             for impact in build_impact_rows(grid.results.references[cell.scene], cell.row.trace, cell.row.score):
-                when = impact.get("true", impact.get("reported"))
-                found.setdefault((impact["pair"], when), {})[cell.column] = impact["became"]
+                time_s = impact.get("true", impact.get("reported"))
+                found.setdefault((impact["pair"], time_s), {})[cell.column] = impact["became"]
     return sorted((_Impact(*key, became) for key, became in found.items()), key=lambda one: one.time_s or 0.0)
 
 

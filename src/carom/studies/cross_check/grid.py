@@ -267,8 +267,8 @@ class Grid:
     @property
     def compared(self) -> list[GridColumn]:
         """The columns to compare with PIC, best first. If nothing else ran, this is PIC's own column."""
-        ran = [column for column in self.columns.values() if any(cell.scored for cell in self.list_cells(column))]
-        return rank_methods(self, [column for column in ran if column.engine != "pic"] or ran)
+        scored = [column for column in self.columns.values() if any(cell.scored for cell in self.list_cells(column))]
+        return rank_methods(self, [column for column in scored if column.engine != "pic"] or scored)
 
 
 def build_grid(results: Results) -> Grid:
@@ -343,21 +343,21 @@ def _group_not_run(runs: Iterable[GridCell], scene_count: int) -> tuple[NotRun, 
     )
 
 
-def keep_worst(items: Sequence[T], most: int, cells_of: Callable[[T], Sequence[GridCell]]) -> Sequence[T]:
+def keep_worst(items: Sequence[T], max_items: int, cells_of: Callable[[T], Sequence[GridCell]]) -> Sequence[T]:
     """Return the items whose cells have the worst grades, in their original order; all items if there are few."""
-    if len(items) <= most:
+    if len(items) <= max_items:
         return items
 
     def badness(place: int) -> list[int]:
         return sorted((-1 if cell.rank is None else cell.rank for cell in cells_of(items[place])), reverse=True)
 
-    return [items[place] for place in sorted(heapq.nlargest(most, range(len(items)), badness))]
+    return [items[place] for place in sorted(heapq.nlargest(max_items, range(len(items)), badness))]
 
 
-def omission_note(shown: Sequence[T], every: Sequence[T], what: str, media: Media) -> tuple[Text, ...]:
+def omission_note(listed: Sequence[T], items: Sequence[T], noun: str, media: Media) -> tuple[Text, ...]:
     """Return a note if `keep_worst` has omitted items; otherwise nothing."""
-    worst = f"Only the {len(shown):,} {what} with the worst grades of {len(every):,} are shown; results.jsonl has all."
-    return (Text(worst, media),) if len(shown) < len(every) else ()
+    worst = f"Only the {len(listed):,} {noun} with the worst grades of {len(items):,} are shown; results.jsonl has all."
+    return (Text(worst, media),) if len(listed) < len(items) else ()
 
 
 RANKING_NOTE = (

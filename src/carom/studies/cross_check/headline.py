@@ -21,35 +21,35 @@ MOST_NAMES = 4
 
 def build_headline(grid: Grid) -> Headline:
     """Return the result in one sentence, and further sentences on the reference, counts, and chance."""
-    every = grid.compared
-    columns = [column for column in every if not column.own] or every
+    compared = grid.compared
+    columns = [column for column in compared if not column.own] or compared
     if not columns:
         sentence = "Nothing was scored, because no requested method ran any of these scenes."
     else:
         sentence = _describe_scene(grid, columns) if len(grid.rows) == 1 else _describe_scenes(grid, columns)
-    more = (_describe_reference(grid.results), _describe_counts(grid, columns), *_describe_phase_dependence(grid))
-    return Headline(sentence, tuple(filter(None, more)))
+    details = (_describe_reference(grid.results), _describe_counts(grid, columns), *_describe_phase_dependence(grid))
+    return Headline(sentence, tuple(filter(None, details)))
 
 
 def _describe_scene(grid: Grid, columns: Sequence[GridColumn]) -> str:
     """Describe the result of each method on a single scene."""
     cells = [cell for column in columns for cell in grid.list_cells(column) if cell.scored]
     kinds = list(formatting.group_by((_describe_run(cell), cell.column.name) for cell in cells).items())
-    shown = kinds if len(kinds) < MOST_NAMES else [kinds[0], kinds[-1]]
-    parts = [f"{_join_names(names)}: {does}" for does, names in shown]
-    more = f"; {len(kinds) - len(shown)} outcomes in between are omitted" if len(shown) < len(kinds) else ""
+    listed = kinds if len(kinds) < MOST_NAMES else [kinds[0], kinds[-1]]
+    parts = [f"{_join_names(names)}: {does}" for does, names in listed]
+    omission = f"; {len(kinds) - len(listed)} outcomes in between are omitted" if len(listed) < len(kinds) else ""
     steps = {cell.line.dt_s for cell in grid.rows[0].cells if cell.mark is not Mark.ABSENT}
-    at = f" at {formatting.format_step(steps.pop())}" if len(steps) == 1 else ""
-    return f"{grid.rows[0].name}{at}: {'; '.join(parts)}{more}."
+    step_text = f" at {formatting.format_step(steps.pop())}" if len(steps) == 1 else ""
+    return f"{grid.rows[0].name}{step_text}: {'; '.join(parts)}{omission}."
 
 
 def _describe_run(cell: GridCell) -> str:
     """Describe the worst fault of a run: missed or invented impacts, velocity error, or lateness."""
     if cell.has_verdict(Verdict.PARTED):
         return cell.mark.word if cell.mark is not Mark.WRONG else "wrong, with a diverged trajectory"
-    lost = [f"{cell.missed} missed"] * bool(cell.missed) + [f"{cell.invented} invented"] * bool(cell.invented)
-    if lost:
-        return f"{formatting.join_words(lost)} of {formatting.format_count(cell.expected, 'impact')}"
+    losses = [f"{cell.missed} missed"] * bool(cell.missed) + [f"{cell.invented} invented"] * bool(cell.invented)
+    if losses:
+        return f"{formatting.join_words(losses)} of {formatting.format_count(cell.expected, 'impact')}"
     if cell.matched and cell.mark not in (Mark.EXACT, Mark.EXACT_32):
         if cell.errors.velocity > cell.rounding:
             return f"velocities are wrong by {formatting.format_percent(cell.errors.velocity)} of the greatest speed"
@@ -62,8 +62,8 @@ def _describe_scenes(grid: Grid, columns: Sequence[GridColumn]) -> str:
     """Summarise several scenes: misses with default settings, and scenes with errors within PIT's when tuned."""
     by_profile = formatting.group_by((column.profile, column) for column in columns)
     first = SHIPPED if SHIPPED in by_profile else next(iter(by_profile))
-    others = [profile for profile in by_profile if profile != first]
-    second = "tuned" if "tuned" in others else next(iter(others), first)
+    other_profiles = [profile for profile in by_profile if profile != first]
+    second = "tuned" if "tuned" in other_profiles else next(iter(other_profiles), first)
     shipped, tuned = by_profile[first], by_profile[second]
     misses, sampled = _describe_misses(grid, shipped), _describe_sampled(grid, tuned)
     if columns[0].own:  # without an engine, PIT would be compared with itself
@@ -81,11 +81,11 @@ def _describe_misses(grid: Grid, columns: Sequence[GridColumn]) -> str:
     """Describe in how many scenes all methods miss an impact; if in none, in how many scenes each method does."""
     scenes = len(grid.rows)
     counts = [sum(cell.has_miss for cell in grid.list_cells(column)) for column in columns]
-    ran = [[cell for cell in row.cells if cell.column in columns and cell.scored] for row in grid.rows]
-    by_all = sum(bool(cells) and all(cell.has_miss for cell in cells) for cells in ran)
+    scored_cells = [[cell for cell in row.cells if cell.column in columns and cell.scored] for row in grid.rows]
+    by_all = sum(bool(cells) and all(cell.has_miss for cell in cells) for cells in scored_cells)
     if len(columns) == 1:
-        where = f"an impact in {by_all} of {scenes} scenes" if by_all else f"no impact in {scenes} scenes"
-        return f"{columns[0].label} misses {where}"
+        miss_text = f"an impact in {by_all} of {scenes} scenes" if by_all else f"no impact in {scenes} scenes"
+        return f"{columns[0].label} misses {miss_text}"
     kind = "method" if columns[0].own else "engine"
     if by_all:
         return f"every {kind} misses an impact in {by_all} of {scenes} scenes"
@@ -109,8 +109,8 @@ def _format_count_range(counts: Sequence[int]) -> str:
 
 
 def _join_names(names: Sequence[str]) -> str:
-    shown = names if len(names) <= MOST_NAMES else [*names[: MOST_NAMES - 1], f"{len(names) - MOST_NAMES + 1} more"]
-    return formatting.join_words(list(shown))
+    listed = names if len(names) <= MOST_NAMES else [*names[: MOST_NAMES - 1], f"{len(names) - MOST_NAMES + 1} more"]
+    return formatting.join_words(list(listed))
 
 
 def _describe_reference(results: Results) -> str:
@@ -125,33 +125,35 @@ def _describe_reference(results: Results) -> str:
         which = f"{len(proven)} of {formatting.format_count(len(results.references), 'scene')}"
         return f"{unknown}; every impact of PIC is certified in {which}."
     deviations = {name: deviation for name, (_, deviation) in results.known.items()}
-    off = [name for name, deviation in deviations.items() if not deviation <= THRESHOLDS.rounding]
-    if off:
-        right = f"{len(deviations) - len(off)} of {formatting.format_count(len(deviations), 'known answer')}"
-        return f"PIC reproduces {right} to rounding, but not {formatting.join_words(off)}."
+    deviating = [name for name, deviation in deviations.items() if not deviation <= THRESHOLDS.rounding]
+    if deviating:
+        right = f"{len(deviations) - len(deviating)} of {formatting.format_count(len(deviations), 'known answer')}"
+        return f"PIC reproduces {right} to rounding, but not {formatting.join_words(deviating)}."
     which = f"all {len(deviations)} known answers" if len(deviations) > 1 else "the one known answer"
     return f"PIC reproduces {which} (largest deviation {formatting.format_number(max(deviations.values()))})."
 
 
 def _describe_counts(grid: Grid, columns: Sequence[GridColumn]) -> str:
     """Describe the numbers of runs by grade."""
-    asked, what = [column for column in grid.columns.values() if not column.own], "engine run"
-    if not asked:  # if only Carom's own methods ran, PIT is compared with PIC
-        asked = list(columns) or list(grid.columns.values())
-        labels = {column.label for column in asked}
-        what = f"{labels.pop()} run" if len(labels) == 1 else "run"
-    tally = Counter(cell.mark for column in asked for cell in grid.list_cells(column))
-    ran = sum(n for mark, n in tally.items() if mark.ran)
+    counted_columns, noun = [column for column in grid.columns.values() if not column.own], "engine run"
+    if not counted_columns:  # if only Carom's own methods ran, PIT is compared with PIC
+        counted_columns = list(columns) or list(grid.columns.values())
+        labels = {column.label for column in counted_columns}
+        noun = f"{labels.pop()} run" if len(labels) == 1 else "run"
+    tally = Counter(cell.mark for column in counted_columns for cell in grid.list_cells(column))
+    run_count = sum(n for mark, n in tally.items() if mark.ran)
     scored = [
         f"{tally[mark]} {'is' if tally[mark] == 1 else 'are'} {mark.word}" for mark in Mark if mark.ran and tally[mark]
     ]
-    others = [f"{tally[mark]} {mark.word}" for mark in Mark if not mark.ran and mark is not Mark.ABSENT and tally[mark]]
-    said = f"No {what} at {grid.step_phrase} could be scored."
-    if ran:
+    unscored = [
+        f"{tally[mark]} {mark.word}" for mark in Mark if not mark.ran and mark is not Mark.ABSENT and tally[mark]
+    ]
+    sentence = f"No {noun} at {grid.step_phrase} could be scored."
+    if run_count:
         number, rest = scored[0].split(" ", 1)
-        first = f"{number} of {formatting.format_count(ran, what)} at {grid.step_phrase} {rest}"
-        said = f"{formatting.join_words((first, *scored[1:]))}."
-    return f"{said} Runs without a score: {', '.join(others)}." if others else said
+        first = f"{number} of {formatting.format_count(run_count, noun)} at {grid.step_phrase} {rest}"
+        sentence = f"{formatting.join_words((first, *scored[1:]))}."
+    return f"{sentence} Runs without a score: {', '.join(unscored)}." if unscored else sentence
 
 
 def _describe_phase_dependence(grid: Grid) -> Iterator[str]:
@@ -163,6 +165,6 @@ def _describe_phase_dependence(grid: Grid) -> Iterator[str]:
             continue
         owes = "its grade" if len(scores) == 1 else f"the grade in {len(found)} of {len(scores)} scenes"
         shares = sorted({share for share, _ in found})
-        some = str(shares[0]) if len(shares) == 1 else f"{shares[0]} to {shares[-1]}"
-        right = f"PIT is equally accurate at {some} of {found[0][1]} phases"
+        share_text = str(shares[0]) if len(shares) == 1 else f"{shares[0]} to {shares[-1]}"
+        right = f"PIT is equally accurate at {share_text} of {found[0][1]} phases"
         yield f"{column.name}: {owes} depends on the phase of the step; {right}."

@@ -26,11 +26,13 @@ class _Impact(NamedTuple):
     otherwise: str
 
 
-def _build_error_column(head: str, digits: int, say: Callable[[float, ImpactError], float]) -> Column:
+def _build_error_column(head: str, digits: int, compute_value: Callable[[float, ImpactError], float]) -> Column:
     """Return a column with a number that is computed from a found impact's exact time and errors."""
 
     def format_error(impact: _Impact) -> str:
-        value = math.nan if impact.error is None or impact.time_s is None else say(impact.time_s, impact.error)
+        value = (
+            math.nan if impact.error is None or impact.time_s is None else compute_value(impact.time_s, impact.error)
+        )
         return "" if math.isnan(value) else formatting.format_number(value, digits)
 
     return Column(head, format_error, number=True)
@@ -56,19 +58,19 @@ _SPIN_COLUMN = _build_error_column("spin error", 3, lambda _, error: error.spin)
 
 def build_impact_tables_section(grid: Grid) -> Section:
     """Return a table of impacts for each run, if there are few runs."""
-    ran = [(cell, cell.row) for cell in grid.runs if cell.row and cell.row.trace is not None and cell.row.score]
+    scored_runs = [(cell, cell.row) for cell in grid.runs if cell.row and cell.row.trace is not None and cell.row.score]
     tables = []
-    for cell, row in ran if len(ran) <= MOST_TABLES else ():
+    for cell, row in scored_runs if len(scored_runs) <= MOST_TABLES else ():
         reference, score, trace = grid.results.references[cell.scene], row.score, row.trace
         assert score is not None and trace is not None  # noqa: S101, PT018 - chosen above
         left_out = len(reference.impacts) - MOST_IMPACTS
-        more = [f"{left_out} more impacts are not shown"] if left_out > 0 else []
+        omission = [f"{left_out} more impacts are not shown"] if left_out > 0 else []
         table = Table(
             _COLUMNS if trace.spins is None else (*_COLUMNS, _SPIN_COLUMN),
             tuple(_list_impacts(score, trace, reference)),
             title=f"{cell.scene} on {row.job.method.phrase}, dt = {formatting.format_instant(row.job.dt_s)}: "
             f"{cell.mark.sentence}",
-            note="\n".join((*cell.reasons, *more)),
+            note="\n".join((*cell.reasons, *omission)),
             only=Media.DETAIL,
         )
         tables.append(table)

@@ -22,5 +22,5 @@ def build_play_page(scenes: Iterable[Scene]) -> str:
     """Build the page with all scenes that it can show; an empty text if there are none."""
     from carom.web.page import add_gallery, render_page
 
-    own = [scene for scene in scenes if build_play_link(scene)]
-    return render_page(add_gallery(*own)) if own else ""
+    playable_scenes = [scene for scene in scenes if build_play_link(scene)]
+    return render_page(add_gallery(*playable_scenes)) if playable_scenes else ""

@@ -34,15 +34,15 @@ def build_reference_section(grid: Grid) -> Section:
     """Describe the reliable part of references, if requested or if a reference is not reliable to its end."""
     results, lines = grid.results, []
     for name in dict.fromkeys((*results.certified, *results.horizons)):
-        said = [str(results.certified[name])] if name in results.certified else []
+        phrases = [str(results.certified[name])] if name in results.certified else []
         until_s, reference = results.horizons.get(name), results.references[name]
         times = reference.impacts["time_s"]
         reliable = len(times) if until_s is None else int((times <= until_s).sum())
         if until_s is not None and until_s < reference.contact_s and reliable < len(times):
             until = formatting.format_seconds(until_s)
-            said.append(f"the reference is reliable for {reliable} of {len(times)} impacts, up to {until}")
-        if said:
-            lines.append(f"{name}: {'; '.join(said)}.")
+            phrases.append(f"the reference is reliable for {reliable} of {len(times)} impacts, up to {until}")
+        if phrases:
+            lines.append(f"{name}: {'; '.join(phrases)}.")
     rests = [
         f"{name}: runs are compared up to {formatting.format_seconds(reference.contact_s)} of "
         f"{formatting.format_seconds(reference.scene.duration_s)}, when a disc {reference.contact_of_disc}."

@@ -59,9 +59,9 @@ class Replay:
         row = Row(job, Status.RAN, trace=trace, score=self.score)
         # A trace by a solver that was called directly has no profile and no command.
         command = format_run_command("scene.toml", job) if trace.profile else ""
-        said = describe_run(row, trace.method, escape_controls(trace.scene.name), command)
-        data = pack_data(build_replay_data(self.reference, [(trace, self.score, said)]))
-        return render_replay_page(escape_controls(trace.scene.name), data, said["said"], self._draw_stills())
+        description = describe_run(row, trace.method, escape_controls(trace.scene.name), command)
+        data = pack_data(build_replay_data(self.reference, [(trace, self.score, description)]))
+        return render_replay_page(escape_controls(trace.scene.name), data, description["said"], self._draw_stills())
 
     def _draw_stills(self) -> list[tuple[str, str]]:
         """Return captions and SVG pictures for browsers without JavaScript; empty if they can't be drawn."""
@@ -94,8 +94,8 @@ class Replay:
         if path.suffix == ".html":
             return write_file(path, self.html())
         if path.suffix not in {".gif", ".mp4"}:
-            shown = repr(path.suffix) if path.suffix else "no suffix"
-            raise InputError(f"a replay must be saved as .html, .gif or .mp4, got {shown}")
+            suffix_text = repr(path.suffix) if path.suffix else "no suffix"
+            raise InputError(f"a replay must be saved as .html, .gif or .mp4, got {suffix_text}")
         require_report_extra()
         from matplotlib.animation import FFMpegWriter, PillowWriter
 
@@ -105,9 +105,9 @@ class Replay:
             )
         writer = (PillowWriter if path.suffix == ".gif" else FFMpegWriter)(fps=FRAMES_PER_S)
         with tempfile.TemporaryDirectory() as folder, use_drawing_style():
-            made = Path(folder) / path.name
-            build_film(self.reference, self.observed, self.score).save(made, writer=writer)
-            return write_file(path, made.read_bytes())
+            temporary_file = Path(folder) / path.name
+            build_film(self.reference, self.observed, self.score).save(temporary_file, writer=writer)
+            return write_file(path, temporary_file.read_bytes())
 
 
 def replay(

@@ -92,8 +92,10 @@ def run(
     check_value(build_step_kind(), "dt", dt)
     require_named(engine := resolve_engine(engine))
     with limits.open_pool() as pool:
-        tried = resolve_settings(describe_engines([engine], pool)[0], settings, [profile], dt, pool) if settings else ()
-        job = Job(scene, Method(engine, profile, tried), dt)
+        overrides = (
+            resolve_settings(describe_engines([engine], pool)[0], settings, [profile], dt, pool) if settings else ()
+        )
+        job = Job(scene, Method(engine, profile, overrides), dt)
         answer = observe_job(job, pool, samples=True)
         if answer.status is Status.FAILED:
             select_profiles(describe_engines([engine], pool), [profile])
@@ -131,12 +133,16 @@ def cross_check(
         >>> [(row.job.scene.name, row.score.missed) for row in results.rows]
         [('paper/missed', (0,))]
     """
-    asked = Options.build_from_arguments("cross_check", options, engines=engine_names)
-    asked = replace(asked, engines=asked.engines and [resolve_engine(word) for word in asked.engines])
-    own: AbstractContextManager[Pool]
-    own = asked.open_pool() if pool is None else nullcontext(pool)
-    with own as opened:
-        return execute(build_plan(scenes, asked, opened), opened, progress=progress or no_progress, command=command)
+    parsed_options = Options.build_from_arguments("cross_check", options, engines=engine_names)
+    parsed_options = replace(
+        parsed_options, engines=parsed_options.engines and [resolve_engine(word) for word in parsed_options.engines]
+    )
+    pool_context: AbstractContextManager[Pool]
+    pool_context = parsed_options.open_pool() if pool is None else nullcontext(pool)
+    with pool_context as opened:
+        return execute(
+            build_plan(scenes, parsed_options, opened), opened, progress=progress or no_progress, command=command
+        )
 
 
 def execute(
@@ -190,9 +196,9 @@ class _Observer:
         self._pool, self._progress, self._done = pool, progress, 0
         self._notes: MemoryJournal[JobKey, Trace] = MemoryJournal() if notes is None else notes
 
-    def count(self, what: str, done: int = 1) -> None:
+    def count(self, description: str, done: int = 1) -> None:
         self._done += done
-        self._progress(self._done, self.total, what)
+        self._progress(self._done, self.total, description)
 
     def observe_traces(self, jobs: Iterable[Job], *, shifted: bool = False) -> Iterator[tuple[Job, Answer[Trace]]]:
         """Yield the result of each job as it arrives.
@@ -211,7 +217,7 @@ class _Observer:
         """Yield the run time of each job, one after another with nothing else running."""
         asks = [TaskRequest(job, build_job_key(job), TimeTask(job)) for job in jobs]
         with self._pool.to_local_pool() as pool:
-            yield from self._count_each(run_tasks(asks, pool, MemoryJournal[JobKey, Timing](), alone=True))
+            yield from self._count_each(run_tasks(asks, pool, MemoryJournal[JobKey, Timing](), one_at_a_time=True))
 
     def _count_each(self, found: Iterable[tuple[Job, Answer[T]]]) -> Iterator[tuple[Job, Answer[T]]]:
         for job, answer in found:
@@ -257,12 +263,12 @@ def _score_jobs(jobs: Sequence[Job], usable: Mapping[str, Reference], observer: 
     rows_by_engine: dict[tuple[str, str, float], list[Row]] = {}
     for job, answer in observer.observe_traces(job for job in jobs if job.method != PIT_METHOD):
         similar = rows_by_engine.setdefault((job.scene.name, job.engine, job.dt_s), [])
-        same = next((row for row in similar if _is_same_run(row.trace, answer.value)), None)
-        if same is None:
+        equal_row = next((row for row in similar if _is_same_run(row.trace, answer.value)), None)
+        if equal_row is None:
             row = score_answer(job, answer)
             similar.append(row)
         else:
-            row = replace(same, job=job, trace=answer.value)
+            row = replace(equal_row, job=job, trace=answer.value)
         rows[_build_key(job)] = row
         if answer.status is Status.RAN:  # score PIT while engines run
             rows |= {key: score_answer(sampling[key], pit[key]) for key in islice(left, 1)}
@@ -289,11 +295,11 @@ def _build_row(
     if answer.value is None:
         return row
     try:
-        at = (job.scene.name, job.dt_s)
-        if at not in scorers:
+        scorer_key = (job.scene.name, job.dt_s)
+        if scorer_key not in scorers:
             reference = usable[job.scene.name]
-            scorers[at] = Scorer(reference.trace, pit, reference.horizon_s)
-        score = scorers[at].score(answer.value)
+            scorers[scorer_key] = Scorer(reference.trace, pit, reference.horizon_s)
+        score = scorers[scorer_key].score(answer.value)
     except Exception as error:  # noqa: BLE001 - one bad run must not affect other rows
         return _build_failed_row(job, error)
     return replace(row, score=score)
@@ -311,8 +317,8 @@ def _shift_references(
     if not phases:
         return {}
     steps = {(job.scene.name, job.dt_s) for job in jobs}
-    at = {step: list(solve_shifted_references(usable[step[0]].trace, step[1], phases)) for step in steps}
-    return {_build_key(job): at[job.scene.name, job.dt_s] for job in jobs}
+    references = {step: list(solve_shifted_references(usable[step[0]].trace, step[1], phases)) for step in steps}
+    return {_build_key(job): references[job.scene.name, job.dt_s] for job in jobs}
 
 
 def _run_phases(
@@ -322,16 +328,18 @@ def _run_phases(
     observer: _Observer,
 ) -> dict[Key, Row]:
     """Run every successful job at other phases, and return its row with the spread of its errors."""
-    ran = {key: references for key, references in shifted.items() if rows[key].status is Status.RAN}
-    if len(ran) < len(shifted):
-        observer.count("phases", sum(len(references) for key, references in shifted.items() if key not in ran))
+    references_by_key = {key: references for key, references in shifted.items() if rows[key].status is Status.RAN}
+    if len(references_by_key) < len(shifted):
+        observer.count(
+            "phases", sum(len(references) for key, references in shifted.items() if key not in references_by_key)
+        )
     jobs = [
         (key, reference, replace(rows[key].job, scene=reference.scene))
-        for key, references in ran.items()
+        for key, references in references_by_key.items()
         for reference in references
     ]
     origin_of = {id(job): (key, reference) for key, reference, job in jobs}
-    scores: dict[Key, list[Score]] = {key: [] for key in ran}
+    scores: dict[Key, list[Score]] = {key: [] for key in references_by_key}
     failed: dict[Key, Row] = {}
     for job, answer in observer.observe_traces((job for *_, job in jobs), shifted=True):
         key, reference = origin_of[id(job)]
@@ -348,12 +356,12 @@ def _run_phases(
 
 def _time_jobs(rows: Sequence[Row], observer: _Observer) -> dict[Key, Row]:
     """Time the jobs that ran, one after another with nothing else running."""
-    ran = {_build_key(row.job): row for row in rows if row.status is Status.RAN}
-    if len(ran) < len(rows):
-        observer.count("timing", len(rows) - len(ran))
-    times = observer.measure_timings(row.job for row in ran.values())
+    completed_rows = {_build_key(row.job): row for row in rows if row.status is Status.RAN}
+    if len(completed_rows) < len(rows):
+        observer.count("timing", len(rows) - len(completed_rows))
+    times = observer.measure_timings(row.job for row in completed_rows.values())
     return {
-        _build_key(job): replace(ran[_build_key(job)], timing=answer.value, untimed=answer.said)
+        _build_key(job): replace(completed_rows[_build_key(job)], timing=answer.value, untimed=answer.said)
         for job, answer in times
     }
 

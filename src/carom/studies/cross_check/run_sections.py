@@ -40,8 +40,8 @@ def build_spread_section(grid: Grid) -> Section:
         if cell.line.spread and cell.line.spread.phases and cell.column.engine != "pic"
     ]
 
-    def build_column(head: str, say: Callable[[PhaseSpread, float], str]) -> Column:
-        return Column(head, lambda item: say(item[2], item[1]))
+    def build_column(head: str, format_spread: Callable[[PhaseSpread, float], str]) -> Column:
+        return Column(head, lambda item: format_spread(item[2], item[1]))
 
     columns = (
         Column("scene", lambda item: item[0].scene),
@@ -121,19 +121,19 @@ def build_settings_section(grid: Grid) -> Section:
 def _describe_profile(column: GridColumn, profiles: Mapping[str, Mapping[str, str]]) -> str:
     """Describe a profile, and the settings that replace its own."""
     method = column.method
-    own = profiles.get(method.engine, {}).get(method.profile, "")
+    profile_text = profiles.get(method.engine, {}).get(method.profile, "")
     if not method.tried:
-        return own
+        return profile_text
     values = ", ".join(f"{name} = {formatting.format_setting(value)}" for name, value in method.tried)
-    return f"With settings that no profile has: {values}. Other settings are those of {method.profile}: {own}"
+    return f"With settings that no profile has: {values}. Other settings are those of {method.profile}: {profile_text}"
 
 
-def _describe_settings(here: RowLine, lines: Sequence[RowLine]) -> Iterator[str]:
+def _describe_settings(row_line: RowLine, lines: Sequence[RowLine]) -> Iterator[str]:
     """Yield each setting of a run, and whether it varies with the step size or the scene."""
-    same_scene = [line for line in lines if line.scene == here.scene]
-    same_step = [line for line in lines if line.dt_s == here.dt_s and line.scene != here.scene]
-    for name, value in (here.settings or {}).items():
+    same_scene = [line for line in lines if line.scene == row_line.scene]
+    same_step = [line for line in lines if line.dt_s == row_line.dt_s and line.scene != row_line.scene]
+    for name, value in (row_line.settings or {}).items():
         by = {"step": same_scene, "scene": same_step}
-        on = [what for what, own in by.items() if any((one.settings or {}).get(name) != value for one in own)]
-        said = f" (varies with the {formatting.join_words(on, 'and the')})" if on else ""
-        yield f"{name} = {formatting.format_setting(value)}{said}"
+        on = [dimension for dimension, own in by.items() if any((one.settings or {}).get(name) != value for one in own)]
+        variation = f" (varies with the {formatting.join_words(on, 'and the')})" if on else ""
+        yield f"{name} = {formatting.format_setting(value)}{variation}"

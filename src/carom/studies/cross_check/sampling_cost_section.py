@@ -129,20 +129,22 @@ def build_sampling_cost_section(grid: Grid) -> Section:
 def draw_sampling_costs(found: Sequence[EngineCost], narrow: bool = False) -> str:
     """Draw each engine's velocity error against PIC, and the part not explained by sampling, as SVG."""
     with use_drawing_style():
-        shown = [(p, statistics.median(p.total), statistics.median(p.own)) for p in found if p.total and p.own]
-        width, height = _NARROW_IN if narrow else _WIDTH_IN, _FOOT_IN + _LINE_IN * max(2, len(shown))
+        drawn_costs = [(p, statistics.median(p.total), statistics.median(p.own)) for p in found if p.total and p.own]
+        width, height = _NARROW_IN if narrow else _WIDTH_IN, _FOOT_IN + _LINE_IN * max(2, len(drawn_costs))
         figure = build_figure(width, height)
         left = _NAMES_IN / width
         axes = figure.add_axes((left, _FOOT_IN / height, 0.97 - left, 0.96 - _FOOT_IN / height))
-        along = scale_error_axis(axes, "x", [value for _, *both in shown for value in both], narrow=narrow)
-        for k, (cost, total, own) in enumerate(shown):
+        along = scale_error_axis(axes, "x", [value for _, *both in drawn_costs for value in both], narrow=narrow)
+        for k, (cost, total, own_median) in enumerate(drawn_costs):
             style = choose_line_style(cost.column.engine, profile=cost.column.method.profile)
             colour, dash = style["color"], style["linestyle"]
-            axes.plot([along(own), along(total)], [-k, -k], color=colour, linestyle=dash, linewidth=2.0, alpha=0.6)
+            axes.plot(
+                [along(own_median), along(total)], [-k, -k], color=colour, linestyle=dash, linewidth=2.0, alpha=0.6
+            )
             axes.plot([along(total)], [-k], "o", color=colour, markerfacecolor=SURFACE, markersize=8)
-            axes.plot([along(own)], [-k], "o", color=colour, markersize=6)
-        axes.set_ylim(0.5 - max(2, len(shown)), 0.5)  # half a line of margin
-        axes.set_yticks([-k for k in range(len(shown))], [cost.column.name for cost, _, _ in shown])
+            axes.plot([along(own_median)], [-k], "o", color=colour, markersize=6)
+        axes.set_ylim(0.5 - max(2, len(drawn_costs)), 0.5)  # half a line of margin
+        axes.set_yticks([-k for k in range(len(drawn_costs))], [cost.column.name for cost, _, _ in drawn_costs])
         axes.set_xlabel("velocity error / greatest speed")
         finish(axes)
         return render(figure, TITLE, narrow=narrow)

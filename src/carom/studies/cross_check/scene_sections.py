@@ -70,10 +70,10 @@ def _merge_columns(grid: Grid) -> Iterator[tuple[int, str, str]]:
         return [(row.cells[k].mark, row.cells[k].figure) for row in grid.rows]
 
     for k, column in enumerate(columns):
-        same = [j for j, other in enumerate(columns) if column.own and other.engine == column.engine]
-        if len(same) < 2 or any(list_column_content(j) != list_column_content(k) for j in same):
+        same_engine = [j for j, other in enumerate(columns) if column.own and other.engine == column.engine]
+        if len(same_engine) < 2 or any(list_column_content(j) != list_column_content(k) for j in same_engine):
             yield k, column.label, column.profile
-        elif k == same[-1]:
+        elif k == same_engine[-1]:
             yield k, column.label, ""
 
 
@@ -101,23 +101,26 @@ def _build_replay(cell: GridCell) -> tuple[Trace, Score, Mapping[str, Any]] | No
         return None
     job = cell.row.job
     command = format_run_command(escape_controls(job.scene.name), job)
-    said = describe_run(cell.row, cell.column.label, build_replay_key(job), command)
-    return cell.row.trace, cell.row.score, said
+    description = describe_run(cell.row, cell.column.label, build_replay_key(job), command)
+    return cell.row.trace, cell.row.score, description
 
 
 def build_unscored_section(grid: Grid) -> Section:
     """Return a section with cells that were not run or scored. A terminal shows only cells that a user can act on."""
-    every = tuple(map(_describe_not_run, grid.unrun))
+    reasons = tuple(map(_describe_not_run, grid.unrun))
     important = tuple(_describe_not_run(one) for one in grid.unrun if one.everywhere or one.mark in _ACTIONABLE)
     run = {column.engine for column in grid.columns.values()}
     missing = [info for info in grid.results.engines if info.missing and info.name not in run]
-    here = f"{Path.cwd()}{os.sep}"  # shorten paths in the working folder, because reports are passed on
+    folder_prefix = f"{Path.cwd()}{os.sep}"  # shorten paths in the working folder, because reports are passed on
     names = formatting.join_words([info.name for info in missing])
     hint = f"Not installed: {names}; 'carom engines' shows how to install them."
     lines = (
-        Lines(every, Media.IN_FULL, folded=formatting.format_count(len(every), "reason")),
+        Lines(reasons, Media.IN_FULL, folded=formatting.format_count(len(reasons), "reason")),
         Lines(important, Media.TERMINAL),
-        Lines(tuple(f"{one.name} is not run: {one.unavailable.replace(here, '')}" for one in missing), Media.IN_FULL),
+        Lines(
+            tuple(f"{one.name} is not run: {one.unavailable.replace(folder_prefix, '')}" for one in missing),
+            Media.IN_FULL,
+        ),
         Lines((hint,) if missing else (), Media.TERMINAL),
         Lines(tuple(_describe_missing_profiles(grid)), Media.ON_PAPER),
     )
@@ -125,8 +128,8 @@ def build_unscored_section(grid: Grid) -> Section:
 
 
 def _describe_not_run(entry: NotRun) -> str:
-    where = "every scene" if entry.everywhere else formatting.join_words(entry.scenes)
-    return f"{formatting.join_words(entry.columns)}, {entry.mark.word} on {where}: {entry.reason}"
+    scenes_text = "every scene" if entry.everywhere else formatting.join_words(entry.scenes)
+    return f"{formatting.join_words(entry.columns)}, {entry.mark.word} on {scenes_text}: {entry.reason}"
 
 
 def _describe_missing_profiles(grid: Grid) -> Iterator[str]:

@@ -37,7 +37,7 @@ def build_skipping_section(grid: Grid) -> Section:
         return Section("Skipped work", ())
     pit = [one.skips.pit.ratio for one in found if one.skips.pit]
     pic = [one.skips.pic.ratio for one in found if one.skips.pic]
-    said = [
+    sentences = [
         f"Without skipping, {name} takes {formatting.format_ratio(statistics.median(ratios))} the run time (median of "
         f"{formatting.format_count(len(ratios), 'scene')}, up to {formatting.format_ratio(max(ratios))})."
         for name, ratios in (("PIC", pic), ("PIT", pit))
@@ -53,7 +53,7 @@ def build_skipping_section(grid: Grid) -> Section:
     folded = f"Skipped work in {formatting.format_count(len(found), 'scene')}"
     figure = Figure(partial(_render_diagram, found), "Run time with skipping (filled) and without (ring).")
     blocks = (
-        Text(" ".join(said), Media.ON_PAPER),
+        Text(" ".join(sentences), Media.ON_PAPER),
         Figures((figure,), large=True),
         Table(columns, found, folded=folded, css="cells", only=Media.ON_PAPER),
         Text(NOTE, Media.ON_PAPER, folded=True),

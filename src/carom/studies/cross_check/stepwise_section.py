@@ -52,13 +52,15 @@ def build_steps_section(grid: Grid) -> Section:
     found = list(_find_listed_runs(grid))
     if not found:
         return Section("", ())
-    alone, media = len(grid.rows) == 1, Media.EVERYWHERE if len(grid.rows) == 1 else Media.IN_FULL
+    is_single_scene, media = len(grid.rows) == 1, Media.EVERYWHERE if len(grid.rows) == 1 else Media.IN_FULL
 
-    def build_column(head: str, say: Callable[[LocalScore], str], under: str = "", only: Media = _PAPER) -> Column:
-        return Column(head, lambda run: say(run.local), under, number=True, only=only)
+    def build_column(
+        head: str, format_score: Callable[[LocalScore], str], subheading: str = "", only: Media = _PAPER
+    ) -> Column:
+        return Column(head, lambda run: format_score(run.local), subheading, number=True, only=only)
 
     columns = (
-        *(() if alone else (Column("scene", lambda run: run.cell.scene),)),
+        *(() if is_single_scene else (Column("scene", lambda run: run.cell.scene),)),
         Column("method", lambda run: run.cell.column.name),
         Column("grade", lambda run: replace(run.cell.mark.cell, link=run.cell.link), only=Media.ON_PAPER),
         Column("steps", lambda run: mark_of_grade(run.local.grade, run.local.float_bits).cell),
@@ -79,11 +81,11 @@ def build_steps_section(grid: Grid) -> Section:
         build_column("until", lambda local: formatting.format_seconds(local.until_s)),
     )
     listed = keep_worst(found, MOST_RUNS, lambda run: (run.cell,))
-    folded = "" if alone else formatting.format_count(len(listed), "run")
+    folded = "" if is_single_scene else formatting.format_count(len(listed), "run")
     blocks: tuple[Block, ...] = (
         Table(columns, listed, folded=folded, css="cells", only=media),
         *omission_note(listed, found, "runs", media),
-        *(Text(line, media) for line in (_describe_divergence(found) if alone else ())),
+        *(Text(line, media) for line in (_describe_divergence(found) if is_single_scene else ())),
         Text(NOTE, Media.ON_PAPER),
         Text(DETAIL_NOTE, Media.ON_PAPER, folded=True),
         Text(SHORT_NOTE, media & ~Media.ON_PAPER),
@@ -96,10 +98,10 @@ def _find_listed_runs(grid: Grid) -> Iterator[_Steps]:
     for row in grid.rows:
         reference = grid.results.references.get(row.name)
         rests = reference is not None and reference.contact_s < math.inf
-        ran = [cell for cell in row.cells if cell.scored]
+        scored_cells = [cell for cell in row.cells if cell.scored]
         listed = [
             _Steps(cell, cell.line.local_truth)
-            for cell in [cell for cell in ran if cell.column.engine != "pic"] or ran
+            for cell in [cell for cell in scored_cells if cell.column.engine != "pic"] or scored_cells
             if cell.line.local_truth is not None
             and (
                 rests
@@ -126,8 +128,8 @@ def _format_missed(local: LocalScore) -> str:
 
 def _format_impacts(local: LocalScore) -> str:
     """Format the numbers of missed and invented impacts; empty if there are none."""
-    lost = formatting.format_missed_and_invented(local.missed, local.invented)
-    return lost.replace(f"-{local.missed}", f"-{_format_missed(local)}", 1) if local.missed else lost
+    losses = formatting.format_missed_and_invented(local.missed, local.invented)
+    return losses.replace(f"-{local.missed}", f"-{_format_missed(local)}", 1) if local.missed else losses
 
 
 def _compute_entangled_fraction(local: LocalScore) -> float:
@@ -147,9 +149,12 @@ def _describe_divergence(found: Sequence[_Steps]) -> Iterator[str]:
     times = sorted(line.parted_s for line in lines if line.parted_s is not None)
     if times:
         first, last = formatting.format_seconds(times[0]), formatting.format_seconds(times[-1])
-        when = f"at {first}" if first == last else f"between {first} and {last}"
-        asked = {line.pit_parted_s for line in lines}
-        pit = [formatting.format_seconds(time_s) for time_s in sorted(time_s for time_s in asked if time_s is not None)]
+        time_text = f"at {first}" if first == last else f"between {first} and {last}"
+        pit_times_s = {line.pit_parted_s for line in lines}
+        pit = [
+            formatting.format_seconds(time_s)
+            for time_s in sorted(time_s for time_s in pit_times_s if time_s is not None)
+        ]
         also_pit = f"; PIT diverged at {formatting.join_words(pit)}" if pit else ""
         methods = formatting.format_count(len(times), "method")
-        yield f"{methods} diverged from the reference's trajectory {when}{also_pit}."
+        yield f"{methods} diverged from the reference's trajectory {time_text}{also_pit}."

@@ -120,13 +120,15 @@ def _merge_series(points: Mapping[GridColumn, tuple[TrendPoint, ...]]) -> Iterat
 
     Profiles of other engines stay separate, because they differ in settings.
     """
-    seen = set[tuple[str, tuple[TrendPoint, ...]]]()
-    for column, own in points.items():
-        same = [other for other, found in points.items() if other.engine == column.engine and found == own]
-        alike = column.own and len(same) > 1
-        if not alike or (column.engine, own) not in seen:
-            seen.add((column.engine, own))
-            yield Series(column, own, column.label if alike else column.name)
+    yielded = set[tuple[str, tuple[TrendPoint, ...]]]()
+    for column, series_points in points.items():
+        equal_columns = [
+            other for other, found in points.items() if other.engine == column.engine and found == series_points
+        ]
+        alike = column.own and len(equal_columns) > 1
+        if not alike or (column.engine, series_points) not in yielded:
+            yielded.add((column.engine, series_points))
+            yield Series(column, series_points, column.label if alike else column.name)
 
 
 def _find_omission_reason(cells: Sequence[GridCell]) -> str:
@@ -169,14 +171,14 @@ def build_trend_section(grid: Grid) -> Section:
     columns += [Column("scenes wrong", partial(_format_wrong, k), step) for k, step in steps]
     note = "A velocity error is a median over scenes (smallest to largest; number of scenes)."
     table = Table(columns, trend.series, note=note, folded="The numbers of these charts", only=Media.ON_PAPER)
-    said = "There are no medians, because PIT has no scene with a velocity error at every step size"
+    text = "There are no medians, because PIT has no scene with a velocity error at every step size"
     if trend.scenes:
         scenes_used = formatting.format_count(len(trend.scenes), "scene")
-        said = f"Velocity errors are medians over {scenes_used} at every step size"
+        text = f"Velocity errors are medians over {scenes_used} at every step size"
     scenes = Lines(tuple(_describe_scenes(trend)), Media.ON_PAPER, folded="Scenes in the medians")
     blocks = (
         Figures(charts),
-        Text(f"{said}. Wrong scenes are counted among all graded scenes.", Media.ON_PAPER),
+        Text(f"{text}. Wrong scenes are counted among all graded scenes.", Media.ON_PAPER),
         Text(DETAIL_NOTE, Media.ON_PAPER, folded=True),
         table,
         scenes,
@@ -224,8 +226,8 @@ def _render_wrong_chart(trend: Trend, narrow: bool = False) -> str:
         from matplotlib.ticker import MaxNLocator
 
         figure, axes = build_framed_figure(_WIDTH_IN, _HEIGHT_IN, narrow=narrow, below=len(trend.series))
-        most = max(1, *(p.wrong for series in trend.series for p in series.points))
-        axes.set_ylim(-0.05 * most, 1.08 * most)
+        max_wrong = max(1, *(p.wrong for series in trend.series for p in series.points))
+        axes.set_ylim(-0.05 * max_wrong, 1.08 * max_wrong)
         for series in trend.series:
             _draw_line(axes, trend, series, [float(p.wrong) if p.graded else math.nan for p in series.points])
         axes.yaxis.set_major_locator(MaxNLocator(integer=True))

@@ -112,9 +112,9 @@ class Change:
     @property
     def causes(self) -> tuple[str, ...]:
         """All possible causes, each as a phrase."""
-        named = ((name.partition(": "), values) for name, values in self.changed)
-        kinds = formatting.group_by((kind, f"{what} {values}") for (kind, _, what), values in named)
-        return (*self.verdicts, *(f"{kind}: {', '.join(them)}" for kind, them in kinds.items()))
+        split_names = ((name.partition(": "), values) for name, values in self.changed)
+        kinds = formatting.group_by((kind, f"{subject} {values}") for (kind, _, subject), values in split_names)
+        return (*self.verdicts, *(f"{kind}: {', '.join(phrases)}" for kind, phrases in kinds.items()))
 
     @property
     def graded(self) -> bool:
@@ -138,10 +138,10 @@ class Change:
         then errors relative to the scene's scales, errors with a unit, and verdicts. If several numbers are equal in
         this order, the first one is returned, because errors of impacts cause the later ones.
         """
-        way = -1.0 if self.kind is Kind.BETTER else 1.0
+        direction = -1.0 if self.kind is Kind.BETTER else 1.0
 
         def order(one: BeforeAfter) -> tuple[bool, bool, bool, bool]:
-            return (way * one.growth > 0.0, one.counts, not isinstance(one.old, bool), not one.unit)
+            return (direction * one.growth > 0.0, one.counts, not isinstance(one.old, bool), not one.unit)
 
         return max(self.measures, key=order, default=None)
 
@@ -197,17 +197,17 @@ def compare_records(old: Path, new: Path, match: Sequence[tuple[str, str]] | Non
 
     olds, news = {key(cell): cell for cell in old_cells}, {key(cell): cell for cell in new_cells}
     pairs = [(olds.get(name), news.get(name)) for name in dict.fromkeys((*olds, *news))]
-    ran = [pair for pair in pairs if any(map(_has_run, pair))]
-    if not any(all(map(_has_run, pair)) for pair in ran):
+    run_pairs = [pair for pair in pairs if any(map(_has_run, pair))]
+    if not any(all(map(_has_run, pair)) for pair in run_pairs):
         raise InputError(
             f"{old} and {new} have no run in common: scenes, engines, profiles or step sizes differ, or an engine was "
             "not available; --engine OLD=NEW compares one engine with another"
         )
     versions = _find_changed_versions(before.environment, after.environment)
-    changes = [change for a, b in ran if (change := _compare_cell(a, b, versions))]
+    changes = [change for a, b in run_pairs if (change := _compare_cell(a, b, versions))]
     changes.sort(key=lambda change: change.badness, reverse=True)
     around = tuple(f"{name} {values}" for name, values in versions.items())
-    return Diff(tuple(changes), len(ran) - len(changes), around)
+    return Diff(tuple(changes), len(run_pairs) - len(changes), around)
 
 
 def _has_run(cell: DiffCell | None) -> bool:
@@ -265,15 +265,15 @@ def _compare_cell(old: DiffCell | None, new: DiffCell | None, versions: Mapping[
     one = new or old
     if one is None:
         return None
-    was, now = (Mark.ABSENT if cell is None else cell.mark for cell in (old, new))
-    measures = tuple(_list_changed_numbers(old, new)) if old and new and was.ran and now.ran else ()
-    there = _has_run(old), _has_run(new)
-    kind = _classify(was, now, measures) if all(there) else Kind.APPEARED if there[1] else Kind.VANISHED
+    old_mark, new_mark = (Mark.ABSENT if cell is None else cell.mark for cell in (old, new))
+    measures = tuple(_list_changed_numbers(old, new)) if old and new and old_mark.ran and new_mark.ran else ()
+    has_run = _has_run(old), _has_run(new)
+    kind = _classify(old_mark, new_mark, measures) if all(has_run) else Kind.APPEARED if has_run[1] else Kind.VANISHED
     if kind is None:
         return None
     methods = dict.fromkeys(cell.method.label for cell in (old, new) if cell)
     verdicts, changed = tuple(_list_changed_verdicts(old, new)), tuple(_list_causes(old, new, versions))
-    return Change(kind, one.scene, " → ".join(methods), one.dt_s, was, now, measures, verdicts, changed)
+    return Change(kind, one.scene, " → ".join(methods), one.dt_s, old_mark, new_mark, measures, verdicts, changed)
 
 
 def _list_changed_numbers(old: DiffCell, new: DiffCell) -> Iterator[BeforeAfter]:
@@ -288,8 +288,8 @@ def _list_changed_numbers(old: DiffCell, new: DiffCell) -> Iterator[BeforeAfter]
                 yield measure
 
 
-def _classify(was: Mark, now: Mark, measures: Sequence[BeforeAfter]) -> Kind | None:
-    grew = _rank_of(now) - _rank_of(was) if _are_graded(was, now) else 0
+def _classify(old_mark: Mark, new_mark: Mark, measures: Sequence[BeforeAfter]) -> Kind | None:
+    grew = _rank_of(new_mark) - _rank_of(old_mark) if _are_graded(old_mark, new_mark) else 0
     # The numbers of impacts are compared first, because errors of impacts that only one run has found can't be
     # compared.
     impacts = sum(measure.growth for measure in measures if measure.counts)
@@ -299,11 +299,11 @@ def _classify(was: Mark, now: Mark, measures: Sequence[BeforeAfter]) -> Kind | N
         return Kind.BETTER if grew < 0 else Kind.MIXED if fell and not rose else Kind.WORSE
     if rose or fell:
         return Kind.MIXED if rose and fell else Kind.WORSE if rose else Kind.BETTER
-    return Kind.CHANGED if measures or was is not now else None
+    return Kind.CHANGED if measures or old_mark is not new_mark else None
 
 
-def _are_graded(was: Mark, now: Mark) -> bool:
-    return Mark.UNGRADED not in (was, now) or bool(BROKEN & {was, now})
+def _are_graded(old_mark: Mark, new_mark: Mark) -> bool:
+    return Mark.UNGRADED not in (old_mark, new_mark) or bool(BROKEN & {old_mark, new_mark})
 
 
 def _rank_of(mark: Mark) -> int:
@@ -313,10 +313,10 @@ def _rank_of(mark: Mark) -> int:
 
 
 def _list_changed_verdicts(old: DiffCell | None, new: DiffCell | None) -> Iterator[str]:
-    said, unsaid = (cell.verdicts if cell else () for cell in (new, old))
-    yield from (verdict for verdict in said if verdict not in unsaid)
+    new_verdicts, old_verdicts = (cell.verdicts if cell else () for cell in (new, old))
+    yield from (verdict for verdict in new_verdicts if verdict not in old_verdicts)
     if old is not None and new is not None and not old.mark.ran:
-        yield from (f"before: {verdict}" for verdict in unsaid if verdict not in said)
+        yield from (f"before: {verdict}" for verdict in old_verdicts if verdict not in new_verdicts)
 
 
 def _list_causes(old: DiffCell | None, new: DiffCell | None, versions: Mapping[str, str]) -> Iterator[tuple[str, str]]:

@@ -61,13 +61,15 @@ def _build_summary_tables(changes: Sequence[Change]) -> Iterator[Table]:
     """Yield tables with a row for each group of similar changes: worse or mixed, others, and not graded."""
     bad = [change for change in changes if change.graded and change.kind in (Kind.WORSE, Kind.MIXED, Kind.VANISHED)]
     ungraded = [change for change in changes if not change.graded]
-    others = [change for change in changes if change.graded and change not in bad]
+    other_changes = [change for change in changes if change.graded and change not in bad]
     methods = {change.method for change in changes}
     groups: list[_Group] = []
-    for some, most in zip((bad, others, ungraded), MOST_ALONE if len(methods) == 1 else MOST_OF_SEVERAL, strict=True):
-        groups += _group_changes(some)[:most]
-    shown = sum(map(len, groups))
-    note = "" if shown == len(changes) else f"{shown} of {len(changes)} cells; -v for all"
+    for selected, max_groups in zip(
+        (bad, other_changes, ungraded), MOST_ALONE if len(methods) == 1 else MOST_OF_SEVERAL, strict=True
+    ):
+        groups += _group_changes(selected)[:max_groups]
+    shown_count = sum(map(len, groups))
+    note = "" if shown_count == len(changes) else f"{shown_count} of {len(changes)} cells; -v for all"
     columns = (
         Column("cells", lambda group: str(len(group)), number=True),
         Column("change", lambda group: Cell(_format_kind(group[0]), _format_marks(group[0]))),
@@ -95,17 +97,17 @@ def _group_changes(changes: Sequence[Change]) -> list[_Group]:
 def _build_headline(found: Diff) -> list[str]:
     tally = Counter(change.kind for change in found.changes if change.graded)
     counted = [f"{tally[kind]} {kind.value}" for kind in Kind if tally[kind]]
-    apart = sum(not change.graded for change in found.changes)
-    counted += [f"{apart} not graded"] if apart else []
-    same = formatting.format_count(found.unchanged, "cell")
-    lead = [f"{formatting.capitalise(formatting.join_words(counted))}; {same} unchanged." if counted else ""]
+    ungraded_count = sum(not change.graded for change in found.changes)
+    counted += [f"{ungraded_count} not graded"] if ungraded_count else []
+    unchanged_text = formatting.format_count(found.unchanged, "cell")
+    lead = [f"{formatting.capitalise(formatting.join_words(counted))}; {unchanged_text} unchanged." if counted else ""]
     if not counted:
-        lead = [f"No change: all {same} are equal, except for rounding."]
+        lead = [f"No change: all {unchanged_text} are equal, except for rounding."]
     if tally[Kind.WORSE] or tally[Kind.MIXED]:
         worst = found.changes[0]
         number = f" ({worst.telling})" if worst.telling else ""
-        where = f"{worst.scene} on {worst.method} at {formatting.format_step(worst.dt_s)}"
-        lead.append(f"Worst: {where}, {_format_marks(worst)}{number}.")
+        run_text = f"{worst.scene} on {worst.method} at {formatting.format_step(worst.dt_s)}"
+        lead.append(f"Worst: {run_text}, {_format_marks(worst)}{number}.")
     return lead
 
 
@@ -114,19 +116,19 @@ def _describe_setting_changes(changes: Sequence[Change]) -> Iterator[str]:
     values: dict[str, dict[str, None]] = {}
     cells = Counter[str]()
     for change in changes:
-        for name, said in change.changed:
-            values.setdefault(name, {})[said] = None
+        for name, change_text in change.changed:
+            values.setdefault(name, {})[change_text] = None
             cells[name] += 1
     if not values:
         return
-    shown = []
+    phrases = []
     for name, those in list(values.items())[:MOST_SETTINGS]:
         value = next(iter(those)) if len(those) == 1 else f"{len(those)} values"
         value = value if len(value) <= MOST_LETTERS else "changed"
-        where = "" if cells[name] == len(changes) else f" (in {cells[name]})"
-        shown.append(f"{name.partition(': ')[2]} {value}{where}")
-    more = f" and {len(values) - MOST_SETTINGS} more" if len(values) > MOST_SETTINGS else ""
-    yield f"Also changed in {formatting.format_count(len(changes), 'cell')}: {', '.join(shown)}{more}."
+        count_text = "" if cells[name] == len(changes) else f" (in {cells[name]})"
+        phrases.append(f"{name.partition(': ')[2]} {value}{count_text}")
+    omission = f" and {len(values) - MOST_SETTINGS} more" if len(values) > MOST_SETTINGS else ""
+    yield f"Also changed in {formatting.format_count(len(changes), 'cell')}: {', '.join(phrases)}{omission}."
 
 
 def _format_kind(change: Change) -> str:

@@ -42,7 +42,7 @@ class DiffOptions(DeclaredOptions):
         "--engine",
         "-e",
         many=True,
-        said="same names",
+        default_text="same names",
     )
     fail_on: FailOn = declare_option(
         FailOn.INACCURATE,

@@ -83,7 +83,7 @@ def _build_cell(
 ) -> DiffCell:
     mark = parse_mark(line.status, line.grade, line.float_bits)
     found = {one.verdict: one.reason for one in line.verdicts}
-    said = tuple(f"{summary.verdicts[name]} ({reason})" for name, reason in found.items())
+    verdict_texts = tuple(f"{summary.verdicts[name]} ({reason})" for name, reason in found.items())
     method = Method(line.engine, line.profile, tuple(line.tried.items()))
     settings = dict(line.settings or {})
     return DiffCell(
@@ -93,7 +93,7 @@ def _build_cell(
         mark=mark,
         measures=_read_measures(line, summary) if mark.ran else (),
         numbers=tuple(_list_numbers(line, found)) if mark.ran else (),
-        verdicts=said or (line.reason,) * bool(line.reason),
+        verdicts=verdict_texts or (line.reason,) * bool(line.reason),
         # As keys, because 1, 1.0 and True are equal but different settings.
         settings=shared.setdefault(repr(settings), settings),
         reference=references[line.scene] if mark.ran else {},

@@ -67,16 +67,16 @@ class Pip:
 
     def install(self, package: str, version: str, folder: Path) -> tuple[str, ...]:
         """Install the wheels of a release, and of missing requirements, into an empty folder."""
-        asked = f"{_check_name(package)}=={require_version(version)}"
-        words = [*_PIP, "install", "--dry-run", "--quiet", *_LIMITS, *_WHEELS, "--report", "-", asked]
+        requirement = f"{_check_name(package)}=={require_version(version)}"
+        words = [*_PIP, "install", "--dry-run", "--quiet", *_LIMITS, *_WHEELS, "--report", "-", requirement]
         report = _read_json(_run(words, LISTING_S), "pip")
         try:
             found = [(one["metadata"]["name"], one["metadata"]["version"]) for one in report["install"]]
         except (KeyError, TypeError):
             raise ClientError("pip's report has an unknown form: it contains no list of packages to install") from None
-        others = [f"{_check_name(name)}=={require_version(one)}" for name, one in found]
-        needed = (one for one in others if _normalize_name(one) != _normalize_name(asked))
-        needs = tuple(dict.fromkeys((asked, *needed)))
+        resolved = [f"{_check_name(name)}=={require_version(one)}" for name, one in found]
+        needed = (one for one in resolved if _normalize_name(one) != _normalize_name(requirement))
+        needs = tuple(dict.fromkeys((requirement, *needed)))
         # The list includes requirements, except for packages that are already installed.
         into = ["--no-deps", "--target", str(folder)]
         _run([*_PIP, "install", "--quiet", *_LIMITS, *_WHEELS, *into, *needs], INSTALLING_S)
@@ -101,8 +101,8 @@ class Npm:
         (folder / "package.json").write_text(json.dumps({"private": True, "dependencies": needs}), encoding="utf-8")
         words = ["npm", "install", *_QUIET, "--ignore-scripts", "--no-package-lock", "--prefix", str(folder)]
         _run(words, INSTALLING_S, folder)
-        there = folder / "node_modules" / package / "package.json"
-        if not there.is_file():
+        package_file = folder / "node_modules" / package / "package.json"
+        if not package_file.is_file():
             raise ClientError(f"npm did not install {package} {version}")
         return (f"{package}@{version}",)
 
@@ -147,14 +147,14 @@ def _run(words: Sequence[str], most_s: float, folder: Path | None = None) -> str
         raise ClientError(f"{client} is not on the PATH")
     with (
         tempfile.TemporaryFile() as printed,
-        tempfile.TemporaryFile() as said,
+        tempfile.TemporaryFile() as error_output,
         tempfile.TemporaryDirectory(prefix="carom-client-") as elsewhere,
     ):
         process = subprocess.Popen(  # noqa: S603 - pip or npm, with a checked name and version
             [program, *words[1:]],
             stdin=subprocess.DEVNULL,
             stdout=printed,
-            stderr=said,
+            stderr=error_output,
             cwd=folder or elsewhere,  # not the user's folder, which may contain an .npmrc
             start_new_session=True,
         )
@@ -168,7 +168,7 @@ def _run(words: Sequence[str], most_s: float, folder: Path | None = None) -> str
                     os.killpg(process.pid, signal.SIGKILL)
                 process.wait()
         texts = []
-        for file in (printed, said):
+        for file in (printed, error_output):
             file.seek(0)
             texts.append(file.read(MOST_PRINTED_BYTES).decode(errors="replace"))
     if code:

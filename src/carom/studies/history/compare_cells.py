@@ -120,9 +120,9 @@ class HistoryTask(JobTask):
         )
 
 
-def _compute_largest_error(off: Sequence[float]) -> float:
+def _compute_largest_error(coordinates: Sequence[float]) -> float:
     """Return the length of the largest vector of some coordinates; infinite if it is unknown."""
-    return max(map(math.hypot, off[::2], off[1::2]))
+    return max(map(math.hypot, coordinates[::2], coordinates[1::2]))
 
 
 def _state_errors(reference: Trace, trace: Trace, until_s: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -135,9 +135,12 @@ def _state_errors(reference: Trace, trace: Trace, until_s: float) -> tuple[NDArr
     places = np.full((PLACES, len(scene.discs), 2), np.inf)
     velocities = np.full((len(scene.discs), 2), np.inf)
     until_s = min(until_s, reference.end_time_s)
-    at = np.searchsorted(samples.time_s, scene.duration_s * np.arange(1, PLACES) / PLACES)
-    seen = [(float(samples.time_s[k]), samples.position_m[k]) for k in at[at < len(samples.time_s)].tolist()]
-    for place, (time_s, found) in zip(places, seen, strict=False):
+    sample_rows = np.searchsorted(samples.time_s, scene.duration_s * np.arange(1, PLACES) / PLACES)
+    observed = [
+        (float(samples.time_s[k]), samples.position_m[k])
+        for k in sample_rows[sample_rows < len(samples.time_s)].tolist()
+    ]
+    for place, (time_s, found) in zip(places, observed, strict=False):
         for flight in flights if time_s <= until_s else ():
             if flight.begin_s <= time_s <= flight.end_s:
                 place[flight.disc] = found[flight.disc] - flight.position_at(time_s)
@@ -147,8 +150,8 @@ def _state_errors(reference: Trace, trace: Trace, until_s: float) -> tuple[NDArr
     return places, velocities
 
 
-def _build_numbers(off: NDArray[np.float64]) -> tuple[float, ...]:
-    return tuple(np.where(np.isnan(off), np.inf, off).ravel().tolist())
+def _build_numbers(errors: NDArray[np.float64]) -> tuple[float, ...]:
+    return tuple(np.where(np.isnan(errors), np.inf, errors).ravel().tolist())
 
 
 def _compute_digest(trace: Trace) -> str:
@@ -226,8 +229,8 @@ class _Measure:
         return f"{self.name}: {_format_range(before)} before, {_format_range(after)} now"
 
 
-def _read_rounding(ran: ReleaseRun) -> float:
-    return THRESHOLDS.rounding_of(ran.float_bits)
+def _read_rounding(release_run: ReleaseRun) -> float:
+    return THRESHOLDS.rounding_of(release_run.float_bits)
 
 
 #: Measures of the motion, which do not depend on contact listeners.
@@ -318,9 +321,9 @@ def _find_separated_measures(
         if any(map(math.isnan, (*before, *after))):
             continue
         gaps = _compute_range_gaps(np.array(before), np.array(after))
-        more, less = gaps > _compute_largest_rounding(measure, (*old, *new))
-        if more or less:
-            yield ChangeKind.WORSE if more else ChangeKind.BETTER, measure.describe(before, after)
+        is_greater, is_less = gaps > _compute_largest_rounding(measure, (*old, *new))
+        if is_greater or is_less:
+            yield ChangeKind.WORSE if is_greater else ChangeKind.BETTER, measure.describe(before, after)
 
 
 def _compute_range_gaps(before: NDArray[np.float64], after: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -376,8 +379,8 @@ def _describe_changed_settings(old: Sequence[tuple[str, str]], new: Sequence[tup
 def _find_verdict_changes(old: Sequence[ReleaseRun], new: Sequence[ReleaseRun]) -> list[str]:
     """Return the verdicts that hold at every phase of one release and at no phase of the other, as phrases."""
 
-    def own(ones: Sequence[ReleaseRun], others: Sequence[ReleaseRun]) -> list[str]:
-        shared = set.intersection(*(set(run.verdicts) for run in ones))
-        return [Verdict[name].value for name in sorted(shared - {name for run in others for name in run.verdicts})]
+    def own(own_runs: Sequence[ReleaseRun], other_runs: Sequence[ReleaseRun]) -> list[str]:
+        shared = set.intersection(*(set(run.verdicts) for run in own_runs))
+        return [Verdict[name].value for name in sorted(shared - {name for run in other_runs for name in run.verdicts})]
 
     return [*(f"no longer: {one}" for one in own(old, new)), *(f"now: {one}" for one in own(new, old))]

@@ -100,8 +100,8 @@ def describe_listing(origin: Origin, versions: tuple[str, ...]) -> Iterator[str]
         if origin.oldest and is_older(version, origin.oldest):
             notes.append(f"older than {origin.oldest}, the oldest supported release")
         # A test with release "7.3" also covers 7.3.1.
-        tried = parse_release_numbers(origin.newest_tried)
-        if tried and parse_release_numbers(version)[: len(tried)] > tried:
+        newest_tested = parse_release_numbers(origin.newest_tried)
+        if newest_tested and parse_release_numbers(version)[: len(newest_tested)] > newest_tested:
             notes.append(f"newer than {origin.newest_tried}, the newest tested release")
         if version == origin.installed:
             notes.append("installed")
@@ -123,13 +123,13 @@ def describe_bisection(found: Bisection | None) -> Iterator[str]:
 
 
 def _build_headline(found: History) -> Iterator[str]:
-    ran, engine = found.ran, found.origin.engine
-    moved = [step for step in found.transitions if step.real]
-    if len(ran) >= 2 and not moved:
-        still = all(step.count(ChangeKind.NOTHING) == step.compared for step in found.transitions)
-        nothing = "no bit changed" if still else "nothing changed beyond the range over phases"
-        yield f"In {engine} from {ran[0].version} to {ran[-1].version}, {nothing}."
-    for step in reversed(moved):
+    run_releases, engine = found.ran, found.origin.engine
+    changed_steps = [step for step in found.transitions if step.real]
+    if len(run_releases) >= 2 and not changed_steps:
+        is_identical = all(step.count(ChangeKind.NOTHING) == step.compared for step in found.transitions)
+        nothing = "no bit changed" if is_identical else "nothing changed beyond the range over phases"
+        yield f"In {engine} from {run_releases[0].version} to {run_releases[-1].version}, {nothing}."
+    for step in reversed(changed_steps):
         counts = Counter(change.kind for change in step.real.values())
         became = {
             ChangeKind.WORSE: "became worse",
@@ -137,15 +137,15 @@ def _build_headline(found: History) -> Iterator[str]:
             ChangeKind.NEITHER: "changed without becoming better or worse",
         }
         first, *others = [(counts[kind], words) for kind, words in became.items() if counts[kind]]
-        said = [f"{formatting.format_count(first[0], 'cell')} {first[1]}", *(f"{n} {words}" for n, words in others)]
-        yield f"From {engine} {step.old.version} to {step.new.version}, {formatting.join_words(said)}."
-    cells = formatting.format_count(max((len(one.seen) for one in ran), default=0), "cell")
+        phrases = [f"{formatting.format_count(first[0], 'cell')} {first[1]}", *(f"{n} {words}" for n, words in others)]
+        yield f"From {engine} {step.old.version} to {step.new.version}, {formatting.join_words(phrases)}."
+    cells = formatting.format_count(max((len(one.seen) for one in run_releases), default=0), "cell")
     requested = formatting.format_count(len(found.releases), "requested release")
-    yield f"{len(ran)} of {requested} of {engine} ran, each on {cells}."
+    yield f"{len(run_releases)} of {requested} of {engine} ran, each on {cells}."
 
 
 def _build_release_columns(found: History) -> tuple[Column, ...]:
-    ran = [one for release in found.ran for seen in release.seen.values() for one in seen.ran[:1]]
+    ran = [one for release in found.ran for seen_cell in release.seen.values() for one in seen_cell.ran[:1]]
     bits, grades = max((one.float_bits for one in ran), default=64), {one.grade for one in ran}
     marks = {grade: mark_of_grade(grade, bits).word for grade in Grade if grade.name in grades}
 
@@ -170,8 +170,8 @@ def _format_same_bits(row: _Row) -> str:
 
 def _count_grade(grade: Grade, row: _Row) -> str:
     """Return the number of cells with a grade; an empty text for 0, or if the release was not run."""
-    ran = [seen.own.value for seen in row.release.seen.values() if seen.own.value is not None]
-    return "" if row.release.not_run else str(sum(one.grade == grade.name for one in ran) or "")
+    results = [seen_cell.own.value for seen_cell in row.release.seen.values() if seen_cell.own.value is not None]
+    return "" if row.release.not_run else str(sum(one.grade == grade.name for one in results) or "")
 
 
 def _release_note(release: Release) -> str:
@@ -182,21 +182,22 @@ def _release_note(release: Release) -> str:
 
 def _describe_settings(found: History) -> Iterator[Lines]:
     """Yield the settings that differ between consecutive releases, and the cells that a release could not run."""
-    asked: dict[str, None] = {}
+    setting_changes: dict[str, None] = {}
     for step in found.transitions:
         for cell, change in step.changes.items():
             if change.kind is ChangeKind.OTHER_SETTINGS:
-                asked.setdefault(f"{step.old.version} → {step.new.version}, {cell.profile}: {change.why}")
+                setting_changes.setdefault(f"{step.old.version} → {step.new.version}, {cell.profile}: {change.why}")
     lacking: dict[tuple[str, str], dict[str, None]] = {}
     for release in found.ran:
-        for cell, seen in release.seen.items():
-            if seen.own.value is None:
-                lacking.setdefault((cell.profile, seen.own.said), {})[release.version] = None
-    if asked:
-        yield Lines(tuple(f"Different settings: {one}" for one in asked))
+        for cell, seen_cell in release.seen.items():
+            if seen_cell.own.value is None:
+                lacking.setdefault((cell.profile, seen_cell.own.said), {})[release.version] = None
+    if setting_changes:
+        yield Lines(tuple(f"Different settings: {one}" for one in setting_changes))
     if lacking:
         lines = (
-            f"Not run in some scenes, {profile}: {said} ({', '.join(who)})" for (profile, said), who in lacking.items()
+            f"Not run in some scenes, {profile}: {reason} ({', '.join(versions)})"
+            for (profile, reason), versions in lacking.items()
         )
         yield Lines(tuple(lines))
 
@@ -220,33 +221,35 @@ def render_error_chart(found: History) -> str:
     """
     with use_drawing_style():
         figure, axes = build_framed_figure(_WIDTH_IN, _HEIGHT_IN, f"{found.origin.engine}: velocity error by release")
-        ran = [release for release in found.ran if not release.observes_no_contact]
-        places, thin = range(len(ran)), {"linewidth": 0.6, "markersize": 2.5}
+        releases = [release for release in found.ran if not release.observes_no_contact]
+        places, thin = range(len(releases)), {"linewidth": 0.6, "markersize": 2.5}
         for profile in found.options.profiles:
-            errors = _list_errors(ran, profile)
+            errors = _list_errors(releases, profile)
             if not errors or not errors[0]:
                 continue
             style = choose_line_style(found.engine, profile=profile)
             axes.plot(places, [statistics.median(one) for one in errors], label=f"{profile}, median", **style)
             axes.plot(places, [max(one) for one in errors], label=f"{profile}, largest", **style | thin)
-        moved = [k for k, step in enumerate(found.transitions, 1) if step.count(ChangeKind.NOTHING) < step.compared]
-        for k in moved:
+        changed_places = [
+            k for k, step in enumerate(found.transitions, 1) if step.count(ChangeKind.NOTHING) < step.compared
+        ]
+        for k in changed_places:
             axes.axvline(k, linewidth=0.6, alpha=0.4, zorder=0)
         axes.set_yscale("symlog", linthresh=1e-9)
-        axes.set_xticks(list(places), [release.version for release in ran], rotation=45, ha="right")
+        axes.set_xticks(list(places), [release.version for release in releases], rotation=45, ha="right")
         axes.set_ylabel("velocity error / scene's speed")
         if axes.lines:
             finish(axes)
         return to_separate_svg(render(figure, f"Velocity error of {found.origin.engine} by release"))
 
 
-def _list_errors(ran: list[Release], profile: str) -> list[list[float]]:
+def _list_errors(releases: list[Release], profile: str) -> list[list[float]]:
     """Return the velocity errors of each release, in the cells of a profile with an error in every release."""
 
     def read_error(release: Release, cell: RunCell) -> float:
-        seen = release.seen.get(cell)
-        return math.nan if seen is None or seen.own.value is None else seen.own.value.velocity
+        seen_cell = release.seen.get(cell)
+        return math.nan if seen_cell is None or seen_cell.own.value is None else seen_cell.own.value.velocity
 
-    cells = [cell for cell in (ran[0].seen if ran else ()) if cell.profile == profile]
-    shared = [cell for cell in cells if all(math.isfinite(read_error(release, cell)) for release in ran)]
-    return [[read_error(release, cell) for cell in shared] for release in ran]
+    cells = [cell for cell in (releases[0].seen if releases else ()) if cell.profile == profile]
+    shared = [cell for cell in cells if all(math.isfinite(read_error(release, cell)) for release in releases)]
+    return [[read_error(release, cell) for cell in shared] for release in releases]

@@ -54,7 +54,7 @@ class HistoryOptions(LimitOptions):
         "Releases to run, such as 5.7.0, '>=6' or 3.0..4.0; repeatable or comma-separated.",
         "--versions",
         many=True,
-        said="all",
+        default_text="all",
     )
     most: int = declare_option(
         12, build_whole_number_kind(1, 1000), "Maximum number of releases; the newest are used.", "--most"

@@ -50,8 +50,8 @@ class ReleaseCache:
             ClientError: The release can't be installed.
             OSError: The release's folder can't be written.
         """
-        if (there := self.find(registry, package, version)) is not None:
-            return there
+        if (cached_folder := self.find(registry, package, version)) is not None:
+            return cached_folder
         place = self._folder(registry, package, version)
         place.parent.mkdir(parents=True, exist_ok=True)
         new = Path(tempfile.mkdtemp(prefix=".new-", dir=place.parent))
@@ -113,22 +113,22 @@ def open_release_cache(most_bytes: float, root: Path | None = None) -> Iterator[
     place = (root or cache / "carom" / "history").resolve()
     place.mkdir(parents=True, exist_ok=True)
     with (place / ".lock").open("w") as lock:
-        _lock(lock.fileno(), alone=False)
+        _lock(lock.fileno(), is_exclusive=False)
         try:
             yield ReleaseCache(place)
         finally:
-            if _lock(lock.fileno(), alone=True):
+            if _lock(lock.fileno(), is_exclusive=True):
                 ReleaseCache(place).prune(most_bytes)
 
 
-def _lock(file: int, *, alone: bool) -> bool:
+def _lock(file: int, *, is_exclusive: bool) -> bool:
     """Try to take the exclusive or shared lock, and return whether that succeeded."""
     try:
         import fcntl
     except ImportError:  # not a POSIX system: other processes can't be detected
-        return not alone
+        return not is_exclusive
     try:
-        fcntl.flock(file, (fcntl.LOCK_EX | fcntl.LOCK_NB) if alone else fcntl.LOCK_SH)
+        fcntl.flock(file, (fcntl.LOCK_EX | fcntl.LOCK_NB) if is_exclusive else fcntl.LOCK_SH)
     except OSError:
         return False
     return True

@@ -92,16 +92,16 @@ def copy_program(manifest: Path, name: str, version: str, overlay: Path, folder:
 
     The manifest's folder and the files next to it are copied, because Node resolves modules from their real paths.
     """
-    here, there = manifest.parent, folder / manifest.parent.name
-    shutil.copytree(here, there, ignore=shutil.ignore_patterns("node_modules"))
-    for file in here.parent.iterdir():
+    source_folder, target_folder = manifest.parent, folder / manifest.parent.name
+    shutil.copytree(source_folder, target_folder, ignore=shutil.ignore_patterns("node_modules"))
+    for file in source_folder.parent.iterdir():
         if file.is_file() and file.suffix in {".mjs", ".js", ".cjs"}:
             shutil.copy(file, folder)
     (folder / "package.json").write_text('{"private": true, "type": "module"}\n', encoding="utf-8")
     (folder / "node_modules").symlink_to(overlay / "node_modules", target_is_directory=True)
     renamed = tomllib.loads(manifest.read_text(encoding="utf-8")) | {"name": name, "version": version}
-    (there / MANIFEST).write_text(tomli_w.dumps(renamed), encoding="utf-8")
-    return there / MANIFEST
+    (target_folder / MANIFEST).write_text(tomli_w.dumps(renamed), encoding="utf-8")
+    return target_folder / MANIFEST
 
 
 @contextmanager

@@ -41,16 +41,16 @@ class Release:
     @property
     def observes_no_contact(self) -> bool:
         """Whether the release reported no contact in any cell with an impact, so that its results are meaningless."""
-        ran = [one.own.value for one in self.seen.values() if one.own.value is not None and one.own.value.expected]
-        return bool(ran) and all(one.observes_no_contact for one in ran)
+        results = [one.own.value for one in self.seen.values() if one.own.value is not None and one.own.value.expected]
+        return bool(results) and all(one.observes_no_contact for one in results)
 
     @property
     def not_run(self) -> str:
         """Most frequent reason why the release was not run, if it was run in no cell; otherwise empty."""
         if self.reason or any(one.ran for one in self.seen.values()):
             return self.reason
-        said = [one.own.said for one in self.seen.values()]
-        return max(dict.fromkeys(said), key=said.count, default="there is no cell")
+        reasons = [one.own.said for one in self.seen.values()]
+        return max(dict.fromkeys(reasons), key=reasons.count, default="there is no cell")
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,7 @@ class History:
     @property
     def ran(self) -> tuple[Release, ...]:
         """Releases that ran in at least one cell."""
-        return tuple(one for one in self.releases if any(seen.ran for seen in one.seen.values()))
+        return tuple(one for one in self.releases if any(seen_cell.ran for seen_cell in one.seen.values()))
 
     @cached_property
     def transitions(self) -> tuple[Transition, ...]:

@@ -51,7 +51,7 @@ from carom.support.versions import parse_version_condition, require_version
 PURPOSE, JOURNAL = "history", "journal.jsonl"
 
 
-def list_releases(engine: str, options: HistoryOptions, kept: ReleaseCache) -> tuple[Origin, tuple[str, ...]]:
+def list_releases(engine: str, options: HistoryOptions, cache: ReleaseCache) -> tuple[Origin, tuple[str, ...]]:
     """Return the origin of an engine, and the releases that its registry lists, from the oldest to the newest.
 
     Raises:
@@ -61,7 +61,7 @@ def list_releases(engine: str, options: HistoryOptions, kept: ReleaseCache) -> t
     """
     with options.open_local_pool(1) as pool:
         origin = _find_origin(engine, pool)
-    return origin, sort_versions(_list_versions(origin, options, kept))
+    return origin, sort_versions(_list_versions(origin, options, cache))
 
 
 def _find_origin(engine: str, pool: Pool) -> Origin:
@@ -74,16 +74,16 @@ def _find_origin(engine: str, pool: Pool) -> Origin:
     return answer.value
 
 
-def _list_versions(origin: Origin, options: HistoryOptions, kept: ReleaseCache) -> Sequence[str]:
+def _list_versions(origin: Origin, options: HistoryOptions, cache: ReleaseCache) -> Sequence[str]:
     """Return the registry's list. If the registry is unreachable, return cached releases if they suffice."""
     try:
         return CLIENTS[origin.registry].list_versions(origin.package)
     except ClientError as error:
-        there = sort_versions(kept.versions(origin.registry, origin.package))
-        asked = {word.strip() for text in options.versions or () for word in text.split(",")} - {""}
-        if asked and asked <= set(there):
-            return there
-        hint = f"; cached releases can be named by --versions: {', '.join(there)}" if there else ""
+        cached_versions = sort_versions(cache.versions(origin.registry, origin.package))
+        requested = {word.strip() for text in options.versions or () for word in text.split(",")} - {""}
+        if requested and requested <= set(cached_versions):
+            return cached_versions
+        hint = f"; cached releases can be named by --versions: {', '.join(cached_versions)}" if cached_versions else ""
         raise UnavailableError(f"the releases of {origin.package} can't be listed: {error}{hint}") from None
 
 
@@ -133,28 +133,28 @@ class _ReleaseRuns:
             self.report(f"{job.scene.name} on {job.engine}")
         return found
 
-    def report(self, what: str) -> None:
+    def report(self, description: str) -> None:
         """Report progress."""
         self._done += 1
-        self._progress(self._done, max(self._total, self._done), what)
+        self._progress(self._done, max(self._total, self._done), description)
 
     def seen(self, names: Sequence[str], cells: Sequence[RunCell], pool: Pool) -> dict[str, dict[RunCell, SeenCell]]:
         """Return the results of each engine in each cell. If consecutive engines differ, all phases are run."""
-        own = self.run_jobs((self.job(name, cell) for name in names for cell in cells), pool)
-        seen = {name: {cell: SeenCell(own[self.job(name, cell)]) for cell in cells} for name in names}
+        answers = self.run_jobs((self.job(name, cell) for name in names for cell in cells), pool)
+        seen_cells = {name: {cell: SeenCell(answers[self.job(name, cell)]) for cell in cells} for name in names}
         todo = {
             (name, cell)
             for cell in cells
-            for pair in pairwise(name for name in names if seen[name][cell].ran)
-            if _needs_phases(*(seen[name][cell] for name in pair))
+            for pair in pairwise(name for name in names if seen_cells[name][cell].ran)
+            if _needs_phases(*(seen_cells[name][cell] for name in pair))
             for name in pair
         }
         phases = generate_phases(self.options.phases, self.options.seed)
         jobs = {place: [self.job(*place, phase) for phase in phases] for place in sorted(todo)}
         found = self.run_jobs((job for several in jobs.values() for job in several), pool)
         for (name, cell), several in jobs.items():
-            seen[name][cell] = replace(seen[name][cell], phases=tuple(found[job] for job in several))
-        return seen
+            seen_cells[name][cell] = replace(seen_cells[name][cell], phases=tuple(found[job] for job in several))
+        return seen_cells
 
 
 def _needs_phases(old: SeenCell, new: SeenCell) -> bool:
@@ -167,24 +167,24 @@ def _needs_phases(old: SeenCell, new: SeenCell) -> bool:
 
 @contextmanager
 def _install_releases(
-    study: _ReleaseRuns, origin: Origin, versions: Sequence[str], kept: ReleaseCache, pool: Pool
+    study: _ReleaseRuns, origin: Origin, versions: Sequence[str], cache: ReleaseCache, pool: Pool
 ) -> Iterator[tuple[Release, ...]]:
     """Install releases, and yield them while they are registered as engines."""
     client: Client = CLIENTS[origin.registry]
     with tempfile.TemporaryDirectory(prefix="carom-history-") as place:
-        made: list[Release] = []
+        releases: list[Release] = []
         manifests: list[Path] = []
         for version in versions:
             study.report(f"{origin.package} {version}")
             if origin.oldest and is_older(version, origin.oldest):
                 reason = f"older than {origin.oldest}, the oldest release that its adapter drives"
-                made.append(Release(version, reason=reason))
+                releases.append(Release(version, reason=reason))
                 continue
             name = release_engine_name(study.engine, version)
             try:
-                overlay = kept.install(client, origin.registry, origin.package, version)
+                overlay = cache.install(client, origin.registry, origin.package, version)
             except ClientError as error:
-                made.append(Release(version, reason=f"not installed: {error}"))
+                releases.append(Release(version, reason=f"not installed: {error}"))
                 continue
             folder = Path(place) / name
             folder.mkdir()
@@ -197,15 +197,15 @@ def _install_releases(
                 path = folder / "engine.toml"
                 path.write_text(answer.value, encoding="utf-8")
             manifests.append(path)
-            made.append(Release(version, name))
+            releases.append(Release(version, name))
         with registered_engines(manifests):
-            yield tuple(made)
+            yield tuple(releases)
 
 
 def run_history(
     engine: str,
     scenes: Sequence[Scene],
-    kept: ReleaseCache,
+    cache: ReleaseCache,
     options: HistoryOptions | None = None,
     *,
     notes: MemoryJournal[JobKey, ReleaseRun] | None = None,
@@ -217,7 +217,7 @@ def run_history(
     Args:
         engine: Name of an adapter.
         scenes: Scenes to run.
-        kept: The cache of releases, into which missing releases are installed.
+        cache: The cache of releases, into which missing releases are installed.
         options: Options of the history.
         notes: Journal of results, to which new ones are added.
         progress: Called with (done, all, what) as jobs finish.
@@ -228,22 +228,24 @@ def run_history(
         InputError: The engine has no registry, or no release meets the conditions.
         UnavailableError: The registry's client is missing, or returns no list.
     """
-    started, asked = time.perf_counter(), options or HistoryOptions()
-    study = _ReleaseRuns(engine, scenes, asked, notes, progress)
-    with asked.open_pool() as pool:
-        origin, versions = _select_releases(engine, asked, kept, pool)
-        with _install_releases(study, origin, versions, kept, pool) as made:
+    started, history_options = time.perf_counter(), options or HistoryOptions()
+    study = _ReleaseRuns(engine, scenes, history_options, notes, progress)
+    with history_options.open_pool() as pool:
+        origin, versions = _select_releases(engine, history_options, cache, pool)
+        with _install_releases(study, origin, versions, cache, pool) as registry_releases:
             own = Release(f"{origin.installed} (installed)", engine)
             installed = own if origin.installed else Release("installed", reason="it is not installed")
-            columns = (*made, installed) if asked.installed else made
+            columns = (*registry_releases, installed) if history_options.installed else registry_releases
             names = [one.name for one in columns if one.name]
-            seen = study.seen(names, study.cells, pool)
-    releases = tuple(replace(one, seen=seen.get(one.name, {})) for one in columns)
-    return History(engine, origin, asked, releases, describe_environment(), command, time.perf_counter() - started)
+            seen_cells = study.seen(names, study.cells, pool)
+    releases = tuple(replace(one, seen=seen_cells.get(one.name, {})) for one in columns)
+    return History(
+        engine, origin, history_options, releases, describe_environment(), command, time.perf_counter() - started
+    )
 
 
 def _select_releases(
-    engine: str, options: HistoryOptions, kept: ReleaseCache, pool: Pool
+    engine: str, options: HistoryOptions, cache: ReleaseCache, pool: Pool
 ) -> tuple[Origin, tuple[str, ...]]:
     """Return the origin of an engine, and the releases to run.
 
@@ -254,7 +256,7 @@ def _select_releases(
     for profile in options.profiles if info.profiles else ():
         require_profile(engine, profile, info.profiles)
     origin = _find_origin(engine, pool)
-    versions = select_versions(_list_versions(origin, options, kept), options.versions, options.most)
+    versions = select_versions(_list_versions(origin, options, cache), options.versions, options.most)
     if not versions:
         raise InputError(f"no release of {origin.package} meets {', '.join(options.versions or ())}")
     return origin, versions
@@ -265,7 +267,7 @@ def bisect_change(
     scene: Scene,
     profile: str,
     dt_s: float,
-    kept: ReleaseCache,
+    cache: ReleaseCache,
     options: HistoryOptions | None = None,
     *,
     progress: Progress = no_progress,
@@ -278,17 +280,17 @@ def bisect_change(
     Raises:
         CaromError: As in `run_history`, or a release can't run in this cell.
     """
-    asked = replace(options or HistoryOptions(), profiles=(profile,), dts=(dt_s,))
-    study, cell = _ReleaseRuns(engine, [scene], asked, None, progress), RunCell(scene.name, profile, dt_s)
+    history_options = replace(options or HistoryOptions(), profiles=(profile,), dts=(dt_s,))
+    study, cell = _ReleaseRuns(engine, [scene], history_options, None, progress), RunCell(scene.name, profile, dt_s)
     order: list[str] = []
-    with asked.open_pool() as pool:
-        origin, versions = _select_releases(engine, asked, kept, pool)
-        able = [one for one in versions if not (origin.oldest and is_older(one, origin.oldest))]
+    with history_options.open_pool() as pool:
+        origin, versions = _select_releases(engine, history_options, cache, pool)
+        candidates = [one for one in versions if not (origin.oldest and is_older(one, origin.oldest))]
 
         def find_change(version: str) -> CellChange:
             """Return the change from the oldest release to a given release."""
             order.append(version)
-            with _install_releases(study, origin, (able[0], version), kept, pool) as columns:
+            with _install_releases(study, origin, (candidates[0], version), cache, pool) as columns:
                 if reason := next((one.reason for one in columns if not one.name), ""):
                     raise UnavailableError(f"{origin.package} {version}: {reason}")
                 old, new = (study.seen([one.name for one in columns], [cell], pool)[one.name][cell] for one in columns)
@@ -298,16 +300,16 @@ def bisect_change(
                 raise CaromError(f"{what}: {found.why}")
             return found
 
-        if len(able) < 2 or not (newest := find_change(able[-1])).kind.real:
+        if len(candidates) < 2 or not (newest := find_change(candidates[-1])).kind.real:
             return None
-        low, high, found = 0, len(able) - 1, newest
+        low, high, found = 0, len(candidates) - 1, newest
         while high - low > 1:
             middle = (low + high) // 2
-            if (one := find_change(able[middle])).kind.real:
+            if (one := find_change(candidates[middle])).kind.real:
                 high, found = middle, one
             else:
                 low = middle
-    return Bisection(cell, able[low], able[high], found, (able[0], *order))
+    return Bisection(cell, candidates[low], candidates[high], found, (candidates[0], *order))
 
 
 #: Versions that are not marked as alpha, nightly or similar. `post` marks a repaired package of a final release.
@@ -332,32 +334,32 @@ def sort_versions(versions: Iterable[str]) -> tuple[str, ...]:
     return tuple(sorted(set(versions), key=order))
 
 
-def select_versions(listed: Sequence[str], asked: Sequence[str] | None, most: int) -> tuple[str, ...]:
+def select_versions(listed: Sequence[str], terms: Sequence[str] | None, max_releases: int) -> tuple[str, ...]:
     """Return the requested releases, from the oldest to the newest.
 
     Args:
         listed: All listed releases.
-        asked: Versions, "latest", and conditions that must all be met (default: all final releases). A pre-release must
+        terms: Versions, "latest", and conditions that must all be met (default: all final releases). A pre-release must
             be named by its version.
-        most: Largest number of releases that meet the conditions. The newest ones are used. Named versions are
+        max_releases: Largest number of releases that meet the conditions. The newest ones are used. Named versions are
             additional.
 
     Raises:
         UnknownNameError: A named version is not listed.
         InputError: A request is neither a version nor a condition.
     """
-    words = [word.strip() for text in asked or () for word in text.split(",") if word.strip()]
+    words = [word.strip() for text in terms or () for word in text.split(",") if word.strip()]
     finals = sort_versions(filter(is_final, listed))
     if LATEST in words:
         words = [*(word for word in words if word != LATEST), *finals[-1:]]
-    named = [word for word in words if parse_version_condition(word) is None]
-    for word in named:
+    named_versions = [word for word in words if parse_version_condition(word) is None]
+    for word in named_versions:
         if require_version(word) not in listed:
             hints = build_name_hints(word, listed, f"there are: {_format_short_list(listed)}")
             raise UnknownNameError(f"there is no release {word!r}", hints=hints)
     conditions = [found for word in words if (found := parse_version_condition(word)) is not None]
-    able = [one for one in finals if all(condition(parse_release_numbers(one)) for condition in conditions)]
-    return sort_versions([*named, *(able[-most:] if conditions or not named else ())])
+    matching = [one for one in finals if all(condition(parse_release_numbers(one)) for condition in conditions)]
+    return sort_versions([*named_versions, *(matching[-max_releases:] if conditions or not named_versions else ())])
 
 
 def _format_short_list(listed: Sequence[str]) -> str:

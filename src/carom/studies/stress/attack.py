@@ -120,8 +120,8 @@ class Attack:
 def build_attack(name: str, trials: Callable[[float], Sequence[Trial]]) -> Attack:
     """Return the attack of ``attacks.json`` with a name. Names in braces are replaced by common sentences."""
     attacks, sentences = _read_attacks()
-    given = attacks[name] | {key: attacks[name][key].format_map(sentences) for key in ("truth", "gives_way")}
-    return Attack(name, trials=trials, **given)
+    fields = attacks[name] | {key: attacks[name][key].format_map(sentences) for key in ("truth", "gives_way")}
+    return Attack(name, trials=trials, **fields)
 
 
 @cache

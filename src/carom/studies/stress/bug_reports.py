@@ -33,11 +33,11 @@ def check_complaint(complaint: Complaint, method: Method, runner: TaskRunner) ->
     if answer.status in {Status.UNAVAILABLE, Status.UNSUPPORTED}:
         return UnsavedResult(cell(CellEnding.NOT_RUN, reason=answer.said), (scene,))
     if answer.value is None:
-        seen, figure, reason = complaint.symptom is Symptom.NEVER_ENDS, math.inf, answer.said
+        is_seen, figure, reason = complaint.symptom is Symptom.NEVER_ENDS, math.inf, answer.said
     else:
-        seen, figure, reason = find_symptom(complaint, answer.value)
-    ending, value = CellEnding.SEEN if seen else CellEnding.NOT_SEEN, figure if math.isfinite(figure) else None
-    reason = reason if seen or not reason else f"not as reported, but {reason}"
+        is_seen, figure, reason = find_symptom(complaint, answer.value)
+    ending, value = CellEnding.SEEN if is_seen else CellEnding.NOT_SEEN, figure if math.isfinite(figure) else None
+    reason = reason if is_seen or not reason else f"not as reported, but {reason}"
     return UnsavedResult(cell(ending, value, reason=reason, runs=1), (scene,))
 
 
@@ -53,31 +53,37 @@ def find_symptom(complaint: Complaint, trace: Trace) -> tuple[bool, float, str]:
     if not finite or trace.outcome is Outcome.NON_FINITE:
         return symptom is Symptom.NOT_FINITE, math.inf, Outcome.NON_FINITE.value
     if trace.outcome not in {Outcome.COMPLETED, Outcome.STANDSTILL}:
-        said = "; ".join((trace.outcome.value, *trace.notes))
-        return symptom is Symptom.NEVER_ENDS, math.inf, said
+        ending_text = "; ".join((trace.outcome.value, *trace.notes))
+        return symptom is Symptom.NEVER_ENDS, math.inf, ending_text
     velocity, energy = _compute_velocity_error(trace, known, scene), _compute_energy_error(trace, known, scene)
     of_energy = symptom in {Symptom.GAINS_ENERGY, Symptom.LOSES_ENERGY} or math.isnan(velocity)
-    figure, what = (energy, "energy") if of_energy else (velocity, "speed")
-    least, seen, reason = complaint.at_least, False, ""
+    figure, quantity = (energy, "energy") if of_energy else (velocity, "speed")
+    threshold, is_seen, reason = complaint.at_least, False, ""
     if symptom is Symptom.MISSES:
         missed = _count_missed(trace, known)
-        seen = missed > 0 and abs(figure) > least
+        is_seen = missed > 0 and abs(figure) > threshold
         reason = f"{missed} impact{' is' if missed == 1 else 's are'} missed"
     elif symptom is Symptom.INVENTS:
         invented = len(trace.impacts) - (known.count or 0)
-        seen, reason = invented > 0, f"{invented} impact{' is' if invented == 1 else 's are'} invented"
+        is_seen, reason = invented > 0, f"{invented} impact{' is' if invented == 1 else 's are'} invented"
     elif symptom is Symptom.ESCAPES:
         depth = compute_deepest_overlap(trace, scene) / min(disc.radius_m for disc in scene.discs)
-        seen, reason = not depth <= 1.0, f"a disc is {format_number(depth)} radii inside another body or beyond a wall"
+        is_seen, reason = (
+            not depth <= 1.0,
+            f"a disc is {format_number(depth)} radii inside another body or beyond a wall",
+        )
     elif symptom is Symptom.GAINS_ENERGY:
-        seen, reason = energy > least, f"{format_number(energy)} of the energy is gained"
+        is_seen, reason = energy > threshold, f"{format_number(energy)} of the energy is gained"
     elif symptom is Symptom.LOSES_ENERGY:
-        seen, reason = energy < -least, f"{format_number(-energy)} of the energy is lost"
+        is_seen, reason = energy < -threshold, f"{format_number(-energy)} of the energy is lost"
     elif symptom in {Symptom.WRONG_VELOCITY, Symptom.NEVER_RESTS}:
-        seen, reason = velocity > least, f"velocities are wrong by {format_number(velocity)} of the scene's speed"
-    if seen:
+        is_seen, reason = (
+            velocity > threshold,
+            f"velocities are wrong by {format_number(velocity)} of the scene's speed",
+        )
+    if is_seen:
         return True, figure, reason
-    return False, figure, f"off by {format_number(figure)} of the scene's {what}" if abs(figure) > NOTICED else ""
+    return False, figure, f"off by {format_number(figure)} of the scene's {quantity}" if abs(figure) > NOTICED else ""
 
 
 def _compute_velocity_error(trace: Trace, known: KnownAnswer, scene: Scene) -> float:

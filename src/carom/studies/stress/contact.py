@@ -65,34 +65,36 @@ def _build_contact_judge(along: float, rim: float, change: float) -> Judge:
 def _lively(value: float, phase: float) -> Trial:
     """Make a trial of a ball that bounces three times, and then flies for as long as its first fall."""
     e, bounces, fall_s = 1.0 - value, 3, (96 + phase) * _DT_S
-    lost = math.fsum(2.0 * fall_s * e**n for n in range(1, bounces))
-    last_s, speed = fall_s + lost, e**bounces * _G * fall_s
-    shows = f"A ball that loses {format_number(value, 3)} of its speed at each bounce bounces three times."
+    hops_s = math.fsum(2.0 * fall_s * e**n for n in range(1, bounces))
+    last_s, speed = fall_s + hops_s, e**bounces * _G * fall_s
+    description = f"A ball that loses {format_number(value, 3)} of its speed at each bounce bounces three times."
     judge = build_closed_form_judge([(0.0, speed - _G * fall_s)], bounces, [(1.0 + e) * _G * fall_s])
-    return _build_floor_trial("lively", shows, judge, last_s + fall_s, up=0.5 * _G * fall_s**2, wall_restitution=e)
+    return _build_floor_trial(
+        "lively", description, judge, last_s + fall_s, up=0.5 * _G * fall_s**2, wall_restitution=e
+    )
 
 
 @attack_at_phases
 def _rests(value: float, phase: float) -> Trial:
     """Make a trial of a ball that is dropped and bounces. The ball comes to rest half a second before the end."""
     e, fall_s = 1.0 - value, (24 + phase) * _DT_S
-    shows = f"A ball that loses {format_number(value, 3)} of its speed at each bounce bounces until it rests."
+    description = f"A ball that loses {format_number(value, 3)} of its speed at each bounce bounces until it rests."
     ends_s = math.ceil((fall_s * (1.0 + e) / value + 0.5) * RATE_HZ) * _DT_S  # the scene ends at the end of a step
     judge = build_closed_form_judge([(0.0, 0.0)], 0, [(1.0 + e) * _G * fall_s])
-    return _build_floor_trial("rests", shows, judge, ends_s, up=0.5 * _G * fall_s**2, wall_restitution=e)
+    return _build_floor_trial("rests", description, judge, ends_s, up=0.5 * _G * fall_s**2, wall_restitution=e)
 
 
 def _build_slope_trial(kind: str, value: float, side: float) -> Trial:
     """Make a trial of a disc on a slope that differs from a threshold by a fraction of it."""
     steepest, e = _STEEPEST[kind], 0.5
     tangent = steepest * (1.0 + side * value)
-    pressed, pull = (_G * part / math.hypot(1.0, tangent) for part in (1.0, tangent))
+    normal_pull, pull = (_G * part / math.hypot(1.0, tangent) for part in (1.0, tangent))
     beyond = max(0.0, tangent - steepest)
-    shows = (
+    description = (
         f"A disc on a slope with the threshold tangent {format_number(steepest, 3)}, changed by "
         f"{format_number(side * value, 3)} of it."
     )
-    slip, fields = pressed * beyond * _LASTS_S, dict[str, Any]()
+    slip, fields = normal_pull * beyond * _LASTS_S, dict[str, Any]()
     along = (pull * _LASTS_S + _K * slip) / (1.0 + _K)
     rim = slip - along
     if kind == "sliding-slope":
@@ -104,10 +106,10 @@ def _build_slope_trial(kind: str, value: float, side: float) -> Trial:
         # Bounces that start at this speed last until the end of the scene. Each hop adds 2 tan w to the slip. A bounce
         # reduces the slip by f (1 + e)(1 + 1/k) w, which is 2 tan w at the threshold. In total, bounces change the slip
         # as much as lasting contact would.
-        hits = 0.5 * _LASTS_S * pressed * (1.0 - e) / e
+        hits = 0.5 * _LASTS_S * normal_pull * (1.0 - e) / e
         fields = {"velocity": complex(0.0, -hits), "wall_restitution": e}
     judge = _build_contact_judge(along, rim, pull * _LASTS_S)
-    return _build_floor_trial(kind, shows, judge, tangent=tangent, wall_friction=_FRICTION, **fields)
+    return _build_floor_trial(kind, description, judge, tangent=tangent, wall_friction=_FRICTION, **fields)
 
 
 def _build_slope_trials(kind: str, value: float) -> Sequence[Trial]:
@@ -118,25 +120,25 @@ def _build_slope_trials(kind: str, value: float) -> Sequence[Trial]:
 def _slide_friction(value: float) -> Iterator[Trial]:
     """Make trials of a disc that is thrown along a floor with equal backspin: it slides, then rolls."""
     for friction in _list_with_reciprocal(value):
-        shows = f"A disc with backspin is thrown along a floor with friction of {format_number(friction, 3)}."
+        description = f"A disc with backspin is thrown along a floor with friction of {format_number(friction, 3)}."
         moving = {"velocity": _SPEED_M_S, "spin_rad_s": _SPEED_M_S / _RADIUS_M}
-        taken = min(friction * _G * _LASTS_S, 2.0 * _SPEED_M_S / (1.0 + 1.0 / _K))
-        judge = _build_contact_judge(_SPEED_M_S - taken, _SPEED_M_S - taken / _K, _SPEED_M_S)
-        yield _build_floor_trial("slide-friction", shows, judge, **moving, wall_friction=friction)
+        speed_loss = min(friction * _G * _LASTS_S, 2.0 * _SPEED_M_S / (1.0 + 1.0 / _K))
+        judge = _build_contact_judge(_SPEED_M_S - speed_loss, _SPEED_M_S - speed_loss / _K, _SPEED_M_S)
+        yield _build_floor_trial("slide-friction", description, judge, **moving, wall_friction=friction)
 
 
 @attack
 def _rolling_resistance(value: float) -> Iterator[Trial]:
     """Make trials of a disc that rolls along a floor: c slows it by c g/(1 + k), up to the limit of friction."""
     for resists in _list_with_reciprocal(value):
-        shows = f"A disc rolls along a floor with rolling resistance of {format_number(resists, 3)}."
+        description = f"A disc rolls along a floor with rolling resistance of {format_number(resists, 3)}."
         moving = {"velocity": _SPEED_M_S, "spin_rad_s": -_SPEED_M_S / _RADIUS_M}
         laws = {"wall_friction": _FRICTION, "wall_rolling_resistance": resists}
         along = max(0.0, _SPEED_M_S - min(resists / (1.0 + _K), _FRICTION) * _G * _LASTS_S)
         turns = _SPEED_M_S - (resists - _FRICTION) * _G * _LASTS_S / _K
         rim = -along if resists <= _FRICTION * (1.0 + _K) else -max(0.0, turns)
         judge = _build_contact_judge(along, rim, _SPEED_M_S)
-        yield _build_floor_trial("rolling-resistance", shows, judge, **moving, **laws)
+        yield _build_floor_trial("rolling-resistance", description, judge, **moving, **laws)
 
 
 def _list_with_reciprocal(value: float) -> Sequence[float]:

@@ -105,8 +105,10 @@ def _build_method_blocks(results: StressResults, kinds: Mapping[str, list[Stress
     """Yield a table with a row per method: a heat map of its stress tests, and numbers passed."""
     attacks = kinds["attack"]
     columns = [Column("method", lambda method: method.label)]
-    for group, own in formatting.group_by((line.group, line) for line in attacks).items():
-        columns.append(Column(group or WORDS["attack"], partial(_build_heat_cell, results, own), f"of {len(own)}"))
+    for group, group_lines in formatting.group_by((line.group, line) for line in attacks).items():
+        columns.append(
+            Column(group or WORDS["attack"], partial(_build_heat_cell, results, group_lines), f"of {len(group_lines)}")
+        )
     only = Media.IN_FULL if attacks else Media.EVERYWHERE  # a terminal shows sentences instead
     for (head, ending), lines in zip(_COUNTED, kinds.values(), strict=True):
         if lines:
@@ -140,12 +142,12 @@ def _format_count_of(results: StressResults, lines: list[StressTest], ending: Ce
 
 def _build_heat_cell(results: StressResults, lines: list[StressTest], method: Method) -> Cell:
     """Return the number of tests of a group that a method passes. A terminal gets a character for each test."""
-    ran = _list_endings(results, lines, method)
-    passed = ran.count(CellEnding.PASSES)
-    _, css = _NOT if not ran else _GOOD if passed == len(ran) else _WAY if passed else _BAD
+    run_endings = _list_endings(results, lines, method)
+    passed = run_endings.count(CellEnding.PASSES)
+    _, css = _NOT if not run_endings else _GOOD if passed == len(run_endings) else _WAY if passed else _BAD
     signs = "".join(_format_sign(line, results.cells[line.name, method.name]) for line in lines)
-    of = f" of {len(ran)}" if len(ran) < len(lines) else ""
-    return Cell(f"{passed}{of}", short=signs, css=css, style=_STYLES[css], title=signs)
+    total_text = f" of {len(run_endings)}" if len(run_endings) < len(lines) else ""
+    return Cell(f"{passed}{total_text}", short=signs, css=css, style=_STYLES[css], title=signs)
 
 
 def _format_sign(line: StressTest, result: CellResult) -> str:
@@ -158,11 +160,11 @@ def _format_sign(line: StressTest, result: CellResult) -> str:
 
 def _describe_method(results: StressResults, lines: list[StressTest], method: Method, *, short: bool = False) -> str:
     """Describe the number of stress tests that a method passes, and its first failure with the varied quantity."""
-    ran = _list_endings(results, lines, method)
-    if not ran:
+    run_count = _list_endings(results, lines, method)
+    if not run_count:
         return f"{method.phrase}: none of {formatting.format_count(len(lines), WORDS['attack'])} could be run."
-    unrun = f" ({len(lines) - len(ran)} could not be run)" if len(ran) < len(lines) and not short else ""
-    passes = f"{method.phrase} passes {ran.count(CellEnding.PASSES)} of {len(ran)}{unrun}"
+    unrun = f" ({len(lines) - len(run_count)} could not be run)" if len(run_count) < len(lines) and not short else ""
+    passes = f"{method.phrase} passes {run_count.count(CellEnding.PASSES)} of {len(run_count)}{unrun}"
     first = _build_first_failure_cell(results, lines, method).text
     if short:
         return f"{passes}; it first fails in {first}." if first else f"{passes}."
@@ -178,8 +180,10 @@ def _build_first_failure_cell(results: StressResults, lines: list[StressTest], m
     if not fallen:
         return Cell("")
     _, line, result = min(fallen, key=lambda one: one[0] or 0.0)
-    said = _format_result(result) if result.ending is CellEnding.FAILS_AT_START else f"at {_format_result(result)}"
-    return Cell(f"{line.name} {said}", title=result.reason, link=f"#{_build_anchor(line, method)}")
+    result_text = (
+        _format_result(result) if result.ending is CellEnding.FAILS_AT_START else f"at {_format_result(result)}"
+    )
+    return Cell(f"{line.name} {result_text}", title=result.reason, link=f"#{_build_anchor(line, method)}")
 
 
 def _build_kind_sections(results: StressResults, kind: str, lines: list[StressTest]) -> Iterator[Section]:
@@ -192,7 +196,7 @@ def _build_kind_sections(results: StressResults, kind: str, lines: list[StressTe
     ]
     table = Table(columns, lines, note=NOTES[kind], css="grid", only=Media.IN_FULL)
     yield Section(HEADINGS[kind], (table, Text("A cell links to its evidence: reason, scene and command.", Media.PAGE)))
-    why = tuple(said for line in lines for said in _list_reasons(results, line))
+    why = tuple(reason for line in lines for reason in _list_reasons(results, line))
     yield Section(f"{HEADINGS[kind]}: reasons", (Lines(why, Media.DETAIL),), level=3)
     yield Section(f"{HEADINGS[kind]}: evidence", tuple(_build_evidence_table(results, line) for line in lines), level=3)
 
@@ -280,7 +284,7 @@ def _build_cell(results: StressResults, method: Method, line: StressTest) -> Cel
 
 
 def _describe_results(results: StressResults, kinds: Mapping[str, list[StressTest]]) -> Iterator[str]:
-    asked = [formatting.format_count(len(lines), WORDS[kind]) for kind, lines in kinds.items() if lines]
+    test_counts = [formatting.format_count(len(lines), WORDS[kind]) for kind, lines in kinds.items() if lines]
     if kinds["attack"] and len(results.methods) <= SENTENCES:
         yield from (_describe_method(results, kinds["attack"], method) for method in results.methods)
     else:
@@ -290,7 +294,7 @@ def _describe_results(results: StressResults, kinds: Mapping[str, list[StressTes
         yield _describe_complaints(results, kinds["complaint"])
     methods, form = formatting.format_count(len(results.methods), "method"), "quick" if results.quick else "full"
     spent = formatting.format_seconds(results.elapsed_s)
-    yield f"This campaign ran {methods} on {formatting.join_words(asked)} in the {form} form, in {spent}."
+    yield f"This campaign ran {methods} on {formatting.join_words(test_counts)} in the {form} form, in {spent}."
 
 
 def _describe_ranking(results: StressResults, kind: str, lines: list[StressTest], good: CellEnding) -> Iterator[str]:
@@ -326,11 +330,11 @@ def _describe_complaints(results: StressResults, complaints: list[StressTest]) -
         line.name: {result.ending for method, result in _list_cells(results, line) if method.engine == line.about}
         for line in complaints
     }
-    here = sum(bool(own - {CellEnding.NOT_RUN}) for own in endings.values())
-    still = [name for name, own in endings.items() if CellEnding.SEEN in own]
-    seen = f": {formatting.join_words(still)}" if 0 < len(still) <= FEW else ""
-    of = f"{here} of {formatting.format_count(len(complaints), WORDS['complaint'])} concern one of these engines"
-    return f"{of}, and {len(still)} still occur{seen}."
+    concerned = sum(bool(own_endings - {CellEnding.NOT_RUN}) for own_endings in endings.values())
+    still_seen = [name for name, own_endings in endings.items() if CellEnding.SEEN in own_endings]
+    names_text = f": {formatting.join_words(still_seen)}" if 0 < len(still_seen) <= FEW else ""
+    lead = f"{concerned} of {formatting.format_count(len(complaints), WORDS['complaint'])} concern one of these engines"
+    return f"{lead}, and {len(still_seen)} still occur{names_text}."
 
 
 def _format_json(results: StressResults) -> str:

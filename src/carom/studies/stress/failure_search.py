@@ -51,9 +51,9 @@ def find_failure(attack: Attack, method: Method, runner: TaskRunner, *, quick: b
 
     def try_value(value: float) -> None:
         nonlocal runs, passed, failed
-        tried, spent = _try_value(attack, value, method, runner, quick=quick)
+        value_result, spent = _try_value(attack, value, method, runner, quick=quick)
         runs += spent
-        passed, failed = (tried, failed) if tried.passes else (passed, tried)
+        passed, failed = (value_result, failed) if value_result.passes else (passed, value_result)
 
     try:
         for value in attack.build_ladder(quick):
@@ -69,26 +69,26 @@ def find_failure(attack: Attack, method: Method, runner: TaskRunner, *, quick: b
             try_value(middle)
     except NotRunError as error:
         return UnsavedResult(cell(CellEnding.NOT_RUN, reason=str(error), runs=runs, status=error.status))
-    shown = failed or passed
-    assert shown is not None  # noqa: S101 - a ladder has a first rung
-    shows = f"{shown.trial.scene.description} Here {method.name} {'fails' if failed else 'passes'}."
-    scene = rename_scene(f"{attack.name}/{method.engine}/{method.profile}", shown.trial.scene, shows)
+    reported = failed or passed
+    assert reported is not None  # noqa: S101 - a ladder has a first rung
+    description = f"{reported.trial.scene.description} Here {method.name} {'fails' if failed else 'passes'}."
+    scene = rename_scene(f"{attack.name}/{method.engine}/{method.profile}", reported.trial.scene, description)
     broke = CellEnding.FAILS_AT_SIZE if passed else CellEnding.FAILS_AT_START
     result = cell(
         broke if failed else CellEnding.PASSES,
-        value=shown.value,
+        value=reported.value,
         stands_at=passed.value if passed else None,
         error=passed.judgement.error if passed and math.isfinite(passed.judgement.error) else None,
-        reason=shown.judgement.broken or shown.judgement.note,
+        reason=reported.judgement.broken or reported.judgement.note,
         runs=runs,
-        status=shown.judgement.status,
+        status=reported.judgement.status,
     )
     return UnsavedResult(result, (scene,))
 
 
-def rename_scene(name: str, scene: Scene, shows: str) -> Scene:
+def rename_scene(name: str, scene: Scene, description: str) -> Scene:
     """Return the scene of a result under a unique name, so that all such scenes can run together."""
-    return scene.model_copy(update={"name": f"{STRESS}{name}", "description": shows})
+    return scene.model_copy(update={"name": f"{STRESS}{name}", "description": description})
 
 
 def _judge_trial(method: Method, trial: Trial, runner: TaskRunner, *, harmless: bool) -> Judgement:
@@ -112,8 +112,8 @@ def _try_value(attack: Attack, value: float, method: Method, runner: TaskRunner,
         raise InputError(message) from error
     passed: list[_Tried] = []
     for trial in trials[::2] if quick else trials:
-        tried = _Tried(value, trial, _judge_trial(method, trial, runner, harmless=value == attack.harmless))
-        if not tried.passes:
-            return tried, len(passed) + 1
-        passed.append(tried)
-    return max(passed, key=lambda tried: tried.judgement.error), len(passed)
+        trial_result = _Tried(value, trial, _judge_trial(method, trial, runner, harmless=value == attack.harmless))
+        if not trial_result.passes:
+            return trial_result, len(passed) + 1
+        passed.append(trial_result)
+    return max(passed, key=lambda trial_result: trial_result.judgement.error), len(passed)

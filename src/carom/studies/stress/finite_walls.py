@@ -48,25 +48,25 @@ def _compute_impact_time(phase: float) -> float:
 @attack_at_phases
 def _thin_wall(value: float, phase: float) -> Trial:
     speed = value * _RADIUS_M * RATE_HZ
-    shows = f"A disc that moves {format_number(value, 3)} radii per step meets a wall without thickness head-on."
+    description = f"A disc that moves {format_number(value, 3)} radii per step meets a wall without thickness head-on."
     start = -_RADIUS_M - speed * _compute_impact_time(phase)
-    return _build_one_impact_trial("thin-wall", shows, phase, start, speed, _build_upright_wall(), -speed)
+    return _build_one_impact_trial("thin-wall", description, phase, start, speed, _build_upright_wall(), -speed)
 
 
 @attack_at_phases
 def _paddle(value: float, phase: float) -> Trial:
     speed = value * _RADIUS_M * RATE_HZ
-    shows = f"A wall without thickness moves {format_number(value, 3)} radii per step, head-on at a disc at rest."
+    description = f"A wall without thickness moves {format_number(value, 3)} radii per step, head-on at a disc at rest."
     start, wall = _RADIUS_M + speed * _compute_impact_time(phase), _build_upright_wall(velocity_m_s=(speed, 0.0))
-    return _build_one_impact_trial("paddle", shows, phase, start, 0, wall, 2.0 * speed)
+    return _build_one_impact_trial("paddle", description, phase, start, 0, wall, 2.0 * speed)
 
 
 @attack_at_phases
 def _wall_width(value: float, phase: float) -> Trial:
-    shows = f"A disc meets a wall of half width {format_metres(value)} head-on."
+    description = f"A disc meets a wall of half width {format_metres(value)} head-on."
     start = -value - _RADIUS_M - _SPEED_M_S * _compute_impact_time(phase)
     wall = _build_upright_wall(half_width_m=value)
-    return _build_one_impact_trial("wall-width", shows, phase, start, _SPEED_M_S, wall, -_SPEED_M_S)
+    return _build_one_impact_trial("wall-width", description, phase, start, _SPEED_M_S, wall, -_SPEED_M_S)
 
 
 @attack_at_phases
@@ -79,10 +79,10 @@ def _wall_end(value: float, phase: float) -> Trial:
     offset = Decimal(height) / Decimal(_RADIUS_M)  # of the stored, rounded height
     along = (1 - offset * offset).sqrt()
     after = complex(float(2 * offset * offset - 1), float(2 * offset * along)) * _SPEED_M_S
-    shows = f"A disc grazes the end of a thin wall, {format_number(value, 3)} radii from a miss."
+    description = f"A disc grazes the end of a thin wall, {format_number(value, 3)} radii from a miss."
     start = complex(-_RADIUS_M * float(along) - _SPEED_M_S * _compute_impact_time(phase), height)
     wall = edges(-1j * _HALF_LENGTH_M, 0)
-    return _build_one_impact_trial("wall-end", shows, phase, start, _SPEED_M_S, wall, after)
+    return _build_one_impact_trial("wall-end", description, phase, start, _SPEED_M_S, wall, after)
 
 
 @attack_at_phases
@@ -90,10 +90,10 @@ def _seam(value: float, phase: float) -> Trial:
     pieces = int(value)
     joint = _HALF_LENGTH_M * (2 * (pieces // 2) / pieces - 1)
     velocity = _SPEED_M_S * (4 - 1j)
-    shows = f"A disc obliquely strikes a floor of {pieces} pieces where two of them meet."
+    description = f"A disc obliquely strikes a floor of {pieces} pieces where two of them meet."
     start = complex(joint, _RADIUS_M) - velocity * _compute_impact_time(phase)
     floor = edges(-_HALF_LENGTH_M, _HALF_LENGTH_M, pieces=pieces)
-    return _build_one_impact_trial("seam", shows, phase, start, velocity, floor, velocity.conjugate())
+    return _build_one_impact_trial("seam", description, phase, start, velocity, floor, velocity.conjugate())
 
 
 @attack_at_phases
@@ -110,10 +110,10 @@ def _corner(value: float, phase: float) -> Trial:
     # The disc aims an eighth of the angle past the apex, so it never meets both sides at once.
     velocity = -_CORNER_SPEED_M_S * inwards * cmath.exp(0.125j * angle)
     side = abs(apex) + _HALF_LENGTH_M
-    shows = f"A disc is thrown into a corner of {format_number(value, 3)} degrees. Phase {phase:g} of a step."
+    description = f"A disc is thrown into a corner of {format_number(value, 3)} degrees. Phase {phase:g} of a step."
     across = -1j * cmath.exp(1j * angle)
     sides = [Wall(point_m=(0.0, 0.0), normal=normal) for normal in ((0.0, 1.0), (across.real, across.imag))]
-    trial = build_trial("corner", shows, [build_disc(start, velocity, _RADIUS_M)], walls=sides)
+    trial = build_trial("corner", description, [build_disc(start, velocity, _RADIUS_M)], walls=sides)
     walls = (edges(side, 0, side * cmath.exp(1j * angle)),)
     return replace(trial, scene=trial.scene.model_copy(update={"walls": walls}))
 
@@ -125,13 +125,13 @@ def _legs(value: float, phase: float) -> Trial:
     The impact is half-way through the last leg, where the wall is farther forward than ever before.
     """
     legs, until_s = int(value), _compute_impact_time(phase)
-    lasts = until_s / (legs - 0.5)
+    leg_duration_s = until_s / (legs - 0.5)
     speeds = [_SPEED_M_S * (3.0 if (legs - k) % 2 else -1.0) for k in range(legs)]
-    path = tuple(Leg(from_s=k * lasts, velocity_m_s=(speed, 0.0)) for k, speed in enumerate(speeds))
-    moved, _ = build_drive(path, (0.0, 0.0)).moved_at(until_s)
-    shows = f"A wall that turns {legs - 1} times strikes a disc at rest."
+    path = tuple(Leg(from_s=k * leg_duration_s, velocity_m_s=(speed, 0.0)) for k, speed in enumerate(speeds))
+    displacement, _ = build_drive(path, (0.0, 0.0)).moved_at(until_s)
+    description = f"A wall that turns {legs - 1} times strikes a disc at rest."
     wall = _build_upright_wall(legs=path)
-    return _build_one_impact_trial("legs", shows, phase, _RADIUS_M + moved, 0, wall, 2.0 * speeds[-1])
+    return _build_one_impact_trial("legs", description, phase, _RADIUS_M + displacement, 0, wall, 2.0 * speeds[-1])
 
 
 #: Attacks with a disc and a finite wall.

@@ -66,7 +66,7 @@ def _compute_tangential_impulse(
     return math.copysign(min(abs(slip) / inverse_effective_mass, friction * normal_impulse), slip)
 
 
-def _build_wall_trial(name: str, shows: str, phase: float, friction: float, inertia: float) -> Trial:
+def _build_wall_trial(name: str, description: str, phase: float, friction: float, inertia: float) -> Trial:
     """Make a trial of a disc of unit mass without spin that hits a floor at 45 degrees."""
     dt, speed, start = 1.0 / RATE_HZ, _SPEED_M_S, complex(_SPEED_M_S, -_SPEED_M_S)
     before = (STEPS_BEFORE + phase) * dt
@@ -74,46 +74,46 @@ def _build_wall_trial(name: str, shows: str, phase: float, friction: float, iner
     discs = [build_disc(place, start, _RADIUS_M, inertia_factor=inertia)]
     impulse = _compute_tangential_impulse(friction, 2.0 * speed, speed, 1.0 + 1.0 / inertia)
     judge = build_spin_judge([(speed - impulse, speed)], [-impulse / inertia], [2.0 * speed])
-    return build_trial(name, shows, discs, judge, walls=[FLOOR], wall_friction=friction)
+    return build_trial(name, description, discs, judge, walls=[FLOOR], wall_friction=friction)
 
 
-def _build_head_on_trial(name: str, shows: str, phase: float, friction: float, spin_rad_s: float) -> Trial:
+def _build_head_on_trial(name: str, description: str, phase: float, friction: float, spin_rad_s: float) -> Trial:
     """Make a trial of a spinning disc of unit mass that hits an equal disc at rest head-on."""
     dt, speed, k = 1.0 / RATE_HZ, _SPEED_M_S, 0.5
-    begun = -2.0 * _RADIUS_M - speed * (STEPS_BEFORE + phase) * dt
-    discs = [build_disc(begun, speed, _RADIUS_M, spin_rad_s=spin_rad_s), build_disc(0, 0, _RADIUS_M)]
+    start_x = -2.0 * _RADIUS_M - speed * (STEPS_BEFORE + phase) * dt
+    discs = [build_disc(start_x, speed, _RADIUS_M, spin_rad_s=spin_rad_s), build_disc(0, 0, _RADIUS_M)]
     rim = _RADIUS_M * spin_rad_s
     impulse = _compute_tangential_impulse(friction, speed, rim, 2.0 * (1.0 + 1.0 / k))
     final, rims = [(0.0, -impulse), (speed, impulse)], [rim - impulse / k, -impulse / k]
     judge = build_spin_judge(final, rims, [max(speed, impulse / k)] * 2)
-    return build_trial(name, shows, discs, judge, friction=friction)
+    return build_trial(name, description, discs, judge, friction=friction)
 
 
 @attack
 def _friction(value: float) -> Iterator[Trial]:
-    shows = (
+    description = (
         f"With friction of {format_number(value, 3)}, a disc hits a floor at 45 degrees, and a spinning disc hits "
         "another head-on."
     )
-    yield from (_build_wall_trial("friction", shows, phase, value, 0.5) for phase in PHASES)
-    yield from (_build_head_on_trial("friction", shows, phase, value, 5.0) for phase in PHASES)
+    yield from (_build_wall_trial("friction", description, phase, value, 0.5) for phase in PHASES)
+    yield from (_build_head_on_trial("friction", description, phase, value, 5.0) for phase in PHASES)
 
 
 @attack
 def _spin(value: float) -> Iterator[Trial]:
-    shows = (
+    description = (
         f"A disc that spins at {format_number(value, 3)} rad/s hits another head-on and slides with friction of 0.1."
     )
-    return (_build_head_on_trial("spin", shows, phase, 0.1, value) for phase in PHASES)
+    return (_build_head_on_trial("spin", description, phase, 0.1, value) for phase in PHASES)
 
 
 @attack
 def _inertia(value: float) -> Iterator[Trial]:
-    shows = (
+    description = (
         f"A disc with a moment of inertia of {format_number(value, 3)} m R^2 hits a floor at 45 degrees, sticks, and "
         "leaves rolling."
     )
-    return (_build_wall_trial("inertia", shows, phase, _GRIP, value) for phase in PHASES)
+    return (_build_wall_trial("inertia", description, phase, _GRIP, value) for phase in PHASES)
 
 
 @attack
@@ -121,7 +121,7 @@ def _grip_chain(value: float) -> Iterator[Trial]:
     """Make a trial of a number of bounces of a superball between two plates, a dozen steps apart."""
     rounds = max(1, round(value / 2))
     height = 12.0 / RATE_HZ
-    shows = f"A superball bounces {2 * rounds} times between two rough plates."
+    description = f"A superball bounces {2 * rounds} times between two rough plates."
     discs = [build_disc(complex(0.0, _RADIUS_M + height / 2), 1 - 1j, _RADIUS_M)]
     walls = [FLOOR, Wall(point_m=(0.0, 2.0 * _RADIUS_M + height), normal=(0.0, -1.0))]
     laws = {"wall_friction": 1e3, "wall_tangential_restitution": 1.0}
@@ -129,7 +129,7 @@ def _grip_chain(value: float) -> Iterator[Trial]:
     angle = rounds * math.acos(-7.0 / 9.0)
     final, rim = [(math.cos(angle), -1.0)], [math.sin(angle) * math.sqrt(2.0)]
     judge = build_spin_judge(final, rim, [2.0], 2 * rounds)
-    yield build_trial("grip-chain", shows, discs, judge, 2 * rounds * height, walls=walls, **laws)
+    yield build_trial("grip-chain", description, discs, judge, 2 * rounds * height, walls=walls, **laws)
 
 
 @attack
@@ -142,7 +142,7 @@ def _rolling(value: float) -> Iterator[Trial]:
     needed = speed / (1.0 + 1.0 / k)
     friction = 1.2 * needed / fall * (1.0 - value) / (1.0 + value)
     bounces_s = 2.0 * drop_s * value / (1.0 - value)
-    shows = (
+    description = (
         f"A disc thrown along a floor bounces with restitution {format_number(value, 3)}, slides, and finally rolls."
     )
     discs = [build_disc(complex(0.0, _RADIUS_M + 0.5 * pull * drop_s**2), speed, _RADIUS_M)]
@@ -150,7 +150,7 @@ def _rolling(value: float) -> Iterator[Trial]:
     laws = {"wall_friction": friction, "wall_restitution": value, "gravity_m_s2": (0.0, -pull)}
     final = speed / (1.0 + k)
     judge = build_spin_judge([(final, 0.0)], [-final], [fall], 0)
-    yield build_trial("rolling", shows, discs, judge, lasts_s, walls=[FLOOR], **laws)
+    yield build_trial("rolling", description, discs, judge, lasts_s, walls=[FLOOR], **laws)
 
 
 #: Attacks with friction and spin.

@@ -34,22 +34,22 @@ _SPEED_M_S = 1.2
 _TURN = math.pi * (3.0 - math.sqrt(5.0))  # the golden angle spreads directions evenly, and no two are equal
 
 
-def _build_row_trial(name: str, shows: str, gaps: Sequence[float], phase: float, steps_after: int) -> Trial:
+def _build_row_trial(name: str, description: str, gaps: Sequence[float], phase: float, steps_after: int) -> Trial:
     """Make a trial of a striker and a row of equal discs at rest with the given gaps."""
     dt = 1.0 / RATE_HZ
     places = [-(2 * _RADIUS_M + _SPEED_M_S * dt * (4 + phase)), 0.0]
     for gap in gaps:
         places.append(places[-1] + 2 * _RADIUS_M + gap)
     discs = [build_disc(place, 0.0 if k else _SPEED_M_S, _RADIUS_M) for k, place in enumerate(places)]
-    return build_trial(name, shows, discs, None, (5 + steps_after) * dt)
+    return build_trial(name, description, discs, None, (5 + steps_after) * dt)
 
 
 @attack
 def _cradle_gap(gap: float) -> Iterator[Trial]:
-    shows = f"Newton's cradle of five discs with gaps of {format_metres(gap)}: only the last disc must leave."
+    description = f"Newton's cradle of five discs with gaps of {format_metres(gap)}: only the last disc must leave."
     # The scene is twice as long as needed, so that a late method also finds every impact.
     steps = 40 + math.ceil(3 * gap / (_SPEED_M_S / RATE_HZ))
-    return (_build_row_trial("cradle-gap", shows, [gap] * 3, phase, steps) for phase in PHASES)
+    return (_build_row_trial("cradle-gap", description, [gap] * 3, phase, steps) for phase in PHASES)
 
 
 @attack
@@ -58,8 +58,10 @@ def _crowded_frame(impacts: float) -> Iterator[Trial]:
     # All impacts are within half a step of the first impact, whose phase is below one half. The scene is long enough
     # for a method that processes one impact per step.
     gap = 0.5 * _SPEED_M_S / RATE_HZ / max(1, count - 1)
-    shows = f"A row of discs with {count} impacts in one step."
-    return (_build_row_trial("crowded-frame", shows, [gap] * (count - 1), phase, 40 + count) for phase in (0.13, 0.42))
+    description = f"A row of discs with {count} impacts in one step."
+    return (
+        _build_row_trial("crowded-frame", description, [gap] * (count - 1), phase, 40 + count) for phase in (0.13, 0.42)
+    )
 
 
 @attack
@@ -76,10 +78,10 @@ def _at_once(pairs: float) -> Iterator[Trial]:
         pair = [build_disc(place - along * turn, _SPEED_M_S * turn, _RADIUS_M), build_disc(place, 0, _RADIUS_M)]
         discs += pair
         truth.append(compute_true_motion(Scene(name="pair", discs=pair, duration_s=48 * dt)))
-    shows = f"{count} pairs of discs, far from each other, meet in one step."
+    description = f"{count} pairs of discs, far from each other, meet in one step."
     final = [velocity for motion in truth for velocity in motion.final_velocity_m_s]
     change = [change for motion in truth for change in motion.greatest_change_m_s]
-    yield build_trial("at-once", shows, discs, build_closed_form_judge(final, count, change), 48 * dt)
+    yield build_trial("at-once", description, discs, build_closed_form_judge(final, count, change), 48 * dt)
 
 
 @attack
@@ -96,8 +98,8 @@ def _packing(gap: float) -> Iterator[Trial]:
     height = 2 * margin + (rows - 1) * pitch * math.sqrt(3) / 2
     packing = math.pi / (2 * math.sqrt(3)) / (1 + gap) ** 2
     gaps = f"gaps of {format_number(gap, 3)} diameters (packing {packing:.4f})"
-    shows = f"Nine discs in a box, packed hexagonally with {gaps}."
-    yield build_trial("packing", shows, discs, judge_energy, 24 / RATE_HZ, walls=build_box_walls(width, height))
+    description = f"Nine discs in a box, packed hexagonally with {gaps}."
+    yield build_trial("packing", description, discs, judge_energy, 24 / RATE_HZ, walls=build_box_walls(width, height))
 
 
 @attack
@@ -109,9 +111,9 @@ def _duration(impacts: float) -> Iterator[Trial]:
     # has four walls, and a disc hits other discs in a strip of four radii.
     a_second = n * (2 / math.pi) * speed * 2 / free + n / 2 * 4 * radius * (n / free**2) * (4 / math.pi) * speed
     duration_s = max(1.0, round(impacts / a_second * rate)) / rate
-    shows = f"Nine discs in a box for the time of approximately {format_number(impacts, 3)} impacts."
+    description = f"Nine discs in a box for the time of approximately {format_number(impacts, 3)} impacts."
     fields = {"frame_rate_hz": rate, "walls": gas.half_planes()}
-    yield build_trial("duration", shows, gas.discs, judge_energy, duration_s, **fields)
+    yield build_trial("duration", description, gas.discs, judge_energy, duration_s, **fields)
 
 
 #: Virial coefficients B_k / B_2^(k - 1) of hard discs, k = 3 to 10 (N. Clisby and B. M. McCoy, J. Stat. Phys. 122, 15
@@ -138,21 +140,21 @@ def _gas_pressure(advance: float) -> Iterator[Trial]:
         place = complex(radius + column * pitch, radius + row * pitch)
         discs.append(build_disc(place, cmath.rect(speed, _TURN * k), radius))
     width = free + 2 * radius
-    shows = f"{count} discs at packing {PACKING} in a box, moving {format_number(advance, 3)} radii per step."
+    description = f"{count} discs at packing {PACKING} in a box, moving {format_number(advance, 3)} radii per step."
     # About fifteen impacts per disc. The virial of a thousand impacts is accurate to 3 %.
     duration_s = round(1.25 * rate) / rate
     fields = {"frame_rate_hz": rate, "walls": build_box_walls(width, width)}
-    yield build_trial("gas-pressure", shows, discs, build_pressure_judge(COMPRESSIBILITY), duration_s, **fields)
+    yield build_trial("gas-pressure", description, discs, build_pressure_judge(COMPRESSIBILITY), duration_s, **fields)
 
 
 @attack
 def _restitution(restitution: float) -> Iterator[Trial]:
     discs = [build_disc(place, velocity, _RADIUS_M) for place, velocity in ((-0.75, 1.0), (0.0, 0.0), (0.9, -1.0))]
-    shows = f"Three equal discs in a line approach each other with restitution {format_number(restitution, 4)}."
+    description = f"Three equal discs in a line approach each other with restitution {format_number(restitution, 4)}."
     # Infinitely many impacts close every gap in finite time. After that, the discs move with their centre of mass,
     # which is at rest.
     judge = build_closed_form_judge([(0.0, 0.0)] * 3, 0, [1.0] * 3)
-    trial = build_trial("restitution", shows, discs, judge, 2.0, restitution=restitution)
+    trial = build_trial("restitution", description, discs, judge, 2.0, restitution=restitution)
     if restitution > CRITICAL_RESTITUTION:
         # Near the critical value, there are too many impacts to compute.
         with suppress(UndecidedError):
@@ -163,7 +165,7 @@ def _restitution(restitution: float) -> Iterator[Trial]:
 @attack
 def _galperin(mass_ratio: float) -> Iterator[Trial]:
     radius, light_gap, heavy_gap, speed = 0.1, 0.25, 0.5, 1.0
-    shows = f"A disc of {format_number(mass_ratio, 4)} kg pushes one of 1 kg against a wall."
+    description = f"A disc of {format_number(mass_ratio, 4)} kg pushes one of 1 kg against a wall."
     discs = [build_disc(light_gap + radius, 0, radius), build_disc(heavy_gap + 3 * radius, -speed, radius, mass_ratio)]
     wall = Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))
     root = math.sqrt(mass_ratio)
@@ -172,11 +174,11 @@ def _galperin(mass_ratio: float) -> Iterator[Trial]:
     # In the plane (root V, v) the initial direction has the angle pi. If reflections are unfolded, the direction is
     # constant. After an even number of impacts, the angle of the velocities is pi - count angle; after an odd number,
     # it is mirrored.
-    out = math.pi - count * angle if count % 2 == 0 else (count + 1) * angle - math.pi
-    final = [(root * math.sin(out) * speed, 0.0), (math.cos(out) * speed, 0.0)]
+    final_angle = math.pi - count * angle if count % 2 == 0 else (count + 1) * angle - math.pi
+    final = [(root * math.sin(final_angle) * speed, 0.0), (math.cos(final_angle) * speed, 0.0)]
     # At its greatest speed the light disc has all the energy. The heavy disc reverses its velocity.
     change = [root * speed, 2 * speed]
-    yield build_trial("galperin", shows, discs, build_closed_form_judge(final, count, change), 4.0, walls=[wall])
+    yield build_trial("galperin", description, discs, build_closed_form_judge(final, count, change), 4.0, walls=[wall])
 
 
 @attack
@@ -184,11 +186,11 @@ def _unstable_orbit(bounces: float) -> Iterator[Trial]:
     count = round(bounces)
     contact, free, axis = 0.5, 1.0, cmath.rect(1.0, 0.7)
     half = (free / 2 + contact) * axis
-    shows = f"A disc bounces {count} times between two immovable ones along a slanted axis."
+    description = f"A disc bounces {count} times between two immovable ones along a slanted axis."
     fixed = [build_disc(place, 0, 0.3, math.inf) for place in (-half, half)]
     discs = [*fixed, build_disc(-0.1 * axis, 2.0 * axis, 0.2)]
     # The disc moves a fifteenth of the contact distance per step.
-    yield build_trial("unstable-orbit", shows, discs, None, (0.1 + count * free) / 2.0, frame_rate_hz=60.0)
+    yield build_trial("unstable-orbit", description, discs, None, (0.1 + count * free) / 2.0, frame_rate_hz=60.0)
 
 
 #: Attacks with many discs or many impacts.

@@ -41,7 +41,7 @@ class StressOptions(LimitOptions):
         build_seconds_kind(),
         "Time limit of a run in seconds; exceeding it counts as a failure.",
         "--time-limit",
-        said=f"{DEFAULT_TIME_LIMIT_S:g}; {QUICK_TIME_LIMIT_S:g} with --quick",
+        default_text=f"{DEFAULT_TIME_LIMIT_S:g}; {QUICK_TIME_LIMIT_S:g} with --quick",
     )
 
     def __post_init__(self) -> None:

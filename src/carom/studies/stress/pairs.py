@@ -41,7 +41,7 @@ def build_trial(
 
 def _build_meeting_trial(
     name: str,
-    shows: str,
+    description: str,
     phase: float,
     *,
     speed: float = _SPEED_M_S,
@@ -56,27 +56,29 @@ def _build_meeting_trial(
     across = offset * contact
     along = math.sqrt(max(contact * contact - across * across, 0.0)) + speed * dt * (STEPS_BEFORE + phase)
     striker = build_disc(complex(origin - along, origin), speed, radius)
-    return build_trial(name, shows, [striker, build_disc(complex(origin, origin + across), 0, radius, mass)])
+    return build_trial(name, description, [striker, build_disc(complex(origin, origin + across), 0, radius, mass)])
 
 
-def _build_attack(name: str, shows: str, **of: Callable[[float], float]) -> Attack:
+def _build_attack(name: str, template: str, **functions: Callable[[float], float]) -> Attack:
     """Return an attack whose trials are meetings of two discs, one at each phase.
 
     The keywords are functions from the attack's value to the arguments of `_build_meeting_trial`.
     """
 
     def trials(value: float) -> Sequence[Trial]:
-        sizes = {key: function(value) for key, function in of.items()}
-        met = shows.format(value=format_number(value, 3))
-        return [_build_meeting_trial(name, f"{met} Phase {phase:g} of a step.", phase, **sizes) for phase in PHASES]
+        sizes = {key: function(value) for key, function in functions.items()}
+        sentence = template.format(value=format_number(value, 3))
+        return [
+            _build_meeting_trial(name, f"{sentence} Phase {phase:g} of a step.", phase, **sizes) for phase in PHASES
+        ]
 
     return build_attack(name, trials)
 
 
 def _build_size_attack(name: str) -> Attack:
     """Return the attack that shrinks or enlarges the whole scene."""
-    shows = "Discs of radius {value} m meet head-on at a fiftieth of the radius per step."
-    return _build_attack(name, shows, radius=lambda value: value, speed=lambda value: 0.02 * value * RATE_HZ)
+    template = "Discs of radius {value} m meet head-on at a fiftieth of the radius per step."
+    return _build_attack(name, template, radius=lambda value: value, speed=lambda value: 0.02 * value * RATE_HZ)
 
 
 _GRAZING = "A disc grazes another, {value} contact distances from a miss."

@@ -152,15 +152,15 @@ def _measure_reversal_deviation(base: Scene, run: Run) -> float:
     def reverse(at: State) -> State:
         return State(at.position, -at.velocity, -at.spin)
 
-    back = run(_build_scene_at_state(base, reverse(_final_state_of(run(base)))))
-    return _compute_deviation(base, reverse(_final_state_of(back)), _start_state_of(base))
+    place_back = run(_build_scene_at_state(base, reverse(_final_state_of(run(base)))))
+    return _compute_deviation(base, reverse(_final_state_of(place_back)), _start_state_of(base))
 
 
 def _measure_split_deviation(base: Scene, run: Run) -> float:
-    whole, at_s = _final_state_of(run(base)), 1.0
+    unsplit_state, at_s = _final_state_of(run(base)), 1.0
     half = _final_state_of(run(_build_variant(base, base.discs, duration_s=at_s)))
     rest = run(_build_scene_at_state(base, half, duration_s=base.duration_s - at_s))
-    return _compute_deviation(base, _final_state_of(rest), whole)
+    return _compute_deviation(base, _final_state_of(rest), unsplit_state)
 
 
 def _build_units_relation(
@@ -179,7 +179,7 @@ def _build_units_relation(
         return _build_variant(scene, list(map(scale, scene.discs)), **times)
 
     return _build_invariance(
-        name, states, change, lambda at: State(at.position / length, at.velocity / speed, at.spin * time)
+        name, states, change, lambda state: State(state.position / length, state.velocity / speed, state.spin * time)
     )
 
 
@@ -193,23 +193,27 @@ def _build_motion_invariance(
 
 
 def _build_boost_relation(velocity: tuple[float, float]) -> Relation:
-    def undo(at: State) -> State:
-        return State(at.position - np.array(velocity) * build_base_scene().duration_s, at.velocity - velocity, at.spin)
+    def undo(state: State) -> State:
+        return State(
+            state.position - np.array(velocity) * build_base_scene().duration_s, state.velocity - velocity, state.spin
+        )
 
     states = "Adding a velocity of ({:g}, {:g}) m/s to all discs changes nothing else.".format(*velocity)
-    return _build_motion_invariance("boost", states, lambda at: at._replace(velocity=at.velocity + velocity), undo)
+    return _build_motion_invariance(
+        "boost", states, lambda state: state._replace(velocity=state.velocity + velocity), undo
+    )
 
 
 def _build_rotation_relation(angle_rad: float) -> Relation:
     turn, states = cmath.rect(1.0, angle_rad), f"Turning the scene by {angle_rad:g} rad turns its result."
 
-    def rotate(at: State) -> State:
-        place, velocity = ([to_vector(complex(*row) * turn) for row in rows.tolist()] for rows in at[:2])
-        return State(np.array(place), np.array(velocity), at.spin)
+    def rotate(state: State) -> State:
+        place, velocity = ([to_vector(complex(*row) * turn) for row in rows.tolist()] for rows in state[:2])
+        return State(np.array(place), np.array(velocity), state.spin)
 
-    def rotate_back(at: State) -> State:
-        z, w = ((rows[:, 0] + 1j * rows[:, 1]) * turn.conjugate() for rows in at[:2])
-        return State(np.stack([z.real, z.imag], axis=1), np.stack([w.real, w.imag], axis=1), at.spin)
+    def rotate_back(state: State) -> State:
+        z, w = ((rows[:, 0] + 1j * rows[:, 1]) * turn.conjugate() for rows in state[:2])
+        return State(np.stack([z.real, z.imag], axis=1), np.stack([w.real, w.imag], axis=1), state.spin)
 
     return _build_motion_invariance("rotation", states, rotate, rotate_back)
 
@@ -233,7 +237,7 @@ def list_relations() -> list[Relation]:
         "relabelling",
         "Listing the discs in reverse order changes nothing.",
         lambda scene: _build_variant(scene, scene.discs[::-1]),
-        lambda at: State(*(part[::-1] for part in at)),
+        lambda state: State(*(part[::-1] for part in state)),
     )
     states = "Units of 2^10 m, 2^6 s and 2^-10 kg multiply every number by a power of two without changing a digit."
     units_of_two = _build_units_relation("units-of-two", states, length=2.0**-10, time=2.0**-6, mass=2.0**10)
@@ -249,7 +253,7 @@ def list_relations() -> list[Relation]:
         "far-disc",
         "A disc at rest a kilometre away changes nothing.",
         lambda scene: _build_variant(scene, [*scene.discs, far]),
-        lambda at: State(*(part[:-1] for part in at)),
+        lambda state: State(*(part[:-1] for part in state)),
     )
     split = Relation(
         "split",
@@ -314,10 +318,10 @@ class _StoppedError(Exception):
 
 def _build_named_scenes(relation: Relation, method: Method, used: list[Scene]) -> tuple[Scene, ...]:
     """Return the scenes of a relation under unique names. Methods share all scenes that do not depend on their runs."""
-    named = []
+    renamed = []
     for k, scene in enumerate(used):
-        own = f"{relation.name}/{method.engine}/{method.profile}/{k}" if relation.of_runs else relation.name
+        own_name = f"{relation.name}/{method.engine}/{method.profile}/{k}" if relation.of_runs else relation.name
         base = f"{scene.name.partition('/')[2]}-base"
-        name, shows = (own, f"{scene.description} {relation.states}") if k else (base, scene.description)
-        named.append(rename_scene(name, scene, shows))
-    return tuple(named)
+        name, description = (own_name, f"{scene.description} {relation.states}") if k else (base, scene.description)
+        renamed.append(rename_scene(name, scene, description))
+    return tuple(renamed)

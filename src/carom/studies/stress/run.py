@@ -80,7 +80,7 @@ def list_lines(*, quick: bool = False) -> list[StressTest]:
 
 def run_stress_campaign(
     names: Sequence[str],
-    asked: StressOptions,
+    options: StressOptions,
     *,
     out: Path,
     resume: bool = False,
@@ -93,7 +93,7 @@ def run_stress_campaign(
     Args:
         names: Names of attacks, relations and complaints, or the words "attacks", "relations" and "complaints"; all if
             empty.
-        asked: Options of the campaign.
+        options: Options of the campaign.
         out: Folder for the journal and for the scenes that reproduce the numbers.
         resume: Continue from the finished cells in the journal in `out`.
         retry: Repeat runs in which an engine failed.
@@ -105,27 +105,29 @@ def run_stress_campaign(
         InputError: `out` contains foreign files, a journal without `resume`, or the journal of another campaign.
     """
     started = time.perf_counter()
-    lines = _select_lines(names, asked.quick)
-    with asked.open_pool() as pool, ExitStack() as held:
-        infos = select_engines(describe_engines(asked.engines, pool), asked.engines)
-        methods = list_methods(infos, select_profiles(infos, asked.profiles), [DT_S], pool)
+    lines = _select_lines(names, options.quick)
+    with options.open_pool() as pool, ExitStack() as stack:
+        infos = select_engines(describe_engines(options.engines, pool), options.engines)
+        methods = list_methods(infos, select_profiles(infos, options.profiles), [DT_S], pool)
         columns = [method for info in infos for method in methods.at[info.name, DT_S]]
-        here = describe_environment(infos)
-        stamp = asked.stamp | {"carom": here.carom, "versions": here.versions}
+        environment = describe_environment(infos)
+        stamp = options.stamp | {"carom": environment.carom, "versions": environment.versions}
         asks = [
-            _request_cell(TableCell(line.kind, line.name, method, asked.quick, out), methods.find_refusal(method, DT_S))
+            _request_cell(
+                TableCell(line.kind, line.name, method, options.quick, out), methods.find_refusal(method, DT_S)
+            )
             for line in lines
             for method in columns
         ]
-        held.enter_context(claim_while_writing(out, PURPOSE))
-        journal = held.enter_context(stress_journal(out / JOURNAL, stamp, resume=resume, retry=retry))
+        stack.enter_context(claim_while_writing(out, PURPOSE))
+        journal = stack.enter_context(stress_journal(out / JOURNAL, stamp, resume=resume, retry=retry))
         cells: dict[tuple[str, str], CellResult] = {}
         for subject, answer in run_tasks(asks, pool, journal):
             assert answer.value is not None  # noqa: S101 - a cell that could not run also has a result
             cells[subject] = answer.value
             progress(len(cells), len(asks), " on ".join(subject))
     elapsed_s = time.perf_counter() - started
-    return StressResults(lines, tuple(columns), methods.infos, cells, here, command, asked.quick, elapsed_s)
+    return StressResults(lines, tuple(columns), methods.infos, cells, environment, command, options.quick, elapsed_s)
 
 
 @dataclass(frozen=True)
@@ -188,13 +190,13 @@ def _list_all_tasks(quick: bool) -> list[StressTask]:
 
 
 def _line_of_complaint(entry: Complaint) -> StressTest:
-    seen = f"{entry.symptom.value}; errors below {100 * entry.at_least:g} % do not count. {entry.made}"
+    symptom_text = f"{entry.symptom.value}; errors below {100 * entry.at_least:g} % do not count. {entry.made}"
     return StressTest(
         "complaint",
         entry.name.partition("/")[2],
         f"{entry.about}: {entry.reported}",
         entry.known.source,
-        seen[0].upper() + seen[1:],
+        symptom_text[0].upper() + symptom_text[1:],
         link=entry.thread,
         about=entry.engine,
     )
@@ -210,5 +212,5 @@ def _select_lines(names: Sequence[str], quick: bool) -> tuple[StressTest, ...]:
         if name not in known and name not in kinds:
             hints = build_name_hints(name, known, f"`carom stress --list` lists them; kinds are {', '.join(kinds)}")
             raise UnknownNameError(f"no stress test is named {name!r}", hints=hints)
-    wanted = {kinds[name] for name in names if name in kinds}
-    return tuple(line for line in everything if line.name in names or line.kind in wanted)
+    requested_kinds = {kinds[name] for name in names if name in kinds}
+    return tuple(line for line in everything if line.name in names or line.kind in requested_kinds)

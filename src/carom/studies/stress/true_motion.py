@@ -114,14 +114,14 @@ class _Motion:
         self.change = [Decimal(0)] * len(scene.discs)
         self._upcoming: dict[tuple[int, int], Decimal] = {}
 
-    def run(self, most: int) -> None:
+    def run(self, max_impacts: int) -> None:
         with localcontext(self.context):
             self._predict(self._list_pairs())
             last: tuple[int, int] | None = None
             since: dict[int, Decimal] = {}
             while (event := self._find_next_impact(last)) is not None:
-                if len(self.events) == most:
-                    raise UndecidedError(f"{self.scene.name!r} has more than {most} impacts")
+                if len(self.events) == max_impacts:
+                    raise UndecidedError(f"{self.scene.name!r} has more than {max_impacts} impacts")
                 time, pair = event
                 self._move_to(time)
                 touched = [body for body in pair if body >= 0 and self.weight[body] > 0]
@@ -178,13 +178,13 @@ class _Motion:
         if approach >= 0:
             return None
         contact = self.radius[i] + self.radius[j]
-        apart: Decimal = gap @ gap - contact * contact
-        if apart <= 0:
+        square_difference: Decimal = gap @ gap - contact * contact
+        if square_difference <= 0:
             return Decimal(0)
-        discriminant = approach * approach - relative @ relative * apart
+        discriminant = approach * approach - relative @ relative * square_difference
         if discriminant <= 0:
             return None
-        wait: Decimal = apart / (discriminant.sqrt() - approach)
+        wait: Decimal = square_difference / (discriminant.sqrt() - approach)
         return wait
 
     def _compute_wall_wait(self, i: int, wall: int) -> Decimal | None:
@@ -192,8 +192,8 @@ class _Motion:
         approach: Decimal = self.velocity[i] @ normal
         if self.weight[i] == 0 or approach >= 0:
             return None
-        apart: Decimal = (self.place[i] - point) @ normal - self.radius[i]
-        return max(apart, Decimal(0)) / -approach
+        clearance: Decimal = (self.place[i] - point) @ normal - self.radius[i]
+        return max(clearance, Decimal(0)) / -approach
 
     def _move_to(self, time: Decimal) -> None:
         self.place = self.place + self.velocity * max(time - self.now, Decimal(0))

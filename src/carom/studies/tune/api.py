@@ -63,15 +63,15 @@ def tune(
         >>> found.engine, [scene.name for scene in found.scenes]
         ('pymunk', ['paper/late'])
     """
-    asked = TuneOptions.build_from_arguments("tune", options)
+    parsed_options = TuneOptions.build_from_arguments("tune", options)
     on, _ = resolve_scenes([SCENES] if scenes is None else scenes)
-    return ShownTuning.of(found_by(resolve_engine(engine), on, asked, progress=progress or no_progress))
+    return ShownTuning.of(found_by(resolve_engine(engine), on, parsed_options, progress=progress or no_progress))
 
 
 def _draw(found: Tuning, axes: Axes) -> None:
     names = [scene.name for scene in found.scenes]
     rows = range(len(names))
-    before, after = ([_compute_axis_position(one) for one in by.judged] for by in (found.first, found.best))
+    before, after = ([_compute_axis_position(one) for one in result.judged] for result in (found.first, found.best))
     axes.hlines(rows, before, after, color="black", linewidth=0.8, alpha=0.4)
     for errors, label, marker, runs in (
         (before, found.options.profile, "o", found.first.judged),

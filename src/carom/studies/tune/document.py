@@ -46,39 +46,39 @@ class _Line(NamedTuple):
     best: Judged
 
 
-def build_tune_document(found: Tuning, asked: Sequence[str]) -> Document:
-    """Return the document of a search. `asked` are the command-line arguments that name its scenes."""
+def build_tune_document(found: Tuning, scene_words: Sequence[str]) -> Document:
+    """Return the document of a search. `scene_words` are the command-line arguments that name its scenes."""
     better = found.best is not found.first
     judged = zip(found.scenes, found.first.judged, found.best.judged, strict=True)
     lines = [_Line(scene.name, first, best) for scene, first, best in judged]
-    own = found.options.profile
+    profile = found.options.profile
     columns = (
         Column("scene", lambda line: line.scene),
-        Column(own, lambda line: _format_grade(line.first)),
+        Column(profile, lambda line: _format_grade(line.first)),
         Column("error", lambda line: _format_error(line.first), number=True),
         Column(FOUND, lambda line: _format_grade(line.best)),
         Column("error", lambda line: _format_error(line.best), number=True),
     )
-    shown = columns if better else columns[:3]
+    shown_columns = columns if better else columns[:3]
     left_out = tuple(f"Not run: {name} ({reason})." for name, reason in found.left_out.items())
     sections = (
         _profile_section(found),
         *((_build_setting_section(found),) if better else ()),
-        Section("Results by scene", (Table(shown, lines), Text(ERROR_NOTE), Lines(left_out))),
-        *(_build_code_sections(found, asked) if better else ()),
+        Section("Results by scene", (Table(shown_columns, lines), Text(ERROR_NOTE), Lines(left_out))),
+        *(_build_code_sections(found, scene_words) if better else ()),
         *build_provenance(found.environment, found.command, found.elapsed_s),
     )
     return Document(f"Carom: settings of {found.engine}", Headline.of(_build_headline(found)), sections)
 
 
-def write_tune(found: Tuning, asked: Sequence[str], folder: Path) -> Path:
-    """Write ``tune.md`` into a folder, and return its path. `asked` is as in `build_tune_document`.
+def write_tune(found: Tuning, scene_words: Sequence[str], folder: Path) -> Path:
+    """Write ``tune.md`` into a folder, and return its path. `scene_words` is as in `build_tune_document`.
 
     Raises:
         InputError: The folder contains foreign files.
         OSError: The file can't be written.
     """
-    return write_files(folder, PURPOSE, {"tune.md": render_markdown(build_tune_document(found, asked))})
+    return write_files(folder, PURPOSE, {"tune.md": render_markdown(build_tune_document(found, scene_words))})
 
 
 def format_set_options(found: Found) -> str:
@@ -89,18 +89,18 @@ def format_set_options(found: Found) -> str:
 def _build_headline(found: Tuning) -> Iterator[str]:
     scenes = formatting.format_count(len(found.scenes), "scene")
     early = f", of which {found.given_up} were abandoned early" if found.given_up else ""
-    tried = f"tried {formatting.format_count(found.trials, 'setting', 'different settings')}{early}"
+    trials_text = f"tried {formatting.format_count(found.trials, 'setting', 'different settings')}{early}"
     if found.best is found.first:
-        yield f"No better settings than {found.options.profile} were found on {scenes}, although carom {tried}."
+        yield f"No better settings than {found.options.profile} were found on {scenes}, although carom {trials_text}."
         yield f"With {found.options.profile}: {_format_grades(found.first)}."
         yield from _describe_equal_profiles(found)
         return
-    own = found.options.profile
-    grades = f"{_format_grades(found.best)} ({own}: {_format_grades(found.first)})"
+    profile = found.options.profile
+    grades = f"{_format_grades(found.best)} ({profile}: {_format_grades(found.first)})"
     changed = formatting.format_count(len(found.best.tried), "setting")
-    yield f"{found.engine}: trial {found.best.trial} changed {changed} of {own}, with the grades {grades}."
+    yield f"{found.engine}: trial {found.best.trial} changed {changed} of {profile}, with the grades {grades}."
     yield from _describe_equal_profiles(found)
-    yield f"The search used {scenes}, each at {_describe_step(found)}, and {tried}."
+    yield f"The search used {scenes}, each at {_describe_step(found)}, and {trials_text}."
     if not math.isnan(found.time_ratio):
         cost = formatting.format_number(found.time_ratio)
         yield f"A step takes {cost} times as long as with {found.options.profile} (median over scenes)."
@@ -112,12 +112,12 @@ def _describe_equal_profiles(found: Tuning) -> Iterator[str]:
 
     Profiles whose steps Carom cuts are omitted.
     """
-    own = FOUND if found.best is not found.first else found.options.profile
-    others = {name: one.merit for name, one in found.others.items() if name not in found.located}
-    alike = [name for name, merit in others.items() if merit.respects == found.best.merit.respects]
-    better = [name for name, merit in others.items() if merit.respects < found.best.merit.respects]
+    own_name = FOUND if found.best is not found.first else found.options.profile
+    other_merits = {name: one.merit for name, one in found.others.items() if name not in found.located}
+    alike = [name for name, merit in other_merits.items() if merit.respects == found.best.merit.respects]
+    better = [name for name, merit in other_merits.items() if merit.respects < found.best.merit.respects]
     if alike:
-        yield f"{formatting.join_words([own, *alike])} are equally good."
+        yield f"{formatting.join_words([own_name, *alike])} are equally good."
     if better:
         yield f"Existing profiles that are better: {formatting.join_words(better)}."
 
@@ -196,23 +196,32 @@ def _build_setting_section(found: Tuning) -> Section:
     return Section("Settings found", (Table(columns, found.best.tried), Text(note)))
 
 
-def _build_code_sections(found: Tuning, asked: Sequence[str]) -> Iterator[Section]:
+def _build_code_sections(found: Tuning, scene_words: Sequence[str]) -> Iterator[Section]:
     """Yield the command that runs the settings, and the profile in Python and in a manifest."""
     step = () if found.options.dt_s is None else ("--dt", repr(found.options.dt_s))
-    words = ("carom", "run", *asked, "-e", format_engine_argument(found.engine), "-p", found.options.profile, *step)
+    words = (
+        "carom",
+        "run",
+        *scene_words,
+        "-e",
+        format_engine_argument(found.engine),
+        "-p",
+        found.options.profile,
+        *step,
+    )
     if found.code:
-        said = f"Code for {found.engine}, for {found.scenes[0].name}:"
-        yield Section("Code for the engine", (Text(said), Code(found.code)))
+        text = f"Code for {found.engine}, for {found.scenes[0].name}:"
+        yield Section("Code for the engine", (Text(text), Code(found.code)))
     yield Section("Command with these settings", (Code(f"{shlex.join(words)} {format_set_options(found.best)}"),))
     method = Method(found.engine, found.options.profile, found.best.tried)
     scenes = formatting.format_count(len(found.scenes), "scene")
-    said = f"Found by carom tune on {scenes}: {_format_grades(found.best)}."
+    text = f"Found by carom tune on {scenes}: {_format_grades(found.best)}."
     constant = {name: value for name, value in found.settings.items() if name not in found.varying}
     varying = [f"# {name} varies with the step size, as in {method.profile}" for name in sorted(found.varying)]
     python = "\n".join(
         [
             f'"{FOUND}": Profile(',
-            f"    {said!r},",
+            f"    {text!r},",
             "    lambda dt_s: {",
             '        "dt_s": dt_s,',
             *(f"        {name!r}: {value!r}," for name, value in constant.items()),
@@ -221,6 +230,6 @@ def _build_code_sections(found: Tuning, asked: Sequence[str]) -> Iterator[Sectio
             "),",
         ]
     )
-    toml = tomli_w.dumps({"profiles": {FOUND: {"description": said, "settings": constant}}})
+    toml = tomli_w.dumps({"profiles": {FOUND: {"description": text, "settings": constant}}})
     yield Section("Profile in Python", (Code(python, Media.IN_FULL),))
     yield Section("Profile in engine.toml", (Code("\n".join([toml.rstrip("\n"), *varying]), Media.IN_FULL),))

@@ -56,16 +56,18 @@ class JudgeTask(JobTask):
         Raises:
             UnsupportedError: There is no reference.
         """
-        job, tried = self.job, self.job.method.tried
+        job, overrides = self.job, self.job.method.tried
         # Declarations hold only for a profile's own settings, so a scene runs even if the profile does not support it.
         adapter = load_adapter(job.engine)
         reference = require_reference(_reference(job.scene))
-        observed = observe_run(adapter, job.scene, job.profile, job.dt_s, tried=tried)
+        observed = observe_run(adapter, job.scene, job.profile, job.dt_s, overrides=overrides)
         score = compare(reference, observed, sampling=_sampling(job.scene, job.dt_s), horizon=self.horizon_s)
         judged = judge_score(score)
         if not self.timed:
             return judged
-        return replace(judged, seconds=time_run(adapter, job.scene, job.profile, job.dt_s, tried=tried).advance_s)
+        return replace(
+            judged, seconds=time_run(adapter, job.scene, job.profile, job.dt_s, overrides=overrides).advance_s
+        )
 
 
 #: Form of a job that is also timed; see `carom.execution.cache_key.JobKey`.
@@ -106,5 +108,5 @@ class Jury:
             job = Job(scene, method, self._steps[scene])
             task = JudgeTask(job, self._horizons.get(scene.name), self._timed)
             asks.append(TaskRequest(scene, build_job_key(job, _TIMED if self._timed else ""), task))
-        found = dict(run_tasks(asks, self._pool, self._notes, alone=self._timed))
+        found = dict(run_tasks(asks, self._pool, self._notes, one_at_a_time=self._timed))
         return [found[scene].value or Judged(None, reason=found[scene].said) for scene in scenes]

@@ -81,13 +81,13 @@ class Merit:
 
     def is_beaten_by(self, other: Merit) -> bool:
         """Return whether another rank is better in a criterion and worse in none, apart from run time."""
-        own, its = self.respects, other.respects
-        return own != its and all(b <= a for a, b in zip(own, its, strict=True))
+        own_criteria, other_criteria = self.respects, other.respects
+        return own_criteria != other_criteria and all(b <= a for a, b in zip(own_criteria, other_criteria, strict=True))
 
     def to_number(self, scenes: int) -> float:
         """Return a number with the same order, for an optimiser."""
-        whole = (self.wrong * (scenes + 1) + self.behind) * (_PARTS + 1) + self.error
-        return whole + self.cost / (1.0 + self.cost)
+        integer_part = (self.wrong * (scenes + 1) + self.behind) * (_PARTS + 1) + self.error
+        return integer_part + self.cost / (1.0 + self.cost)
 
 
 def compute_error_on_scale(judged: Judged) -> float:
@@ -97,9 +97,9 @@ def compute_error_on_scale(judged: Judged) -> float:
     """
     if judged.wrong or math.isnan(judged.price):
         return 1.0 if judged.behind else 0.0
-    least = THRESHOLDS.rounding
-    bounded = min(max(judged.price, least), 1.0 / least)
-    return (1.0 - math.log(bounded) / math.log(least)) / 2.0
+    rounding = THRESHOLDS.rounding
+    bounded = min(max(judged.price, rounding), 1.0 / rounding)
+    return (1.0 - math.log(bounded) / math.log(rounding)) / 2.0
 
 
 def compute_merit(judged: Sequence[Judged], first: Sequence[Judged] = ()) -> Merit:
@@ -110,7 +110,7 @@ def compute_merit(judged: Sequence[Judged], first: Sequence[Judged] = ()) -> Mer
         first: Results of the first profile on the same scenes, for the comparison of run times. Without timing the cost
             is 1.
     """
-    ratios = [own.seconds / other.seconds for own, other in zip(judged, first, strict=False) if other.seconds > 0]
+    ratios = [result.seconds / other.seconds for result, other in zip(judged, first, strict=False) if other.seconds > 0]
     ratios = [ratio for ratio in ratios if not math.isnan(ratio)]
     return Merit(
         wrong=sum(one.wrong for one in judged),

@@ -37,7 +37,7 @@ class TuneOptions(LimitOptions):
 
     profile: str = declare_option("default", build_name_kind(), "Profile to start from.", "--profile", "-p")
     dt_s: float | None = declare_option(
-        None, build_step_kind(), "Step size in seconds, such as 1/240.", "--dt", said="one frame of each scene"
+        None, build_step_kind(), "Step size in seconds, such as 1/240.", "--dt", default_text="one frame of each scene"
     )
     trials: int = declare_option(
         100, build_whole_number_kind(1, MOST_SEED), "Number of settings to try before the best is refined.", "--trials"

@@ -110,40 +110,46 @@ def tune(
         UnavailableError: The engine is not installed.
         MissingExtraError: Optuna is not installed.
     """
-    started, asked = time.perf_counter(), options or TuneOptions()
-    with asked.open_local_pool(1) if asked.timing else asked.open_pool() as pool:
+    started, tune_options = time.perf_counter(), options or TuneOptions()
+    with tune_options.open_local_pool(1) if tune_options.timing else tune_options.open_pool() as pool:
         (info,) = describe_engines([engine], pool)
         if info.unavailable:
             raise UnavailableError(f"{engine}: {info.unavailable}")
-        require_profile(engine, asked.profile, info.profiles)
-        horizons, left_out = _find_horizons(scenes, info, asked)
-        able = tuple(scene for scene in scenes if scene.name not in left_out)
-        if not able:
+        require_profile(engine, tune_options.profile, info.profiles)
+        horizons, left_out = _find_horizons(scenes, info, tune_options)
+        usable = tuple(scene for scene in scenes if scene.name not in left_out)
+        if not usable:
             why = next(iter(left_out.values()), "there are no scenes")
             raise InputError(f"{engine} cannot run any of these scenes: {why}")
-        steps = {scene: asked.compute_step(scene) for scene in able}
-        jury = Jury(steps, horizons, pool, notes, timed=asked.timing)
+        steps = {scene: tune_options.compute_step(scene) for scene in usable}
+        jury = Jury(steps, horizons, pool, notes, timed=tune_options.timing)
         space = Space({name: list_values(knob) for name, knob in info.knobs.items()})
-        search = KnobSearch(Method(engine, asked.profile), space, able, jury, progress, on_improvement)
-        best = search.run(asked.trials, asked.seed)
-        own, _ = _read_settings(pool, engine, asked.profile, (), steps[able[0]])
-        settings, varying = _read_settings(pool, engine, asked.profile, best.tried, steps[able[0]])
-        others = {name: _judge_profile(info, name, steps, jury) for name in info.profiles if name != asked.profile}
-        code = find_changed_code(engine, asked.profile, best.tried, able[0], steps[able[0]], pool) if best.tried else ""
-        with pool.to_local_pool() as here:
-            ratio = _measure_time_ratio(here, search.method, best.tried, steps)
+        search = KnobSearch(Method(engine, tune_options.profile), space, usable, jury, progress, on_improvement)
+        best = search.run(tune_options.trials, tune_options.seed)
+        profile_settings, _ = _read_settings(pool, engine, tune_options.profile, (), steps[usable[0]])
+        settings, varying = _read_settings(pool, engine, tune_options.profile, best.tried, steps[usable[0]])
+        other_profiles = {
+            name: _judge_profile(info, name, steps, jury) for name in info.profiles if name != tune_options.profile
+        }
+        code = (
+            find_changed_code(engine, tune_options.profile, best.tried, usable[0], steps[usable[0]], pool)
+            if best.tried
+            else ""
+        )
+        with pool.to_local_pool() as local_pool:
+            ratio = _measure_time_ratio(local_pool, search.method, best.tried, steps)
     return Tuning(
         engine=engine,
-        options=asked,
-        scenes=able,
+        options=tune_options,
+        scenes=usable,
         left_out=left_out,
         space=space,
         first=search.begun,
         best=best,
-        others=others,
+        others=other_profiles,
         located=info.located,
         code=code,
-        own=own,
+        own=profile_settings,
         settings=settings,
         varying=varying,
         time_ratio=ratio,
@@ -157,13 +163,13 @@ def tune(
 
 def _judge_profile(info: EngineInfo, profile: str, steps: Mapping[Scene, float], jury: Jury) -> Found:
     """Return the results of another profile. Scenes that the profile does not support are not run."""
-    able, located = info.own.get(profile, info.capabilities), profile in info.located
+    capabilities, located = info.own.get(profile, info.capabilities), profile in info.located
     refused = {
-        scene: "" if able is None else unsupported_reason(scene, able, dt_s, located=located)
+        scene: "" if capabilities is None else unsupported_reason(scene, capabilities, dt_s, located=located)
         for scene, dt_s in steps.items()
     }
-    ran = [scene for scene, reason in refused.items() if not reason]
-    found = dict(zip(ran, jury.judge(Method(info.name, profile), ran), strict=True))
+    supported = [scene for scene, reason in refused.items() if not reason]
+    found = dict(zip(supported, jury.judge(Method(info.name, profile), supported), strict=True))
     judged = tuple(found.get(scene) or Judged(None, reason=reason) for scene, reason in refused.items())
     return Found((), compute_merit(judged), judged, 0)
 
@@ -177,8 +183,12 @@ def _find_horizons(
     located = options.profile in info.located
     for scene in scenes:
         trace = solve_reference(scene)
-        able = info.capabilities
-        reason = "" if able is None else unsupported_reason(scene, able, options.compute_step(scene), located=located)
+        capabilities = info.capabilities
+        reason = (
+            ""
+            if capabilities is None
+            else unsupported_reason(scene, capabilities, options.compute_step(scene), located=located)
+        )
         if reason or not isinstance(trace, Trace):
             left_out[scene.name] = reason or str(trace)
         elif (until_s := build_reference(trace, None).horizon_s) is not None:
@@ -187,22 +197,22 @@ def _find_horizons(
 
 
 def _read_settings(
-    pool: Pool, engine: str, profile: str, tried: SettingOverrides, dt_s: float
+    pool: Pool, engine: str, profile: str, overrides: SettingOverrides, dt_s: float
 ) -> tuple[dict[str, Setting], frozenset[str]]:
     """Return the settings for a step size, and the names of settings that vary with the step size."""
-    answer = pool.run(SettingsTask(engine, profile, (dt_s, dt_s / 2), tried))
-    here, finer = answer.value or (answer.said, "")
-    if isinstance(here, str) or isinstance(finer, str):
-        raise AdapterError(f"{engine} failed to return the settings of {profile!r}: {here or finer}")
-    varying = frozenset(name for name, value in here.items() if finer.get(name) != value)
-    return {name: value for name, value in here.items() if name != "dt_s"}, varying - {"dt_s"}
+    answer = pool.run(SettingsTask(engine, profile, (dt_s, dt_s / 2), overrides))
+    settings, finer = answer.value or (answer.said, "")
+    if isinstance(settings, str) or isinstance(finer, str):
+        raise AdapterError(f"{engine} failed to return the settings of {profile!r}: {settings or finer}")
+    varying = frozenset(name for name, value in settings.items() if finer.get(name) != value)
+    return {name: value for name, value in settings.items() if name != "dt_s"}, varying - {"dt_s"}
 
 
-def _measure_time_ratio(pool: Pool, first: Method, tried: SettingOverrides, steps: Mapping[Scene, float]) -> float:
+def _measure_time_ratio(pool: Pool, first: Method, overrides: SettingOverrides, steps: Mapping[Scene, float]) -> float:
     """Return the run time of the best settings over the first profile's, both timed alternately; NaN if neither ran."""
     ratios = []
     for scene, dt_s in steps.items():
-        methods = (first, Method(first.engine, first.profile, tried))
+        methods = (first, Method(first.engine, first.profile, overrides))
         before, after = (pool.run(TimeTask(Job(scene, method, dt_s))).value for method in methods)
         if before is not None and after is not None and before.advance_s > 0:
             ratios.append(after.advance_s / before.advance_s)

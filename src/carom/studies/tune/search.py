@@ -139,10 +139,10 @@ class KnobSearch:
         study = optuna.create_study(sampler=sampler)
         for point in ({}, *ends):
             study.enqueue_trial(_build_parameters(point, self.space))
-        asked = 0
+        request_count = 0
         # A repeated request is not run again. If the optimiser only repeats requests, the search ends.
-        while self.trials < trials and asked < 10 * trials:
-            asked += 1
+        while self.trials < trials and request_count < 10 * trials:
+            request_count += 1
             self._run_trial(study)
 
     def _run_trial(self, study: Study) -> None:
@@ -162,11 +162,11 @@ class KnobSearch:
         else:
             study.tell(trial, number)
 
-    def _refine(self, most: int) -> Found:
+    def _refine(self, max_trials: int) -> Found:
         """Turn one knob at a time from the best trial, and from trials that are better by some criterion."""
         done: set[SettingOverrides] = set()
         while todo := [found for found in self._find_front() if found.tried not in done]:
-            if todo[0] is not self.best and self.trials >= most:
+            if todo[0] is not self.best and self.trials >= max_trials:
                 break
             done.add(todo[0].tried)
             for point in self.space.neighbours(self.space.point_of(todo[0].tried)):
@@ -178,8 +178,8 @@ class KnobSearch:
         first_of: dict[tuple[int, int, int], Found] = {}
         for found in sorted(self._whole, key=lambda one: one.rank):
             first_of.setdefault(found.merit.respects, found)
-        every = first_of.values()
-        return [one for one in every if not any(one.merit.is_beaten_by(other.merit) for other in every)]
+        candidates = first_of.values()
+        return [one for one in candidates if not any(one.merit.is_beaten_by(other.merit) for other in candidates)]
 
     @property
     def begun(self) -> Found:
@@ -196,18 +196,18 @@ class KnobSearch:
 
         Return the point's merit, and whether the evaluation was abandoned, in which case the merit is only a bound.
         """
-        tried = self.space.settings_of(point)
-        if tried not in self._seen:
+        overrides = self.space.settings_of(point)
+        if overrides not in self._seen:
             self.trials += 1
-            self._seen[tried] = self._evaluate_settings(tried)
-            self.given_up += self._seen[tried][1]
+            self._seen[overrides] = self._evaluate_settings(overrides)
+            self.given_up += self._seen[overrides][1]
             best = self.best.merit
-            said = f"best so far: {best.wrong} wrong, {best.behind} neither exact nor close"
-            self._progress(self.trials, max(self._requested_trials, self.trials), said)
-        return self._seen[tried]
+            message = f"best so far: {best.wrong} wrong, {best.behind} neither exact nor close"
+            self._progress(self.trials, max(self._requested_trials, self.trials), message)
+        return self._seen[overrides]
 
-    def _evaluate_settings(self, tried: SettingOverrides) -> tuple[Merit, bool]:
-        method = Method(self.method.engine, self.method.profile, tried)
+    def _evaluate_settings(self, overrides: SettingOverrides) -> tuple[Merit, bool]:
+        method = Method(self.method.engine, self.method.profile, overrides)
         best, first = self.best, self.begun
         found: dict[int, Judged] = {}
         for part in _split_order(self._order):
@@ -215,14 +215,14 @@ class KnobSearch:
             # Assume the best case, in which all remaining scenes are exact.
             left = [Judged(Grade.EXACT, 0.0)] * (len(self.scenes) - len(found))
             at_best = replace(compute_merit([*found.values(), *left]), cost=0.0)
-            if left and any(at_best.is_beaten_by(whole.merit) for whole in self._whole):
+            if left and any(at_best.is_beaten_by(full_trial.merit) for full_trial in self._whole):
                 return at_best, True
         judged = tuple(found[k] for k in range(len(self.scenes)))
-        whole = Found(tried, compute_merit(judged, first.judged), judged, self.trials)
-        self._whole.append(whole)
-        if whole.rank < best.rank and self._on_improvement is not None:
-            self._on_improvement(whole)
-        return whole.merit, False
+        full_trial = Found(overrides, compute_merit(judged, first.judged), judged, self.trials)
+        self._whole.append(full_trial)
+        if full_trial.rank < best.rank and self._on_improvement is not None:
+            self._on_improvement(full_trial)
+        return full_trial.merit, False
 
 
 def _split_order(order: Sequence[int]) -> list[Sequence[int]]:
@@ -240,5 +240,5 @@ def _format_value_name(name: str) -> str:
 
 def _build_parameters(point: Point, space: Space) -> dict[str, Any]:
     """Return a point as the optimiser's parameters."""
-    turned = {_format_turned_name(name): name in point for name in space.values}
-    return turned | {_format_value_name(name): k for name, k in point.items()}
+    is_turned = {_format_turned_name(name): name in point for name in space.values}
+    return is_turned | {_format_value_name(name): k for name, k in point.items()}

@@ -47,9 +47,9 @@ class Space:
         """Return the settings of a point, sorted by name."""
         return tuple(sorted((name, self.values[name][k]) for name, k in point.items()))
 
-    def point_of(self, tried: SettingOverrides) -> dict[str, int]:
+    def point_of(self, overrides: SettingOverrides) -> dict[str, int]:
         """Return the point with the given settings."""
-        return {name: self.values[name].index(value) for name, value in tried}
+        return {name: self.values[name].index(value) for name, value in overrides}
 
     def list_end_points(self) -> list[dict[str, int]]:
         """Return the points at which a single knob is turned, to its first or last value."""
@@ -58,10 +58,10 @@ class Space:
     def neighbours(self, point: Point) -> Iterator[dict[str, int]]:
         """Yield the points that differ from this one in one knob: at its default, at a stop, or near its value."""
         for name, values in self.values.items():
-            last, here = len(values) - 1, point.get(name)
+            last, current_index = len(values) - 1, point.get(name)
             without = {other: k for other, k in point.items() if other != name}
             stops = {round(last * part / STOPS) for part in range(STOPS + 1)}
-            if here is not None:
+            if current_index is not None:
                 yield without
-                stops |= {k for k in range(here - NEAR, here + NEAR + 1) if 0 <= k <= last}
-            yield from ({**without, name: k} for k in sorted(stops - {here}))
+                stops |= {k for k in range(current_index - NEAR, current_index + NEAR + 1) if 0 <= k <= last}
+            yield from ({**without, name: k} for k in sorted(stops - {current_index}))
