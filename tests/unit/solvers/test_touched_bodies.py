@@ -1,6 +1,7 @@
 """An impact with restitution 0 leaves contact, and no later impact that is only rounding."""
 
 import math
+import random
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -402,3 +403,33 @@ def test_hops_between_two_rough_grounds_are_exact_down_to_the_clock() -> None:
     assert trace.impacts["second"].tolist() == certified.impacts["second"].tolist()
     late_s = trace.impacts["time_s"] - certified.impacts["time_s"]
     assert np.abs(late_s).max() < 4.0 * math.ulp(trace.end_time_s)
+
+
+@each("seed", range(40))
+def test_two_discs_between_closing_walls_end_when_the_walls_leave_no_room(seed: int) -> None:
+    """Infinitely many impacts come before that time. The run ends there by name, and does not go on without end."""
+    draw = random.Random(seed)
+    x, height, radius = draw.uniform(-5.0, 5.0), draw.uniform(4.0, 8.0), draw.uniform(0.3, 0.9)
+    up, down = draw.uniform(0.5, 3.0), draw.uniform(0.5, 3.0)
+    scene = Scene(
+        name="closing walls",
+        discs=[
+            Disc(
+                position_m=(x, side * draw.uniform(1.0, 2.5)),
+                velocity_m_s=(0.0, side * draw.uniform(1.0, 5.0)),
+                radius_m=radius,
+                mass_kg=mass,
+            )
+            for side, mass in ((1.0, draw.choice([1.0, 50.0, 1e-4])), (-1.0, 1.0))
+        ],
+        walls=[
+            Wall(point_m=(0.0, -height), normal=(0.0, 1.0), velocity_m_s=(draw.uniform(-1.0, 1.0), up)),
+            Wall(point_m=(0.0, height), normal=(0.0, -1.0), velocity_m_s=(draw.uniform(-1.0, 1.0), -down)),
+        ],
+        restitution=draw.choice([0.5, 0.8, 0.9]),
+        wall_restitution=0.0,
+        duration_s=20.0,
+    )
+    trace = carom.solve_pic(scene, max_impacts=20_000)
+    assert trace.outcome in {Outcome.STANDSTILL, Outcome.CRUSHED}
+    assert trace.end_time_s == pytest.approx((2.0 * height - 4.0 * radius) / (up + down), rel=1e-9)

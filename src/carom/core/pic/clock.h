@@ -55,8 +55,20 @@ static inline void clear_last_arc(State *s, Index i) {
         a->last = NO_BODY;
 }
 
+/* Count the impacts of epochs in which time has hardly advanced. If there are too many, the run stands still.
+
+   Discs that are crushed between walls collide faster and faster. Soon after the start of an epoch, the clock resolves
+   times that the reported time does not, so each impact seems to be later than the last one. */
+static inline void count_still_impacts(State *s) {
+    double least = CAROM_ULP * s->clock.reported * (double)s->counts.epoch_impacts;
+    s->counts.still_impacts = s->clock.now < least ? s->counts.still_impacts + s->counts.epoch_impacts : 0;
+    if (s->counts.still_impacts > s->standstill)
+        s->counts.at_instant = s->standstill + 1;
+}
+
 /* Move every disc to the present and count time from there. Everything is predicted again. */
 static inline void begin_epoch(State *s) {
+    count_still_impacts(s);
     for (Index i = 0; i < s->disc_count; i++) {
         if (s->feature_count > 0)
             clear_last_arc(s, i);
