@@ -24,10 +24,10 @@ from carom.core.resolution import clock_resolution, gap_resolution
 from carom.model.disc_arrays import list_wall_lengths
 from carom.model.flights import free_flights
 from carom.model.trace import NO_EDGE, wall_index
-from carom.solvers.certified.ball_bodies import BallBodies
-from carom.solvers.certified.balls import ZERO, float_above
+from carom.solvers.certified.ball_arithmetic import ZERO, float_above
 from carom.solvers.certified.contact_state import BallMode, GlideState
 from carom.solvers.certified.contacts import BallContacts
+from carom.solvers.certified.disc_states import BallBodies
 from carom.solvers.certified.impacts import BallEvent, BallImpact, apply_meeting
 from carom.solvers.certified.meeting import Meeting, Seam, WallApproach
 from carom.solvers.certified.recording import damp_impact

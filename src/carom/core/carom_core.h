@@ -118,7 +118,7 @@
      pit/frame_loop.c             the frame loop, and the functions for bindings
      pit/set_up.h                 memory of a run, filled from its input
      pit/frame.h                  one frame: all its tests, or only those that can find something
-     pit/test_queue.h             tests of a frame that remain, in the order of Algorithm 1
+     pit/pending_tests.h             tests of a frame that remain, in the order of Algorithm 1
      pit/motion.h                 motion between frames; driven bodies
      pit/impacts.h                interference tests and impacts
      pit/separation.h             bodies that a disc cannot approach on its present path

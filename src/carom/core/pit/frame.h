@@ -9,7 +9,7 @@
 #include "carom/core/pit/impacts.h"
 #include "carom/core/pit/motion.h"
 #include "carom/core/pit/schedule.h"
-#include "carom/core/pit/test_queue.h"
+#include "carom/core/pit/pending_tests.h"
 
 /* ---- frames at which nothing is tested ---- */
 

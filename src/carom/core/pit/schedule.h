@@ -8,7 +8,7 @@
 
 #include "carom/core/pit/skip_bounds.h"
 #include "carom/core/pit/grid.h"
-#include "carom/core/pit/test_queue.h"
+#include "carom/core/pit/pending_tests.h"
 
 /* ---- work, measured in tests of two discs, and whether skipping tests saves work ---- */
 

@@ -17,7 +17,7 @@ from flint import arb
 
 from carom.core.wall_features import Exact, to_exact
 from carom.model.trace import EdgeKind, wall_body, wall_index
-from carom.solvers.certified.balls import ball, float_above
+from carom.solvers.certified.ball_arithmetic import ball, float_above
 from carom.solvers.certified.obstacles import Obstacle, Plane, Round, dot, subtract
 from carom.solvers.certified.result import Degeneracy, Degenerate
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from carom.model.trace import ImpactRecord
-    from carom.solvers.certified.ball_bodies import BallBodies
+    from carom.solvers.certified.disc_states import BallBodies
     from carom.solvers.certified.recording import Recording
 
 #: Impacts count as a collapse if there are at least this many, times the square of the number of their bodies, within

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, NamedTuple
 from flint import arb, ctx
 
 from carom.solvers.certified.accumulation import find_accumulation
-from carom.solvers.certified.ball_bodies import BallBodies
-from carom.solvers.certified.balls import float_above
+from carom.solvers.certified.ball_arithmetic import float_above
 from carom.solvers.certified.contacts import BallContacts
+from carom.solvers.certified.disc_states import BallBodies
 from carom.solvers.certified.impacts import BallEvent, apply_meeting
 from carom.solvers.certified.meeting import Meeting
 from carom.solvers.certified.meeting_times import meet

@@ -1,6 +1,6 @@
 from typing_extensions import disjoint_base
 
-from carom.solvers.certified.ball_bodies import BallBodies
+from carom.solvers.certified.disc_states import BallBodies
 
 @disjoint_base
 class LowerBounds:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from flint import arb
 
 from carom.model.trace import Mode
-from carom.solvers.certified.balls import ZERO
+from carom.solvers.certified.ball_arithmetic import ZERO
 from carom.solvers.certified.two_frictions import BallFrictions
 
 

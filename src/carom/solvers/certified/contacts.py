@@ -18,7 +18,7 @@ from flint import arb
 
 from carom.core.resolution import gap_resolution, size_of
 from carom.model.trace import Mode, wall_body, wall_index
-from carom.solvers.certified.balls import ZERO, ball, float_above, float_below
+from carom.solvers.certified.ball_arithmetic import ZERO, ball, float_above, float_below
 from carom.solvers.certified.contact_state import BallGround, BallMode, End, GlideState, Gliding, Landing, Launch
 from carom.solvers.certified.landing import meets_only_ground, sum_bounces
 from carom.solvers.certified.meeting import Meeting, WallApproach
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from carom.core.wall_features import Exact
-    from carom.solvers.certified.ball_bodies import BallBodies
+    from carom.solvers.certified.disc_states import BallBodies
     from carom.solvers.certified.obstacles import Obstacle
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from carom.model.broad_phase import find_near_pairs, find_near_walls
 from carom.model.trace import wall_body, wall_index
-from carom.solvers.certified.balls import SLACK
+from carom.solvers.certified.ball_arithmetic import SLACK
 from carom.solvers.certified.obstacles import Plane, dot
 from carom.solvers.certified.result import Degeneracy, Degenerate
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from carom.model.scene import Scene
-    from carom.solvers.certified.ball_bodies import BallBodies
+    from carom.solvers.certified.disc_states import BallBodies
 
 
 def find_contact_at_start(bodies: BallBodies, grounds: Mapping[int, int]) -> Degeneracy | None:

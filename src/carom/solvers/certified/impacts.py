@@ -13,10 +13,10 @@ from typing import NamedTuple
 from flint import arb
 
 from carom.model.trace import NO_EDGE, wall_index
-from carom.solvers.certified.ball_bodies import BallBodies
-from carom.solvers.certified.balls import ZERO
+from carom.solvers.certified.ball_arithmetic import ZERO
 from carom.solvers.certified.contact_state import BallMode, Bounce
 from carom.solvers.certified.contacts import BallContacts
+from carom.solvers.certified.disc_states import BallBodies
 from carom.solvers.certified.laws import PairLaw
 from carom.solvers.certified.meeting import Meeting, PairApproach, RoundApproach, Seam, WallApproach
 from carom.solvers.certified.slowing import start_deceleration, stop_disc

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from flint import arb
 
-from carom.solvers.certified.balls import ZERO, ball
+from carom.solvers.certified.ball_arithmetic import ZERO, ball
 from carom.solvers.certified.obstacles import Plane, Round
 
 if TYPE_CHECKING:

@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from flint import arb
 
-from carom.solvers.certified.balls import float_above
+from carom.solvers.certified.ball_arithmetic import float_above
 from carom.solvers.certified.sign_changes import find_falls
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from carom.solvers.certified.ball_bodies import BallBodies
-    from carom.solvers.certified.balls import BallLeg
+    from carom.solvers.certified.ball_arithmetic import BallLeg
+    from carom.solvers.certified.disc_states import BallBodies
     from carom.solvers.certified.laws import RoundLaw
 
 

@@ -16,8 +16,8 @@ from carom.model.trace import (
     build_mode_array,
     build_spin_array,
 )
-from carom.solvers.certified.ball_bodies import find_greatest_speed
-from carom.solvers.certified.balls import divide_to_float, round_to_float
+from carom.solvers.certified.ball_arithmetic import divide_to_float, round_to_float
+from carom.solvers.certified.disc_states import find_greatest_speed
 from carom.solvers.certified.slowing import damped_time, speed_fraction
 
 if TYPE_CHECKING:
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from carom.model.scene import Scene
-    from carom.solvers.certified.ball_bodies import BallBodies
     from carom.solvers.certified.contact_state import BallMode
+    from carom.solvers.certified.disc_states import BallBodies
     from carom.solvers.certified.impacts import BallEvent, BallImpact
 
 Spins = tuple[float, float, float, float]

@@ -16,9 +16,9 @@ from flint import arb, ctx
 from carom.core.extension import find_extension_notes
 from carom.model.trace import Outcome, Trace, build_impact_array, build_mode_array, build_spin_array
 from carom.solvers.certified.attempt import Attempt, Goal, Stop
-from carom.solvers.certified.ball_bodies import BallBodies
-from carom.solvers.certified.balls import float_above, round_to_float
+from carom.solvers.certified.ball_arithmetic import float_above, round_to_float
 from carom.solvers.certified.contacts import BallContacts
+from carom.solvers.certified.disc_states import BallBodies
 from carom.solvers.certified.exact import find_contact_at_start
 from carom.solvers.certified.recording import BITS_A_DIGIT, Recording, to_vector
 from carom.solvers.certified.result import CertifiedTrace, Degeneracy, Degenerate, Ending

@@ -18,8 +18,8 @@ from typing import NamedTuple, NoReturn
 from flint import arb
 
 from carom.solvers.certified import bounds
-from carom.solvers.certified.ball_bodies import BallBodies
-from carom.solvers.certified.balls import float_above, float_below
+from carom.solvers.certified.ball_arithmetic import float_above, float_below
+from carom.solvers.certified.disc_states import BallBodies
 from carom.solvers.certified.exact import are_simultaneous
 from carom.solvers.certified.meeting import Meeting
 from carom.solvers.certified.meeting_times import meet

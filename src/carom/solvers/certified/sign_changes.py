@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from flint import arb, arb_poly, ctx
 
-from carom.solvers.certified.balls import ZERO
+from carom.solvers.certified.ball_arithmetic import ZERO
 
 #: The lengths of the first pieces are the horizon times powers of two, with exponents from minus this number to 0.
 _FIRST = 8

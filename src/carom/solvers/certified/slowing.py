@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 
 from flint import arb
 
-from carom.solvers.certified.balls import ZERO, float_above, float_below
+from carom.solvers.certified.ball_arithmetic import ZERO, float_above, float_below
 from carom.solvers.certified.result import Degeneracy, Degenerate, Undecided
 
 if TYPE_CHECKING:
-    from carom.solvers.certified.ball_bodies import BallBodies
+    from carom.solvers.certified.disc_states import BallBodies
     from carom.solvers.certified.meeting import Meeting
 
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from flint import arb
 
-from carom.solvers.certified.balls import ZERO
+from carom.solvers.certified.ball_arithmetic import ZERO
 
 
 class BallFrictions(NamedTuple):

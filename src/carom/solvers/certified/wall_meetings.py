@@ -24,8 +24,8 @@ from typing import TYPE_CHECKING, NamedTuple
 from flint import arb, ctx
 
 from carom.model.trace import wall_body, wall_index
-from carom.solvers.certified.ball_bodies import BallBodies
-from carom.solvers.certified.balls import SLACK, ZERO, ball, float_above
+from carom.solvers.certified.ball_arithmetic import SLACK, ZERO, ball, float_above
+from carom.solvers.certified.disc_states import BallBodies
 from carom.solvers.certified.exact import does_graze_wall
 from carom.solvers.certified.meeting import Meeting, RoundApproach, Seam, WallApproach, find_contacts, undecided
 from carom.solvers.certified.obstacles import Between, Plane, Round
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
     from carom.model.chain_geometry import Outline
     from carom.model.scene import Scene
-    from carom.solvers.certified.balls import BallLeg
+    from carom.solvers.certified.ball_arithmetic import BallLeg
 
 #: Precision in bits for checking contact at the start. This precision is far more than float64 input needs.
 _START_BITS = 2048

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from flint import arb
 
 from carom import Disc, Scene, Wall
-from carom.solvers.certified.ball_bodies import BallBodies
+from carom.solvers.certified.disc_states import BallBodies
 
 KINDS = ("any", "graze", "head-on", "far", "slow", "fast", "heavy", "wide", "old", "mixed", "wild")
 

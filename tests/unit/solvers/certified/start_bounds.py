@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from carom.solvers.certified.ball_bodies import BallBodies
+    from carom.solvers.certified.disc_states import BallBodies
 
 
 class StartBounds:

@@ -17,8 +17,8 @@ from tests.unit.solvers.certified.start_bounds import StartBounds
 from carom import Disc, Scene, certify
 from carom.catalogue import catalogue
 from carom.model.trace import wall_body, wall_index
-from carom.solvers.certified.ball_bodies import BallBodies
 from carom.solvers.certified.bounds import LowerBounds
+from carom.solvers.certified.disc_states import BallBodies
 from carom.solvers.certified.impacts import apply_meeting
 from carom.solvers.certified.meeting_times import meet
 from carom.solvers.certified.result import CertifiedTrace

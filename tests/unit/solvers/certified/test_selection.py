@@ -6,7 +6,7 @@ from tests.cases import each
 from tests.scene_builders import disc_at, staged
 
 from carom import Disc, Scene
-from carom.solvers.certified.ball_bodies import BallBodies
+from carom.solvers.certified.disc_states import BallBodies
 from carom.solvers.certified.meeting_times import meet
 from carom.solvers.certified.result import Degenerate, Undecided
 from carom.solvers.certified.selection import Selection

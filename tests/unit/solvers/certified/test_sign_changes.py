@@ -8,7 +8,7 @@ import pytest
 from flint import arb, ctx
 from tests.cases import each, release_after
 
-from carom.solvers.certified.balls import ball
+from carom.solvers.certified.ball_arithmetic import ball
 from carom.solvers.certified.sign_changes import find_falls, squared_gap_powers
 
 

@@ -20,7 +20,7 @@ from flint import arb, ctx
 
 from carom.model.scene import Scene
 from carom.model.trace import wall_body, wall_index
-from carom.solvers.certified.balls import SLACK, ZERO, BallLeg, legs_of
+from carom.solvers.certified.ball_arithmetic import SLACK, ZERO, BallLeg, legs_of
 from carom.solvers.certified.contact_state import ContactStates
 from carom.solvers.certified.laws import Laws
 from carom.solvers.certified.obstacles import Plane, Round, obstacles_of
