@@ -1,4 +1,4 @@
-"""Adapter of Box2D 2.3 (pybox2d): impulse-based, two-dimensional, 32-bit floats."""
+"""Adapter of Box2D 2.3 (pybox2d), an impulse-based two-dimensional engine with 32-bit floats."""
 
 from __future__ import annotations
 

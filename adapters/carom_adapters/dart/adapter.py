@@ -1,4 +1,4 @@
-"""Adapter of DART (the wheel `dartpy`): a boxed LCP over velocities, three-dimensional, 64-bit floats."""
+"""Adapter of DART (the wheel `dartpy`), a 3D engine that solves a boxed LCP over velocities in 64-bit floats."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Adapter of Drake: compliant contact, integrated with error control, three-dimensional, 64-bit floats."""
+"""Adapter of Drake, a three-dimensional engine with compliant contact, error control and 64-bit floats."""
 
 from __future__ import annotations
 

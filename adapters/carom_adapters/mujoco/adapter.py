@@ -1,4 +1,4 @@
-"""Adapter of MuJoCo: contacts as soft constraints, three-dimensional, 64-bit floats; discs are spheres in one plane."""
+"""Adapter of MuJoCo, a 3D engine with soft contacts and 64-bit floats. Discs are spheres in one plane."""
 
 from __future__ import annotations
 

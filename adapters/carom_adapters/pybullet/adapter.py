@@ -1,4 +1,4 @@
-"""Adapter of PyBullet (Bullet 3): impulse-based, three-dimensional, 64-bit floats; discs are spheres in one plane."""
+"""Adapter of PyBullet (Bullet 3), an impulse-based 3D engine with 64-bit floats. Discs are spheres in one plane."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Adapter of pymunk (Chipmunk2D): impulse-based, two-dimensional, 64-bit floats."""
+"""Adapter of pymunk (Chipmunk2D), an impulse-based two-dimensional engine with 64-bit floats."""
 
 from __future__ import annotations
 

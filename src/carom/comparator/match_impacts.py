@@ -66,7 +66,7 @@ class Alignment:
 
 
 def match_impacts(reference: Trace, observed: Trace, compared: ComparisonRange | None = None) -> Alignment:
-    """Align the impacts of two traces of one scene. Return the part within a range, by default all of it."""
+    """Align the impacts of two traces of one scene: those within a range, or all of them if no range is given."""
     slack = LATEST_STAMP_STEPS * observed.dt_s
     windows = _compute_time_windows(reference, slack)
     timed = np.isfinite(observed.impacts["time_s"])  # an impact without a time matches nothing

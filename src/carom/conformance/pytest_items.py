@@ -61,7 +61,7 @@ class CaseItem(pytest.Item):
             pytest.skip(str(reason))
 
     def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: object = None) -> str | TerminalRepr:  # noqa: ARG002 - pytest's signature
-        """Return found and expected value, scene and command, without a traceback into the suite."""
+        """Return a text with the expected and the found value, the scene and the command, but without a traceback."""
         error = excinfo.value
         if not isinstance(error, CaromError):
             return super().repr_failure(excinfo)

@@ -88,7 +88,7 @@
 #define CAROM_EPOCH_IMPACTS 32
 /* How much wider a cell is than the largest sum of two radii, relative to that sum. Any value works that covers the
    roundings of a path and of the edges. For very large coordinates the second constant applies, relative to the largest
-   coordinate. It is twice the eight roundings (2^-53) of the positions of two discs. */
+   coordinate. It is twice the roundings of the positions of two discs: eight (2^-53 each) for each disc. */
 #define CAROM_CELL_MARGIN 0x1p-10
 #define CAROM_COORDINATE_ERROR 0x1p-48
 /* Largest number of cells per disc, which limits memory. With more cells, too few discs are in each to justify the

@@ -1,4 +1,4 @@
-"""Observed run of an engine: drives one world through one scene, step by step, and returns the trace."""
+"""Run of an engine that is observed: one world goes through one scene, step by step. The result is a trace."""
 
 from __future__ import annotations
 

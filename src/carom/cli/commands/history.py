@@ -45,7 +45,7 @@ def history(
     """List changes between releases of an engine, with the present adapter and scenes.
 
     Each release is installed into its own folder, by pip from wheels or by npm without scripts. Your installation does
-    not change. Exit code 1 if the newest release is worse than the previous one.
+    not change. The exit code is 1 if the newest release is worse than the previous one.
 
     Examples: `carom history pymunk`, `carom history rapier2d --versions '>=0.18' --out history`,
     `carom history rapier2d --bisect classics/cradle-gaps:default:1/60`.

@@ -137,7 +137,7 @@ def _find_largest_known(values: list[float]) -> float:
 
 
 def _measure_lateness(times_s: Array, truth: Array, observed: Array, fast: float) -> float:
-    """Return the time by which the observed run's last fast state is later than the reference's."""
+    """Return how much later the last fast state is in the observed run than in the reference, in seconds."""
     last = [np.flatnonzero(speeds > fast) for speeds in (truth, observed)]
     at_s = [float(times_s[rows[-1]]) if len(rows) else 0.0 for rows in last]
     return at_s[1] - at_s[0]

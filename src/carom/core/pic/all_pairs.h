@@ -73,8 +73,8 @@ static inline Instant feature_meeting(const State *s, Index i, Index k, double *
     return (Instant){a->time + *wait, 0.0};
 }
 
-/* Return the feature of a wall at rest that disc `i` hits first. In a tie the lower number is first, except on a
-   straight path, where the shorter wait is first. */
+/* Return the feature of a wall at rest that disc `i` hits first. Straight paths are compared by wait, other paths by the
+   time of impact. In a tie the lower number is first. */
 static inline NextObstacle first_feature_of(const State *s, Index i, Index first, Index end) {
     NextObstacle found = {NEVER, NO_OBSTACLE};
     double least = CAROM_INF;

@@ -126,8 +126,8 @@ static inline bool is_never_met(const State *s, Index i, Index k) {
     return false;
 }
 
-/* Return whether a disc touches a straight feature without normal speed, and nothing pulls it towards the feature. The
-   time is the begin of the leg of a driven wall, since the start. */
+/* Return whether a disc touches a straight feature without normal speed, and nothing pulls it towards the feature. For a
+   driven wall, `time` is when its leg begins, since the start of the run. */
 static inline bool keeps_touching(const State *s, Index i, Index k, double time) {
     if (s->touched == NULL || find_touched(&s->touched[i], -1 - k, time) == NULL) {
         return false;

@@ -202,7 +202,7 @@ size_t carom_pit_set_up(State *s, const RunInput *input);
 /* Fill the memory of a run, which must begin at a cache line. */
 void carom_pit_begin(State *s, const RunInput *input, void *memory);
 
-/* Pass the frames before number `until`. Stop earlier if work or memory is used up, or after `most` impacts. */
+/* Compute all frames before number `until`. Stop earlier if work or memory is used up, or after `most` impacts. */
 void carom_pit_run(State *s, Index until, Index most);
 
 /* Write x, y, vx, vy of each disc at a time not before the last frame. With damping, time and velocities are

@@ -76,7 +76,7 @@ def _describe_bodies(scene: Scene) -> str:
 
 
 def _list_skipped(scene: Scene, reference: Trace, dt_s: float) -> str:
-    """List what is skipped with a step size, for the first line of the description."""
+    """List the work that a run with this step size skips, for the first line of the description."""
     skipped = ["event queue", "grid"] if is_closed_form(reference) else []
     skipped += [] if scene.walls else ["wall tests"]
     frames = scene.step_count(dt_s)

@@ -17,7 +17,7 @@ from carom.studies.cross_check.grid import Grid, GridCell, keep_worst, omission_
 MOST_RUNS = 1000
 NOTE = (
     "Each step is compared with PIC from the run's own state at the start of the step, so errors do not add up. The "
-    "table lists runs whose steps show more than the whole trajectory. The best run is first."
+    "table lists runs for which single steps reveal more than the whole trajectory. The best run is first."
 )
 DETAIL_NOTE = (
     "Steps in which several bodies meet are compared together as a window. 'Missed' counts bodies that passed "

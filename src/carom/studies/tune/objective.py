@@ -93,7 +93,8 @@ class Merit:
 def compute_error_on_scale(judged: Judged) -> float:
     """Return a scene's error divided by PIT's on a logarithmic scale from 0 (rounding) over 1/2 (PIT's error) to 1.
 
-    A wrong scene has 1. If there is no error to measure, an exact or close scene has 0, any other 1.
+    The result for a wrong scene is 1. If there is no error to measure, it is 0 for an exact or close scene, and 1 for
+    any other scene.
     """
     if judged.wrong or math.isnan(judged.price):
         return 1.0 if judged.behind else 0.0
