@@ -1,8 +1,8 @@
 """Features of finite walls that a disc's rim meets: straight faces, vertices, and both sides of arcs.
 
 A wall consists of all points within a half width of a line of straight edges and arcs. A disc touches the wall when the
-distance of its centre from that line is the half width plus the disc's radius. Such centres form a straight line for a face, and a
-circle for a vertex or for a side of an arc. So a vertex is represented as a circle of radius 0.
+distance of its centre from that line is the half width plus the disc's radius. Such centres form a straight line for a
+face, and a circle for a vertex or for a side of an arc. So a vertex is represented as a circle of radius 0.
 
 Features are frozen. Features contain everything that times of impact need, precomputed from the numbers of the scene
 file. An exact value is stored as a pair ``(high, low)`` of its nearest floats: see `core/arithmetic/double_double.h`.
