@@ -1,12 +1,12 @@
 """Comparison of two traces of one scene: alignment, errors, verdicts and a grade."""
 
 from carom.comparator.compare import Scorer, compare
-from carom.comparator.grade_run import Score
 from carom.comparator.grades import Grade
 from carom.comparator.horizon import Horizon, compute_horizon, horizon
 from carom.comparator.measure.errors import Errors, ImpactError
 from carom.comparator.measure.stepwise_score import LocalScore
 from carom.comparator.scales import Scales
+from carom.comparator.score import Score
 from carom.comparator.stepwise import compute_local_truth
 from carom.comparator.verdict import Finding, Verdict
 

@@ -8,10 +8,11 @@ import numpy as np
 
 from carom.comparator.align_impacts import align_impacts
 from carom.comparator.comparison_range import Baseline, ComparedRun, find_range
-from carom.comparator.grade_run import Score, grade_run, grade_trajectory
+from carom.comparator.grade_run import grade_run, grade_trajectory
 from carom.comparator.grades import Grade
 from carom.comparator.measure.measured_run import measure_run
 from carom.comparator.non_finite import find_non_finite
+from carom.comparator.score import Score
 from carom.comparator.thresholds import THRESHOLDS
 from carom.comparator.trace_checks import require_possible_trace
 from carom.comparator.verdicts.derive_verdicts import derive_verdicts

@@ -3,136 +3,19 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from operator import attrgetter
 
 import numpy as np
 
 from carom.comparator.grades import Grade, find_worst_grade
-from carom.comparator.measure.consistency import Consistency
-from carom.comparator.measure.contact import ContactScore
-from carom.comparator.measure.errors import Errors, ImpactError, Measured
-from carom.comparator.measure.friction_branch import WrongBranches
-from carom.comparator.measure.local_errors import LocalErrors
+from carom.comparator.measure.errors import Errors, Measured
 from carom.comparator.measure.sampling_cost import SamplingCost
-from carom.comparator.measure.simultaneous_impacts import ConventionMatch
 from carom.comparator.measure.stepwise_score import LocalScore
-from carom.comparator.scales import Scales, find_largest
+from carom.comparator.scales import find_largest
+from carom.comparator.score import Score
 from carom.comparator.thresholds import THRESHOLDS
 from carom.comparator.verdict import Finding, Verdict
 from carom.comparator.verdicts.judged_run import JudgedRun
 from carom.model.trace import Outcome
-from carom.support.display import Shown
-
-
-@dataclass(frozen=True, repr=False)
-class Score(Shown):
-    """Result of comparing an observed trace with the reference.
-
-    Attributes:
-        expected: Number of impacts in the reference, up to the horizon.
-        errors: One entry per matched impact.
-        missed: Indices of missed reference impacts.
-        spurious: Indices of observed impacts that the reference does not have.
-        undecided: Indices of reference impacts that are so close to the end of the run that they may not have been
-            reported yet.
-        total: The largest error of each kind against the reference.
-        sampling: The largest errors of PIT with the same step size against the reference. These errors are
-            the cost of sampling at this phase. None without PIT.
-        against_pit: Errors of the observed trace against that PIT run. None without PIT.
-        pit_missed: Indices of reference impacts that PIT misses; None without PIT.
-        price_paid: The run's largest velocity error, divided by PIT's largest velocity error over the phases of the
-            step. If the ratio of the spin errors is larger, that ratio is used. The error of a missed impact is
-            the whole change that the impact causes. The value is 0 for an exact run, 1 for a run as inaccurate as PIT,
-            and above 1 for a worse run. If sampling changes no velocity or spin, and the run's velocities and spins are
-            right, times are compared instead. In this case, the run's largest time error is divided by PIT's largest
-            time error, or by one step if one step is longer. NaN without PIT, without an impact, or if the scene has no
-            unique answer. Infinite if the run has an error and PIT has none, if a number of the run is not finite, or
-            if the run ended before its last impact.
-        findings: At least one verdict, each with its reason.
-        grade: The grade.
-        float_bits: Width of the floats that the method declares. *Exact* means exact to their rounding.
-        scales: The scales that errors are divided by.
-        equals_pit: Whether the run finds the same impacts as PIT, and differs from PIT only by rounding.
-        edits: Edit distance of the two sequences of impacts.
-        beyond_horizon: Number of the reference's impacts beyond the horizon, which were not compared.
-        horizon_s: The horizon, seconds: when the reference stops being reliable, or when a disc first starts to rest,
-            slide or roll, whichever is earlier. None if the whole run is compared.
-        local: Errors of each impact against the analytic answer from the trace's own state before that impact.
-        convention: The admissible outcome that the trace took if the scene has no unique answer; otherwise None.
-        consistency: Contradictions between the trace's own impacts and states; None if one of its numbers is NaN or
-            infinite.
-        branches: The impacts in which bodies stuck instead of sliding, or slid instead of sticking.
-        local_truth: Each step compared with PIC from the run's own state, to the end of the run; None if states were
-            not checked.
-        parted_s: Time at which the trajectory diverged from the reference's. None if it did not diverge, or if a step
-            missed or invented an impact before.
-        pit_parted_s: The same time for PIT; None if PIT did not diverge or was not given.
-        contact: Score of the time in which discs slide, roll or rest. None if there is no such time, or if states were
-            not kept.
-        lucky_phase: Number of phases of the step at which PIT is as accurate as the run, and number of phases that were
-            tried. None unless the run is exact or close, has PIT's impacts, and PIT is less accurate at some phases.
-
-    Examples:
-        >>> reference = carom.solve_pic("paper/late")
-        >>> observed = carom.solve_pit(reference.scene)
-        >>> score = carom.compare(reference, observed, sampling=observed)
-        >>> score.grade.name, score.missed
-        ('SAMPLED', ())
-    """
-
-    expected: int
-    errors: tuple[ImpactError, ...]
-    missed: tuple[int, ...]
-    spurious: tuple[int, ...]
-    undecided: tuple[int, ...]
-    total: Errors
-    sampling: Errors | None
-    against_pit: Errors | None
-    pit_missed: tuple[int, ...] | None
-    price_paid: float
-    findings: tuple[Finding, ...]
-    grade: Grade
-    float_bits: int
-    scales: Scales
-    equals_pit: bool
-    edits: int
-    beyond_horizon: int
-    horizon_s: float | None
-    local: LocalErrors
-    convention: ConventionMatch | None
-    consistency: Consistency | None
-    branches: WrongBranches
-    local_truth: LocalScore | None
-    parted_s: float | None
-    pit_parted_s: float | None
-    lucky_phase: tuple[int, int] | None
-    contact: ContactScore | None
-
-    @property
-    def own_velocity(self) -> float | None:
-        """The velocity error that sampling does not explain: the smaller of the errors against PIT and the reference.
-
-        A method that is better than PIT differs from PIT because it is right. Such a difference is not an error.
-        """
-        if self.against_pit is None:
-            return None
-        pit_difference, total = self.against_pit.velocity, self.total.velocity
-        return total if math.isnan(pit_difference) else min(total, pit_difference)  # NaN if PIT has no matched impact
-
-    @property
-    def verdicts(self) -> tuple[Verdict, ...]:
-        """The verdicts, without their reasons."""
-        return tuple(finding.verdict for finding in self.findings)
-
-    # Aliases of the errors in `total`, for version 0.1.
-    time_error_s = property(attrgetter("total.time_s"))
-    velocity_error = property(attrgetter("total.velocity"))
-    direction_error_rad = property(attrgetter("total.direction_rad"))
-    final_position_error = property(attrgetter("total.final_position"))
-    final_velocity_error = property(attrgetter("total.final_velocity"))
-    energy_error = property(attrgetter("total.energy"))
-    momentum_error = property(attrgetter("total.momentum"))
 
 
 def grade_run(judged: JudgedRun) -> Score:
