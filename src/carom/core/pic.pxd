@@ -42,6 +42,7 @@ cdef extern from "carom/core/pic/state.h" nogil:
         Index epoch_impacts
         Index at_instant
         Index ambiguous_in_row
+        Index still_impacts
         Index has_begun
         Index predicted
         Index too_far

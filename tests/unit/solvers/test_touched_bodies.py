@@ -53,9 +53,8 @@ def test_disc_moving_with_a_wall_does_not_hit_it_again(kind: str, angle: float, 
 @each("kind", ["half-plane", "edge"])
 @each("angle", ANGLES)
 @each("radii, floor_impacts", [((0.5, 0.5), 2), ((0.5, 0.6), 3)])
-@each("deceleration", [0.0, 1e-3])
 def test_equal_discs_that_collide_along_a_floor_do_not_hit_the_floor_again(
-    kind: str, angle: float, radii: tuple[float, float], floor_impacts: int, deceleration: float
+    kind: str, angle: float, radii: tuple[float, float], floor_impacts: int
 ) -> None:
     r"""Equal discs that land on a floor with e = 0 hit it once each, however often they collide along it.
 
@@ -84,7 +83,6 @@ def test_equal_discs_that_collide_along_a_floor_do_not_hit_the_floor_again(
         name="along a floor",
         discs=discs,
         walls=[build_wall(kind, origin, normal, restitution=0.0), *sides],
-        table_deceleration_m_s2=deceleration,
         duration_s=60.0 if sides else 4.0,
     )
     trace = carom.solve_pic(scene)
@@ -93,29 +91,6 @@ def test_equal_discs_that_collide_along_a_floor_do_not_hit_the_floor_again(
     if sides:
         heights = [(complex(*centre) - origin) / normal for centre in trace.final_position_m.tolist()]
         assert [height.real for height in heights] == pytest.approx(radii, abs=1e-11)
-
-
-@each("kind", ["half-plane", "edge"])
-@each("angle", ANGLES)
-@each("mass_kg", [3.0, math.inf])
-def test_impact_on_a_disc_of_the_same_height_keeps_floor_contact(kind: str, angle: float, mass_kg: float) -> None:
-    """A disc that slides along a floor (e = 0) and hits a disc of the same height does not hit the floor again."""
-    normal = complex(math.cos(angle), math.sin(angle))
-    along = complex(-normal.imag, normal.real)
-    origin = 137.31 * along + 61.77 * normal
-    place, velocity, other = origin + 1.6 * normal, 1.9 * along - 1.7 * normal, origin + 0.5 * normal + 7.3 * along
-    scene = Scene(
-        name="same height",
-        discs=[
-            Disc(position_m=(place.real, place.imag), velocity_m_s=(velocity.real, velocity.imag), radius_m=0.5),
-            Disc(position_m=(other.real, other.imag), radius_m=0.5, mass_kg=mass_kg),
-        ],
-        walls=[build_wall(kind, origin, normal, restitution=0.0)],
-        duration_s=10.0,
-    )
-    impacts = carom.solve_pic(scene).impacts
-    own = impacts[impacts["first"] == 0]
-    assert own["second"].tolist() == [-1, 1]
 
 
 def test_gravity_pulls_discs_off_a_ceiling_so_that_their_impact_is_not_along_it() -> None:
@@ -433,3 +408,53 @@ def test_two_discs_between_closing_walls_end_when_the_walls_leave_no_room(seed: 
     trace = carom.solve_pic(scene, max_impacts=20_000)
     assert trace.outcome in {Outcome.STANDSTILL, Outcome.CRUSHED}
     assert trace.end_time_s == pytest.approx((2.0 * height - 4.0 * radius) / (up + down), rel=1e-9)
+
+
+@each("mass_kg", [1e4, 1e6, 1e8])
+@each("gap_m", [1e-4, 1e-9])
+def test_blocks_that_compress_the_last_gap_have_all_their_impacts(mass_kg: float, gap_m: float) -> None:
+    """Galperin: a light disc between a wall and a heavy disc has floor(pi sqrt(M / m)) impacts.
+
+    The smallest gap is 1e-13 m and the shortest time between impacts is far below the resolution of the clock.
+    Source: G. Galperin, Regular and Chaotic Dynamics 8 (2003) 375.
+    """
+    scene = Scene(
+        name="blocks",
+        discs=[
+            Disc(position_m=(0.1 + gap_m, 0.0), radius_m=0.1),
+            Disc(position_m=(1.3 + gap_m, 0.0), velocity_m_s=(-1.0, 0.0), radius_m=0.1, mass_kg=mass_kg),
+        ],
+        walls=[Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))],
+        duration_s=3.0,
+    )
+    trace = carom.solve_pic(scene)
+    assert trace.outcome is Outcome.COMPLETED
+    assert len(trace.impacts) == math.floor(math.pi * math.sqrt(mass_kg))
+
+
+def test_discs_that_friction_carries_off_a_wall_exchange_momentum_along_their_normal() -> None:
+    """Both have touched a wall with restitution 0. One then falls off a ledge onto the other: the impact is oblique."""
+    scene = Scene(
+        name="ledge",
+        discs=[
+            Disc(position_m=(0.3125, y), velocity_m_s=(-1.0, 0.0), radius_m=0.25, spin_rad_s=spin)
+            for y, spin in ((0.25, -70.0), (1.25, -50.0))
+        ],
+        walls=[
+            Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0)),
+            Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0), restitution=0.0, friction=0.0),
+            Chain(points_m=[(-1.0, 1.0), (0.8125, 1.0)]),
+        ],
+        wall_restitution=0.5,
+        wall_friction=0.5,
+        gravity_m_s2=(0.0, -9.75),
+        duration_s=2.0,
+    )
+    impacts = carom.solve_pic(scene).impacts
+    row = impacts[impacts["second"] == 1][0]
+    normal = row["normal"]
+    assert abs(float(normal[0])) > 0.1
+    before, after = (
+        (row[f"velocity_first_{when}"] - row[f"velocity_second_{when}"]) @ normal for when in ("before", "after")
+    )
+    assert after == pytest.approx(-before, rel=1e-12)

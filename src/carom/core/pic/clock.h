@@ -55,13 +55,23 @@ static inline void clear_last_arc(State *s, Index i) {
         a->last = NO_BODY;
 }
 
-/* Count the impacts of epochs in which time has hardly advanced. If there are too many, the run stands still.
+/* Return whether no disc has moved in this epoch by more than a rounding of its coordinates for each impact. */
+static inline bool has_stood_still(const State *s) {
+    double roundings = CAROM_ULP * (double)s->counts.epoch_impacts;
+    for (Index i = 0; i < s->disc_count; i++) {
+        const Disc *a = &s->discs[i];
+        if ((fabs(a->vx) + fabs(a->vy)) * s->clock.now > roundings * size_of(a->x, a->y, a->radius))
+            return false;
+    }
+    return true;
+}
+
+/* Count the impacts of epochs in which no disc has moved. If there are too many, the run stands still.
 
    Discs that are crushed between walls collide faster and faster. Soon after the start of an epoch, the clock resolves
    times that the reported time does not, so each impact seems to be later than the last one. */
 static inline void count_still_impacts(State *s) {
-    double least = CAROM_ULP * s->clock.reported * (double)s->counts.epoch_impacts;
-    s->counts.still_impacts = s->clock.now < least ? s->counts.still_impacts + s->counts.epoch_impacts : 0;
+    s->counts.still_impacts = has_stood_still(s) ? s->counts.still_impacts + s->counts.epoch_impacts : 0;
     if (s->counts.still_impacts > s->standstill)
         s->counts.at_instant = s->standstill + 1;
 }

@@ -3,7 +3,6 @@
 
 #pragma once
 
-#include "carom/core/impact_record.h"
 #include "carom/core/pic/driven_path.h"
 
 /* Return the disc that disc `i` hit last, if both are still on the paths that began at that impact. Otherwise return
@@ -38,26 +37,20 @@ static inline double driven_contact_end(const State *s, Index body, bool is_flat
     return contact_end(&s->driving.legs[leg_at(&s->driving, row, s->clock.now)], is_flat, nx, ny);
 }
 
-/* Return a contact of disc `i` with a flat wall from which disc `j` has the same distance, or NULL.
+/* Return a contact of disc `i` with a flat wall that disc `j` also touches, or NULL. Both must have the same radius.
 
-   The normal of an impact of both is then along the wall, although the roundings of their centres tilt it. Discs of the
-   same radius that touch the same wall have the same distance from it, however much roundings have added up. Gravity
-   across the wall has pulled them off it. */
-static inline const Touched *find_wall_along(const State *s, Index i, Index j) {
-    const Disc *a = &s->discs[i], *b = &s->discs[j];
-    double sizes = size_of(a->x, a->y, a->radius) + size_of(b->x, b->y, b->radius);
-    for (int k = 0; k < s->touched[i].count; k++) {
-        Index body = s->touched[i].bodies[k].body;
-        const Touched *wall = find_touched(&s->touched[i], body, s->clock.reported);
+   Their centres are then at the same distance from the wall. So the normal of their own impact is exactly along the
+   wall, although the roundings of the centres tilt it. Between impacts, only straight motion keeps that distance:
+   gravity and friction may change the velocity along the wall's normal. */
+static inline const Touched *find_common_wall(const State *s, Index i, Index j) {
+    const TouchedBodies *t = &s->touched[i];
+    if (s->accelerated.paths != NULL || s->discs[i].radius != s->discs[j].radius)
+        return NULL;
+    for (int k = 0; k < t->count; k++) {
+        Index body = t->bodies[k].body;
         bool is_flat = body < 0 && (s->feature_count == 0 || s->features[-1 - body].kind <= FACE);
-        if (!is_flat || wall == NULL)
-            continue;
-        double offset = (b->x - a->x) * wall->nx + (b->y - a->y) * wall->ny;
-        bool is_pulled_off = s->accelerated.gx * wall->nx + s->accelerated.gy * wall->ny != 0.0;
-        bool touch_same = !is_pulled_off && a->radius == b->radius &&
-                          find_touched(&s->touched[j], body, s->clock.reported) != NULL;
-        if (touch_same || fabs(offset) <= gap_resolution(sizes))
-            return wall;
+        if (is_flat && find_touched(&s->touched[j], body, s->clock.reported) != NULL)
+            return find_touched(t, body, s->clock.reported);
     }
     return NULL;
 }
@@ -76,10 +69,8 @@ static inline void keep_speed_along(Disc *a, const double *before, double nx, do
 static CAROM_NOINLINE void note_touching_discs(State *s, Index i, Index j, double nx, double ny, const double *before,
                                                bool is_elastic) {
     bool slides = can_rub(&s->law.contact) && !is_elastic, stops = s->law.restitution == 0.0 && !is_elastic;
-    const Touched *wall = find_wall_along(s, i, j);
-    if (wall == NULL)
-        wall = find_wall_along(s, j, i);
-    if (wall != NULL && !slides) {
+    const Touched *wall = slides ? NULL : find_common_wall(s, i, j);
+    if (wall != NULL) {
         keep_speed_along(&s->discs[i], before, wall->nx, wall->ny);
         keep_speed_along(&s->discs[j], before + 2, wall->nx, wall->ny);
         nx = wall->ny;

@@ -254,7 +254,7 @@ typedef struct Counts {
     Index epochs;        /* epochs begun */
     Index epoch_impacts; /* in this epoch */
     Index at_instant;    /* impacts since time last advanced */
-    Index still_impacts; /* impacts in successive epochs that are shorter than floats resolve */
+    Index still_impacts; /* impacts in successive epochs in which no disc has moved */
     Index ambiguous_in_row; /* with acceleration: ambiguous impacts in succession */
     Index has_begun; /* with acceleration: whether discs that touch walls at the start have been put in contact */
     Index predicted;     /* discs that have a prediction in this epoch */
