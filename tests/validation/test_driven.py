@@ -258,14 +258,14 @@ def test_disc_that_can_leave_closing_racks_is_not_crushed() -> None:
     time.
     """
     out, stays = (disc_at(1.0, 0.0, -1.0, aside, r=0.25) for aside in (2.0, 0.01))
-    turning, beside = stays.model_copy(update={"spin_rad_s": 24.0}), disc_at(1.0, 0.505, r=0.25)
+    turning, neighbour = stays.model_copy(update={"spin_rad_s": 24.0}), disc_at(1.0, 0.505, r=0.25)
     crushed = solve_pic(build_racks_scene(stays))
     assert crushed.outcome is solve_pic(build_racks_scene(stays, friction=0.1)).outcome is Outcome.CRUSHED
     assert solve_pic(build_racks_scene(out)).outcome is Outcome.COMPLETED
     freed = (
         build_racks_scene(stays, turns_s=2.998046875),
         build_racks_scene(turning, friction=0.1),
-        build_racks_scene(stays, beside),
+        build_racks_scene(stays, neighbour),
     )
     for scene in freed:
         outcome = solve_pic(scene, max_impacts=len(crushed.impacts) + 100).outcome

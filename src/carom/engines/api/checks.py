@@ -213,8 +213,11 @@ def _find_combination_problem(rule: str, coefficients: Sequence[tuple[str, float
     least, greatest = COMBINE_RULES[rule](pair, max_value)
     for wall_name, wall in of_walls:
         if not least <= wall <= greatest:
-            beside, can_be = f"{wall_name} is {wall:g} with a {name} of {pair:g}", f"{least:g} to {greatest:g}"
-            return f"{beside}, and this method combines coefficients by {rule!r}, so that it can be {can_be}"
+            coefficients_text, can_be = (
+                f"{wall_name} is {wall:g} with a {name} of {pair:g}",
+                f"{least:g} to {greatest:g}",
+            )
+            return f"{coefficients_text}, and this method combines coefficients by {rule!r}, so that it can be {can_be}"
     return ""
 
 
