@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -67,7 +67,6 @@ def advise(
     parsed_options = replace(
         parsed_options, engines=parsed_options.engines and [resolve_engine(word) for word in parsed_options.engines]
     )
-    pool_context: AbstractContextManager[Pool] = parsed_options.open_pool() if pool is None else nullcontext(pool)
-    with pool_context as opened:
+    with parsed_options.open_pool() if pool is None else nullcontext(pool) as opened:
         found = found_by(scene, parsed_options, opened, progress=progress or no_progress)
     return ShownAdvice.of(found)

@@ -63,11 +63,11 @@ def build_advice_document(advice: Advice, scene_word: str = "") -> Document:
     if rows:
         caption = (
             "A cross marks a step size with a missed or spurious impact from at least one start. The dotted line is "
+            "the accuracy target."
         )
-        caption += "the accuracy target."
         figure = Figure(partial(render_advice_svg, advice), caption)
-        ends = Lines((*_describe_endings(rows), *_describe_refusals(rows), _describe_tests(advice)), Media.IN_FULL)
-        tested: tuple[Block, ...] = (_build_evidence_table(advice, rows), ends, *map(_build_trials_table, rows))
+        search = Lines(tuple(_describe_search(advice, rows)), Media.IN_FULL)
+        tested: tuple[Block, ...] = (_build_evidence_table(advice, rows), search, *map(_build_trials_table, rows))
         sections += [
             Section("Error against step", (Figures((figure,), large=True),), only=Media.PAGE),
             Section("Code to paste", tuple(_build_code_blocks(advice, rows, scene_word or advice.scene.name))),
@@ -86,7 +86,9 @@ def _list_questions(advice: Advice) -> Iterator[tuple[str, Callable[[Advised], S
 def _build_table(advice: Advice, rows: Sequence[Advised]) -> Table:
     def build_columns(head: str, read: Callable[[Advised], StepRange]) -> Iterator[Column]:
         yield Column(head, lambda answer: _describe_passing_step(answer, read(answer)), "steps/s", number=True)
-        yield Column("per", lambda answer: _format_steps_per_frame(advice, read(answer)), "frame", number=True)
+        yield Column(
+            "per", lambda answer: str(_count_steps_per_frame(advice, read(answer)) or ""), "frame", number=True
+        )
 
     frame = f"{formatting.format_number(advice.scene.frame_rate_hz, 4)} Hz"
     return Table(
@@ -133,7 +135,11 @@ def _build_headline(advice: Advice) -> Iterator[str]:
     if advice.answers:
         without_miss = _describe_longest_step(advice, lambda answer: answer.never_misses)
         yield f"{advice.scene.name}: to miss no impact, {without_miss}."
-        yield f"{_describe_target(advice)}, {_describe_longest_step(advice, lambda answer: answer.demand)}."
+        target = f"For a direction error of at most {_format_target_angle(advice)}"
+        if advice.demand.miss_probability > 0:
+            most = formatting.format_percent(advice.demand.miss_probability)
+            target += f" and misses from at most {most} of starts"
+        yield f"{target}, {_describe_longest_step(advice, lambda answer: answer.demand)}."
     else:
         yield f"{advice.scene.name}: no engine was searched."
     if needed := _describe_pit_steps(advice):
@@ -141,14 +147,6 @@ def _build_headline(advice: Advice) -> Iterator[str]:
     reasons = formatting.group_by((unable.reason, unable.method.label) for unable in advice.unable)
     for reason, names in reasons.items():
         yield f"Not run: {formatting.join_words(names)} ({reason})."
-
-
-def _describe_target(advice: Advice) -> str:
-    demanded = f"For a direction error of at most {_format_target_angle(advice)}"
-    if advice.demand.miss_probability > 0:
-        most = formatting.format_percent(advice.demand.miss_probability)
-        return f"{demanded} and misses from at most {most} of starts"
-    return demanded
 
 
 def _format_target_angle(advice: Advice) -> str:
@@ -190,11 +188,6 @@ def _describe_substeps(advice: Advice, found: StepRange) -> str:
 
 def _count_steps_per_frame(advice: Advice, found: StepRange) -> int | None:
     return None if found.in_frame is None else count_steps_per_frame(found.in_frame.dt_s, advice.scene.frame_rate_hz)
-
-
-def _format_steps_per_frame(advice: Advice, found: StepRange) -> str:
-    times = _count_steps_per_frame(advice, found)
-    return "" if times is None else str(times)
 
 
 def _build_code_blocks(advice: Advice, rows: Sequence[Advised], scene_word: str) -> Iterator[Block]:
@@ -278,14 +271,6 @@ def _build_notes(advice: Advice) -> Iterator[str]:
     yield _describe_hardest_impact(advice)
 
 
-def _describe_tests(advice: Advice) -> str:
-    return (
-        f"Each step size was tested from {formatting.format_count(advice.phases, 'start')} that are spread evenly "
-        "over a step, and from starts with a frame just before the hardest impacts. The largest step size of each "
-        f"range was tested from {max(CONFIRM, advice.phases)} starts."
-    )
-
-
 def _build_trials_table(answer: Advised) -> Table:
     columns = (
         Column("steps/s", lambda trial: _format_rate(trial.dt_s), number=True),
@@ -331,17 +316,18 @@ def _format_failing_rate(answer: Advised, found: StepRange) -> str:
     return "none" if answer.refused_s is None else "refused"
 
 
-def _describe_endings(rows: Sequence[Advised]) -> Iterator[str]:
-    """Yield the reasons why searches ended."""
+def _describe_search(advice: Advice, rows: Sequence[Advised]) -> Iterator[str]:
+    """Yield why searches ended, why methods refuse their smallest refused step size, and the starts of the tests."""
     for ending, names in formatting.group_by((one.ending, one.method.label) for one in rows).items():
         yield f"No smaller step size of {formatting.join_words(names)} was tested, because {ending.value}."
-
-
-def _describe_refusals(rows: Sequence[Advised]) -> Iterator[str]:
-    """Yield, for each method that refuses steps, the reason for the smallest refused step size."""
     for one in rows:
         if one.refused_s is not None:
             yield f"Not run: {one.method.label} at {_format_rate(one.refused_s)} steps per second ({one.refusal})."
+    yield (
+        f"Each step size was tested from {formatting.format_count(advice.phases, 'start')} that are spread evenly "
+        "over a step, and from starts with a frame just before the hardest impacts. The largest step size of each "
+        f"range was tested from {max(CONFIRM, advice.phases)} starts."
+    )
 
 
 def _format_direction_error(answer: Advised) -> str:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from carom.execution.shared_options import LimitOptions, declare_engines, declare_profiles
 from carom.support.limits import ADVICE_STEPS, MOST_PHASES, MOST_STEPS
-from carom.support.options import ValueKind, build_measure_kind, build_whole_number_kind, declare_option
+from carom.support.options import build_measure_kind, build_whole_number_kind, declare_option
 
 
 def _parse_angle(text: str) -> float:
@@ -18,16 +18,10 @@ def _parse_angle(text: str) -> float:
     raise ValueError
 
 
-def _check_fraction(value: object) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 <= value < 1.0:
-        raise ValueError
-    return float(value)
-
-
 _SAID = "an angle such as 1deg or 0.02rad, above 0 and below 180 degrees"
 _ANGLES = build_measure_kind(_SAID, "ANGLE", 0.0, math.nextafter(math.pi, 0.0), read=_parse_angle)
-_WRONG = (-0.1, 1.0, math.nan, "x", True, None)
-_FRACTIONS = ValueKind("0 or more and below 1", "NUMBER", _check_fraction, float, _WRONG, range="0 to below 1")
+_BELOW = (math.nextafter(0.0, -1.0), math.nextafter(1.0, 0.0))
+_FRACTIONS = build_measure_kind("0 or more and below 1", "NUMBER", *_BELOW, span="0 to below 1")
 
 
 @dataclass(frozen=True)
@@ -39,9 +33,9 @@ class AdviceOptions(LimitOptions):
         profiles: Names of profiles.
         direction_error_rad: Largest allowed error of a disc's direction after any impact.
         miss_probability: Fraction of start positions at which an impact may be missed or invented.
-        phases: Number of start positions, evenly spread over a step, at which each step is tested.
-        budget_steps: Largest number of engine steps for the search of one method, after which the search ends with its
-            present result.
+        phases: Number of start positions, evenly spread over a step, from which each step size is tested.
+        budget_steps: Largest number of engine steps in the search for one method. The search ends with its present
+            result if the next step size would exceed this number.
 
     Raises:
         InputError: A value is invalid.

@@ -15,10 +15,8 @@ import math
 from dataclasses import dataclass
 from enum import Enum
 
-from carom.model.scene import Scene, Wall
-from carom.model.trace import Trace, wall_index
-
-Vector = tuple[float, float]
+from carom.model.scene import Wall
+from carom.model.trace import Trace, Vector, wall_index
 
 
 @dataclass(frozen=True)
@@ -28,7 +26,8 @@ class ContactWindow:
     Attributes:
         reach_m: Distance of the centres at contact.
         speed_m_s: Relative speed.
-        miss_m: Impact parameter: signed distance of the first centre from the line on which the second moves.
+        miss_m: Impact parameter: signed distance of the first centre from the line along which the second disc moves
+            relative to the first.
         normal: Unit vector from first to second at contact.
         relative_m_s: Velocity of the second disc minus the velocity of the first.
     """
@@ -60,11 +59,6 @@ class ContactWindow:
         return cls(reach_m, speed, reach_m * (nx * uy - ny * ux) / speed, normal, relative_m_s)
 
 
-def compute_largest_step(window_s: float, miss_probability: float) -> float:
-    """Return the largest step size that misses a window with at most this probability; infinity for 1."""
-    return math.inf if miss_probability >= 1.0 else window_s / (1.0 - miss_probability)
-
-
 def compute_direction_limit(
     window: ContactWindow, velocity_before: Vector, sign: float, push: float, angle_rad: float
 ) -> float:
@@ -85,15 +79,11 @@ def compute_direction_limit(
     centre = (velocity_before[0] + sign * 0.5 * push * ux, velocity_before[1] + sign * 0.5 * push * uy)
     course = math.atan2(uy, ux)
     start = 2.0 * math.atan2(window.normal[1], window.normal[0]) - course
-    turn = _compute_turning_angle(window)
+    # The signed angle by which w turns until the closest approach: 0 for a head-on impact.
+    turn = math.copysign(2.0 * math.acos(min(1.0, window.share)), window.miss_m) if window.share > 0.0 else 0.0
     if radius == 0.0 or turn == 0.0:
         return math.inf
-
-    def compute_velocity_after(swept: float) -> Vector:
-        place = start + swept
-        return (centre[0] + sign * radius * math.cos(place), centre[1] + sign * radius * math.sin(place))
-
-    reference = compute_velocity_after(0.0)
+    reference = (centre[0] + sign * radius * math.cos(start), centre[1] + sign * radius * math.sin(start))
     # A disc at rest after the impact has no direction. For such a disc, the velocity before the impact and the change
     # cancel, except for rounding.
     if math.hypot(*reference) <= 8 * 2.0**-53 * (math.hypot(*velocity_before) + push * speed):
@@ -106,12 +96,6 @@ def compute_direction_limit(
             crossings.append(swept if turn > 0 else math.tau - swept)
     crossings_in_window = [swept for swept in crossings if 0.0 < swept < abs(turn)]
     return _delay_of_angle(window, math.copysign(min(crossings_in_window), turn)) if crossings_in_window else math.inf
-
-
-def _compute_turning_angle(window: ContactWindow) -> float:
-    """Return the signed angle, in radians, by which w turns until the closest approach; 0 for a head-on impact."""
-    share = min(1.0, window.share)
-    return math.copysign(2.0 * math.acos(share), window.miss_m) if share > 0.0 else 0.0
 
 
 def _delay_of_angle(window: ContactWindow, swept: float) -> float:
@@ -171,7 +155,7 @@ def compute_pair_limit(
         compute_direction_limit(window, before, sign, push, angle_rad)
         for before, push, sign in zip(velocities_before, pushes, (1.0, -1.0), strict=True)
     )
-    return PairLimit(window, compute_largest_step(window.length_s, miss_probability), direction)
+    return PairLimit(window, window.length_s / (1.0 - miss_probability), direction)
 
 
 #: Smallest impact parameter of a graze, as a fraction of the contact distance: cos 30°. In a graze the overlap lasts
@@ -195,7 +179,7 @@ class Demand:
 
     Attributes:
         direction_error_rad: Largest allowed error of a disc's direction after any impact.
-        miss_probability: Fraction of start positions at which an impact may be missed or invented.
+        miss_probability: Fraction of start positions at which an impact may be missed or invented; below 1.
     """
 
     direction_error_rad: float
@@ -204,7 +188,7 @@ class Demand:
 
 @dataclass(frozen=True)
 class HardImpact:
-    """The largest step size at which a method that checks for overlap once per step finds an impact of the reference.
+    """An impact of the reference, with the largest step sizes of a method that checks for overlap once per step.
 
     Attributes:
         time_s: Time of the impact.
@@ -232,7 +216,8 @@ def _build_hard_impact(reference: Trace, number: int, demand: Demand) -> HardImp
     impact, scene = reference.impacts[number], reference.scene
     first, second, time_s = int(impact["first"]), int(impact["second"]), float(impact["time_s"])
     if second < 0:
-        return HardImpact(time_s, first, second, PairLimit(None, math.inf, math.inf), _cause_of_wall(scene, second))
+        cause = Cause.WALL if isinstance(scene.walls[wall_index(second)], Wall) else Cause.EDGE
+        return HardImpact(time_s, first, second, PairLimit(None, math.inf, math.inf), cause)
     fields = ("normal", "velocity_first_before", "velocity_second_before")
     normal, (ux, uy), (vx, vy) = ((float(impact[name][0]), float(impact[name][1])) for name in fields)
     one, other = scene.discs[first], scene.discs[second]
@@ -244,7 +229,3 @@ def _build_hard_impact(reference: Trace, number: int, demand: Demand) -> HardImp
     )
     soft = Cause.TURN if limit.direction_dt_s < limit.miss_dt_s else Cause.FAST
     return HardImpact(time_s, first, second, limit, Cause.GRAZE if window.share >= GRAZE else soft)
-
-
-def _cause_of_wall(scene: Scene, body: int) -> Cause:
-    return Cause.WALL if isinstance(scene.walls[wall_index(body)], Wall) else Cause.EDGE

@@ -1,4 +1,4 @@
-"""Search for the largest step size with which a method is accurate enough, on a grid that begins with the whole run."""
+"""Search for the largest step size with which a method is accurate enough, beginning with the whole run in one step."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from itertools import takewhile
 
 from carom.execution.job import Method
 from carom.model.scene import Scene
@@ -107,7 +108,7 @@ class Advised:
     def flat_from_s(self) -> float | None:
         """The largest step size below which the direction error is constant, seconds; None if there is none.
 
-        Step sizes above the smallest one that loses an impact are ignored.
+        Only step sizes below the smallest one with a missed or invented impact are considered.
         """
         run: list[StepTrial] = []
         for trial in reversed(_select_finest_passing(self.trials, lambda trial: trial.never_misses)):
@@ -159,8 +160,8 @@ class StepSearch:
         guess_s: Largest step size with which a check for overlap once per step finds the hardest impact.
         phases: Number of evenly spread starts at which each step is tested.
         aimed: Number of additional starts with a check just before a hard impact.
-        budget_steps: Budget of engine steps. A step is tested if the budget suffices according to the cost of the
-            previous step.
+        budget_steps: Budget of engine steps. A step size is tested only if its estimated cost is within the rest of the
+            budget. The estimate assumes that its runs end as early as those of the previous step size.
         refusal: Returns the reason why the method refuses a step; an empty text if it accepts the step.
     """
 
@@ -195,7 +196,7 @@ class StepSearch:
         return all(self._refusal(dt_s) for dt_s in self._grid)
 
     def take(self, trial: StepTrial | str) -> None:
-        """Take the result of the requested step, or the reason why it could not be tested."""
+        """Store the result of the requested step, or the reason why it could not be tested, and request the next."""
         try:
             self.wanted = self._requests.send(trial)
         except StopIteration:
@@ -283,11 +284,8 @@ class StepSearch:
         """
         if dt_s > min(self._frame_s, self._guess_s):
             return False
-
-        def is_inaccurate(trial: StepTrial) -> bool:
-            return trial.never_misses and not trial.is_within(self._demand)
-
-        run = _select_finest_passing(self._tested, is_inaccurate)
+        never_misses, meets_target = self._questions
+        run = _select_finest_passing(self._tested, lambda trial: never_misses(trial) and not meets_target(trial))
         last = [trial for trial in run if trial.dt_s <= 2**LONGEST * run[-1].dt_s]
         return _spans_octaves(last, LONGEST) and _are_equal([trial.direction_error_rad for trial in last])
 
@@ -304,12 +302,7 @@ class StepSearch:
 
 def _select_finest_passing(trials: Sequence[StepTrial], passes: Callable[[StepTrial], bool]) -> list[StepTrial]:
     """Return the passing steps that are finer than every failing step, beginning with the largest."""
-    found: list[StepTrial] = []
-    for trial in reversed(trials):
-        if not passes(trial):
-            break
-        found.append(trial)
-    return found[::-1]
+    return list(takewhile(passes, reversed(trials)))[::-1]
 
 
 def _spans_octaves(run: Sequence[StepTrial], octaves: int) -> bool:

@@ -27,7 +27,6 @@ from carom.studies.advise.sampling_limit import (
     Cause,
     ContactWindow,
     Demand,
-    compute_largest_step,
     compute_pair_limit,
     rank_hardest_impacts,
 )
@@ -125,11 +124,12 @@ def test_share_of_missed_grazes_matches_contact_window() -> None:
     """The contact window of a graze is sqrt(R² - b²) / v; with twice that step, PIT misses half of 20 starts."""
     scene = build_pair(0.999)
     window_s = math.sqrt(1 - 0.999**2)
-    hard = rank_hardest_impacts(solve_pic(scene), Demand(math.radians(90)))[0]
+    trace, dt_s = solve_pic(scene), 2 * window_s
+    hard = rank_hardest_impacts(trace, Demand(math.radians(90)))[0]
     assert hard.cause is Cause.GRAZE
     assert hard.limit.miss_dt_s == pytest.approx(window_s, rel=1e-9)
-    dt_s = 2 * window_s
-    assert compute_largest_step(window_s, 0.5) == pytest.approx(dt_s)
+    half = rank_hardest_impacts(trace, Demand(math.radians(90), miss_probability=0.5))[0]
+    assert half.limit.miss_dt_s == pytest.approx(dt_s, rel=1e-9)
     found = [measure_direction_error(scene, dt_s, dt_s * (k + 0.5) / 20)[0] for k in range(20)]
     assert sum(found) == 10
 
