@@ -28,8 +28,8 @@ from carom.support.formatting import format_number
 
 #: Number of references, and of runs of PIT, that a worker caches.
 _KEPT = 64
-#: Number of evenly spread instants at which positions are compared. Runs with different bounces may agree again at the
-#: end, but differ for at least an eighth of the run.
+#: Number of evenly spread instants at which positions are compared. Earlier instants than the end are included, because
+#: runs with different bounces may agree again at the end.
 PLACES = 8
 
 _reference, _sampling = lru_cache(maxsize=_KEPT)(solve_reference), lru_cache(maxsize=_KEPT)(run_pit)
@@ -49,9 +49,9 @@ class ReleaseRun:
         lost: Number of missed and invented impacts.
         velocity: Largest velocity error over the scene's speed; NaN if no impact was matched.
         late_steps: Largest time error, in steps; NaN if no impact was matched.
-        off_m: Errors of positions at `PLACES` evenly spread instants up to the end: both coordinates of each disc,
-            metres. Infinite if the run or the reference ends earlier.
-        off_m_s: Errors of final velocities, metres a second.
+        off_m: Errors of positions at `PLACES` evenly spread instants up to the end: x and y of each disc, metres.
+            Infinite if the run or the reference ends earlier.
+        off_m_s: Errors of final velocities: x and y of each disc, metres a second.
         place_rounding_m: Rounding error of a position.
         speed_m_s: The scene's speed.
         float_bits: Width of the floats that the adapter declares.
@@ -100,7 +100,8 @@ class HistoryTask(JobTask):
         horizon_s = build_reference(reference, asked=False).horizon_s
         trace = observe_run(adapter, scene, job.profile, job.dt_s, samples=True)
         score = compare(reference, trace, sampling=_sampling(scene, job.dt_s), horizon=horizon_s)
-        places, velocities = _state_errors(reference, trace, math.inf if horizon_s is None else horizon_s)
+        errors = _compute_state_errors(reference, trace, math.inf if horizon_s is None else horizon_s)
+        places, velocities = (tuple(np.where(np.isnan(one), np.inf, one).ravel().tolist()) for one in errors)
         rounding = THRESHOLDS.place_rounding_of(score.float_bits, scene.step_count(job.dt_s))
         return ReleaseRun(
             digest=_compute_digest(trace),
@@ -112,8 +113,8 @@ class HistoryTask(JobTask):
             lost=len(score.missed) + len(score.spurious),
             velocity=score.total.velocity,
             late_steps=abs(score.total.time_s) / job.dt_s,
-            off_m=_build_numbers(places),
-            off_m_s=_build_numbers(velocities),
+            off_m=places,
+            off_m_s=velocities,
             place_rounding_m=rounding * score.scales.reach_m,
             speed_m_s=score.scales.speed_m_s,
             float_bits=score.float_bits,
@@ -121,14 +122,16 @@ class HistoryTask(JobTask):
 
 
 def _compute_largest_error(coordinates: Sequence[float]) -> float:
-    """Return the length of the largest vector of some coordinates; infinite if it is unknown."""
+    """Return the length of the longest vector, from alternating x and y; infinite if a coordinate is infinite."""
     return max(map(math.hypot, coordinates[::2], coordinates[1::2]))
 
 
-def _state_errors(reference: Trace, trace: Trace, until_s: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _compute_state_errors(
+    reference: Trace, trace: Trace, until_s: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return errors of positions, shape ``(PLACES, n, 2)``, and of final velocities, shape ``(n, 2)``.
 
-    Unknown errors, such as those after `until_s`, are infinite.
+    Errors after `until_s` or the end of a run are infinite. Errors of a state that is not a number are NaN.
     """
     scene, flights, samples = trace.scene, list(free_flights(reference)), trace.samples
     assert samples is not None  # noqa: S101 - the run was asked for samples
@@ -136,22 +139,15 @@ def _state_errors(reference: Trace, trace: Trace, until_s: float) -> tuple[NDArr
     velocities = np.full((len(scene.discs), 2), np.inf)
     until_s = min(until_s, reference.end_time_s)
     sample_rows = np.searchsorted(samples.time_s, scene.duration_s * np.arange(1, PLACES) / PLACES)
-    observed = [
-        (float(samples.time_s[k]), samples.position_m[k])
-        for k in sample_rows[sample_rows < len(samples.time_s)].tolist()
-    ]
-    for place, (time_s, found) in zip(places, observed, strict=False):
+    for place, row in zip(places, sample_rows[sample_rows < len(samples.time_s)].tolist(), strict=False):
+        time_s = float(samples.time_s[row])
         for flight in flights if time_s <= until_s else ():
             if flight.begin_s <= time_s <= flight.end_s:
-                place[flight.disc] = found[flight.disc] - flight.position_at(time_s)
+                place[flight.disc] = samples.position_m[row, flight.disc] - flight.position_at(time_s)
     if trace.outcome is Outcome.COMPLETED and until_s >= scene.duration_s:
         places[-1] = trace.final_position_m - reference.final_position_m
         velocities = trace.final_velocity_m_s - reference.final_velocity_m_s
     return places, velocities
-
-
-def _build_numbers(errors: NDArray[np.float64]) -> tuple[float, ...]:
-    return tuple(np.where(np.isnan(errors), np.inf, errors).ravel().tolist())
 
 
 def _compute_digest(trace: Trace) -> str:
@@ -233,7 +229,6 @@ def _read_rounding(release_run: ReleaseRun) -> float:
     return THRESHOLDS.rounding_of(release_run.float_bits)
 
 
-#: Measures of the motion, which do not depend on contact listeners.
 def _compute_velocity_error(run: ReleaseRun) -> float:
     return _compute_largest_error(run.off_m_s) / run.speed_m_s
 
@@ -242,6 +237,7 @@ def _compute_place_error(run: ReleaseRun) -> float:
     return _compute_largest_error(run.off_m)
 
 
+#: Measures of the motion, which do not depend on contact listeners.
 _MOTION = (
     _Measure("error of final velocities, divided by the greatest speed", _compute_velocity_error, _read_rounding),
     _Measure("error of positions in metres", _compute_place_error, attrgetter("place_rounding_m")),

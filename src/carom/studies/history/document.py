@@ -57,7 +57,7 @@ class _Row(NamedTuple):
 
 
 class _Changed(NamedTuple):
-    """A cell that changed."""
+    """A cell that changed from one release to the next."""
 
     step: Transition
     cell: RunCell
@@ -154,13 +154,13 @@ def _build_release_columns(found: History) -> tuple[Column, ...]:
         Column("release", lambda row: row.release.version),
         *(Column(word, partial(_count_grade, grade), number=True) for grade, word in marks.items()),
         Column("same bits", _format_same_bits, number=True),
-        *(Column(_HEADINGS[kind], partial(_count_since, kind), number=True) for kind in kinds),
+        *(Column(_HEADINGS[kind], partial(_count_changes, kind), number=True) for kind in kinds),
         *([Column("note", lambda row: _release_note(row.release))] if any(map(_release_note, found.releases)) else ()),
     )
 
 
-def _count_since(kind: ChangeKind, row: _Row) -> str:
-    """Return the number of cells with this change since the previous release; an empty text for 0."""
+def _count_changes(kind: ChangeKind, row: _Row) -> str:
+    """Return the number of cells with this kind of change since the previous release; an empty text for 0."""
     return "" if row.since is None else str(row.since.count(kind) or "")
 
 
@@ -182,24 +182,23 @@ def _release_note(release: Release) -> str:
 
 def _describe_settings(found: History) -> Iterator[Lines]:
     """Yield the settings that differ between consecutive releases, and the cells that a release could not run."""
-    setting_changes: dict[str, None] = {}
-    for step in found.transitions:
-        for cell, change in step.changes.items():
-            if change.kind is ChangeKind.OTHER_SETTINGS:
-                setting_changes.setdefault(f"{step.old.version} → {step.new.version}, {cell.profile}: {change.why}")
-    lacking: dict[tuple[str, str], dict[str, None]] = {}
-    for release in found.ran:
-        for cell, seen_cell in release.seen.items():
-            if seen_cell.own.value is None:
-                lacking.setdefault((cell.profile, seen_cell.own.said), {})[release.version] = None
-    if setting_changes:
-        yield Lines(tuple(f"Different settings: {one}" for one in setting_changes))
-    if lacking:
-        lines = (
-            f"Not run in some scenes, {profile}: {reason} ({', '.join(versions)})"
-            for (profile, reason), versions in lacking.items()
-        )
-        yield Lines(tuple(lines))
+    setting_changes = dict.fromkeys(
+        f"Different settings: {step.old.version} → {step.new.version}, {cell.profile}: {change.why}"
+        for step in found.transitions
+        for cell, change in step.changes.items()
+        if change.kind is ChangeKind.OTHER_SETTINGS
+    )
+    lacking = formatting.group_by(
+        ((cell.profile, seen_cell.own.said), release.version)
+        for release in found.ran
+        for cell, seen_cell in release.seen.items()
+        if seen_cell.own.value is None
+    )
+    not_run = (
+        f"Not run in some scenes, {profile}: {reason} ({', '.join(dict.fromkeys(versions))})"
+        for (profile, reason), versions in lacking.items()
+    )
+    yield from (Lines(lines) for lines in (tuple(setting_changes), tuple(not_run)) if lines)
 
 
 _CHANGE_COLUMNS = (
@@ -230,11 +229,9 @@ def render_error_chart(found: History) -> str:
             style = choose_line_style(found.engine, profile=profile)
             axes.plot(places, [statistics.median(one) for one in errors], label=f"{profile}, median", **style)
             axes.plot(places, [max(one) for one in errors], label=f"{profile}, largest", **style | thin)
-        changed_places = [
-            k for k, step in enumerate(found.transitions, 1) if step.count(ChangeKind.NOTHING) < step.compared
-        ]
-        for k in changed_places:
-            axes.axvline(k, linewidth=0.6, alpha=0.4, zorder=0)
+        for k, step in enumerate(found.transitions, 1):
+            if step.count(ChangeKind.NOTHING) < step.compared:
+                axes.axvline(k, linewidth=0.6, alpha=0.4, zorder=0)
         axes.set_yscale("symlog", linthresh=1e-9)
         axes.set_xticks(list(places), [release.version for release in releases], rotation=45, ha="right")
         axes.set_ylabel("velocity error / scene's speed")

@@ -84,7 +84,7 @@ class ReleaseCache:
         notes = sorted(self.root.glob(f"*/*/*/{_NOTE}"), key=lambda note: note.lstat().st_mtime, reverse=True)
         total = 0
         for note in notes:
-            total += _measure_size(note.parent)
+            total += sum(path.lstat().st_size for path in note.parent.rglob("*") if not path.is_dir())
             if total > most_bytes:
                 shutil.rmtree(note.parent, ignore_errors=True)
 
@@ -97,10 +97,6 @@ def _build_platform_tag(registry: str) -> str:
     """Return a name that distinguishes installations by machine and interpreter."""
     machine = re.sub(r"[^A-Za-z0-9]+", "_", sysconfig.get_platform())
     return f"cp{sys.version_info[0]}{sys.version_info[1]}-{machine}" if registry == "pip" else machine
-
-
-def _measure_size(folder: Path) -> int:
-    return sum(path.lstat().st_size for path in folder.rglob("*") if not path.is_dir())
 
 
 @contextmanager

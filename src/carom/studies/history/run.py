@@ -206,7 +206,7 @@ def run_history(
     engine: str,
     scenes: Sequence[Scene],
     cache: ReleaseCache,
-    options: HistoryOptions | None = None,
+    options: HistoryOptions,
     *,
     notes: MemoryJournal[JobKey, ReleaseRun] | None = None,
     progress: Progress = no_progress,
@@ -228,20 +228,18 @@ def run_history(
         InputError: The engine has no registry, or no release meets the conditions.
         UnavailableError: The registry's client is missing, or returns no list.
     """
-    started, history_options = time.perf_counter(), options or HistoryOptions()
-    study = _ReleaseRuns(engine, scenes, history_options, notes, progress)
-    with history_options.open_pool() as pool:
-        origin, versions = _select_releases(engine, history_options, cache, pool)
+    started = time.perf_counter()
+    study = _ReleaseRuns(engine, scenes, options, notes, progress)
+    with options.open_pool() as pool:
+        origin, versions = _select_releases(engine, options, cache, pool)
         with _install_releases(study, origin, versions, cache, pool) as registry_releases:
             own = Release(f"{origin.installed} (installed)", engine)
             installed = own if origin.installed else Release("installed", reason="it is not installed")
-            columns = (*registry_releases, installed) if history_options.installed else registry_releases
+            columns = (*registry_releases, installed) if options.installed else registry_releases
             names = [one.name for one in columns if one.name]
             seen_cells = study.seen(names, study.cells, pool)
     releases = tuple(replace(one, seen=seen_cells.get(one.name, {})) for one in columns)
-    return History(
-        engine, origin, history_options, releases, describe_environment(), command, time.perf_counter() - started
-    )
+    return History(engine, origin, options, releases, describe_environment(), command, time.perf_counter() - started)
 
 
 def _select_releases(
@@ -268,7 +266,7 @@ def bisect_change(
     profile: str,
     dt_s: float,
     cache: ReleaseCache,
-    options: HistoryOptions | None = None,
+    options: HistoryOptions,
     *,
     progress: Progress = no_progress,
 ) -> Bisection | None:
@@ -280,11 +278,11 @@ def bisect_change(
     Raises:
         CaromError: As in `run_history`, or a release can't run in this cell.
     """
-    history_options = replace(options or HistoryOptions(), profiles=(profile,), dts=(dt_s,))
-    study, cell = _ReleaseRuns(engine, [scene], history_options, None, progress), RunCell(scene.name, profile, dt_s)
+    options, cell = replace(options, profiles=(profile,), dts=(dt_s,)), RunCell(scene.name, profile, dt_s)
+    study = _ReleaseRuns(engine, [scene], options, None, progress)
     order: list[str] = []
-    with history_options.open_pool() as pool:
-        origin, versions = _select_releases(engine, history_options, cache, pool)
+    with options.open_pool() as pool:
+        origin, versions = _select_releases(engine, options, cache, pool)
         candidates = [one for one in versions if not (origin.oldest and is_older(one, origin.oldest))]
 
         def find_change(version: str) -> CellChange:
@@ -355,13 +353,10 @@ def select_versions(listed: Sequence[str], terms: Sequence[str] | None, max_rele
     named_versions = [word for word in words if parse_version_condition(word) is None]
     for word in named_versions:
         if require_version(word) not in listed:
-            hints = build_name_hints(word, listed, f"there are: {_format_short_list(listed)}")
+            ordered = sort_versions(listed)
+            some = ordered if len(ordered) <= 20 else (*ordered[:3], "...", *ordered[-12:])
+            hints = build_name_hints(word, listed, f"there are: {', '.join(some)}")
             raise UnknownNameError(f"there is no release {word!r}", hints=hints)
     conditions = [found for word in words if (found := parse_version_condition(word)) is not None]
     matching = [one for one in finals if all(condition(parse_release_numbers(one)) for condition in conditions)]
     return sort_versions([*named_versions, *(matching[-max_releases:] if conditions or not named_versions else ())])
-
-
-def _format_short_list(listed: Sequence[str]) -> str:
-    ordered = sort_versions(listed)
-    return ", ".join(ordered if len(ordered) <= 20 else (*ordered[:3], "...", *ordered[-12:]))

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from carom.comparator.thresholds import THRESHOLDS
 from carom.engines.registry import resolve_engine
@@ -17,7 +18,6 @@ from carom.report.document import Document
 from carom.report.notebook_picture import ShownResult
 from carom.report.svg import format_tick
 from carom.studies.tune.document import FOUND, build_tune_document
-from carom.studies.tune.objective import Judged
 from carom.studies.tune.options import TuneOptions
 from carom.studies.tune.run import SCENES, Tuning
 from carom.studies.tune.run import tune as found_by
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 class ShownTuning(ShownResult, Tuning):
     """Result of a search that can be printed, shown in a notebook and plotted.
 
-    The plot has each scene's error divided by PIT's with the first profile and with the best settings.
+    The plot shows each scene's error, divided by PIT's, with the first profile and with the best settings.
     """
 
     def _show(self) -> tuple[Document, str, Callable[[Axes], None]]:
@@ -71,7 +71,9 @@ def tune(
 def _draw(found: Tuning, axes: Axes) -> None:
     names = [scene.name for scene in found.scenes]
     rows = range(len(names))
-    before, after = ([_compute_axis_position(one) for one in result.judged] for result in (found.first, found.best))
+    # An exact result is drawn at the error of rounding, and NaN is not drawn.
+    limits = (THRESHOLDS.rounding, 1.0 / THRESHOLDS.rounding)
+    before, after = (np.clip([one.price for one in result.judged], *limits) for result in (found.first, found.best))
     axes.hlines(rows, before, after, color="black", linewidth=0.8, alpha=0.4)
     for errors, label, marker, runs in (
         (before, found.options.profile, "o", found.first.judged),
@@ -86,13 +88,3 @@ def _draw(found: Tuning, axes: Axes) -> None:
     axes.invert_yaxis()
     axes.grid(which="major", axis="x", alpha=0.18, linewidth=0.6)
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, fontsize=8)
-
-
-def _compute_axis_position(judged: Judged) -> float:
-    """Return the position of an error on the axis.
-
-    An exact result is drawn at the error of rounding, and NaN is not drawn.
-    """
-    if math.isnan(judged.price):
-        return math.nan
-    return min(max(judged.price, THRESHOLDS.rounding), 1.0 / THRESHOLDS.rounding)

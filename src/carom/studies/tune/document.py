@@ -62,7 +62,7 @@ def build_tune_document(found: Tuning, scene_words: Sequence[str]) -> Document:
     shown_columns = columns if better else columns[:3]
     left_out = tuple(f"Not run: {name} ({reason})." for name, reason in found.left_out.items())
     sections = (
-        _profile_section(found),
+        _build_profile_section(found),
         *((_build_setting_section(found),) if better else ()),
         Section("Results by scene", (Table(shown_columns, lines), Text(ERROR_NOTE), Lines(left_out))),
         *(_build_code_sections(found, scene_words) if better else ()),
@@ -100,7 +100,8 @@ def _build_headline(found: Tuning) -> Iterator[str]:
     changed = formatting.format_count(len(found.best.tried), "setting")
     yield f"{found.engine}: trial {found.best.trial} changed {changed} of {profile}, with the grades {grades}."
     yield from _describe_equal_profiles(found)
-    yield f"The search used {scenes}, each at {_describe_step(found)}, and {trials_text}."
+    step = "its own frame rate" if found.options.dt_s is None else formatting.format_step(found.options.dt_s)
+    yield f"The search used {scenes}, each at {step}, and {trials_text}."
     if not math.isnan(found.time_ratio):
         cost = formatting.format_number(found.time_ratio)
         yield f"A step takes {cost} times as long as with {found.options.profile} (median over scenes)."
@@ -127,11 +128,6 @@ def _format_grades(found: Found) -> str:
     return ", ".join(f"{count} {name}" for name, count in grades.most_common())
 
 
-def _describe_step(found: Tuning) -> str:
-    dt_s = found.options.dt_s
-    return "its own frame rate" if dt_s is None else formatting.format_step(dt_s)
-
-
 def _grade_word(judged: Judged) -> str:
     return "not run" if judged.grade is None else mark_of_grade(judged.grade, judged.float_bits).word
 
@@ -147,28 +143,19 @@ def _format_error(judged: Judged) -> str:
     return formatting.ABSENT if math.isnan(judged.price) else formatting.format_number(judged.price)
 
 
-class _Row(NamedTuple):
-    """A profile, or the found settings, with results."""
-
-    name: str
-    found: Found
-
-
-def _build_rows(found: Tuning) -> list[_Row]:
-    """Return the found settings and all profiles, best first. Profiles whose steps Carom cuts are last."""
-    rows = [_Row(FOUND, found.best)] if found.best is not found.first else []
-    rows += [_Row(found.options.profile, found.first), *(_Row(*item) for item in found.others.items())]
-    return sorted(rows, key=lambda row: (row.name in found.located, row.found.merit.respects))
-
-
-def _profile_section(found: Tuning) -> Section:
+def _build_profile_section(found: Tuning) -> Section:
+    """Return a table of the found settings and all profiles, best first. Profiles whose steps Carom cuts are last."""
+    rows = [(found.options.profile, found.first), *found.others.items()]
+    if found.best is not found.first:
+        rows.insert(0, (FOUND, found.best))
+    rows.sort(key=lambda row: (row[0] in found.located, row[1].merit.respects))
     columns = (
-        Column("", lambda row: row.name),
+        Column("", lambda row: row[0]),
         _count_column("wrong", lambda one: one.grade is Grade.WRONG),
         _count_column("exact or close", lambda one: not one.behind),
         _count_column("between", lambda one: one.behind and not one.wrong),
         _count_column("not run", lambda one: one.grade is None),
-        Column("error, 0 to 100", lambda row: str(row.found.merit.error), number=True),
+        Column("error, 0 to 100", lambda row: str(row[1].merit.error), number=True),
     )
     refused = formatting.group_by(
         (reason, name)
@@ -176,12 +163,11 @@ def _profile_section(found: Tuning) -> Section:
         for reason in dict.fromkeys(one.reason for one in other.judged if one.grade is None)
     )
     lines = tuple(f"Not run: {formatting.join_words(names)} ({reason})." for reason, names in refused.items())
-    table = Table(columns, _build_rows(found), note=MERIT_NOTE)
-    return Section("Comparison with the existing profiles", (table, Lines(lines)))
+    return Section("Comparison with the existing profiles", (Table(columns, rows, note=MERIT_NOTE), Lines(lines)))
 
 
 def _count_column(head: str, is_counted: Callable[[Judged], bool]) -> Column:
-    return Column(head, lambda row: str(sum(map(is_counted, row.found.judged)) or ""), number=True)
+    return Column(head, lambda row: str(sum(map(is_counted, row[1].judged)) or ""), number=True)
 
 
 def _build_setting_section(found: Tuning) -> Section:
@@ -199,21 +185,13 @@ def _build_setting_section(found: Tuning) -> Section:
 def _build_code_sections(found: Tuning, scene_words: Sequence[str]) -> Iterator[Section]:
     """Yield the command that runs the settings, and the profile in Python and in a manifest."""
     step = () if found.options.dt_s is None else ("--dt", repr(found.options.dt_s))
-    words = (
-        "carom",
-        "run",
-        *scene_words,
-        "-e",
-        format_engine_argument(found.engine),
-        "-p",
-        found.options.profile,
-        *step,
-    )
+    method = Method(found.engine, found.options.profile, found.best.tried)
+    words = ("carom", "run", *scene_words, "-e", format_engine_argument(method.engine), "-p", found.options.profile)
     if found.code:
         text = f"Code for {found.engine}, for {found.scenes[0].name}:"
         yield Section("Code for the engine", (Text(text), Code(found.code)))
-    yield Section("Command with these settings", (Code(f"{shlex.join(words)} {format_set_options(found.best)}"),))
-    method = Method(found.engine, found.options.profile, found.best.tried)
+    command = f"{shlex.join((*words, *step))} {format_set_options(found.best)}"
+    yield Section("Command with these settings", (Code(command),))
     scenes = formatting.format_count(len(found.scenes), "scene")
     text = f"Found by carom tune on {scenes}: {_format_grades(found.best)}."
     constant = {name: value for name, value in found.settings.items() if name not in found.varying}

@@ -3,11 +3,13 @@
 The following criteria are compared in order. A criterion decides only between settings that are equal by all criteria
 before it:
 
-1. **wrong scenes**: a missed or invented impact changes the motion, which small errors elsewhere can't compensate;
+1. **wrong scenes**: a missed or invented impact changes the motion, and small errors in other scenes can't compensate
+   for that;
 2. **scenes that are neither exact nor close**: a method that finds the instant is better than a method that is late by
    up to a step;
-3. **the error divided by PIT's**, for each scene on a logarithmic scale. Errors differ by decades, so on a linear scale
-   only the worst scene would count. The error is rounded to hundredths of that scale, so that run time can decide;
+3. **the error divided by PIT's**, as the mean over scenes on a logarithmic scale. Errors differ by decades, so on a
+   linear scale only the worst scene would count. The mean is rounded to hundredths of that scale. So criterion 4
+   decides between settings with almost equal errors;
 4. **the run time**: the time of all steps over the first profile's time, as the median over scenes.
 """
 
@@ -111,8 +113,8 @@ def compute_merit(judged: Sequence[Judged], first: Sequence[Judged] = ()) -> Mer
         first: Results of the first profile on the same scenes, for the comparison of run times. Without timing the cost
             is 1.
     """
-    ratios = [result.seconds / other.seconds for result, other in zip(judged, first, strict=False) if other.seconds > 0]
-    ratios = [ratio for ratio in ratios if not math.isnan(ratio)]
+    pairs = zip(judged, first, strict=False)
+    ratios = [one.seconds / other.seconds for one, other in pairs if other.seconds > 0 and not math.isnan(one.seconds)]
     return Merit(
         wrong=sum(one.wrong for one in judged),
         behind=sum(one.behind for one in judged),

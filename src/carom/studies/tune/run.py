@@ -1,4 +1,4 @@
-"""Execution of a search for settings, and its result in comparison with the first profile."""
+"""Execution of a search for settings, and its result: the best settings compared with the engine's profiles."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Tuning:
         options: Options of the search.
         scenes: Scenes of the search.
         left_out: Reasons why scenes were not used, by name.
-        space: All settings that the search may test.
+        space: Values that the search may test.
         first: Results of the first profile.
         best: Results of the best settings, or `first` if nothing was better.
         others: Results of the engine's other profiles on the same scenes, by name.
@@ -86,7 +86,7 @@ class Tuning:
 def tune(
     engine: str,
     scenes: Sequence[Scene],
-    options: TuneOptions | None = None,
+    options: TuneOptions,
     *,
     notes: MemoryJournal[JobKey, Judged] | None = None,
     progress: Progress = no_progress,
@@ -110,37 +110,32 @@ def tune(
         UnavailableError: The engine is not installed.
         MissingExtraError: Optuna is not installed.
     """
-    started, tune_options = time.perf_counter(), options or TuneOptions()
-    with tune_options.open_local_pool(1) if tune_options.timing else tune_options.open_pool() as pool:
+    started = time.perf_counter()
+    with options.open_local_pool(1) if options.timing else options.open_pool() as pool:
         (info,) = describe_engines([engine], pool)
         if info.unavailable:
             raise UnavailableError(f"{engine}: {info.unavailable}")
-        require_profile(engine, tune_options.profile, info.profiles)
-        horizons, left_out = _find_horizons(scenes, info, tune_options)
+        require_profile(engine, options.profile, info.profiles)
+        horizons, left_out = _find_horizons(scenes, info, options)
         usable = tuple(scene for scene in scenes if scene.name not in left_out)
         if not usable:
             why = next(iter(left_out.values()), "there are no scenes")
             raise InputError(f"{engine} cannot run any of these scenes: {why}")
-        steps = {scene: tune_options.compute_step(scene) for scene in usable}
-        jury = Jury(steps, horizons, pool, notes, timed=tune_options.timing)
+        steps = {scene: options.compute_step(scene) for scene in usable}
+        jury = Jury(steps, horizons, pool, notes, timed=options.timing)
         space = Space({name: list_values(knob) for name, knob in info.knobs.items()})
-        search = KnobSearch(Method(engine, tune_options.profile), space, usable, jury, progress, on_improvement)
-        best = search.run(tune_options.trials, tune_options.seed)
-        profile_settings, _ = _read_settings(pool, engine, tune_options.profile, (), steps[usable[0]])
-        settings, varying = _read_settings(pool, engine, tune_options.profile, best.tried, steps[usable[0]])
-        other_profiles = {
-            name: _judge_profile(info, name, steps, jury) for name in info.profiles if name != tune_options.profile
-        }
-        code = (
-            find_changed_code(engine, tune_options.profile, best.tried, usable[0], steps[usable[0]], pool)
-            if best.tried
-            else ""
-        )
+        search = KnobSearch(Method(engine, options.profile), space, usable, jury, progress, on_improvement)
+        best = search.run(options.trials, options.seed)
+        profile, dt_s = options.profile, steps[usable[0]]
+        profile_settings, _ = _read_settings(pool, engine, profile, (), dt_s)
+        settings, varying = _read_settings(pool, engine, profile, best.tried, dt_s)
+        other_profiles = {name: _judge_profile(info, name, steps, jury) for name in info.profiles if name != profile}
+        code = find_changed_code(engine, profile, best.tried, usable[0], dt_s, pool) if best.tried else ""
         with pool.to_local_pool() as local_pool:
             ratio = _measure_time_ratio(local_pool, search.method, best.tried, steps)
     return Tuning(
         engine=engine,
-        options=tune_options,
+        options=options,
         scenes=usable,
         left_out=left_out,
         space=space,
@@ -180,15 +175,10 @@ def _find_horizons(
     """Return two mappings by scene name: the end of the reliable reference, and why the scene can't be used."""
     horizons: dict[str, float] = {}
     left_out: dict[str, str] = {}
-    located = options.profile in info.located
+    capabilities, located = info.capabilities, options.profile in info.located
     for scene in scenes:
-        trace = solve_reference(scene)
-        capabilities = info.capabilities
-        reason = (
-            ""
-            if capabilities is None
-            else unsupported_reason(scene, capabilities, options.compute_step(scene), located=located)
-        )
+        trace, dt_s = solve_reference(scene), options.compute_step(scene)
+        reason = "" if capabilities is None else unsupported_reason(scene, capabilities, dt_s, located=located)
         if reason or not isinstance(trace, Trace):
             left_out[scene.name] = reason or str(trace)
         elif (until_s := build_reference(trace, None).horizon_s) is not None:

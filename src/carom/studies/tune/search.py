@@ -1,16 +1,17 @@
 """Search for the best settings, from an engine's default settings, within a number of trials.
 
 1. Each knob is tested at its ends, with all other knobs at their default.
-2. An optimiser (Optuna's tree-structured Parzen estimator, Bergstra et al., NeurIPS 2011) requests trials, in which
+2. An optimiser (Optuna's tree-structured Parzen estimator, Bergstra et al., NeurIPS 2011) requests trials. In a trial,
    each knob is at its default or turned.
 3. Starting from the best trial, one knob at a time is set back to its default or turned to another value, until nothing
    improves. So every found setting has an effect.
-4. The third step is repeated from each other trial that no trial dominates. The fourth step finds pairs of
-   settings that help only together: each setting alone improves one criterion and worsens another.
+4. Step 3 is repeated from every other trial that no trial dominates. This finds pairs of settings that help only
+   together, if each setting alone improves one criterion and worsens another.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -138,7 +139,8 @@ class KnobSearch:
         sampler = optuna.samplers.TPESampler(seed=seed, n_startup_trials=len(ends) + 1)
         study = optuna.create_study(sampler=sampler)
         for point in ({}, *ends):
-            study.enqueue_trial(_build_parameters(point, self.space))
+            is_turned: dict[str, Any] = {f"{name} turned": name in point for name in self.space.values}
+            study.enqueue_trial(is_turned | {f"{name} value": k for name, k in point.items()})
         request_count = 0
         # A repeated request is not run again. If the optimiser only repeats requests, the search ends.
         while self.trials < trials and request_count < 10 * trials:
@@ -150,9 +152,9 @@ class KnobSearch:
 
         trial = study.ask()
         point = {
-            name: trial.suggest_int(_format_value_name(name), 0, len(values) - 1)
+            name: trial.suggest_int(f"{name} value", 0, len(values) - 1)
             for name, values in self.space.values.items()
-            if trial.suggest_categorical(_format_turned_name(name), (False, True))
+            if trial.suggest_categorical(f"{name} turned", (False, True))
         }
         merit, given_up = self.evaluate(point)
         number = merit.to_number(len(self.scenes))
@@ -210,7 +212,9 @@ class KnobSearch:
         method = Method(self.method.engine, self.method.profile, overrides)
         best, first = self.best, self.begun
         found: dict[int, Judged] = {}
-        for part in _split_order(self._order):
+        part_size = math.ceil(len(self.scenes) / PARTS)
+        for start in range(0, len(self.scenes), part_size):
+            part = self._order[start : start + part_size]
             found |= zip(part, self.jury.judge(method, [self.scenes[k] for k in part]), strict=True)
             # Assume the best case, in which all remaining scenes are exact.
             left = [Judged(Grade.EXACT, 0.0)] * (len(self.scenes) - len(found))
@@ -223,22 +227,3 @@ class KnobSearch:
         if full_trial.rank < best.rank and self._on_improvement is not None:
             self._on_improvement(full_trial)
         return full_trial.merit, False
-
-
-def _split_order(order: Sequence[int]) -> list[Sequence[int]]:
-    size = -(-len(order) // PARTS)
-    return [order[k : k + size] for k in range(0, len(order), size)]
-
-
-def _format_turned_name(name: str) -> str:
-    return f"{name} turned"
-
-
-def _format_value_name(name: str) -> str:
-    return f"{name} value"
-
-
-def _build_parameters(point: Point, space: Space) -> dict[str, Any]:
-    """Return a point as the optimiser's parameters."""
-    is_turned = {_format_turned_name(name): name in point for name in space.values}
-    return is_turned | {_format_value_name(name): k for name, k in point.items()}
