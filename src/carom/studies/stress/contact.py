@@ -16,14 +16,12 @@ from carom.catalogue.closed_forms import build_disc
 from carom.catalogue.groups.classics_walled import FLOOR
 from carom.studies.stress.attack import Judge, Trial, attack, attack_at_phases, build_attack, build_closed_form_judge
 from carom.studies.stress.friction import build_spin_judge
-from carom.studies.stress.pairs import RATE_HZ, build_trial
+from carom.studies.stress.pairs import DT_S, RADIUS_M, RATE_HZ, SPEED_M_S, build_trial
 from carom.support.formatting import format_number
 
-_RADIUS_M, _G, _K = 0.25, 10.0, 0.5
-_DT_S = 1.0 / RATE_HZ
+_G, _K = 10.0, 0.5
 #: Duration of a contact. In this time, gravity and friction change the motion by far more than an integrator's error.
 _LASTS_S = 0.5
-_SPEED_M_S = 1.2
 
 #: Friction of all slopes and of the floor with rolling resistance; and the tangents of the threshold slopes. Up to its
 #: threshold, a slope holds a block, lets a disc roll without slipping, holds a disc by rolling resistance, or stops the
@@ -39,7 +37,7 @@ _STEEPEST = {
 
 def _build_floor_trial(
     name: str,
-    shows: str,
+    description: str,
     judge: Judge,
     duration_s: float = _LASTS_S,
     *,
@@ -51,9 +49,9 @@ def _build_floor_trial(
     """Make a trial of a disc `up` metres above the line y = 0, with gravity tilted by a tangent."""
     fields = {key: of.pop(key) for key in ("spin_rad_s", "inertia_factor") if key in of}
     long = math.hypot(1.0, tangent)
-    discs = [build_disc(complex(0.0, _RADIUS_M + up), velocity, _RADIUS_M, **fields)]
+    discs = [build_disc(complex(0.0, RADIUS_M + up), velocity, RADIUS_M, **fields)]
     laws = {"gravity_m_s2": (_G * tangent / long, -_G / long), "wall_restitution": 0.0, **of}
-    return build_trial(name, shows, discs, judge, duration_s, walls=[FLOOR], **laws)
+    return build_trial(name, description, discs, judge, duration_s, walls=[FLOOR], **laws)
 
 
 def _build_contact_judge(along: float, rim: float, change: float) -> Judge:
@@ -64,7 +62,7 @@ def _build_contact_judge(along: float, rim: float, change: float) -> Judge:
 @attack_at_phases
 def _lively(value: float, phase: float) -> Trial:
     """Make a trial of a ball that bounces three times, and then flies for as long as its first fall."""
-    e, bounces, fall_s = 1.0 - value, 3, (96 + phase) * _DT_S
+    e, bounces, fall_s = 1.0 - value, 3, (96 + phase) * DT_S
     hops_s = math.fsum(2.0 * fall_s * e**n for n in range(1, bounces))
     last_s, speed = fall_s + hops_s, e**bounces * _G * fall_s
     description = f"A ball that loses {format_number(value, 3)} of its speed at each bounce bounces three times."
@@ -76,10 +74,10 @@ def _lively(value: float, phase: float) -> Trial:
 
 @attack_at_phases
 def _rests(value: float, phase: float) -> Trial:
-    """Make a trial of a ball that is dropped and bounces. The ball comes to rest half a second before the end."""
-    e, fall_s = 1.0 - value, (24 + phase) * _DT_S
+    """Make a trial of a ball that bounces until it rests, at least half a second before the end of the scene."""
+    e, fall_s = 1.0 - value, (24 + phase) * DT_S
     description = f"A ball that loses {format_number(value, 3)} of its speed at each bounce bounces until it rests."
-    ends_s = math.ceil((fall_s * (1.0 + e) / value + 0.5) * RATE_HZ) * _DT_S  # the scene ends at the end of a step
+    ends_s = math.ceil((fall_s * (1.0 + e) / value + 0.5) * RATE_HZ) * DT_S  # the scene ends at the end of a step
     judge = build_closed_form_judge([(0.0, 0.0)], 0, [(1.0 + e) * _G * fall_s])
     return _build_floor_trial("rests", description, judge, ends_s, up=0.5 * _G * fall_s**2, wall_restitution=e)
 
@@ -121,23 +119,23 @@ def _slide_friction(value: float) -> Iterator[Trial]:
     """Make trials of a disc that is thrown along a floor with equal backspin: it slides, then rolls."""
     for friction in _list_with_reciprocal(value):
         description = f"A disc with backspin is thrown along a floor with friction of {format_number(friction, 3)}."
-        moving = {"velocity": _SPEED_M_S, "spin_rad_s": _SPEED_M_S / _RADIUS_M}
-        speed_loss = min(friction * _G * _LASTS_S, 2.0 * _SPEED_M_S / (1.0 + 1.0 / _K))
-        judge = _build_contact_judge(_SPEED_M_S - speed_loss, _SPEED_M_S - speed_loss / _K, _SPEED_M_S)
+        moving = {"velocity": SPEED_M_S, "spin_rad_s": SPEED_M_S / RADIUS_M}
+        speed_loss = min(friction * _G * _LASTS_S, 2.0 * SPEED_M_S / (1.0 + 1.0 / _K))
+        judge = _build_contact_judge(SPEED_M_S - speed_loss, SPEED_M_S - speed_loss / _K, SPEED_M_S)
         yield _build_floor_trial("slide-friction", description, judge, **moving, wall_friction=friction)
 
 
 @attack
 def _rolling_resistance(value: float) -> Iterator[Trial]:
-    """Make trials of a disc that rolls along a floor: c slows it by c g/(1 + k), up to the limit of friction."""
+    """Make trials of a disc that rolls along a floor. Resistance c slows it by c g/(1 + k), at most by friction."""
     for resists in _list_with_reciprocal(value):
         description = f"A disc rolls along a floor with rolling resistance of {format_number(resists, 3)}."
-        moving = {"velocity": _SPEED_M_S, "spin_rad_s": -_SPEED_M_S / _RADIUS_M}
+        moving = {"velocity": SPEED_M_S, "spin_rad_s": -SPEED_M_S / RADIUS_M}
         laws = {"wall_friction": _FRICTION, "wall_rolling_resistance": resists}
-        along = max(0.0, _SPEED_M_S - min(resists / (1.0 + _K), _FRICTION) * _G * _LASTS_S)
-        turns = _SPEED_M_S - (resists - _FRICTION) * _G * _LASTS_S / _K
+        along = max(0.0, SPEED_M_S - min(resists / (1.0 + _K), _FRICTION) * _G * _LASTS_S)
+        turns = SPEED_M_S - (resists - _FRICTION) * _G * _LASTS_S / _K
         rim = -along if resists <= _FRICTION * (1.0 + _K) else -max(0.0, turns)
-        judge = _build_contact_judge(along, rim, _SPEED_M_S)
+        judge = _build_contact_judge(along, rim, SPEED_M_S)
         yield _build_floor_trial("rolling-resistance", description, judge, **moving, **laws)
 
 

@@ -8,23 +8,19 @@ from dataclasses import replace
 from decimal import Decimal
 from typing import Any
 
-from carom.catalogue.closed_forms import build_disc
+from carom.catalogue.closed_forms import build_disc, to_vector
 from carom.catalogue.groups.classics_walled import edges
 from carom.model.scene import Chain, Wall
 from carom.model.walls import Leg, build_drive
 from carom.studies.stress.attack import Trial, attack_at_phases, build_closed_form_judge
-from carom.studies.stress.pairs import RATE_HZ, STEPS_BEFORE, build_trial
+from carom.studies.stress.pairs import DT_S, RADIUS_M, RATE_HZ, SPEED_M_S, build_trial, compute_impact_time
 from carom.support.formatting import format_metres, format_number
 
-_DT_S = 1.0 / RATE_HZ
-_RADIUS_M = 0.25
-#: Default speed: a hundredth of a diameter per step, as in `carom.studies.stress.pairs`.
-_SPEED_M_S = 0.01 * 2 * _RADIUS_M * RATE_HZ
 #: Half the length of a wall. Discs reach the ends of a wall only in attacks on ends.
 _HALF_LENGTH_M = 4.0
 #: Initial distance of a disc from a corner, and its speed. The disc is back after 30 steps. In each step the disc moves
 #: an eighth of its radius.
-_CORNER_M, _CORNER_SPEED_M_S = 0.5, 2 * 0.5 / (30 * _DT_S)
+_CORNER_M, _CORNER_SPEED_M_S = 0.5, 2 * 0.5 / (30 * DT_S)
 
 
 def _build_upright_wall(**fields: Any) -> Chain:
@@ -32,88 +28,80 @@ def _build_upright_wall(**fields: Any) -> Chain:
 
 
 def _build_one_impact_trial(
-    name: str, shows: str, phase: float, start: complex, velocity: complex, wall: Chain, after: complex
+    name: str, sentence: str, phase: float, start: complex, velocity: complex, wall: Chain, after: complex
 ) -> Trial:
-    """Judge a disc that meets a wall once by its known velocity after the impact."""
-    said, discs = f"{shows} Phase {phase:g} of a step.", [build_disc(start, velocity, _RADIUS_M)]
-    judge = build_closed_form_judge([(after.real, after.imag)], 1, [abs(after - velocity)])
-    return build_trial(name, said, discs, judge, walls=[wall])
-
-
-def _compute_impact_time(phase: float) -> float:
-    """Return the time of the impact, seconds."""
-    return (STEPS_BEFORE + phase) * _DT_S
+    """Make a trial of a disc that meets a wall once. The trial is judged by the known velocity after the impact."""
+    discs = [build_disc(start, velocity, RADIUS_M)]
+    judge = build_closed_form_judge([to_vector(after)], 1, [abs(after - velocity)])
+    return build_trial(name, f"{sentence} Phase {phase:g} of a step.", discs, judge, walls=[wall])
 
 
 @attack_at_phases
 def _thin_wall(value: float, phase: float) -> Trial:
-    speed = value * _RADIUS_M * RATE_HZ
+    speed = value * RADIUS_M * RATE_HZ
     description = f"A disc that moves {format_number(value, 3)} radii per step meets a wall without thickness head-on."
-    start = -_RADIUS_M - speed * _compute_impact_time(phase)
+    start = -RADIUS_M - speed * compute_impact_time(phase)
     return _build_one_impact_trial("thin-wall", description, phase, start, speed, _build_upright_wall(), -speed)
 
 
 @attack_at_phases
 def _paddle(value: float, phase: float) -> Trial:
-    speed = value * _RADIUS_M * RATE_HZ
+    speed = value * RADIUS_M * RATE_HZ
     description = f"A wall without thickness moves {format_number(value, 3)} radii per step, head-on at a disc at rest."
-    start, wall = _RADIUS_M + speed * _compute_impact_time(phase), _build_upright_wall(velocity_m_s=(speed, 0.0))
+    start, wall = RADIUS_M + speed * compute_impact_time(phase), _build_upright_wall(velocity_m_s=(speed, 0.0))
     return _build_one_impact_trial("paddle", description, phase, start, 0, wall, 2.0 * speed)
 
 
 @attack_at_phases
 def _wall_width(value: float, phase: float) -> Trial:
     description = f"A disc meets a wall of half width {format_metres(value)} head-on."
-    start = -value - _RADIUS_M - _SPEED_M_S * _compute_impact_time(phase)
+    start = -value - RADIUS_M - SPEED_M_S * compute_impact_time(phase)
     wall = _build_upright_wall(half_width_m=value)
-    return _build_one_impact_trial("wall-width", description, phase, start, _SPEED_M_S, wall, -_SPEED_M_S)
+    return _build_one_impact_trial("wall-width", description, phase, start, SPEED_M_S, wall, -SPEED_M_S)
 
 
 @attack_at_phases
 def _wall_end(value: float, phase: float) -> Trial:
-    """Make a trial of a disc that passes the end of a wall.
-
-    At the end, the normal points from the end to the disc's centre.
-    """
-    height = _RADIUS_M * (1.0 - value)
-    offset = Decimal(height) / Decimal(_RADIUS_M)  # of the stored, rounded height
+    """Make a trial of a disc that grazes the end of a wall. The normal points from the end to the disc's centre."""
+    height = RADIUS_M * (1.0 - value)
+    offset = Decimal(height) / Decimal(RADIUS_M)  # of the stored, rounded height
     along = (1 - offset * offset).sqrt()
-    after = complex(float(2 * offset * offset - 1), float(2 * offset * along)) * _SPEED_M_S
+    after = complex(float(2 * offset * offset - 1), float(2 * offset * along)) * SPEED_M_S
     description = f"A disc grazes the end of a thin wall, {format_number(value, 3)} radii from a miss."
-    start = complex(-_RADIUS_M * float(along) - _SPEED_M_S * _compute_impact_time(phase), height)
+    start = complex(-RADIUS_M * float(along) - SPEED_M_S * compute_impact_time(phase), height)
     wall = edges(-1j * _HALF_LENGTH_M, 0)
-    return _build_one_impact_trial("wall-end", description, phase, start, _SPEED_M_S, wall, after)
+    return _build_one_impact_trial("wall-end", description, phase, start, SPEED_M_S, wall, after)
 
 
 @attack_at_phases
 def _seam(value: float, phase: float) -> Trial:
     pieces = int(value)
     joint = _HALF_LENGTH_M * (2 * (pieces // 2) / pieces - 1)
-    velocity = _SPEED_M_S * (4 - 1j)
+    velocity = SPEED_M_S * (4 - 1j)
     description = f"A disc obliquely strikes a floor of {pieces} pieces where two of them meet."
-    start = complex(joint, _RADIUS_M) - velocity * _compute_impact_time(phase)
+    start = complex(joint, RADIUS_M) - velocity * compute_impact_time(phase)
     floor = edges(-_HALF_LENGTH_M, _HALF_LENGTH_M, pieces=pieces)
     return _build_one_impact_trial("seam", description, phase, start, velocity, floor, velocity.conjugate())
 
 
 @attack_at_phases
 def _corner(value: float, phase: float) -> Trial:
-    """Make a trial of a disc thrown into a corner past its apex.
+    """Make a trial of a disc that is thrown into a corner and aimed past its apex.
 
-    The known motion is computed with half-planes through the corner's sides.
+    The true motion is computed with a half-plane for each side. The scene has sides of finite length.
     """
     angle = math.radians(value)
     inwards = cmath.exp(0.5j * angle)
     # The centre moves in a smaller corner at a distance of one radius from both sides.
-    apex = _RADIUS_M / math.sin(0.5 * angle) * inwards
-    start = apex + (_CORNER_M + phase * _CORNER_SPEED_M_S * _DT_S) * inwards
+    apex = RADIUS_M / math.sin(0.5 * angle) * inwards
+    start = apex + (_CORNER_M + phase * _CORNER_SPEED_M_S * DT_S) * inwards
     # The disc aims an eighth of the angle past the apex, so it never meets both sides at once.
     velocity = -_CORNER_SPEED_M_S * inwards * cmath.exp(0.125j * angle)
     side = abs(apex) + _HALF_LENGTH_M
     description = f"A disc is thrown into a corner of {format_number(value, 3)} degrees. Phase {phase:g} of a step."
     across = -1j * cmath.exp(1j * angle)
-    sides = [Wall(point_m=(0.0, 0.0), normal=normal) for normal in ((0.0, 1.0), (across.real, across.imag))]
-    trial = build_trial("corner", description, [build_disc(start, velocity, _RADIUS_M)], walls=sides)
+    sides = [Wall(point_m=(0.0, 0.0), normal=normal) for normal in ((0.0, 1.0), to_vector(across))]
+    trial = build_trial("corner", description, [build_disc(start, velocity, RADIUS_M)], walls=sides)
     walls = (edges(side, 0, side * cmath.exp(1j * angle)),)
     return replace(trial, scene=trial.scene.model_copy(update={"walls": walls}))
 
@@ -124,14 +112,14 @@ def _legs(value: float, phase: float) -> Trial:
 
     The impact is half-way through the last leg, where the wall is farther forward than ever before.
     """
-    legs, until_s = int(value), _compute_impact_time(phase)
+    legs, until_s = int(value), compute_impact_time(phase)
     leg_duration_s = until_s / (legs - 0.5)
-    speeds = [_SPEED_M_S * (3.0 if (legs - k) % 2 else -1.0) for k in range(legs)]
+    speeds = [SPEED_M_S * (3.0 if (legs - k) % 2 else -1.0) for k in range(legs)]
     path = tuple(Leg(from_s=k * leg_duration_s, velocity_m_s=(speed, 0.0)) for k, speed in enumerate(speeds))
     displacement, _ = build_drive(path, (0.0, 0.0)).moved_at(until_s)
     description = f"A wall that turns {legs - 1} times strikes a disc at rest."
     wall = _build_upright_wall(legs=path)
-    return _build_one_impact_trial("legs", description, phase, _RADIUS_M + displacement, 0, wall, 2.0 * speeds[-1])
+    return _build_one_impact_trial("legs", description, phase, RADIUS_M + displacement, 0, wall, 2.0 * speeds[-1])
 
 
 #: Attacks with a disc and a finite wall.

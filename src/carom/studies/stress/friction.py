@@ -1,7 +1,7 @@
 """Attacks with friction and spin, which vary a coefficient, a spin, an inertia, or the number of sticking impacts.
 
-All impacts are head-on or on a wall. So late detection does not turn the normal, and only friction can fail. An
-exception is the chain of sticking impacts, which is so long that late detection can lose an impact.
+All impacts are head-on or with a wall. So late detection does not turn the normal, and a method fails only because of
+its friction. An exception is the chain of sticking impacts, which is so long that late detection can lose an impact.
 """
 
 from __future__ import annotations
@@ -16,11 +16,17 @@ from carom.catalogue.groups.classics_walled import FLOOR
 from carom.model.scene import Wall
 from carom.model.trace import Trace, Vector
 from carom.studies.stress.attack import PHASES, TOLERANCE, Judge, Judgement, Trial, attack, build_closed_form_judge
-from carom.studies.stress.pairs import RATE_HZ, STEPS_BEFORE, build_trial
+from carom.studies.stress.pairs import (
+    DT_S,
+    RADIUS_M,
+    RATE_HZ,
+    SPEED_M_S,
+    STEPS_BEFORE,
+    build_trial,
+    compute_impact_time,
+)
 from carom.support.formatting import format_number
 
-_RADIUS_M = 0.25
-_SPEED_M_S = 1.2
 #: A coefficient at which no impact of these attacks slides. Every engine supports this coefficient.
 _GRIP = 10.0
 
@@ -42,10 +48,10 @@ def build_spin_judge(
         impacts: Number of impacts; 0 if unknown.
         changes: Cause of the changes of velocity and rim speed, for the message.
     """
-    of_velocity = build_closed_form_judge(final_velocity_m_s, impacts, change_m_s, changes=changes)
+    judge_velocity = build_closed_form_judge(final_velocity_m_s, impacts, change_m_s, changes=changes)
 
     def judge(trace: Trace) -> Judgement:
-        found = of_velocity(trace)
+        found = judge_velocity(trace)
         if found.broken:
             return found
         if trace.final_spin_rad_s is None:
@@ -68,10 +74,9 @@ def _compute_tangential_impulse(
 
 def _build_wall_trial(name: str, description: str, phase: float, friction: float, inertia: float) -> Trial:
     """Make a trial of a disc of unit mass without spin that hits a floor at 45 degrees."""
-    dt, speed, start = 1.0 / RATE_HZ, _SPEED_M_S, complex(_SPEED_M_S, -_SPEED_M_S)
-    before = (STEPS_BEFORE + phase) * dt
-    place = complex(-speed * before, _RADIUS_M + speed * before)
-    discs = [build_disc(place, start, _RADIUS_M, inertia_factor=inertia)]
+    speed, before_s = SPEED_M_S, compute_impact_time(phase)
+    place = complex(-speed * before_s, RADIUS_M + speed * before_s)
+    discs = [build_disc(place, complex(speed, -speed), RADIUS_M, inertia_factor=inertia)]
     impulse = _compute_tangential_impulse(friction, 2.0 * speed, speed, 1.0 + 1.0 / inertia)
     judge = build_spin_judge([(speed - impulse, speed)], [-impulse / inertia], [2.0 * speed])
     return build_trial(name, description, discs, judge, walls=[FLOOR], wall_friction=friction)
@@ -79,10 +84,10 @@ def _build_wall_trial(name: str, description: str, phase: float, friction: float
 
 def _build_head_on_trial(name: str, description: str, phase: float, friction: float, spin_rad_s: float) -> Trial:
     """Make a trial of a spinning disc of unit mass that hits an equal disc at rest head-on."""
-    dt, speed, k = 1.0 / RATE_HZ, _SPEED_M_S, 0.5
-    start_x = -2.0 * _RADIUS_M - speed * (STEPS_BEFORE + phase) * dt
-    discs = [build_disc(start_x, speed, _RADIUS_M, spin_rad_s=spin_rad_s), build_disc(0, 0, _RADIUS_M)]
-    rim = _RADIUS_M * spin_rad_s
+    speed, k = SPEED_M_S, 0.5
+    start_x = -2.0 * RADIUS_M - speed * (STEPS_BEFORE + phase) * DT_S
+    discs = [build_disc(start_x, speed, RADIUS_M, spin_rad_s=spin_rad_s), build_disc(0, 0, RADIUS_M)]
+    rim = RADIUS_M * spin_rad_s
     impulse = _compute_tangential_impulse(friction, speed, rim, 2.0 * (1.0 + 1.0 / k))
     final, rims = [(0.0, -impulse), (speed, impulse)], [rim - impulse / k, -impulse / k]
     judge = build_spin_judge(final, rims, [max(speed, impulse / k)] * 2)
@@ -118,12 +123,12 @@ def _inertia(value: float) -> Iterator[Trial]:
 
 @attack
 def _grip_chain(value: float) -> Iterator[Trial]:
-    """Make a trial of a number of bounces of a superball between two plates, a dozen steps apart."""
+    """Make a trial of a superball that bounces between two plates. From plate to plate, the ball takes twelve steps."""
     rounds = max(1, round(value / 2))
     height = 12.0 / RATE_HZ
     description = f"A superball bounces {2 * rounds} times between two rough plates."
-    discs = [build_disc(complex(0.0, _RADIUS_M + height / 2), 1 - 1j, _RADIUS_M)]
-    walls = [FLOOR, Wall(point_m=(0.0, 2.0 * _RADIUS_M + height), normal=(0.0, -1.0))]
+    discs = [build_disc(complex(0.0, RADIUS_M + height / 2), 1 - 1j, RADIUS_M)]
+    walls = [FLOOR, Wall(point_m=(0.0, 2.0 * RADIUS_M + height), normal=(0.0, -1.0))]
     laws = {"wall_friction": 1e3, "wall_tangential_restitution": 1.0}
     # A round (floor and ceiling) rotates (v, sqrt(k) R w) by the angle whose cosine is ((1 - k)^2 - 4 k)/(1 + k)^2.
     angle = rounds * math.acos(-7.0 / 9.0)
@@ -134,18 +139,18 @@ def _grip_chain(value: float) -> Iterator[Trial]:
 
 @attack
 def _rolling(value: float) -> Iterator[Trial]:
-    """Make a trial of a disc that is thrown along a floor, and bounces until it rolls."""
+    """Make a trial of a disc that is thrown along a floor and bounces until it rolls."""
     speed, pull, drop_s, k = 1.0, 10.0, 0.1, 0.5
     fall = pull * drop_s
-    # The impulse of all bounces is (1 + e)/(1 - e) times the impulse of the first fall, a fifth more than needed for
-    # rolling.
+    # The normal impulse of all bounces is (1 + e)/(1 - e) times that of the first fall. The coefficient of friction is
+    # a fifth larger than needed for rolling.
     needed = speed / (1.0 + 1.0 / k)
     friction = 1.2 * needed / fall * (1.0 - value) / (1.0 + value)
     bounces_s = 2.0 * drop_s * value / (1.0 - value)
     description = (
         f"A disc thrown along a floor bounces with restitution {format_number(value, 3)}, slides, and finally rolls."
     )
-    discs = [build_disc(complex(0.0, _RADIUS_M + 0.5 * pull * drop_s**2), speed, _RADIUS_M)]
+    discs = [build_disc(complex(0.0, RADIUS_M + 0.5 * pull * drop_s**2), speed, RADIUS_M)]
     lasts_s = math.ceil((drop_s + bounces_s + 0.2) * RATE_HZ) / RATE_HZ
     laws = {"wall_friction": friction, "wall_restitution": value, "gravity_m_s2": (0.0, -pull)}
     final = speed / (1.0 + k)

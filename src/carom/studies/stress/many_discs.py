@@ -7,6 +7,7 @@ import math
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from itertools import product
 
 from carom.catalogue.closed_forms import build_disc
 from carom.catalogue.groups.classics_many_discs import stage_boxed_gas
@@ -21,7 +22,7 @@ from carom.studies.stress.attack import (
     build_velocity_judge,
     judge_energy,
 )
-from carom.studies.stress.pairs import RATE_HZ, build_trial
+from carom.studies.stress.pairs import DT_S, RADIUS_M, RATE_HZ, SPEED_M_S, build_trial
 from carom.studies.stress.true_motion import TrueMotion, UndecidedError, compute_true_motion
 from carom.support.formatting import format_metres, format_number
 
@@ -29,26 +30,23 @@ from carom.support.formatting import format_metres, format_number
 #: Fluids A 4, 496 (1992).
 CRITICAL_RESTITUTION = 7.0 - 4.0 * math.sqrt(3.0)
 
-_RADIUS_M = 0.25
-_SPEED_M_S = 1.2
 _TURN = math.pi * (3.0 - math.sqrt(5.0))  # the golden angle spreads directions evenly, and no two are equal
 
 
 def _build_row_trial(name: str, description: str, gaps: Sequence[float], phase: float, steps_after: int) -> Trial:
     """Make a trial of a striker and a row of equal discs at rest with the given gaps."""
-    dt = 1.0 / RATE_HZ
-    places = [-(2 * _RADIUS_M + _SPEED_M_S * dt * (4 + phase)), 0.0]
+    places = [-(2 * RADIUS_M + SPEED_M_S * DT_S * (4 + phase)), 0.0]
     for gap in gaps:
-        places.append(places[-1] + 2 * _RADIUS_M + gap)
-    discs = [build_disc(place, 0.0 if k else _SPEED_M_S, _RADIUS_M) for k, place in enumerate(places)]
-    return build_trial(name, description, discs, None, (5 + steps_after) * dt)
+        places.append(places[-1] + 2 * RADIUS_M + gap)
+    discs = [build_disc(place, 0.0 if k else SPEED_M_S, RADIUS_M) for k, place in enumerate(places)]
+    return build_trial(name, description, discs, None, (5 + steps_after) * DT_S)
 
 
 @attack
 def _cradle_gap(gap: float) -> Iterator[Trial]:
     description = f"Newton's cradle of five discs with gaps of {format_metres(gap)}: only the last disc must leave."
     # The scene is twice as long as needed, so that a late method also finds every impact.
-    steps = 40 + math.ceil(3 * gap / (_SPEED_M_S / RATE_HZ))
+    steps = 40 + math.ceil(3 * gap / (SPEED_M_S / RATE_HZ))
     return (_build_row_trial("cradle-gap", description, [gap] * 3, phase, steps) for phase in PHASES)
 
 
@@ -57,7 +55,7 @@ def _crowded_frame(impacts: float) -> Iterator[Trial]:
     count = round(impacts)
     # All impacts are within half a step of the first impact, whose phase is below one half. The scene is long enough
     # for a method that processes one impact per step.
-    gap = 0.5 * _SPEED_M_S / RATE_HZ / max(1, count - 1)
+    gap = 0.5 * SPEED_M_S / RATE_HZ / max(1, count - 1)
     description = f"A row of discs with {count} impacts in one step."
     return (
         _build_row_trial("crowded-frame", description, [gap] * (count - 1), phase, 40 + count) for phase in (0.13, 0.42)
@@ -66,36 +64,35 @@ def _crowded_frame(impacts: float) -> Iterator[Trial]:
 
 @attack
 def _at_once(pairs: float) -> Iterator[Trial]:
-    """Make a trial of distant pairs that all meet at exactly the same instant. Each is a rotated copy of the first."""
+    """Make a trial of distant pairs that meet at the same instant. Each pair is a rotated copy of the first pair."""
     count = round(pairs)
-    dt, side, pitch = 1.0 / RATE_HZ, math.ceil(math.sqrt(count)), 8.0 * _RADIUS_M
-    along = 2 * _RADIUS_M + _SPEED_M_S * dt * 4.52
+    side, pitch = math.ceil(math.sqrt(count)), 8.0 * RADIUS_M
+    along = 2 * RADIUS_M + SPEED_M_S * DT_S * 4.52
     discs: list[Disc] = []
     truth: list[TrueMotion] = []
     for k in range(count):
         row, column = divmod(k, side)
         place, turn = complex(column, row) * pitch, (1, 1j, -1, -1j)[k % 4]
-        pair = [build_disc(place - along * turn, _SPEED_M_S * turn, _RADIUS_M), build_disc(place, 0, _RADIUS_M)]
+        pair = [build_disc(place - along * turn, SPEED_M_S * turn, RADIUS_M), build_disc(place, 0, RADIUS_M)]
         discs += pair
-        truth.append(compute_true_motion(Scene(name="pair", discs=pair, duration_s=48 * dt)))
+        truth.append(compute_true_motion(Scene(name="pair", discs=pair, duration_s=48 * DT_S)))
     description = f"{count} pairs of discs, far from each other, meet in one step."
     final = [velocity for motion in truth for velocity in motion.final_velocity_m_s]
     change = [change for motion in truth for change in motion.greatest_change_m_s]
-    yield build_trial("at-once", description, discs, build_closed_form_judge(final, count, change), 48 * dt)
+    yield build_trial("at-once", description, discs, build_closed_form_judge(final, count, change), 48 * DT_S)
 
 
 @attack
 def _packing(gap: float) -> Iterator[Trial]:
-    columns, rows, radius = 3, 3, 0.1
+    side, radius = 3, 0.1
     pitch = 2 * radius * (1 + gap)
     margin = pitch / 2
     discs = []
-    for k in range(columns * rows):
-        row, column = divmod(k, columns)
+    for k, (row, column) in enumerate(product(range(side), repeat=2)):
         place = complex(margin + (column + 0.5 * (row % 2)) * pitch, margin + row * pitch * math.sqrt(3) / 2)
         discs.append(build_disc(place, cmath.rect(1.0, _TURN * k), radius))
-    width = 2 * margin + (columns - 0.5) * pitch
-    height = 2 * margin + (rows - 1) * pitch * math.sqrt(3) / 2
+    width = 2 * margin + (side - 0.5) * pitch
+    height = 2 * margin + (side - 1) * pitch * math.sqrt(3) / 2
     packing = math.pi / (2 * math.sqrt(3)) / (1 + gap) ** 2
     gaps = f"gaps of {format_number(gap, 3)} diameters (packing {packing:.4f})"
     description = f"Nine discs in a box, packed hexagonally with {gaps}."
@@ -134,11 +131,10 @@ def _gas_pressure(advance: float) -> Iterator[Trial]:
     free = math.sqrt(count * math.pi * radius**2 / PACKING)
     rate = speed / (advance * radius)
     pitch = free / (side - 1)
-    discs = []
-    for k in range(count):
-        row, column = divmod(k, side)
-        place = complex(radius + column * pitch, radius + row * pitch)
-        discs.append(build_disc(place, cmath.rect(speed, _TURN * k), radius))
+    discs = [
+        build_disc(complex(radius + column * pitch, radius + row * pitch), cmath.rect(speed, _TURN * k), radius)
+        for k, (row, column) in enumerate(product(range(side), repeat=2))
+    ]
     width = free + 2 * radius
     description = f"{count} discs at packing {PACKING} in a box, moving {format_number(advance, 3)} radii per step."
     # About fifteen impacts per disc. The virial of a thousand impacts is accurate to 3 %.
@@ -149,7 +145,7 @@ def _gas_pressure(advance: float) -> Iterator[Trial]:
 
 @attack
 def _restitution(restitution: float) -> Iterator[Trial]:
-    discs = [build_disc(place, velocity, _RADIUS_M) for place, velocity in ((-0.75, 1.0), (0.0, 0.0), (0.9, -1.0))]
+    discs = [build_disc(place, velocity, RADIUS_M) for place, velocity in ((-0.75, 1.0), (0.0, 0.0), (0.9, -1.0))]
     description = f"Three equal discs in a line approach each other with restitution {format_number(restitution, 4)}."
     # Infinitely many impacts close every gap in finite time. After that, the discs move with their centre of mass,
     # which is at rest.

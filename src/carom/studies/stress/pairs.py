@@ -12,30 +12,45 @@ from carom.studies.stress.attack import PHASES, Attack, Judge, Trial, build_atta
 from carom.studies.stress.true_motion import compute_true_motion
 from carom.support.formatting import format_number
 
+#: Frame rate and step size of most attacks.
 RATE_HZ = 240.0
+DT_S = 1.0 / RATE_HZ
 
 #: Numbers of steps before and after the impact. A contact modelled by a spring lasts several steps: 24 steps at
 #: MuJoCo's usual stiffness of 1000 /s².
 STEPS_BEFORE, STEPS_AFTER = 4, 40
-MEETING_S = (STEPS_BEFORE + STEPS_AFTER) * (1.0 / RATE_HZ)
+MEETING_S = (STEPS_BEFORE + STEPS_AFTER) * DT_S
 
-_RADIUS_M = 0.25
+#: Default radius, and default speed: a hundredth of a diameter per step, which every method should handle.
+RADIUS_M = 0.25
+SPEED_M_S = 0.01 * 2 * RADIUS_M * RATE_HZ
 
-#: Default speed: a hundredth of a diameter per step, which every method should handle.
-_SPEED_M_S = 0.01 * 2 * _RADIUS_M * RATE_HZ
+
+def compute_impact_time(phase: float) -> float:
+    """Return the time of an impact at a phase of a step, seconds."""
+    return (STEPS_BEFORE + phase) * DT_S
 
 
 def build_trial(
     name: str,
-    shows: str,
+    description: str,
     discs: Sequence[Disc],
     judge: Judge | None = None,
     duration_s: float = MEETING_S,
     **fields: Any,
 ) -> Trial:
-    """Make a trial of an attack. By default, it lasts for a meeting, and the judge compares with the true motion."""
+    """Make a trial of an attack. By default, the scene lasts `MEETING_S`, and the judge compares with its true motion.
+
+    Args:
+        name: Name of the attack.
+        description: Description of the scene.
+        discs: The discs.
+        judge: Judge of the traces.
+        duration_s: Duration of the scene, seconds.
+        fields: Further fields of the scene.
+    """
     fields = {"frame_rate_hz": RATE_HZ, "duration_s": duration_s, **fields}
-    scene = Scene(name=f"stress/{name}", description=shows, discs=discs, **fields)
+    scene = Scene(name=f"stress/{name}", description=description, discs=discs, **fields)
     return Trial(scene, judge or build_velocity_judge(compute_true_motion(scene)))
 
 
@@ -44,17 +59,16 @@ def _build_meeting_trial(
     description: str,
     phase: float,
     *,
-    speed: float = _SPEED_M_S,
-    radius: float = _RADIUS_M,
+    speed: float = SPEED_M_S,
+    radius: float = RADIUS_M,
     offset: float = 0.0,
     mass: float = 1.0,
     origin: float = 0.0,
 ) -> Trial:
     """Make a trial of a disc from the left that meets an equally large disc at rest."""
-    dt = 1.0 / RATE_HZ
     contact = 2 * radius
     across = offset * contact
-    along = math.sqrt(max(contact * contact - across * across, 0.0)) + speed * dt * (STEPS_BEFORE + phase)
+    along = math.sqrt(max(contact * contact - across * across, 0.0)) + speed * DT_S * (STEPS_BEFORE + phase)
     striker = build_disc(complex(origin - along, origin), speed, radius)
     return build_trial(name, description, [striker, build_disc(complex(origin, origin + across), 0, radius, mass)])
 
@@ -87,7 +101,7 @@ _TUNNELLING = "A disc that moves {value} radii per step meets one at rest head-o
 PAIR_ATTACKS = (
     _build_attack("grazing", _GRAZING, offset=lambda value: 1.0 - value),
     _build_attack("mass-ratio", "A disc of 1 kg meets one of {value} kg head-on.", mass=lambda value: value),
-    _build_attack("tunnelling", _TUNNELLING, speed=lambda value: value * _RADIUS_M * RATE_HZ),
+    _build_attack("tunnelling", _TUNNELLING, speed=lambda value: value * RADIUS_M * RATE_HZ),
     _build_size_attack("small"),
     _build_size_attack("large"),
     _build_attack("far-away", "Two discs meet head-on {value} m from the origin.", origin=lambda value: value),
