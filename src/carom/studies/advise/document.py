@@ -165,11 +165,10 @@ def _describe_longest_step(advice: Advice, question: Callable[[Advised], StepRan
         return "no tested step size of any engine suffices"
     longest = max(found.passes.dt_s for found, _ in passing if found.passes)
     best = [(found, answer) for found, answer in passing if found.passes and found.passes.dt_s == longest]
-    names = [answer.method.label for _, answer in best]
-    names_text = formatting.join_words(names, "or")
+    names = formatting.join_words([answer.method.label for _, answer in best], "or")
     any_step = all(_passes_at_any_step(answer, found) for found, answer in best)
     steps = "any tested step size ({} or more steps per second)" if any_step else "{} steps/s"
-    return f"use {steps.format(_format_rate(longest))}{_describe_substeps(advice, best[0][0])} with {names_text}"
+    return f"use {steps.format(_format_rate(longest))}{_describe_substeps(advice, best[0][0])} with {names}"
 
 
 def _passes_at_any_step(answer: Advised, found: StepRange) -> bool:
@@ -204,10 +203,8 @@ def _build_code_blocks(advice: Advice, rows: Sequence[Advised], scene_word: str)
         ending = ". As code:" if code else "."
         fewer = _count_steps_per_frame(advice, answer.never_misses)
         fewest_note = f" ({fewer} to miss no impact)" if fewer is not None and fewer < times else ""
-        yield Text(
-            f"{method.label} needs {formatting.format_count(times, 'step')} per frame {criterion}{fewest_note}{ending}",
-            media,
-        )
+        steps = formatting.format_count(times, "step")
+        yield Text(f"{method.label} needs {steps} per frame {criterion}{fewest_note}{ending}", media)
         if code:
             yield Code(code, media)
         words = ("carom", "engines", format_engine_argument(method.engine), "--show", method.profile)

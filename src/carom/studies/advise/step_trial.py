@@ -42,14 +42,12 @@ class Started:
     """Result of one start.
 
     Attributes:
-        lost: Number of missed or invented impacts.
-        completed: Whether the run reached its end.
+        lost: Whether an impact was missed or invented, or the run ended early.
         direction_error_rad: Largest direction error of the found impacts; NaN if none was found.
         steps: Number of engine steps.
     """
 
-    lost: int
-    completed: bool
+    lost: bool
     direction_error_rad: float
     steps: int
 
@@ -73,11 +71,10 @@ class StartTask(JobTask):
         observed = observe_run(adapter, scene, job.profile, job.dt_s, overrides=job.method.tried, watched=False)
         aligned = match_impacts(reference, observed, comparison_range(reference, shifted_scene.duration_s))
         measured = measure_errors(reference, observed, aligned, compute_scales(scene, reference))
+        # After the extra steps, only a run that ended early has undecided impacts. Undecided impacts count as missed.
+        wrong = aligned.missed or aligned.spurious or aligned.undecided
         return Started(
-            # After the extra steps, only a run that ended early has undecided impacts. Undecided impacts count as
-            # missed.
-            lost=len(aligned.missed) + len(aligned.spurious) + len(aligned.undecided),
-            completed=observed.outcome is Outcome.COMPLETED,
+            lost=bool(wrong) or observed.outcome is not Outcome.COMPLETED,
             direction_error_rad=measured.largest.direction_rad,
             steps=int(observed.counts.get("steps", 0)),
         )
@@ -135,8 +132,8 @@ class StepTrial:
             dt_s,
             even=len(of_even),
             starts=len(results) + len(broken),
-            lost_even=sum(one.lost > 0 or not one.completed for one in of_even),
-            lost=sum(one.lost > 0 or not one.completed for one in results),
+            lost_even=sum(one.lost for one in of_even),
+            lost=sum(one.lost for one in results),
             direction_error_rad=max(known, default=math.nan),
             steps=sum(one.steps for one in results),
             reason=broken[0].said if broken else "",

@@ -52,8 +52,8 @@ class ReleaseRun:
         off_m: Errors of positions at `PLACES` evenly spread instants up to the end: x and y of each disc, metres.
             Infinite if the run or the reference ends earlier.
         off_m_s: Errors of final velocities: x and y of each disc, metres a second.
-        place_rounding_m: Rounding error of a position.
-        speed_m_s: The scene's speed.
+        place_rounding_m: Rounding error of a position, metres.
+        speed_m_s: The scene's speed, metres a second.
         float_bits: Width of the floats that the adapter declares.
     """
 

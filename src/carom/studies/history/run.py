@@ -291,7 +291,8 @@ def bisect_change(
             with _install_releases(study, origin, (candidates[0], version), cache, pool) as columns:
                 if reason := next((one.reason for one in columns if not one.name), ""):
                     raise UnavailableError(f"{origin.package} {version}: {reason}")
-                old, new = (study.seen([one.name for one in columns], [cell], pool)[one.name][cell] for one in columns)
+                seen_cells = study.seen([one.name for one in columns], [cell], pool)
+                old, new = (seen_cells[one.name][cell] for one in columns)
             found = classify_change(old, new)
             if found.kind is ChangeKind.NOT_RUN:
                 what = f"{origin.package} {version} can't run this scene with this profile and step size"
@@ -317,17 +318,13 @@ _FINAL_VERSION = re.compile(r"([0-9]+!)?[0-9]+(\.[0-9]+)*(\.post[0-9]+)?")
 LATEST = "latest"
 
 
-def is_final(version: str) -> bool:
-    """Return whether a version is final: not marked as alpha, nightly or similar."""
-    return _FINAL_VERSION.fullmatch(version) is not None
-
-
 def sort_versions(versions: Iterable[str]) -> tuple[str, ...]:
     """Return versions from the oldest to the newest by number, with pre-releases before final releases."""
 
     def order(version: str) -> tuple[object, ...]:
         post = re.search(r"\.post([0-9]+)$", version)
-        return parse_release_numbers(version), is_final(version), int(post[1]) if post else -1, version
+        final = _FINAL_VERSION.fullmatch(version) is not None
+        return parse_release_numbers(version), final, int(post[1]) if post else -1, version
 
     return tuple(sorted(set(versions), key=order))
 
@@ -347,7 +344,7 @@ def select_versions(listed: Sequence[str], terms: Sequence[str] | None, max_rele
         InputError: A request is neither a version nor a condition.
     """
     words = [word.strip() for text in terms or () for word in text.split(",") if word.strip()]
-    finals = sort_versions(filter(is_final, listed))
+    finals = sort_versions(filter(_FINAL_VERSION.fullmatch, listed))
     if LATEST in words:
         words = [*(word for word in words if word != LATEST), *finals[-1:]]
     named_versions = [word for word in words if parse_version_condition(word) is None]

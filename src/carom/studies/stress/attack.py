@@ -156,7 +156,7 @@ def build_velocity_judge(truth: TrueMotion) -> Judge:
 
 
 def _require_end(judge: Judge) -> Judge:
-    """Return a judge that fails traces that end early, and passes others to another judge."""
+    """Return a judge that fails a trace that ends early, and uses the given judge for any other trace."""
     return lambda trace: _judge_early_end(trace) or judge(trace)
 
 
@@ -165,16 +165,20 @@ def build_closed_form_judge(
     impacts: int,
     change_m_s: Sequence[float],
     note: str = "",
-    changes: str = "an impact",
+    *,
+    final_rim_m_s: Sequence[float] | None = None,
+    cause: str = "an impact",
 ) -> Judge:
-    """Return a judge that compares final velocities with known ones, relative to each disc's change by impacts.
+    """Return a judge of final velocities, and of rim speeds if known, relative to each disc's change by impacts.
 
     Args:
         final_velocity_m_s: The known velocities, metres a second.
         impacts: Number of impacts for the message; 0 if unknown.
-        change_m_s: Change of each disc's velocity by impacts, metres a second; 0 for a disc that is never hit.
+        change_m_s: Change of each disc by impacts, metres a second: the larger of the changes of velocity and of rim
+            speed; 0 for a disc that is never hit.
         note: Remark on a trace that passes.
-        changes: Cause of the changes of velocity, for the message.
+        final_rim_m_s: The known rim speeds ``R w``, metres a second; None to ignore spins.
+        cause: Cause of the changes, for the message.
     """
     final, change = np.array(final_velocity_m_s), np.array(change_m_s)
 
@@ -183,14 +187,22 @@ def build_closed_form_judge(
         greatest = max(math.hypot(*disc.velocity_m_s) for disc in trace.scene.discs)
         scale = np.where(change > 0, change, change.max() or greatest or 1.0)
         error = float(np.max(np.hypot(*(trace.final_velocity_m_s - final).T) / scale))
-        if error <= TOLERANCE:
-            return Judgement(error, note=note)
-        found = len(trace.impacts)
-        if found == 0 and impacts:
+        found, is_wrong = len(trace.impacts), not error <= TOLERANCE  # NaN is wrong
+        if is_wrong and found == 0 and impacts:
             return Judgement(error, "no impact is found: the discs pass through each other")
-        counted = f"{found} impact{'' if found == 1 else 's'}" + (f" of {impacts}" if impacts else "")
-        wrong = f"a velocity is wrong by {format_number(error)} of the change by {changes}"
-        return Judgement(error, f"{counted}, and {wrong}")
+        if is_wrong:
+            counted = f"{found} impact{'' if found == 1 else 's'}" + (f" of {impacts}" if impacts else "")
+            wrong = f"a velocity is wrong by {format_number(error)} of the change by {cause}"
+            return Judgement(error, f"{counted}, and {wrong}")
+        if final_rim_m_s is None:
+            return Judgement(error, note=note)
+        if trace.final_spin_rad_s is None:
+            return Judgement(math.nan, "no spin is reported")
+        rims = trace.scene.arrays.radius_m * trace.final_spin_rad_s
+        rim_error = float(np.max(np.abs(rims - np.array(final_rim_m_s)) / scale))
+        if rim_error <= TOLERANCE:
+            return Judgement(max(rim_error, error), note=note)
+        return Judgement(rim_error, f"a rim speed is wrong by {format_number(rim_error)} of the change by {cause}")
 
     return judge
 
@@ -233,7 +245,7 @@ def build_pressure_judge(compressibility: float) -> Judge:
 
 
 def _judge_early_end(trace: Trace) -> Judgement | None:
-    """Fail a run that ended before its scene, unless it ended in a reported collapse."""
+    """Return the judgement of a run that failed early; None if it reached its end, a collapse or lasting contact."""
     if not (np.isfinite(trace.final_velocity_m_s).all() and np.isfinite(trace.final_position_m).all()):
         return Judgement(math.nan, Outcome.NON_FINITE.value)
     if trace.outcome in {Outcome.COMPLETED, Outcome.STANDSTILL} or trace.outcome.in_contact:

@@ -15,7 +15,6 @@ from typing import Any
 from carom.catalogue.closed_forms import build_disc
 from carom.catalogue.groups.classics_walled import FLOOR
 from carom.studies.stress.attack import Judge, Trial, attack, attack_at_phases, build_attack, build_closed_form_judge
-from carom.studies.stress.friction import build_spin_judge
 from carom.studies.stress.pairs import DT_S, RADIUS_M, RATE_HZ, SPEED_M_S, build_trial
 from carom.support.formatting import format_number
 
@@ -56,7 +55,7 @@ def _build_floor_trial(
 
 def _build_contact_judge(along: float, rim: float, change: float) -> Judge:
     """Return a judge of a disc's final velocity along the wall and its rim speed, relative to `change`."""
-    return build_spin_judge([(along, 0.0)], [rim], [change], 0, "contact")
+    return build_closed_form_judge([(along, 0.0)], 0, [change], final_rim_m_s=[rim], cause="contact")
 
 
 @attack_at_phases

@@ -180,10 +180,9 @@ def _build_first_failure_cell(results: StressResults, lines: list[StressTest], m
     if not fallen:
         return Cell("")
     _, line, result = min(fallen, key=lambda one: one[0] or 0.0)
-    result_text = (
-        _format_result(result) if result.ending is CellEnding.FAILS_AT_START else f"at {_format_result(result)}"
-    )
-    return Cell(f"{line.name} {result_text}", title=result.reason, link=f"#{_build_anchor(line, method)}")
+    at = "" if result.ending is CellEnding.FAILS_AT_START else "at "
+    text = f"{line.name} {at}{_format_result(result)}"
+    return Cell(text, title=result.reason, link=f"#{_build_anchor(line, method)}")
 
 
 def _build_kind_sections(results: StressResults, kind: str, lines: list[StressTest]) -> Iterator[Section]:

@@ -44,29 +44,21 @@ class _Tried(NamedTuple):
 
 def find_failure(attack: Attack, method: Method, runner: TaskRunner, *, quick: bool) -> UnsavedResult:
     """Find the value at which an attack makes a method fail. Return the result, with the scene that shows it."""
-    runs = 0
+    ladder, runs = iter(attack.build_ladder(quick)), 0
+    resolution = QUICK_RESOLUTION if quick else RESOLUTION
     cell = partial(CellResult, "attack", attack.name, method.name)
     passed: _Tried | None = None
     failed: _Tried | None = None
-
-    def try_value(value: float) -> None:
-        nonlocal runs, passed, failed
-        value_result, spent = _try_value(attack, value, method, runner, quick=quick)
-        runs += spent
-        passed, failed = (value_result, failed) if value_result.passes else (passed, value_result)
-
+    value = next(ladder, None)
     try:
-        for value in attack.build_ladder(quick):
-            try_value(value)
-            if failed:
-                break
-        resolution = QUICK_RESOLUTION if quick else RESOLUTION
-        while (
-            passed
-            and failed
-            and (middle := attack.find_middle_value(passed.value, failed.value, resolution)) is not None
-        ):
-            try_value(middle)
+        while value is not None:
+            tried, spent = _try_value(attack, value, method, runner, quick=quick)
+            runs += spent
+            passed, failed = (tried, failed) if tried.passes else (passed, tried)
+            if failed is None:
+                value = next(ladder, None)
+            else:
+                value = attack.find_middle_value(passed.value, failed.value, resolution) if passed else None
     except NotRunError as error:
         return UnsavedResult(cell(CellEnding.NOT_RUN, reason=str(error), runs=runs, status=error.status))
     reported = failed or passed
@@ -91,20 +83,14 @@ def rename_scene(name: str, scene: Scene, description: str) -> Scene:
     return scene.model_copy(update={"name": f"{STRESS}{name}", "description": description})
 
 
-def _judge_trial(method: Method, trial: Trial, runner: TaskRunner, *, harmless: bool) -> Judgement:
-    """Run a trial and judge it. A failure of the engine becomes the reason of the judgement.
+def _try_value(attack: Attack, value: float, method: Method, runner: TaskRunner, *, quick: bool) -> tuple[_Tried, int]:
+    """Run the trials of a value up to the first failure. Return the worst result, and the number of runs.
+
+    A failure of the engine becomes the reason of a judgement.
 
     Raises:
         NotRunError: The engine is unavailable, or declares that it does not support even the harmless end.
     """
-    answer = observe_job(Job(trial.scene, method, 1.0 / trial.scene.frame_rate_hz), runner)
-    if answer.status is Status.UNAVAILABLE or (harmless and answer.status is Status.UNSUPPORTED):
-        raise NotRunError(answer)
-    return Judgement(math.nan, answer.said, status=answer.status) if answer.value is None else trial.judge(answer.value)
-
-
-def _try_value(attack: Attack, value: float, method: Method, runner: TaskRunner, *, quick: bool) -> tuple[_Tried, int]:
-    """Run the trials of a value up to the first failure. Return the worst result, and the number of runs."""
     try:
         trials = attack.trials(value)
     except InputError as error:
@@ -112,8 +98,13 @@ def _try_value(attack: Attack, value: float, method: Method, runner: TaskRunner,
         raise InputError(message) from error
     passed: list[_Tried] = []
     for trial in trials[::2] if quick else trials:
-        trial_result = _Tried(value, trial, _judge_trial(method, trial, runner, harmless=value == attack.harmless))
-        if not trial_result.passes:
-            return trial_result, len(passed) + 1
-        passed.append(trial_result)
-    return max(passed, key=lambda trial_result: trial_result.judgement.error), len(passed)
+        answer = observe_job(Job(trial.scene, method, 1.0 / trial.scene.frame_rate_hz), runner)
+        status = answer.status
+        if status is Status.UNAVAILABLE or (value == attack.harmless and status is Status.UNSUPPORTED):
+            raise NotRunError(answer)
+        found = Judgement(math.nan, answer.said, status=status) if answer.value is None else trial.judge(answer.value)
+        tried = _Tried(value, trial, found)
+        if not tried.passes:
+            return tried, len(passed) + 1
+        passed.append(tried)
+    return max(passed, key=lambda one: one.judgement.error), len(passed)

@@ -13,7 +13,7 @@ from carom.catalogue.groups.classics_walled import edges
 from carom.model.scene import Chain, Wall
 from carom.model.walls import Leg, build_drive
 from carom.studies.stress.attack import Trial, attack_at_phases, build_closed_form_judge
-from carom.studies.stress.pairs import DT_S, RADIUS_M, RATE_HZ, SPEED_M_S, build_trial, compute_impact_time
+from carom.studies.stress.pairs import DT_S, RADIUS_M, RATE_HZ, SPEED_M_S, STEPS_BEFORE, build_trial
 from carom.support.formatting import format_metres, format_number
 
 #: Half the length of a wall. Discs reach the ends of a wall only in attacks on ends.
@@ -25,6 +25,11 @@ _CORNER_M, _CORNER_SPEED_M_S = 0.5, 2 * 0.5 / (30 * DT_S)
 
 def _build_upright_wall(**fields: Any) -> Chain:
     return edges(-1j * _HALF_LENGTH_M, 1j * _HALF_LENGTH_M, **fields)
+
+
+def _compute_impact_time(phase: float) -> float:
+    """Return the time of the impact, seconds."""
+    return (STEPS_BEFORE + phase) * DT_S
 
 
 def _build_one_impact_trial(
@@ -40,7 +45,7 @@ def _build_one_impact_trial(
 def _thin_wall(value: float, phase: float) -> Trial:
     speed = value * RADIUS_M * RATE_HZ
     description = f"A disc that moves {format_number(value, 3)} radii per step meets a wall without thickness head-on."
-    start = -RADIUS_M - speed * compute_impact_time(phase)
+    start = -RADIUS_M - speed * _compute_impact_time(phase)
     return _build_one_impact_trial("thin-wall", description, phase, start, speed, _build_upright_wall(), -speed)
 
 
@@ -48,14 +53,14 @@ def _thin_wall(value: float, phase: float) -> Trial:
 def _paddle(value: float, phase: float) -> Trial:
     speed = value * RADIUS_M * RATE_HZ
     description = f"A wall without thickness moves {format_number(value, 3)} radii per step, head-on at a disc at rest."
-    start, wall = RADIUS_M + speed * compute_impact_time(phase), _build_upright_wall(velocity_m_s=(speed, 0.0))
+    start, wall = RADIUS_M + speed * _compute_impact_time(phase), _build_upright_wall(velocity_m_s=(speed, 0.0))
     return _build_one_impact_trial("paddle", description, phase, start, 0, wall, 2.0 * speed)
 
 
 @attack_at_phases
 def _wall_width(value: float, phase: float) -> Trial:
     description = f"A disc meets a wall of half width {format_metres(value)} head-on."
-    start = -value - RADIUS_M - SPEED_M_S * compute_impact_time(phase)
+    start = -value - RADIUS_M - SPEED_M_S * _compute_impact_time(phase)
     wall = _build_upright_wall(half_width_m=value)
     return _build_one_impact_trial("wall-width", description, phase, start, SPEED_M_S, wall, -SPEED_M_S)
 
@@ -68,7 +73,7 @@ def _wall_end(value: float, phase: float) -> Trial:
     along = (1 - offset * offset).sqrt()
     after = complex(float(2 * offset * offset - 1), float(2 * offset * along)) * SPEED_M_S
     description = f"A disc grazes the end of a thin wall, {format_number(value, 3)} radii from a miss."
-    start = complex(-RADIUS_M * float(along) - SPEED_M_S * compute_impact_time(phase), height)
+    start = complex(-RADIUS_M * float(along) - SPEED_M_S * _compute_impact_time(phase), height)
     wall = edges(-1j * _HALF_LENGTH_M, 0)
     return _build_one_impact_trial("wall-end", description, phase, start, SPEED_M_S, wall, after)
 
@@ -79,7 +84,7 @@ def _seam(value: float, phase: float) -> Trial:
     joint = _HALF_LENGTH_M * (2 * (pieces // 2) / pieces - 1)
     velocity = SPEED_M_S * (4 - 1j)
     description = f"A disc obliquely strikes a floor of {pieces} pieces where two of them meet."
-    start = complex(joint, RADIUS_M) - velocity * compute_impact_time(phase)
+    start = complex(joint, RADIUS_M) - velocity * _compute_impact_time(phase)
     floor = edges(-_HALF_LENGTH_M, _HALF_LENGTH_M, pieces=pieces)
     return _build_one_impact_trial("seam", description, phase, start, velocity, floor, velocity.conjugate())
 
@@ -112,7 +117,7 @@ def _legs(value: float, phase: float) -> Trial:
 
     The impact is half-way through the last leg, where the wall is farther forward than ever before.
     """
-    legs, until_s = int(value), compute_impact_time(phase)
+    legs, until_s = int(value), _compute_impact_time(phase)
     leg_duration_s = until_s / (legs - 0.5)
     speeds = [SPEED_M_S * (3.0 if (legs - k) % 2 else -1.0) for k in range(legs)]
     path = tuple(Leg(from_s=k * leg_duration_s, velocity_m_s=(speed, 0.0)) for k, speed in enumerate(speeds))

@@ -7,62 +7,17 @@ its friction. An exception is the chain of sticking impacts, which is so long th
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-
-import numpy as np
+from collections.abc import Iterator
 
 from carom.catalogue.closed_forms import build_disc
 from carom.catalogue.groups.classics_walled import FLOOR
 from carom.model.scene import Wall
-from carom.model.trace import Trace, Vector
-from carom.studies.stress.attack import PHASES, TOLERANCE, Judge, Judgement, Trial, attack, build_closed_form_judge
-from carom.studies.stress.pairs import (
-    DT_S,
-    RADIUS_M,
-    RATE_HZ,
-    SPEED_M_S,
-    STEPS_BEFORE,
-    build_trial,
-    compute_impact_time,
-)
+from carom.studies.stress.attack import PHASES, Trial, attack, build_closed_form_judge
+from carom.studies.stress.pairs import DT_S, RADIUS_M, RATE_HZ, SPEED_M_S, STEPS_BEFORE, build_trial
 from carom.support.formatting import format_number
 
 #: A coefficient at which no impact of these attacks slides. Every engine supports this coefficient.
 _GRIP = 10.0
-
-
-def build_spin_judge(
-    final_velocity_m_s: Sequence[Vector],
-    final_rim_m_s: Sequence[float],
-    change_m_s: Sequence[float],
-    impacts: int = 1,
-    changes: str = "an impact",
-) -> Judge:
-    """Return a judge of final velocities and rim speeds ``R w``, relative to each disc's change by impacts.
-
-    Args:
-        final_velocity_m_s: The known velocities, metres a second.
-        final_rim_m_s: The known rim speeds, metres a second.
-        change_m_s: Change of each disc by impacts, metres a second: the larger of the changes of velocity and rim
-            speed.
-        impacts: Number of impacts; 0 if unknown.
-        changes: Cause of the changes of velocity and rim speed, for the message.
-    """
-    judge_velocity = build_closed_form_judge(final_velocity_m_s, impacts, change_m_s, changes=changes)
-
-    def judge(trace: Trace) -> Judgement:
-        found = judge_velocity(trace)
-        if found.broken:
-            return found
-        if trace.final_spin_rad_s is None:
-            return Judgement(math.nan, "no spin is reported")
-        rims = trace.scene.arrays.radius_m * trace.final_spin_rad_s
-        error = float(np.max(np.abs(rims - np.array(final_rim_m_s)) / np.array(change_m_s)))
-        if error <= TOLERANCE:
-            return Judgement(max(error, found.error), note=found.note)
-        return Judgement(error, f"a rim speed is wrong by {format_number(error)} of the change by {changes}")
-
-    return judge
 
 
 def _compute_tangential_impulse(
@@ -74,11 +29,12 @@ def _compute_tangential_impulse(
 
 def _build_wall_trial(name: str, description: str, phase: float, friction: float, inertia: float) -> Trial:
     """Make a trial of a disc of unit mass without spin that hits a floor at 45 degrees."""
-    speed, before_s = SPEED_M_S, compute_impact_time(phase)
+    speed, before_s = SPEED_M_S, (STEPS_BEFORE + phase) * DT_S
     place = complex(-speed * before_s, RADIUS_M + speed * before_s)
     discs = [build_disc(place, complex(speed, -speed), RADIUS_M, inertia_factor=inertia)]
     impulse = _compute_tangential_impulse(friction, 2.0 * speed, speed, 1.0 + 1.0 / inertia)
-    judge = build_spin_judge([(speed - impulse, speed)], [-impulse / inertia], [2.0 * speed])
+    final, rim = (speed - impulse, speed), -impulse / inertia
+    judge = build_closed_form_judge([final], 1, [2.0 * speed], final_rim_m_s=[rim])
     return build_trial(name, description, discs, judge, walls=[FLOOR], wall_friction=friction)
 
 
@@ -90,7 +46,7 @@ def _build_head_on_trial(name: str, description: str, phase: float, friction: fl
     rim = RADIUS_M * spin_rad_s
     impulse = _compute_tangential_impulse(friction, speed, rim, 2.0 * (1.0 + 1.0 / k))
     final, rims = [(0.0, -impulse), (speed, impulse)], [rim - impulse / k, -impulse / k]
-    judge = build_spin_judge(final, rims, [max(speed, impulse / k)] * 2)
+    judge = build_closed_form_judge(final, 1, [max(speed, impulse / k)] * 2, final_rim_m_s=rims)
     return build_trial(name, description, discs, judge, friction=friction)
 
 
@@ -133,7 +89,7 @@ def _grip_chain(value: float) -> Iterator[Trial]:
     # A round (floor and ceiling) rotates (v, sqrt(k) R w) by the angle whose cosine is ((1 - k)^2 - 4 k)/(1 + k)^2.
     angle = rounds * math.acos(-7.0 / 9.0)
     final, rim = [(math.cos(angle), -1.0)], [math.sin(angle) * math.sqrt(2.0)]
-    judge = build_spin_judge(final, rim, [2.0], 2 * rounds)
+    judge = build_closed_form_judge(final, 2 * rounds, [2.0], final_rim_m_s=rim)
     yield build_trial("grip-chain", description, discs, judge, 2 * rounds * height, walls=walls, **laws)
 
 
@@ -154,7 +110,7 @@ def _rolling(value: float) -> Iterator[Trial]:
     lasts_s = math.ceil((drop_s + bounces_s + 0.2) * RATE_HZ) / RATE_HZ
     laws = {"wall_friction": friction, "wall_restitution": value, "gravity_m_s2": (0.0, -pull)}
     final = speed / (1.0 + k)
-    judge = build_spin_judge([(final, 0.0)], [-final], [fall], 0)
+    judge = build_closed_form_judge([(final, 0.0)], 0, [fall], final_rim_m_s=[-final])
     yield build_trial("rolling", description, discs, judge, lasts_s, walls=[FLOOR], **laws)
 
 

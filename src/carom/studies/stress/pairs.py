@@ -26,11 +26,6 @@ RADIUS_M = 0.25
 SPEED_M_S = 0.01 * 2 * RADIUS_M * RATE_HZ
 
 
-def compute_impact_time(phase: float) -> float:
-    """Return the time of an impact at a phase of a step, seconds."""
-    return (STEPS_BEFORE + phase) * DT_S
-
-
 def build_trial(
     name: str,
     description: str,

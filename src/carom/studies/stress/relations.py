@@ -1,4 +1,4 @@
-"""Relations between runs, which need no known answers. If a scene is rotated, mirrored or scaled, so is its result.
+"""Relations between runs. No known answer is needed: if a scene is rotated, its result must be rotated, too.
 
 An engine that violates a relation is wrong in at least one of the two scenes. An engine with absolute lengths, speeds
 or times (slops, thresholds, margins) fails when the units are changed.
@@ -40,7 +40,7 @@ Run = Callable[[Scene], Trace]
 
 
 class State(NamedTuple):
-    """Positions, velocities and spins of discs: metres, metres and radians a second; shapes ``(n, 2)`` and ``(n,)``."""
+    """Positions (metres), velocities (metres a second) and spins (radians a second) of n discs."""
 
     position: NDArray[np.float64]
     velocity: NDArray[np.float64]
@@ -54,9 +54,10 @@ class Relation:
     Attributes:
         name: Short name, as on the command line.
         states: The relation in one sentence.
-        deviation: Function that runs a base scene and a second scene with a method, and returns the larger of the
-            deviations relative to the scene's length and speed. Raises SceneError if the final state of the first run
-            is not a valid start.
+        deviation: Function that runs a base scene and a second scene with a method, and returns how much the second
+            result deviates from the expected one. The number is the larger of two deviations: of positions, relative
+            to the largest radius, and of velocities and rim speeds, relative to the largest speed. Raises SceneError if
+            the final state of the first run is not a valid start.
         base: Makes the base scene.
         of_runs: Whether the second scene is made from the method's own first run.
     """
@@ -127,10 +128,9 @@ def _compute_deviation(base: Scene, found: State, expected: State) -> float:
 
 
 def _final_state_of(trace: Trace) -> State:
-    spin = trace.final_spin_rad_s
-    if spin is None:  # the harness rejects a trace without spins if a disc turns
-        spin = np.zeros(len(trace.scene.discs))
-    return State(trace.final_position_m, trace.final_velocity_m_s, spin)
+    spin = trace.final_spin_rad_s  # if a disc turns, the harness rejects a trace without spins
+    resting = np.zeros(len(trace.scene.discs))
+    return State(trace.final_position_m, trace.final_velocity_m_s, resting if spin is None else spin)
 
 
 def _build_invariance(
@@ -138,7 +138,11 @@ def _build_invariance(
 ) -> Relation:
     """Return the relation that a scene and its changed copy have corresponding results.
 
-    `undo` converts the final state of the changed scene back.
+    Args:
+        name: Name of the relation.
+        states: The relation in one sentence.
+        change: Changes a scene.
+        undo: Converts a final state of the changed scene to that of the unchanged scene.
     """
 
     def deviation(base: Scene, run: Run) -> float:
@@ -152,8 +156,8 @@ def _measure_reversal_deviation(base: Scene, run: Run) -> float:
     def reverse(at: State) -> State:
         return State(at.position, -at.velocity, -at.spin)
 
-    place_back = run(_build_scene_at_state(base, reverse(_final_state_of(run(base)))))
-    return _compute_deviation(base, reverse(_final_state_of(place_back)), _start_state_of(base))
+    back = run(_build_scene_at_state(base, reverse(_final_state_of(run(base)))))
+    return _compute_deviation(base, reverse(_final_state_of(back)), _start_state_of(base))
 
 
 def _measure_split_deviation(base: Scene, run: Run) -> float:
@@ -186,21 +190,19 @@ def _build_units_relation(
 def _build_motion_invariance(
     name: str, states: str, change: Callable[[State], State], undo: Callable[[State], State]
 ) -> Relation:
-    """Return the relation that discs with a changed start move correspondingly."""
+    """Return the relation that discs with a changed start end at the correspondingly changed state."""
     return _build_invariance(
         name, states, lambda scene: _build_scene_at_state(scene, change(_start_state_of(scene))), undo
     )
 
 
 def _build_boost_relation(velocity: tuple[float, float]) -> Relation:
-    def undo(state: State) -> State:
-        return State(
-            state.position - np.array(velocity) * build_base_scene().duration_s, state.velocity - velocity, state.spin
-        )
-
-    states = "Adding a velocity of ({:g}, {:g}) m/s to all discs changes nothing else.".format(*velocity)
+    path_m = np.array(velocity) * build_base_scene().duration_s
     return _build_motion_invariance(
-        "boost", states, lambda state: state._replace(velocity=state.velocity + velocity), undo
+        "boost",
+        "Adding a velocity of ({:g}, {:g}) m/s to all discs changes nothing else.".format(*velocity),
+        lambda state: state._replace(velocity=state.velocity + velocity),
+        lambda state: State(state.position - path_m, state.velocity - velocity, state.spin),
     )
 
 
@@ -222,11 +224,6 @@ def _mirror(at: State) -> State:
     turned = np.array([1.0, -1.0])
     # Subtraction from 0 never gives -0, nor does the addition of 0.
     return State(at.position * turned + 0.0, at.velocity * turned + 0.0, 0.0 - at.spin)
-
-
-def _roughen(relation: Relation) -> Relation:
-    states = f"With friction and spin: {relation.states}"
-    return replace(relation, name=f"rough-{relation.name}", states=states, base=build_rough_scene)
 
 
 def list_relations() -> list[Relation]:
@@ -265,6 +262,10 @@ def list_relations() -> list[Relation]:
     superballs = "If velocities and spins of superballs are reversed at the end, the run returns to its start."
     slow_motion = "Slowing the scene and its frames a thousandfold changes nothing but the unit of time."
     general = [_build_boost_relation((11.0, -7.0)), _build_rotation_relation(0.7), mirror, relabelling, units_of_two]
+    rough = [
+        replace(one, name=f"rough-{one.name}", states=f"With friction and spin: {one.states}", base=build_rough_scene)
+        for one in (*general, split)
+    ]
     return [
         *general,
         _build_units_relation("kilometres", "Measuring in kilometres changes nothing but the unit.", length=1e-3),
@@ -274,7 +275,7 @@ def list_relations() -> list[Relation]:
         far_disc,
         reversal,
         split,
-        *map(_roughen, (*general, split)),
+        *rough,
         replace(reversal, name="superball-reversal", states=superballs, base=build_superball_scene),
     ]
 
@@ -317,7 +318,10 @@ class _StoppedError(Exception):
 
 
 def _build_named_scenes(relation: Relation, method: Method, used: list[Scene]) -> tuple[Scene, ...]:
-    """Return the scenes of a relation under unique names. Methods share all scenes that do not depend on their runs."""
+    """Return the scenes of a relation under unique names.
+
+    A scene that does not depend on a method's runs has the same name for all methods.
+    """
     renamed = []
     for k, scene in enumerate(used):
         own_name = f"{relation.name}/{method.engine}/{method.profile}/{k}" if relation.of_runs else relation.name

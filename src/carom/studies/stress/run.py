@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from pathlib import Path
@@ -19,6 +18,7 @@ from carom.execution.journal import Journal, JournalEntry
 from carom.execution.plan import select_profiles
 from carom.execution.pool import TaskRunner
 from carom.execution.scheduler import DependentTasks, TaskRequest, run_tasks
+from carom.report.formatting import capitalise
 from carom.studies.stress.attack import Attack
 from carom.studies.stress.bug_reports import check_complaint
 from carom.studies.stress.contact import CONTACT_ATTACKS
@@ -27,7 +27,7 @@ from carom.studies.stress.finite_walls import WALL_ATTACKS
 from carom.studies.stress.friction import FRICTION_ATTACKS
 from carom.studies.stress.many_discs import MANY_DISC_ATTACKS
 from carom.studies.stress.options import StressOptions
-from carom.studies.stress.pairs import PAIR_ATTACKS, RATE_HZ
+from carom.studies.stress.pairs import DT_S, PAIR_ATTACKS
 from carom.studies.stress.relations import HOLDS, check_relation, list_relations
 from carom.studies.stress.result import CellEnding, CellResult, StressResults, StressTest, UnsavedResult
 from carom.support.escaping import build_name_hints
@@ -37,9 +37,6 @@ from carom.support.folders import claim_while_writing
 PURPOSE = "stress"
 
 JOURNAL = "journal.jsonl"
-
-#: The step of all runs.
-DT_S = 1.0 / RATE_HZ
 
 #: Identity of a cell: kind and name of its line, and its method.
 CellKey = tuple[str, str, str]
@@ -106,7 +103,7 @@ def run_stress_campaign(
     """
     started = time.perf_counter()
     lines = _select_lines(names, options.quick)
-    with options.open_pool() as pool, ExitStack() as stack:
+    with options.open_pool() as pool:
         infos = select_engines(describe_engines(options.engines, pool), options.engines)
         methods = list_methods(infos, select_profiles(infos, options.profiles), [DT_S], pool)
         columns = [method for info in infos for method in methods.at[info.name, DT_S]]
@@ -119,13 +116,15 @@ def run_stress_campaign(
             for line in lines
             for method in columns
         ]
-        stack.enter_context(claim_while_writing(out, PURPOSE))
-        journal = stack.enter_context(stress_journal(out / JOURNAL, stamp, resume=resume, retry=retry))
         cells: dict[tuple[str, str], CellResult] = {}
-        for subject, answer in run_tasks(asks, pool, journal):
-            assert answer.value is not None  # noqa: S101 - a cell that could not run also has a result
-            cells[subject] = answer.value
-            progress(len(cells), len(asks), " on ".join(subject))
+        with (
+            claim_while_writing(out, PURPOSE),
+            stress_journal(out / JOURNAL, stamp, resume=resume, retry=retry) as journal,
+        ):
+            for subject, answer in run_tasks(asks, pool, journal):
+                assert answer.value is not None  # noqa: S101 - a cell that could not run also has a result
+                cells[subject] = answer.value
+                progress(len(cells), len(asks), " on ".join(subject))
     elapsed_s = time.perf_counter() - started
     return StressResults(lines, tuple(columns), methods.infos, cells, environment, command, options.quick, elapsed_s)
 
@@ -190,13 +189,13 @@ def _list_all_tasks(quick: bool) -> list[StressTask]:
 
 
 def _line_of_complaint(entry: Complaint) -> StressTest:
-    symptom_text = f"{entry.symptom.value}; errors below {100 * entry.at_least:g} % do not count. {entry.made}"
+    criterion = f"{entry.symptom.value}; errors below {100 * entry.at_least:g} % do not count. {entry.made}"
     return StressTest(
         "complaint",
         entry.name.partition("/")[2],
         f"{entry.about}: {entry.reported}",
         entry.known.source,
-        symptom_text[0].upper() + symptom_text[1:],
+        capitalise(criterion),
         link=entry.thread,
         about=entry.engine,
     )

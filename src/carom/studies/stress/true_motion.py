@@ -9,7 +9,7 @@ Carom's solvers and physics.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from decimal import Context, Decimal, localcontext
 from itertools import combinations
@@ -49,7 +49,6 @@ class TrueMotion:
 
     Attributes:
         impacts: All impacts, in order.
-        final_position_m: Centre of each disc at the end, metres.
         final_velocity_m_s: Velocity of each disc at the end, metres a second.
         greatest_change_m_s: The greatest change of each disc's velocity by one impact, metres a second; 0 for a disc
             that is never hit.
@@ -57,7 +56,6 @@ class TrueMotion:
     """
 
     impacts: tuple[TrueImpact, ...]
-    final_position_m: tuple[Vector, ...]
     final_velocity_m_s: tuple[Vector, ...]
     greatest_change_m_s: tuple[float, ...]
     convention: bool
@@ -116,7 +114,7 @@ class _Motion:
 
     def run(self, max_impacts: int) -> None:
         with localcontext(self.context):
-            self._predict(self._list_pairs())
+            self._predict(range(len(self.place)))
             last: tuple[int, int] | None = None
             since: dict[int, Decimal] = {}
             while (event := self._find_next_impact(last)) is not None:
@@ -135,24 +133,17 @@ class _Motion:
                     self.change[body] = max(self.change[body], (change @ change).sqrt())
                 self.events.append((time, *pair))
                 last = pair
-                self._predict(self._list_pairs(set(touched)))
-            self._move_to(self.end)
+                self._predict(touched)
 
     def round_motion(self) -> TrueMotion:
-        place, velocity = (tuple(map(tuple, row.astype(float).tolist())) for row in (self.place, self.velocity))
         impacts = tuple(TrueImpact(float(time), first, second) for time, first, second in self.events)
-        return TrueMotion(impacts, place, velocity, tuple(map(float, self.change)), self.convention)
+        velocity = tuple((float(x), float(y)) for x, y in self.velocity)
+        return TrueMotion(impacts, velocity, tuple(map(float, self.change)), self.convention)
 
-    def _list_pairs(self, changed: set[int] | None = None) -> Iterator[tuple[int, int]]:
-        """Yield the pairs of bodies that may meet; or only pairs with a changed disc."""
-        discs = range(len(self.place))
-        for i, j in combinations(discs, 2):
-            if changed is None or i in changed or j in changed:
-                yield i, j
-        for i in discs if changed is None else changed:
-            yield from ((i, wall_body(k)) for k in range(len(self.walls)))
-
-    def _predict(self, pairs: Iterator[tuple[int, int]]) -> None:
+    def _predict(self, changed: Collection[int]) -> None:
+        """Predict the next impact of each pair of bodies with a changed disc."""
+        pairs = [(i, j) for i, j in combinations(range(len(self.place)), 2) if i in changed or j in changed]
+        pairs += [(i, wall_body(k)) for i in changed for k in range(len(self.walls))]
         for first, second in pairs:
             is_wall = second < 0
             wait = self._compute_wall_wait(first, second) if is_wall else self._compute_pair_wait(first, second)

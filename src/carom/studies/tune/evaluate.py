@@ -57,7 +57,7 @@ class JudgeTask(JobTask):
             UnsupportedError: There is no reference.
         """
         job, overrides = self.job, self.job.method.tried
-        # Declarations hold only for a profile's own settings, so a scene runs even if the profile does not support it.
+        # The limits of a profile apply only to its own settings, so a scene is run even if the profile refuses it.
         adapter = load_adapter(job.engine)
         reference = require_reference(_reference(job.scene))
         observed = observe_run(adapter, job.scene, job.profile, job.dt_s, overrides=overrides)

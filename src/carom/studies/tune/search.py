@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from carom.comparator import Grade
 from carom.errors import InputError, MissingExtraError
@@ -24,11 +24,8 @@ from carom.studies.tune.evaluate import Jury
 from carom.studies.tune.objective import Judged, Merit, compute_merit
 from carom.studies.tune.search_space import Point, Space
 
-if TYPE_CHECKING:
-    from optuna import Study
-
 #: Number of parts into which a trial's scenes are divided, beginning with the scenes that were worst with the first
-#: profile. After each part, a trial that can no longer equal the best one is abandoned.
+#: profile. After each part, a trial is abandoned if some finished trial dominates even its best possible result.
 PARTS = 3
 
 #: Limit of trials, as a multiple of the requested number, up to which trials other than the best are refined.
@@ -145,24 +142,19 @@ class KnobSearch:
         # A repeated request is not run again. If the optimiser only repeats requests, the search ends.
         while self.trials < trials and request_count < 10 * trials:
             request_count += 1
-            self._run_trial(study)
-
-    def _run_trial(self, study: Study) -> None:
-        import optuna
-
-        trial = study.ask()
-        point = {
-            name: trial.suggest_int(f"{name} value", 0, len(values) - 1)
-            for name, values in self.space.values.items()
-            if trial.suggest_categorical(f"{name} turned", (False, True))
-        }
-        merit, given_up = self.evaluate(point)
-        number = merit.to_number(len(self.scenes))
-        if given_up:
-            trial.report(number, 0)
-            study.tell(trial, state=optuna.trial.TrialState.PRUNED)
-        else:
-            study.tell(trial, number)
+            trial = study.ask()
+            suggested = {
+                name: trial.suggest_int(f"{name} value", 0, len(values) - 1)
+                for name, values in self.space.values.items()
+                if trial.suggest_categorical(f"{name} turned", (False, True))
+            }
+            merit, given_up = self.evaluate(suggested)
+            number = merit.to_number(len(self.scenes))
+            if given_up:
+                trial.report(number, 0)
+                study.tell(trial, state=optuna.trial.TrialState.PRUNED)
+            else:
+                study.tell(trial, number)
 
     def _refine(self, max_trials: int) -> Found:
         """Turn one knob at a time from the best trial, and from trials that are better by some criterion."""

@@ -1,6 +1,7 @@
 """The step that is advised, and the adviser from Python: an answer that prints, shows and draws itself."""
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,11 +13,13 @@ from tests.scene_builders import disc_at, require_value, staged, wall_at, with_d
 from tests.unit.report.test_terminal import print_document
 
 import carom
-from carom import Scene, resolve_impact, solve_pic, solve_pit
+from carom import Scene, Trace, resolve_impact, solve_pic, solve_pit
 from carom.comparator.shifted_scenes import shift_start
 from carom.errors import InputError
+from carom.execution.engine_run import observe_run
 from carom.execution.job import PIT_METHOD, Job, Method
 from carom.execution.pool import InProcessPool
+from carom.model.trace import Outcome
 from carom.model.walls import Leg
 from carom.studies.advise import run as adviser
 from carom.studies.advise.api import ShownAdvice
@@ -278,9 +281,20 @@ def test_impact_in_last_step_is_decided() -> None:
     job = Job(short, PIT_METHOD, 0.05)
     assert solve_pit(short, frame_rate_hz=20).impacts.size == 0
     found = StartTask(job).carry_out()
-    assert found.lost == 0
-    assert found.completed
+    assert not found.lost
     assert 0.0 < found.direction_error_rad < math.inf
+
+
+def test_run_that_ends_early_counts_as_lost(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A start whose run stops before its end counts as lost, although it finds the impact."""
+
+    def stop_early(*args: Any, **options: Any) -> Trace:
+        return replace(observe_run(*args, **options), outcome=Outcome.STOPPED)
+
+    monkeypatch.setattr("carom.studies.advise.step_trial.observe_run", stop_early)
+    found = StartTask(Job(build_pair(), PIT_METHOD, 0.05)).carry_out()
+    assert found.lost
+    assert not math.isnan(found.direction_error_rad)
 
 
 @each("name, cause", [("driven/paddle", Cause.WALL), ("driven/swatter", Cause.EDGE)])

@@ -259,25 +259,22 @@ def test_unknown_direction_meets_no_demand() -> None:
 def test_impossible_starts_are_skipped_and_crashes_fail_a_step() -> None:
     r"""A trial has the worst error of the starts that ran; starts that are impossible are not counted.
 
-    Without any start, the trial is a reason. A start that crashes or breaks off fails the step.
+    Without any start, the trial is a reason. A start that crashes fails the step.
     """
 
-    def ran(lost: int, direction: float) -> Answer[Started]:
-        return Answer(Status.RAN, value=Started(lost, True, direction, 10))
+    def ran(lost: bool, direction: float) -> Answer[Started]:
+        return Answer(Status.RAN, value=Started(lost, direction, 10))
 
     no_start: Answer[Started] = Answer(Status.UNSUPPORTED, "bodies meet")
-    trial = StepTrial.of(0.1, [ran(0, 0.1), no_start, ran(1, math.nan)], [ran(0, 0.2)])
+    trial = StepTrial.of(0.1, [ran(False, 0.1), no_start, ran(True, math.nan)], [ran(False, 0.2)])
     assert isinstance(trial, StepTrial)
     assert (trial.even, trial.starts, trial.lost_even, trial.lost, trial.steps) == (2, 3, 1, 1, 30)
     assert trial.direction_error_rad == 0.2
     assert StepTrial.of(0.1, [no_start], []) == "bodies meet"
-    crashed = StepTrial.of(0.1, [ran(0, 0.1)], [Answer(Status.CRASHED, "signal 11")])
+    crashed = StepTrial.of(0.1, [ran(False, 0.1)], [Answer(Status.CRASHED, "signal 11")])
     assert isinstance(crashed, StepTrial)
     assert not crashed.never_misses
     assert not crashed.is_within(Demand(DEGREE))
-    broken_off = StepTrial.of(0.1, [Answer(Status.RAN, value=Started(0, False, 0.1, 10))], [])
-    assert isinstance(broken_off, StepTrial)
-    assert broken_off.lost == 1
 
 
 def test_aimed_start_samples_just_before_the_impact() -> None:
