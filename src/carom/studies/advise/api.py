@@ -26,7 +26,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class ShownAdvice(ShownResult, Advice):
-    """Advice that can be printed, shown in a notebook and plotted: the diagram of direction error against step size."""
+    """Advice that can be printed, shown in a notebook and plotted.
+
+    The plot shows the direction error against steps per second.
+    """
 
     def _show(self) -> tuple[Document, str, Callable[[Axes], None]]:
         return build_advice_document(self), format_title(self), partial(draw_advice, self)
@@ -54,7 +57,8 @@ def advise(
             `carom.studies.advise.options.AdviceOptions`.
 
     Raises:
-        InputError: The scene has no reference or no impact, or an option is invalid.
+        InputError: The scene has no reference or no impact, its first impact is already unreliable, or an option is
+            invalid.
         UnknownNameError: The scene or an engine does not exist.
 
     Examples:

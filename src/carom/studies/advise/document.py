@@ -38,7 +38,7 @@ from carom.support.folders import write_files
 #: Name of the study in its output folders.
 PURPOSE = "advise"
 
-#: From this number of steps on, only the first and the last step are named.
+#: A list of at least this many step sizes is shortened to the first and the last one.
 _MANY = 4
 
 
@@ -78,7 +78,7 @@ def build_advice_document(advice: Advice, scene_word: str = "") -> Document:
 
 
 def _list_questions(advice: Advice) -> Iterator[tuple[str, Callable[[Advised], StepRange]]]:
-    """Yield the heading of each question, and the function that reads its result."""
+    """Yield the heading of each accuracy criterion, and the function that reads the step sizes that meet it."""
     yield "no miss", lambda answer: answer.never_misses
     yield f"≤ {_format_target_angle(advice)}", lambda answer: answer.demand
 
@@ -190,7 +190,10 @@ def _count_steps_per_frame(advice: Advice, found: StepRange) -> int | None:
 
 
 def _build_code_blocks(advice: Advice, rows: Sequence[Advised], scene_word: str) -> Iterator[Block]:
-    """Yield the engine's code for one frame. A terminal shows only the code of the first method."""
+    """Yield the steps per frame of each method, the engine's code for a frame, and the command for all settings.
+
+    A terminal shows only the first method.
+    """
     media = Media.EVERYWHERE
     for answer in rows:
         found = answer.demand if answer.demand.in_frame else answer.never_misses
@@ -314,7 +317,7 @@ def _format_failing_rate(answer: Advised, found: StepRange) -> str:
 
 
 def _describe_search(advice: Advice, rows: Sequence[Advised]) -> Iterator[str]:
-    """Yield why searches ended, why methods refuse their smallest refused step size, and the starts of the tests."""
+    """Yield why searches ended, why step sizes were refused, and from which starts step sizes were tested."""
     for ending, names in formatting.group_by((one.ending, one.method.label) for one in rows).items():
         yield f"No smaller step size of {formatting.join_words(names)} was tested, because {ending.value}."
     for one in rows:

@@ -125,7 +125,7 @@ def advise(
         command: The command that repeats the study, for the result.
 
     Raises:
-        InputError: The scene has no reference or no impact.
+        InputError: The scene has no reference or no impact, or its first impact is already unreliable.
         UnknownNameError: An engine does not exist.
     """
     started = time.perf_counter()

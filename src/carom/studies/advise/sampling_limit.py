@@ -20,6 +20,19 @@ from carom.model.trace import Trace, Vector, wall_index
 
 
 @dataclass(frozen=True)
+class Demand:
+    """Required accuracy.
+
+    Attributes:
+        direction_error_rad: Largest allowed error of a disc's direction after any impact.
+        miss_probability: Fraction of start positions at which an impact may be missed or invented; below 1.
+    """
+
+    direction_error_rad: float
+    miss_probability: float = 0.0
+
+
+@dataclass(frozen=True)
 class ContactWindow:
     """Two discs at first contact.
 
@@ -145,17 +158,16 @@ def compute_pair_limit(
     velocities_before: tuple[Vector, Vector],
     inverse_masses: tuple[float, float],
     restitution: float,
-    angle_rad: float,
-    miss_probability: float,
+    demand: Demand,
 ) -> PairLimit:
-    """Return the largest step sizes for an impact of two discs."""
+    """Return the largest step sizes for an impact of two discs. Inverse masses are in 1/kg, 0 for an immovable disc."""
     total = sum(inverse_masses)
     pushes = [(1.0 + restitution) * inverse / total for inverse in inverse_masses]
     direction = min(
-        compute_direction_limit(window, before, sign, push, angle_rad)
+        compute_direction_limit(window, before, sign, push, demand.direction_error_rad)
         for before, push, sign in zip(velocities_before, pushes, (1.0, -1.0), strict=True)
     )
-    return PairLimit(window, window.length_s / (1.0 - miss_probability), direction)
+    return PairLimit(window, window.length_s / (1.0 - demand.miss_probability), direction)
 
 
 #: Smallest impact parameter of a graze, as a fraction of the contact distance: cos 30°. In a graze the overlap lasts
@@ -171,19 +183,6 @@ class Cause(Enum):
     TURN = "the line between the centres turns fast"
     WALL = "the other body is a wall, which a disc cannot pass without overlapping it in some frame"
     EDGE = "the other body is a thin wall, which a disc passes unnoticed if it moves too far in a step"
-
-
-@dataclass(frozen=True)
-class Demand:
-    """Required accuracy.
-
-    Attributes:
-        direction_error_rad: Largest allowed error of a disc's direction after any impact.
-        miss_probability: Fraction of start positions at which an impact may be missed or invented; below 1.
-    """
-
-    direction_error_rad: float
-    miss_probability: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -223,9 +222,6 @@ def _build_hard_impact(reference: Trace, number: int, demand: Demand) -> HardImp
     one, other = scene.discs[first], scene.discs[second]
     window = ContactWindow.of(one.radius_m + other.radius_m, normal, (vx - ux, vy - uy))
     inverse_masses = (1.0 / one.mass_kg, 1.0 / other.mass_kg)
-    angle_rad = demand.direction_error_rad
-    limit = compute_pair_limit(
-        window, ((ux, uy), (vx, vy)), inverse_masses, scene.restitution, angle_rad, demand.miss_probability
-    )
+    limit = compute_pair_limit(window, ((ux, uy), (vx, vy)), inverse_masses, scene.restitution, demand)
     soft = Cause.TURN if limit.direction_dt_s < limit.miss_dt_s else Cause.FAST
     return HardImpact(time_s, first, second, limit, Cause.GRAZE if window.share >= GRAZE else soft)

@@ -1,7 +1,7 @@
 """Registry clients (pip and npm): list the releases of a package, and install a release into a folder.
 
-Installation runs no code of a package: pip takes only wheels, and npm runs no scripts. A client has limits of time and
-output, and always ends with this process.
+Installation runs no code of a package: pip takes only wheels, and npm runs no scripts. Time and output of a client are
+limited, and no client keeps running after its call.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _NAME = re.compile(r"(@[a-z0-9][a-z0-9._-]*/)?[A-Za-z0-9][A-Za-z0-9._-]*")
 
 
 class ClientError(CaromError):
-    """A client is missing, does not respond, or can't install a release. The message is the client's last line."""
+    """A client is missing, does not respond, or reports an error. The message contains the client's last error line."""
 
 
 class Client(Protocol):
@@ -55,7 +55,7 @@ class Client(Protocol):
 
 
 class Pip:
-    """The pip of this environment, which installs releases as wheels in a folder that is first on the path."""
+    """The pip of this environment. It installs releases as wheels into a folder that must be first on Python's path."""
 
     def list_versions(self, package: str) -> tuple[str, ...]:
         """Return the versions that the registry lists for a package."""

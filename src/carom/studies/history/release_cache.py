@@ -20,7 +20,7 @@ from pathlib import Path
 
 from carom.studies.history.clients import Client
 
-#: Name of a file next to the packages, with a list of names and versions.
+#: Name of the file that lists the packages in a folder. A folder without this file is incomplete.
 _NOTE = "carom-release.json"
 
 

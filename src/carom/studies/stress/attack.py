@@ -37,7 +37,7 @@ class Judgement:
         error: Error of the trace, in the measure of the attack; NaN if there is nothing to measure.
         broken: Reason why the method fails; empty if it passes.
         note: Remark on the trace.
-        status: Whether there was a trace.
+        status: Status of the run.
     """
 
     error: float
@@ -136,7 +136,7 @@ def attack(trials: Callable[[float], Iterable[Trial]]) -> Attack:
 
 
 def attack_at_phases(stage: Callable[[float, float], Trial]) -> Attack:
-    """Turn a function that makes the trial of a value at a phase into the attack with its name, at all `PHASES`."""
+    """Turn a function that makes a trial of a value and a phase into the attack with its name, with all `PHASES`."""
 
     def trials(value: float) -> Iterator[Trial]:
         return (stage(value, phase) for phase in PHASES)
@@ -146,7 +146,7 @@ def attack_at_phases(stage: Callable[[float, float], Trial]) -> Attack:
 
 
 def build_velocity_judge(truth: TrueMotion) -> Judge:
-    """Return a judge of final velocities, which divides a disc's error by its greatest change by one impact.
+    """Return a judge of final velocities. The error of each disc is divided by its greatest change by one impact.
 
     The error of a disc that is never hit is divided by the greatest change of any disc. So errors have no unit, and the
     error of a graze is relative to the graze's small change of velocity.
@@ -223,8 +223,8 @@ def judge_energy(trace: Trace) -> Judgement:
 def build_pressure_judge(compressibility: float) -> Judge:
     """Return a judge of ``Z = p V / N k T``, from the virial of disc impacts in the last four fifths of the run.
 
-    The virial is the sum of impulse times distance of the centres over the impacts. The first fifth of the run is
-    omitted, because the lattice still has an effect.
+    The virial is the sum, over all impacts, of impulse times distance of the centres. The first fifth of the run is
+    omitted, because the initial lattice still has an effect.
     """
 
     @_require_end

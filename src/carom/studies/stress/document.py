@@ -45,7 +45,7 @@ HEAT = (
     "digit n is a failure after n tenths of the range."
 )
 
-#: Largest number of methods that are named in a sentence. More are counted.
+#: Largest number of methods that are named in a sentence. For more methods, only their number is given.
 FEW = 3
 
 #: Symbol and CSS class of a cell, and colours of the classes on a terminal.

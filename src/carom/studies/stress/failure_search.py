@@ -31,7 +31,7 @@ class NotRunError(Exception):
 
 
 class _Tried(NamedTuple):
-    """Result of one value: the worst judgement of its trials, and its scene."""
+    """A trial of a value, with the judgement of its run."""
 
     value: float
     trial: Trial

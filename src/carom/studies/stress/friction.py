@@ -16,7 +16,7 @@ from carom.studies.stress.attack import PHASES, Trial, attack, build_closed_form
 from carom.studies.stress.pairs import DT_S, RADIUS_M, RATE_HZ, SPEED_M_S, STEPS_BEFORE, build_trial
 from carom.support.formatting import format_number
 
-#: A coefficient at which no impact of these attacks slides. Every engine supports this coefficient.
+#: A coefficient of friction at which no impact of `_inertia` slides. Every engine supports this coefficient.
 _GRIP = 10.0
 
 

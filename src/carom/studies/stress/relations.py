@@ -31,7 +31,7 @@ from carom.support.formatting import format_number
 #: hundred steps add as much. The effect of an absolute slop is larger by orders of magnitude.
 HOLDS = 1e-9
 
-#: A coefficient at which no impact of `superballs` slides. Every engine supports this coefficient.
+#: A coefficient of friction at which no impact of superballs slides. Every engine supports this coefficient.
 _GRIP = 10.0
 
 _SUPERBALLS = "Four unequal spinning superballs, and their oblique impacts."

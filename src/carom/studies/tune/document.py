@@ -183,7 +183,7 @@ def _build_setting_section(found: Tuning) -> Section:
 
 
 def _build_code_sections(found: Tuning, scene_words: Sequence[str]) -> Iterator[Section]:
-    """Yield the command that runs the settings, and the profile in Python and in a manifest."""
+    """Yield the engine's code, the command that runs the settings, and the profile in Python and in a manifest."""
     step = () if found.options.dt_s is None else ("--dt", repr(found.options.dt_s))
     method = Method(found.engine, found.options.profile, found.best.tried)
     words = ("carom", "run", *scene_words, "-e", format_engine_argument(method.engine), "-p", found.options.profile)

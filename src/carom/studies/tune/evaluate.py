@@ -30,7 +30,7 @@ def judge_score(score: Score) -> Judged:
     """Return the parts of a score that a search needs.
 
     If a trajectory has diverged from the reference's, its impacts match by chance. In this case, the error divided by
-    PIT's and the missed and invented impacts are taken from the steps, which start from the run's own states.
+    PIT's and the missed and invented impacts are those of single steps. Each step starts at the run's own state.
     """
     local = score.local_truth
     if score.parted_s is not None and local is not None:
@@ -65,9 +65,8 @@ class JudgeTask(JobTask):
         judged = judge_score(score)
         if not self.timed:
             return judged
-        return replace(
-            judged, seconds=time_run(adapter, job.scene, job.profile, job.dt_s, overrides=overrides).advance_s
-        )
+        seconds = time_run(adapter, job.scene, job.profile, job.dt_s, overrides=overrides).advance_s
+        return replace(judged, seconds=seconds)
 
 
 #: Form of a job that is also timed; see `carom.execution.cache_key.JobKey`.

@@ -73,7 +73,7 @@ class KnobSearch:
     """A search over the knobs of an engine.
 
     Args:
-        first: The first method.
+        first: The method from which the search starts.
         space: The points that may be tested.
         scenes: Scenes of the search.
         jury: Evaluates methods on scenes.
@@ -157,7 +157,7 @@ class KnobSearch:
                 study.tell(trial, number)
 
     def _refine(self, max_trials: int) -> Found:
-        """Turn one knob at a time from the best trial, and from trials that are better by some criterion."""
+        """Change one knob at a time, starting from the best trial and from each other trial that no trial dominates."""
         done: set[SettingOverrides] = set()
         while todo := [found for found in self._find_front() if found.tried not in done]:
             if todo[0] is not self.best and self.trials >= max_trials:

@@ -17,7 +17,8 @@ BETWEEN = 15
 #: values on either side of its present value.
 STOPS, NEAR = 4, 2
 
-#: Index of each turned knob's value, by the knob's name. Other knobs keep their default.
+#: A point of the search space: the index of each turned knob's value, by the knob's name. Other knobs keep their
+#: default.
 Point = Mapping[str, int]
 
 

@@ -91,7 +91,9 @@ def test_closed_form_agrees_with_scan_of_overlap(
     n, u = (math.cos(normal), math.sin(normal)), (speed * math.cos(toward), speed * math.sin(toward))
     before = (frame, (frame[0] + u[0], frame[1] + u[1]))
     window, angle = ContactWindow.of(1.0, n, u), math.radians(demanded)
-    limit = compute_pair_limit(window, before, (1 / masses[0], 1 / masses[1]), restitution, angle, 0.0).direction_dt_s
+    limit = compute_pair_limit(
+        window, before, (1 / masses[0], 1 / masses[1]), restitution, Demand(angle)
+    ).direction_dt_s
 
     def error(late: float) -> float:
         c = (n[0] + u[0] * late, n[1] + u[1] * late)
