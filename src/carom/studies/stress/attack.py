@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -17,6 +17,7 @@ from carom.execution.job import Status
 from carom.model.energy import kinetic_energy
 from carom.model.scene import Scene
 from carom.model.trace import Outcome, Trace, Vector
+from carom.studies.stress.result import STRESS
 from carom.studies.stress.true_motion import TrueMotion
 from carom.support.formatting import format_number
 
@@ -67,7 +68,7 @@ class Attack:
         axis: Varied quantity, in words, with its unit.
         harmless: Value at the harmless end, where every sound method should pass.
         absurd: Value at the absurd end, which is larger or smaller.
-        trials: Function that makes the scenes of a value. These scenes differ in the phase of the impact, and a method
+        trials: Function that makes the trials of a value. Most trials differ only in the phase of the impact. A method
             must pass all of them.
         truth: Source of the true answer.
         gives_way: Criterion of failure, with its reason.
@@ -117,11 +118,20 @@ class Attack:
         return None if middle in (passes, fails) else middle
 
 
-def build_attack(name: str, trials: Callable[[float], Sequence[Trial]]) -> Attack:
-    """Return the attack of ``attacks.json`` with a name. Names in braces are replaced by common sentences."""
+def build_attack(name: str, trials: Callable[[float], Iterable[Trial]]) -> Attack:
+    """Return the attack of ``attacks.json`` with a name, such as "mass-ratio" or "_mass_ratio".
+
+    Names in braces within the file's sentences are replaced by common sentences. All scenes get the attack's name.
+    """
+    name = name.strip("_").replace("_", "-")
     attacks, sentences = _read_attacks()
     fields = attacks[name] | {key: attacks[name][key].format_map(sentences) for key in ("truth", "gives_way")}
-    return Attack(name, trials=trials, **fields)
+
+    def build_trials(value: float) -> list[Trial]:
+        title = {"name": f"{STRESS}{name}"}
+        return [replace(trial, scene=trial.scene.model_copy(update=title)) for trial in trials(value)]
+
+    return Attack(name, trials=build_trials, **fields)
 
 
 @cache
@@ -132,17 +142,12 @@ def _read_attacks() -> tuple[dict[str, dict[str, Any]], dict[str, str]]:
 
 def attack(trials: Callable[[float], Iterable[Trial]]) -> Attack:
     """Turn a function that makes or yields the trials of a value into the attack with the function's name."""
-    return build_attack(trials.__name__.strip("_").replace("_", "-"), lambda value: list(trials(value)))
+    return build_attack(trials.__name__, trials)
 
 
 def attack_at_phases(stage: Callable[[float, float], Trial]) -> Attack:
     """Turn a function that makes a trial of a value and a phase into the attack with its name, with all `PHASES`."""
-
-    def trials(value: float) -> Iterator[Trial]:
-        return (stage(value, phase) for phase in PHASES)
-
-    trials.__name__ = stage.__name__
-    return attack(trials)
+    return build_attack(stage.__name__, lambda value: [stage(value, phase) for phase in PHASES])
 
 
 def build_velocity_judge(truth: TrueMotion) -> Judge:

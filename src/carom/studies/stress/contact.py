@@ -35,7 +35,6 @@ _STEEPEST = {
 
 
 def _build_floor_trial(
-    name: str,
     description: str,
     judge: Judge,
     duration_s: float = _LASTS_S,
@@ -50,7 +49,7 @@ def _build_floor_trial(
     long = math.hypot(1.0, tangent)
     discs = [build_disc(complex(0.0, RADIUS_M + up), velocity, RADIUS_M, **fields)]
     laws = {"gravity_m_s2": (_G * tangent / long, -_G / long), "wall_restitution": 0.0, **of}
-    return build_trial(name, description, discs, judge, duration_s, walls=[FLOOR], **laws)
+    return build_trial(description, discs, judge, duration_s, walls=[FLOOR], **laws)
 
 
 def _build_contact_judge(along: float, rim: float, change: float) -> Judge:
@@ -66,9 +65,7 @@ def _lively(value: float, phase: float) -> Trial:
     last_s, speed = fall_s + hops_s, e**bounces * _G * fall_s
     description = f"A ball that loses {format_number(value, 3)} of its speed at each bounce bounces three times."
     judge = build_closed_form_judge([(0.0, speed - _G * fall_s)], bounces, [(1.0 + e) * _G * fall_s])
-    return _build_floor_trial(
-        "lively", description, judge, last_s + fall_s, up=0.5 * _G * fall_s**2, wall_restitution=e
-    )
+    return _build_floor_trial(description, judge, last_s + fall_s, up=0.5 * _G * fall_s**2, wall_restitution=e)
 
 
 @attack_at_phases
@@ -78,7 +75,7 @@ def _rests(value: float, phase: float) -> Trial:
     description = f"A ball that loses {format_number(value, 3)} of its speed at each bounce bounces until it rests."
     ends_s = math.ceil((fall_s * (1.0 + e) / value + 0.5) * RATE_HZ) * DT_S  # the scene ends at the end of a step
     judge = build_closed_form_judge([(0.0, 0.0)], 0, [(1.0 + e) * _G * fall_s])
-    return _build_floor_trial("rests", description, judge, ends_s, up=0.5 * _G * fall_s**2, wall_restitution=e)
+    return _build_floor_trial(description, judge, ends_s, up=0.5 * _G * fall_s**2, wall_restitution=e)
 
 
 def _build_slope_trial(kind: str, value: float, side: float) -> Trial:
@@ -106,7 +103,7 @@ def _build_slope_trial(kind: str, value: float, side: float) -> Trial:
         hits = 0.5 * _LASTS_S * normal_pull * (1.0 - e) / e
         fields = {"velocity": complex(0.0, -hits), "wall_restitution": e}
     judge = _build_contact_judge(along, rim, pull * _LASTS_S)
-    return _build_floor_trial(kind, description, judge, tangent=tangent, wall_friction=_FRICTION, **fields)
+    return _build_floor_trial(description, judge, tangent=tangent, wall_friction=_FRICTION, **fields)
 
 
 def _build_slope_trials(kind: str, value: float) -> Sequence[Trial]:
@@ -121,7 +118,7 @@ def _slide_friction(value: float) -> Iterator[Trial]:
         moving = {"velocity": SPEED_M_S, "spin_rad_s": SPEED_M_S / RADIUS_M}
         speed_loss = min(friction * _G * _LASTS_S, 2.0 * SPEED_M_S / (1.0 + 1.0 / _K))
         judge = _build_contact_judge(SPEED_M_S - speed_loss, SPEED_M_S - speed_loss / _K, SPEED_M_S)
-        yield _build_floor_trial("slide-friction", description, judge, **moving, wall_friction=friction)
+        yield _build_floor_trial(description, judge, **moving, wall_friction=friction)
 
 
 @attack
@@ -135,7 +132,7 @@ def _rolling_resistance(value: float) -> Iterator[Trial]:
         turns = SPEED_M_S - (resists - _FRICTION) * _G * _LASTS_S / _K
         rim = -along if resists <= _FRICTION * (1.0 + _K) else -max(0.0, turns)
         judge = _build_contact_judge(along, rim, SPEED_M_S)
-        yield _build_floor_trial("rolling-resistance", description, judge, **moving, **laws)
+        yield _build_floor_trial(description, judge, **moving, **laws)
 
 
 def _list_with_reciprocal(value: float) -> Sequence[float]:

@@ -33,12 +33,12 @@ def _compute_impact_time(phase: float) -> float:
 
 
 def _build_one_impact_trial(
-    name: str, sentence: str, phase: float, start: complex, velocity: complex, wall: Chain, after: complex
+    sentence: str, phase: float, start: complex, velocity: complex, wall: Chain, after: complex
 ) -> Trial:
     """Make a trial of a disc that meets a wall once. The trial is judged by the known velocity after the impact."""
     discs = [build_disc(start, velocity, RADIUS_M)]
     judge = build_closed_form_judge([to_vector(after)], 1, [abs(after - velocity)])
-    return build_trial(name, f"{sentence} Phase {phase:g} of a step.", discs, judge, walls=[wall])
+    return build_trial(f"{sentence} Phase {phase:g} of a step.", discs, judge, walls=[wall])
 
 
 @attack_at_phases
@@ -46,7 +46,7 @@ def _thin_wall(value: float, phase: float) -> Trial:
     speed = value * RADIUS_M * RATE_HZ
     description = f"A disc that moves {format_number(value, 3)} radii per step meets a wall without thickness head-on."
     start = -RADIUS_M - speed * _compute_impact_time(phase)
-    return _build_one_impact_trial("thin-wall", description, phase, start, speed, _build_upright_wall(), -speed)
+    return _build_one_impact_trial(description, phase, start, speed, _build_upright_wall(), -speed)
 
 
 @attack_at_phases
@@ -54,7 +54,7 @@ def _paddle(value: float, phase: float) -> Trial:
     speed = value * RADIUS_M * RATE_HZ
     description = f"A wall without thickness moves {format_number(value, 3)} radii per step, head-on at a disc at rest."
     start, wall = RADIUS_M + speed * _compute_impact_time(phase), _build_upright_wall(velocity_m_s=(speed, 0.0))
-    return _build_one_impact_trial("paddle", description, phase, start, 0, wall, 2.0 * speed)
+    return _build_one_impact_trial(description, phase, start, 0, wall, 2.0 * speed)
 
 
 @attack_at_phases
@@ -62,7 +62,7 @@ def _wall_width(value: float, phase: float) -> Trial:
     description = f"A disc meets a wall of half width {format_metres(value)} head-on."
     start = -value - RADIUS_M - SPEED_M_S * _compute_impact_time(phase)
     wall = _build_upright_wall(half_width_m=value)
-    return _build_one_impact_trial("wall-width", description, phase, start, SPEED_M_S, wall, -SPEED_M_S)
+    return _build_one_impact_trial(description, phase, start, SPEED_M_S, wall, -SPEED_M_S)
 
 
 @attack_at_phases
@@ -75,7 +75,7 @@ def _wall_end(value: float, phase: float) -> Trial:
     description = f"A disc grazes the end of a thin wall, {format_number(value, 3)} radii from a miss."
     start = complex(-RADIUS_M * float(along) - SPEED_M_S * _compute_impact_time(phase), height)
     wall = edges(-1j * _HALF_LENGTH_M, 0)
-    return _build_one_impact_trial("wall-end", description, phase, start, SPEED_M_S, wall, after)
+    return _build_one_impact_trial(description, phase, start, SPEED_M_S, wall, after)
 
 
 @attack_at_phases
@@ -86,7 +86,7 @@ def _seam(value: float, phase: float) -> Trial:
     description = f"A disc obliquely strikes a floor of {pieces} pieces where two of them meet."
     start = complex(joint, RADIUS_M) - velocity * _compute_impact_time(phase)
     floor = edges(-_HALF_LENGTH_M, _HALF_LENGTH_M, pieces=pieces)
-    return _build_one_impact_trial("seam", description, phase, start, velocity, floor, velocity.conjugate())
+    return _build_one_impact_trial(description, phase, start, velocity, floor, velocity.conjugate())
 
 
 @attack_at_phases
@@ -106,7 +106,7 @@ def _corner(value: float, phase: float) -> Trial:
     description = f"A disc is thrown into a corner of {format_number(value, 3)} degrees. Phase {phase:g} of a step."
     across = -1j * cmath.exp(1j * angle)
     sides = [Wall(point_m=(0.0, 0.0), normal=normal) for normal in ((0.0, 1.0), to_vector(across))]
-    trial = build_trial("corner", description, [build_disc(start, velocity, RADIUS_M)], walls=sides)
+    trial = build_trial(description, [build_disc(start, velocity, RADIUS_M)], walls=sides)
     walls = (edges(side, 0, side * cmath.exp(1j * angle)),)
     return replace(trial, scene=trial.scene.model_copy(update={"walls": walls}))
 
@@ -124,7 +124,7 @@ def _legs(value: float, phase: float) -> Trial:
     displacement, _ = build_drive(path, (0.0, 0.0)).moved_at(until_s)
     description = f"A wall that turns {legs - 1} times strikes a disc at rest."
     wall = _build_upright_wall(legs=path)
-    return _build_one_impact_trial("legs", description, phase, RADIUS_M + displacement, 0, wall, 2.0 * speeds[-1])
+    return _build_one_impact_trial(description, phase, RADIUS_M + displacement, 0, wall, 2.0 * speeds[-1])
 
 
 #: Attacks with a disc and a finite wall.

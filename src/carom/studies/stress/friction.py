@@ -27,7 +27,7 @@ def _compute_tangential_impulse(
     return math.copysign(min(abs(slip) / inverse_effective_mass, friction * normal_impulse), slip)
 
 
-def _build_wall_trial(name: str, description: str, phase: float, friction: float, inertia: float) -> Trial:
+def _build_wall_trial(description: str, phase: float, friction: float, inertia: float) -> Trial:
     """Make a trial of a disc of unit mass without spin that hits a floor at 45 degrees."""
     speed, before_s = SPEED_M_S, (STEPS_BEFORE + phase) * DT_S
     place = complex(-speed * before_s, RADIUS_M + speed * before_s)
@@ -35,10 +35,10 @@ def _build_wall_trial(name: str, description: str, phase: float, friction: float
     impulse = _compute_tangential_impulse(friction, 2.0 * speed, speed, 1.0 + 1.0 / inertia)
     final, rim = (speed - impulse, speed), -impulse / inertia
     judge = build_closed_form_judge([final], 1, [2.0 * speed], final_rim_m_s=[rim])
-    return build_trial(name, description, discs, judge, walls=[FLOOR], wall_friction=friction)
+    return build_trial(description, discs, judge, walls=[FLOOR], wall_friction=friction)
 
 
-def _build_head_on_trial(name: str, description: str, phase: float, friction: float, spin_rad_s: float) -> Trial:
+def _build_head_on_trial(description: str, phase: float, friction: float, spin_rad_s: float) -> Trial:
     """Make a trial of a spinning disc of unit mass that hits an equal disc at rest head-on."""
     speed, k = SPEED_M_S, 0.5
     start_x = -2.0 * RADIUS_M - speed * (STEPS_BEFORE + phase) * DT_S
@@ -47,7 +47,7 @@ def _build_head_on_trial(name: str, description: str, phase: float, friction: fl
     impulse = _compute_tangential_impulse(friction, speed, rim, 2.0 * (1.0 + 1.0 / k))
     final, rims = [(0.0, -impulse), (speed, impulse)], [rim - impulse / k, -impulse / k]
     judge = build_closed_form_judge(final, 1, [max(speed, impulse / k)] * 2, final_rim_m_s=rims)
-    return build_trial(name, description, discs, judge, friction=friction)
+    return build_trial(description, discs, judge, friction=friction)
 
 
 @attack
@@ -56,8 +56,8 @@ def _friction(value: float) -> Iterator[Trial]:
         f"With friction of {format_number(value, 3)}, a disc hits a floor at 45 degrees, and a spinning disc hits "
         "another head-on."
     )
-    yield from (_build_wall_trial("friction", description, phase, value, 0.5) for phase in PHASES)
-    yield from (_build_head_on_trial("friction", description, phase, value, 5.0) for phase in PHASES)
+    yield from (_build_wall_trial(description, phase, value, 0.5) for phase in PHASES)
+    yield from (_build_head_on_trial(description, phase, value, 5.0) for phase in PHASES)
 
 
 @attack
@@ -65,7 +65,7 @@ def _spin(value: float) -> Iterator[Trial]:
     description = (
         f"A disc that spins at {format_number(value, 3)} rad/s hits another head-on and slides with friction of 0.1."
     )
-    return (_build_head_on_trial("spin", description, phase, 0.1, value) for phase in PHASES)
+    return (_build_head_on_trial(description, phase, 0.1, value) for phase in PHASES)
 
 
 @attack
@@ -74,7 +74,7 @@ def _inertia(value: float) -> Iterator[Trial]:
         f"A disc with a moment of inertia of {format_number(value, 3)} m R^2 hits a floor at 45 degrees, sticks, and "
         "leaves rolling."
     )
-    return (_build_wall_trial("inertia", description, phase, _GRIP, value) for phase in PHASES)
+    return (_build_wall_trial(description, phase, _GRIP, value) for phase in PHASES)
 
 
 @attack
@@ -90,7 +90,7 @@ def _grip_chain(value: float) -> Iterator[Trial]:
     angle = rounds * math.acos(-7.0 / 9.0)
     final, rim = [(math.cos(angle), -1.0)], [math.sin(angle) * math.sqrt(2.0)]
     judge = build_closed_form_judge(final, 2 * rounds, [2.0], final_rim_m_s=rim)
-    yield build_trial("grip-chain", description, discs, judge, 2 * rounds * height, walls=walls, **laws)
+    yield build_trial(description, discs, judge, 2 * rounds * height, walls=walls, **laws)
 
 
 @attack
@@ -111,7 +111,7 @@ def _rolling(value: float) -> Iterator[Trial]:
     laws = {"wall_friction": friction, "wall_restitution": value, "gravity_m_s2": (0.0, -pull)}
     final = speed / (1.0 + k)
     judge = build_closed_form_judge([(final, 0.0)], 0, [fall], final_rim_m_s=[-final])
-    yield build_trial("rolling", description, discs, judge, lasts_s, walls=[FLOOR], **laws)
+    yield build_trial(description, discs, judge, lasts_s, walls=[FLOOR], **laws)
 
 
 #: Attacks with friction and spin.

@@ -33,13 +33,13 @@ CRITICAL_RESTITUTION = 7.0 - 4.0 * math.sqrt(3.0)
 _TURN = math.pi * (3.0 - math.sqrt(5.0))  # the golden angle spreads directions evenly, and no two are equal
 
 
-def _build_row_trial(name: str, description: str, gaps: Sequence[float], phase: float, steps_after: int) -> Trial:
+def _build_row_trial(description: str, gaps: Sequence[float], phase: float, steps_after: int) -> Trial:
     """Make a trial of a striker and a row of equal discs at rest with the given gaps."""
     places = [-(2 * RADIUS_M + SPEED_M_S * DT_S * (4 + phase)), 0.0]
     for gap in gaps:
         places.append(places[-1] + 2 * RADIUS_M + gap)
     discs = [build_disc(place, 0.0 if k else SPEED_M_S, RADIUS_M) for k, place in enumerate(places)]
-    return build_trial(name, description, discs, None, (5 + steps_after) * DT_S)
+    return build_trial(description, discs, None, (5 + steps_after) * DT_S)
 
 
 @attack
@@ -47,7 +47,7 @@ def _cradle_gap(gap: float) -> Iterator[Trial]:
     description = f"Newton's cradle of five discs with gaps of {format_metres(gap)}: only the last disc must leave."
     # The scene is twice as long as needed, so that a late method also finds every impact.
     steps = 40 + math.ceil(3 * gap / (SPEED_M_S / RATE_HZ))
-    return (_build_row_trial("cradle-gap", description, [gap] * 3, phase, steps) for phase in PHASES)
+    return (_build_row_trial(description, [gap] * 3, phase, steps) for phase in PHASES)
 
 
 @attack
@@ -57,9 +57,7 @@ def _crowded_frame(impacts: float) -> Iterator[Trial]:
     # for a method that processes one impact per step.
     gap = 0.5 * SPEED_M_S / RATE_HZ / max(1, count - 1)
     description = f"A row of discs with {count} impacts in one step."
-    return (
-        _build_row_trial("crowded-frame", description, [gap] * (count - 1), phase, 40 + count) for phase in (0.13, 0.42)
-    )
+    return (_build_row_trial(description, [gap] * (count - 1), phase, 40 + count) for phase in (0.13, 0.42))
 
 
 @attack
@@ -79,7 +77,7 @@ def _at_once(pairs: float) -> Iterator[Trial]:
     description = f"{count} pairs of discs, far from each other, meet in one step."
     final = [velocity for motion in truth for velocity in motion.final_velocity_m_s]
     change = [change for motion in truth for change in motion.greatest_change_m_s]
-    yield build_trial("at-once", description, discs, build_closed_form_judge(final, count, change), 48 * DT_S)
+    yield build_trial(description, discs, build_closed_form_judge(final, count, change), 48 * DT_S)
 
 
 @attack
@@ -96,7 +94,7 @@ def _packing(gap: float) -> Iterator[Trial]:
     packing = math.pi / (2 * math.sqrt(3)) / (1 + gap) ** 2
     gaps = f"gaps of {format_number(gap, 3)} diameters (packing {packing:.4f})"
     description = f"Nine discs in a box, packed hexagonally with {gaps}."
-    yield build_trial("packing", description, discs, judge_energy, 24 / RATE_HZ, walls=build_box_walls(width, height))
+    yield build_trial(description, discs, judge_energy, 24 / RATE_HZ, walls=build_box_walls(width, height))
 
 
 @attack
@@ -110,7 +108,7 @@ def _duration(impacts: float) -> Iterator[Trial]:
     duration_s = max(1.0, round(impacts / a_second * rate)) / rate
     description = f"Nine discs in a box for the time of approximately {format_number(impacts, 3)} impacts."
     fields = {"frame_rate_hz": rate, "walls": gas.half_planes()}
-    yield build_trial("duration", description, gas.discs, judge_energy, duration_s, **fields)
+    yield build_trial(description, gas.discs, judge_energy, duration_s, **fields)
 
 
 #: Virial coefficients B_k / B_2^(k - 1) of hard discs, k = 3 to 10 (N. Clisby and B. M. McCoy, J. Stat. Phys. 122, 15
@@ -140,7 +138,7 @@ def _gas_pressure(advance: float) -> Iterator[Trial]:
     # About fifteen impacts per disc. The virial of a thousand impacts is accurate to 3 %.
     duration_s = round(1.25 * rate) / rate
     fields = {"frame_rate_hz": rate, "walls": build_box_walls(width, width)}
-    yield build_trial("gas-pressure", description, discs, build_pressure_judge(COMPRESSIBILITY), duration_s, **fields)
+    yield build_trial(description, discs, build_pressure_judge(COMPRESSIBILITY), duration_s, **fields)
 
 
 @attack
@@ -150,7 +148,7 @@ def _restitution(restitution: float) -> Iterator[Trial]:
     # Infinitely many impacts close every gap in finite time. After that, the discs move with their centre of mass,
     # which is at rest.
     judge = build_closed_form_judge([(0.0, 0.0)] * 3, 0, [1.0] * 3)
-    trial = build_trial("restitution", description, discs, judge, 2.0, restitution=restitution)
+    trial = build_trial(description, discs, judge, 2.0, restitution=restitution)
     if restitution > CRITICAL_RESTITUTION:
         # Near the critical value, there are too many impacts to compute.
         with suppress(UndecidedError):
@@ -174,7 +172,7 @@ def _galperin(mass_ratio: float) -> Iterator[Trial]:
     final = [(root * math.sin(final_angle) * speed, 0.0), (math.cos(final_angle) * speed, 0.0)]
     # At its greatest speed the light disc has all the energy. The heavy disc reverses its velocity.
     change = [root * speed, 2 * speed]
-    yield build_trial("galperin", description, discs, build_closed_form_judge(final, count, change), 4.0, walls=[wall])
+    yield build_trial(description, discs, build_closed_form_judge(final, count, change), 4.0, walls=[wall])
 
 
 @attack
@@ -186,7 +184,7 @@ def _unstable_orbit(bounces: float) -> Iterator[Trial]:
     fixed = [build_disc(place, 0, 0.3, math.inf) for place in (-half, half)]
     discs = [*fixed, build_disc(-0.1 * axis, 2.0 * axis, 0.2)]
     # The disc moves a fifteenth of the contact distance per step.
-    yield build_trial("unstable-orbit", description, discs, None, (0.1 + count * free) / 2.0, frame_rate_hz=60.0)
+    yield build_trial(description, discs, None, (0.1 + count * free) / 2.0, frame_rate_hz=60.0)
 
 
 #: Attacks with many discs or many impacts.

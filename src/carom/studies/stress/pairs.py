@@ -27,7 +27,6 @@ SPEED_M_S = 0.01 * 2 * RADIUS_M * RATE_HZ
 
 
 def build_trial(
-    name: str,
     description: str,
     discs: Sequence[Disc],
     judge: Judge | None = None,
@@ -37,7 +36,6 @@ def build_trial(
     """Make a trial of an attack. By default, the scene lasts `MEETING_S`, and the judge compares with its true motion.
 
     Args:
-        name: Name of the attack.
         description: Description of the scene.
         discs: The discs.
         judge: Judge of the traces.
@@ -45,12 +43,11 @@ def build_trial(
         fields: Further fields of the scene.
     """
     fields = {"frame_rate_hz": RATE_HZ, "duration_s": duration_s, **fields}
-    scene = Scene(name=f"stress/{name}", description=description, discs=discs, **fields)
+    scene = Scene(name="attack", description=description, discs=discs, **fields)
     return Trial(scene, judge or build_velocity_judge(compute_true_motion(scene)))
 
 
 def _build_meeting_trial(
-    name: str,
     description: str,
     phase: float,
     *,
@@ -65,7 +62,7 @@ def _build_meeting_trial(
     across = offset * contact
     along = math.sqrt(max(contact * contact - across * across, 0.0)) + speed * DT_S * (STEPS_BEFORE + phase)
     striker = build_disc(complex(origin - along, origin), speed, radius)
-    return build_trial(name, description, [striker, build_disc(complex(origin, origin + across), 0, radius, mass)])
+    return build_trial(description, [striker, build_disc(complex(origin, origin + across), 0, radius, mass)])
 
 
 def _build_attack(name: str, template: str, **functions: Callable[[float], float]) -> Attack:
@@ -77,9 +74,7 @@ def _build_attack(name: str, template: str, **functions: Callable[[float], float
     def trials(value: float) -> Sequence[Trial]:
         sizes = {key: function(value) for key, function in functions.items()}
         sentence = template.format(value=format_number(value, 3))
-        return [
-            _build_meeting_trial(name, f"{sentence} Phase {phase:g} of a step.", phase, **sizes) for phase in PHASES
-        ]
+        return [_build_meeting_trial(f"{sentence} Phase {phase:g} of a step.", phase, **sizes) for phase in PHASES]
 
     return build_attack(name, trials)
 
