@@ -97,7 +97,7 @@ def describe_listing(origin: Origin, versions: tuple[str, ...]) -> Iterator[str]
     """Yield a line for each release that a registry lists, newest first: whether the adapter supports the release."""
     for version in reversed(versions):
         notes = []
-        if origin.oldest and is_older(version, origin.oldest):
+        if is_older(version, origin.oldest):
             notes.append(f"older than {origin.oldest}, the oldest supported release")
         # A test with release "7.3" also covers 7.3.1.
         newest_tested = parse_release_numbers(origin.newest_tried)

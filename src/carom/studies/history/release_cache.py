@@ -72,10 +72,9 @@ class ReleaseCache:
 
     def versions(self, registry: str, package: str) -> tuple[str, ...]:
         """Return the installed versions of a package."""
-        parent = self._folder(registry, package, "0").parent
         tag = f"-{_build_platform_tag(registry)}"
-        found = [path.parent.name for path in parent.glob(f"*{tag}/{_NOTE}")] if parent.is_dir() else []
-        return tuple(name.removesuffix(tag) for name in found)
+        notes = self._folder(registry, package, "0").parent.glob(f"*{tag}/{_NOTE}")
+        return tuple(note.parent.name.removesuffix(tag) for note in notes)
 
     def prune(self, most_bytes: float) -> None:
         """Remove interrupted installations, and the least recently used releases beyond `most_bytes`."""

@@ -8,7 +8,7 @@ import time
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from itertools import pairwise
+from itertools import chain, pairwise
 from pathlib import Path
 
 from carom.engines.registry import require_profile
@@ -103,16 +103,6 @@ class _ReleaseRuns:
         self.notes = MemoryJournal[JobKey, ReleaseRun]() if notes is None else notes
         self._progress, self._done, self._total = progress, 0, 0
 
-    @property
-    def cells(self) -> list[RunCell]:
-        """All cells, in the order of scenes, step sizes and profiles."""
-        return [
-            RunCell(scene.name, profile, dt_s)
-            for scene in self.scenes.values()
-            for dt_s in self.options.list_steps(scene)
-            for profile in self.options.profiles
-        ]
-
     def job(self, name: str, cell: RunCell, phase: float = 0.0) -> Job:
         """Return the job that runs a cell on an engine."""
         return Job(self.scenes[cell.scene], Method(name, cell.profile), cell.dt_s, phase=phase)
@@ -151,7 +141,7 @@ class _ReleaseRuns:
         }
         phases = generate_phases(self.options.phases, self.options.seed)
         jobs = {place: [self.job(*place, phase) for phase in phases] for place in sorted(todo)}
-        found = self.run_jobs((job for several in jobs.values() for job in several), pool)
+        found = self.run_jobs(chain.from_iterable(jobs.values()), pool)
         for (name, cell), several in jobs.items():
             seen_cells[name][cell] = replace(seen_cells[name][cell], phases=tuple(found[job] for job in several))
         return seen_cells
@@ -176,7 +166,7 @@ def _install_releases(
         manifests: list[Path] = []
         for version in versions:
             study.report(f"{origin.package} {version}")
-            if origin.oldest and is_older(version, origin.oldest):
+            if is_older(version, origin.oldest):
                 reason = f"older than {origin.oldest}, the oldest release that its adapter drives"
                 releases.append(Release(version, reason=reason))
                 continue
@@ -230,6 +220,12 @@ def run_history(
     """
     started = time.perf_counter()
     study = _ReleaseRuns(engine, scenes, options, notes, progress)
+    cells = [
+        RunCell(scene.name, profile, dt_s)
+        for scene in study.scenes.values()
+        for dt_s in options.list_steps(scene)
+        for profile in options.profiles
+    ]
     with options.open_pool() as pool:
         origin, versions = _select_releases(engine, options, cache, pool)
         with _install_releases(study, origin, versions, cache, pool) as registry_releases:
@@ -237,7 +233,7 @@ def run_history(
             installed = own if origin.installed else Release("installed", reason="it is not installed")
             columns = (*registry_releases, installed) if options.installed else registry_releases
             names = [one.name for one in columns if one.name]
-            seen_cells = study.seen(names, study.cells, pool)
+            seen_cells = study.seen(names, cells, pool)
     releases = tuple(replace(one, seen=seen_cells.get(one.name, {})) for one in columns)
     return History(engine, origin, options, releases, describe_environment(), command, time.perf_counter() - started)
 
@@ -283,7 +279,7 @@ def bisect_change(
     order: list[str] = []
     with options.open_pool() as pool:
         origin, versions = _select_releases(engine, options, cache, pool)
-        candidates = [one for one in versions if not (origin.oldest and is_older(one, origin.oldest))]
+        candidates = [one for one in versions if not is_older(one, origin.oldest)]
 
         def find_change(version: str) -> CellChange:
             """Return the change from the oldest release to a given release."""
