@@ -90,8 +90,7 @@ def compute_direction_limit(
     (ux, uy), speed = window.relative_m_s, window.speed_m_s
     radius = 0.5 * push * speed
     centre = (velocity_before[0] + sign * 0.5 * push * ux, velocity_before[1] + sign * 0.5 * push * uy)
-    course = math.atan2(uy, ux)
-    start = 2.0 * math.atan2(window.normal[1], window.normal[0]) - course
+    start = 2.0 * math.atan2(window.normal[1], window.normal[0]) - math.atan2(uy, ux)
     # The signed angle by which w turns until the closest approach: 0 for a head-on impact.
     turn = math.copysign(2.0 * math.acos(min(1.0, window.share)), window.miss_m) if window.share > 0.0 else 0.0
     if radius == 0.0 or turn == 0.0:

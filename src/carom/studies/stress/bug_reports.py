@@ -53,8 +53,7 @@ def find_symptom(complaint: Complaint, trace: Trace) -> tuple[bool, float, str]:
     if not finite or trace.outcome is Outcome.NON_FINITE:
         return symptom is Symptom.NOT_FINITE, math.inf, Outcome.NON_FINITE.value
     if trace.outcome not in {Outcome.COMPLETED, Outcome.STANDSTILL}:
-        ending_text = "; ".join((trace.outcome.value, *trace.notes))
-        return symptom is Symptom.NEVER_ENDS, math.inf, ending_text
+        return symptom is Symptom.NEVER_ENDS, math.inf, "; ".join((trace.outcome.value, *trace.notes))
     velocity, energy = _compute_velocity_error(trace, known, scene), _compute_energy_error(trace, known, scene)
     of_energy = symptom in {Symptom.GAINS_ENERGY, Symptom.LOSES_ENERGY} or math.isnan(velocity)
     figure, quantity = (energy, "energy") if of_energy else (velocity, "speed")

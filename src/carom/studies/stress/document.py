@@ -115,8 +115,9 @@ def _build_method_blocks(results: StressResults, kinds: Mapping[str, list[Stress
             count = partial(_format_count_of, results, lines, ending)
             columns.append(Column(head, count, f"of {len(lines)}", number=True, only=only))
     if attacks:
-        first = partial(_build_first_failure_cell, results, attacks)
-        columns.append(Column("fails first", first, only=Media.PAGE))
+        columns.append(
+            Column("fails first", lambda method: _find_first_failure(results, attacks, method)[1], only=Media.PAGE)
+        )
     long = attacks if len(results.methods) > SENTENCES else []  # with fewer methods, the answer has these sentences
     if long:
         said = (_describe_method(results, attacks, method, short=True) for method in results.methods)
@@ -160,29 +161,32 @@ def _format_sign(line: StressTest, result: CellResult) -> str:
 
 def _describe_method(results: StressResults, lines: list[StressTest], method: Method, *, short: bool = False) -> str:
     """Describe the number of stress tests that a method passes, and its first failure with the varied quantity."""
-    run_count = _list_endings(results, lines, method)
-    if not run_count:
+    run_endings = _list_endings(results, lines, method)
+    if not run_endings:
         return f"{method.phrase}: none of {formatting.format_count(len(lines), WORDS['attack'])} could be run."
-    unrun = f" ({len(lines) - len(run_count)} could not be run)" if len(run_count) < len(lines) and not short else ""
-    passes = f"{method.phrase} passes {run_count.count(CellEnding.PASSES)} of {len(run_count)}{unrun}"
-    first = _build_first_failure_cell(results, lines, method).text
-    if short:
-        return f"{passes}; it first fails in {first}." if first else f"{passes}."
-    axis = next((line.axis for line in lines if first.startswith(f"{line.name} ")), "")
-    return f"{passes}; it first fails in {first} ({axis.partition(', ')[0]})." if first else f"{passes}."
+    unrun = (
+        f" ({len(lines) - len(run_endings)} could not be run)" if len(run_endings) < len(lines) and not short else ""
+    )
+    passes = f"{method.phrase} passes {run_endings.count(CellEnding.PASSES)} of {len(run_endings)}{unrun}"
+    line, first = _find_first_failure(results, lines, method)
+    if line is None:
+        return f"{passes}."
+    quantity = "" if short else f" ({line.axis.partition(', ')[0]})"
+    return f"{passes}; it first fails in {first.text}{quantity}."
 
 
-def _build_first_failure_cell(results: StressResults, lines: list[StressTest], method: Method) -> Cell:
-    """Return a cell with the stress test that a method fails after the smallest part of its axis."""
+def _find_first_failure(
+    results: StressResults, lines: list[StressTest], method: Method
+) -> tuple[StressTest | None, Cell]:
+    """Return the stress test that a method fails after the smallest part of its axis, and a cell that names it."""
     cells = [(line, results.cells[line.name, method.name]) for line in lines]
-    found = [(line.compute_depth(result), line, result) for line, result in cells]
-    fallen = [one for one in found if one[0] is not None and one[2].ending is not CellEnding.PASSES]
-    if not fallen:
-        return Cell("")
-    _, line, result = min(fallen, key=lambda one: one[0] or 0.0)
+    failed = [one for one in cells if one[1].ending not in {CellEnding.PASSES, CellEnding.NOT_RUN}]
+    if not failed:
+        return None, Cell("")
+    line, result = min(failed, key=lambda one: one[0].compute_depth(one[1]) or 0.0)
     at = "" if result.ending is CellEnding.FAILS_AT_START else "at "
     text = f"{line.name} {at}{_format_result(result)}"
-    return Cell(text, title=result.reason, link=f"#{_build_anchor(line, method)}")
+    return line, Cell(text, title=result.reason, link=f"#{_build_anchor(line, method)}")
 
 
 def _build_kind_sections(results: StressResults, kind: str, lines: list[StressTest]) -> Iterator[Section]:

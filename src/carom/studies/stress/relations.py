@@ -119,8 +119,7 @@ def _start_state_of(scene: Scene) -> State:
 
 def _compute_deviation(base: Scene, found: State, expected: State) -> float:
     start = base.arrays
-    rims = np.abs(start.surface_speed_m_s)
-    speed = max(*np.hypot(*start.velocity_m_s.T), *rims)
+    speed = max(*np.hypot(*start.velocity_m_s.T), *np.abs(start.surface_speed_m_s))
     place, velocity = (np.max(np.hypot(*(one - other).T)) for one, other in zip(found[:2], expected[:2], strict=True))
     rim = np.max(start.radius_m * np.abs(found.spin - expected.spin))
     deviation = float(np.maximum(place / start.radius_m.max(), np.maximum(velocity, rim) / speed))

@@ -51,10 +51,9 @@ def build_tune_document(found: Tuning, scene_words: Sequence[str]) -> Document:
     better = found.best is not found.first
     judged = zip(found.scenes, found.first.judged, found.best.judged, strict=True)
     lines = [_Line(scene.name, first, best) for scene, first, best in judged]
-    profile = found.options.profile
     columns = (
         Column("scene", lambda line: line.scene),
-        Column(profile, lambda line: _format_grade(line.first)),
+        Column(found.options.profile, lambda line: _format_grade(line.first)),
         Column("error", lambda line: _format_error(line.first), number=True),
         Column(FOUND, lambda line: _format_grade(line.best)),
         Column("error", lambda line: _format_error(line.best), number=True),
