@@ -20,8 +20,8 @@ def _parse_angle(text: str) -> float:
 
 _SAID = "an angle such as 1deg or 0.02rad, above 0 and below 180 degrees"
 _ANGLES = build_measure_kind(_SAID, "ANGLE", 0.0, math.nextafter(math.pi, 0.0), read=_parse_angle)
-_BELOW = (math.nextafter(0.0, -1.0), math.nextafter(1.0, 0.0))
-_FRACTIONS = build_measure_kind("0 or more and below 1", "NUMBER", *_BELOW, span="0 to below 1")
+_LIMITS = (math.nextafter(0.0, -1.0), math.nextafter(1.0, 0.0))
+_FRACTIONS = build_measure_kind("0 or more and below 1", "NUMBER", *_LIMITS, span="0 to below 1")
 
 
 @dataclass(frozen=True)
