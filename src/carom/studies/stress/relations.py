@@ -1,4 +1,4 @@
-"""Relations between runs. No known answer is needed: if a scene is rotated, its result must be rotated, too.
+"""Relations between runs, which need no known answer. For example, if a scene is rotated, its result must be rotated.
 
 An engine that violates a relation is wrong in at least one of the two scenes. An engine with absolute lengths, speeds
 or times (slops, thresholds, margins) fails when the units are changed.
@@ -40,7 +40,13 @@ Run = Callable[[Scene], Trace]
 
 
 class State(NamedTuple):
-    """Positions (metres), velocities (metres a second) and spins (radians a second) of n discs."""
+    """Motion of n discs at an instant.
+
+    Attributes:
+        position: Centres, metres, shape ``(n, 2)``.
+        velocity: Velocities, metres a second, shape ``(n, 2)``.
+        spin: Spins, radians a second, shape ``(n,)``.
+    """
 
     position: NDArray[np.float64]
     velocity: NDArray[np.float64]
