@@ -64,11 +64,12 @@ ENTRIES = (
     Entry(
         "pymunk",
         "5.7.0,6.3.0,6.6.0,6.9.0,6.11.1,7.0.0,7.2.0,7.3.1",
-        "Version 7 changed the interface, but no result. From 6.3.0 on every cell is bit-identical, and 5.7.0 "
-        "differs from 6.3.0 by rounding only. A test runs the engine without Carom's adapter, from 32 starts "
+        "Version 7 changed the interface, but no result. All cells are bit-identical since 6.3.0, and 5.7.0 "
+        "differs from 6.3.0 only by rounding. A test runs the engine without Carom's adapter, from 32 starts "
         "within a step (`tests/engines/test_engine_releases.py`). The final states of all scenes are "
-        "bit-identical in 6.3.0 and 7.3.1, and differ by at most 1e-14 in 5.7.0. Release 5.4.1 computes "
-        "bounces correctly, but reports no contact to the adapter, so it is not run.",
+        "bit-identical in 6.3.0 and 7.3.1. The final states in 5.7.0 differ from these by at most 1e-14. "
+        "Release 5.4.1 computes bounces correctly, but is not run, because it reports no contact to the "
+        "adapter.",
     ),
     Entry(
         "planck",
@@ -80,9 +81,9 @@ ENTRIES = (
     Entry(
         "mujoco",
         "3.0.0,3.1.0,3.2.0,3.3.0,3.5.0,3.10.0,3.17.0,4.0.0",
-        "The computation of MuJoCo itself did not get worse or better. All differences beyond rounding come "
-        "from settings: from the limits of collision detection that a release has by default, and from 4.0.0 "
-        "on also from speculative contacts, which `tuned` switches on. A test runs the engine without Carom's "
+        "No release made the computation of MuJoCo itself worse or better. All differences beyond rounding "
+        "are caused by settings. Some releases have other default limits of collision detection. Release "
+        "4.0.0 added speculative contacts, which `tuned` switches on. A test runs the engine without Carom's "
         "adapter, from 32 starts within a step, with the contacts of `default` "
         "(`tests/engines/test_engine_releases.py`). The final states of all scenes are bit-identical in 3.0.0 "
         "and 3.3.0, and differ by at most 1e-13 in 4.0.0.",
@@ -90,19 +91,20 @@ ENTRIES = (
     Entry(
         "rapier2d",
         ">=0.18",
-        "0.20.0 changed nearly every cell. Its default prediction distance is 20 mm instead of 2 mm, so Carom "
-        "does not call `default` better or worse. A test runs the engine without Carom's adapter, from 32 "
-        "starts within a step, with the default settings of each release "
-        "(`tests/engines/test_engine_releases.py`). Releases 0.12 and 0.13 lost slow bounces, and 0.20.0 has "
-        "them again. In 0.20.0 discs in a row exchange their velocities from each start. Before, velocities "
-        "in a row were wrong by up to 0.19 of the greatest speed, and in `cradle-gaps` by up to 0.11. In "
-        "`perfectly-inelastic` the final positions are wrong by 0.50 mm in 0.19.3, and by at most 0.03 mm "
-        "since 0.20.0. With the settings of `tuned` the prediction distance is 0. Before 0.20.0 discs then "
-        "overlapped before their velocities changed. Since 0.20.0 some velocities change 0.9 to 1.2 steps "
-        "before the discs meet, from each start. 0.20.0 also reports each contact again in the next step, "
-        "with half the impulse. In 0.21.0 this is corrected, and the motion is bit-identical to that of "
-        "0.20.0. Carom's adapter ignores contacts of bodies that separate, so it does not count such an "
-        "impact twice. Before 0.18 an adapter cannot read contacts, because Rapier has already removed them.",
+        "Release 0.20.0 changed nearly every cell. It changed the default prediction distance from 2 mm to 20 "
+        "mm, so Carom calls `default` neither better nor worse. A test runs the engine without Carom's "
+        "adapter, from 32 starts within a step, with the default settings of each release "
+        "(`tests/engines/test_engine_releases.py`). Since 0.12 and 0.13 slow bodies bounced with a part of "
+        "their speed only, and since 0.20.0 they bounce correctly. Since 0.20.0 equal discs in a row exchange "
+        "their velocities from each start. Before, the velocities of such discs were wrong by up to 0.19 of "
+        "the greatest speed, and in `cradle-gaps` by up to 0.11. In `perfectly-inelastic` the final positions "
+        "are wrong by 0.50 mm in 0.19.3, and by at most 0.03 mm since 0.20.0. In the profile `tuned` the "
+        "prediction distance is 0. Before 0.20.0, discs of `tuned` overlapped before their velocities "
+        "changed. Since 0.20.0 some velocities change 0.9 to 1.2 steps before the discs meet, from each "
+        "start. Release 0.20.0 also reports each contact a second time in the next step, with half the "
+        "impulse. Release 0.21.0 corrects this, and its motion is bit-identical to that of 0.20.0. Carom's "
+        "adapter ignores contacts of bodies that separate, so it does not count such an impact twice. "
+        "Releases before 0.18 are not run, because they remove contacts before an adapter can read them.",
     ),
     Entry(
         "rapier",
@@ -119,41 +121,43 @@ ENTRIES = (
         "4.6e-5. In `cradle-gaps` the error was 0.2 to 0.38, and is now 4e-5. In `head-on` the error was at "
         "most 7.3e-6, and is now 1.7e-5. In `box` a disc must change its velocity 13 times. In 6.16.2 the "
         "disc leaves the box without a bounce, from 6.17 to 6.19 its velocity changes 22 to 30 times, and "
-        "since 6.20.0 the number is right. In `restitution-ladder` 8 changes are right: 6.16.2 has one, 6.17 "
-        "to 6.19 have 8 to 10, and 6.20.0 has 8. In `bank-shot` 3 changes are right: 6.16.2 has 1 or 2, and "
-        "all later releases have 3. Position errors of discs that meet off centre have changed their sign "
-        "since 6.20.0. `tuned` uses split impulses, which exist since 6.20.",
+        "since 6.20.0 it changes 13 times. In `restitution-ladder` the velocity must change 8 times. It "
+        "changes once in 6.16.2, 8 to 10 times from 6.17 to 6.19, and 8 times in 6.20.0. In `bank-shot` the "
+        "velocity must change 3 times. It changes once or twice in 6.16.2, and 3 times in all later releases. "
+        "If discs meet off centre, the sign of their position errors is different since 6.20.0. The profile "
+        "`tuned` uses split impulses, which exist since 6.20.",
     ),
     Entry(
         "drake",
         "1.31.0,1.35.0,1.37.0,1.40.0,1.48.0,1.51.1",
-        "With equal settings all results are bit-identical. From 1.37 on (1.36 was not run) Drake gives a "
-        "body a contact stiffness of 1e6 N/m, which changes the results of `default`. `tuned` sets its own "
-        "stiffness. Releases before 1.31 end the process with NumPy 2, so they are not run.",
+        "With equal settings all results are bit-identical. Since 1.37 (1.36 was not run) the default contact "
+        "stiffness of a body is 1e6 N/m, which changes the results of `default`. The profile `tuned` sets its "
+        "own stiffness. Releases before 1.31 are not run, because they crash with NumPy 2.",
     ),
     Entry(
         "pybullet",
         ">=3.2.6",
-        "Release 3.2.6 was built for NumPy 1 and fails with NumPy 2, so there is only one release to run.",
+        "There is only one release to run, because release 3.2.6 was built for NumPy 1 and fails with NumPy 2.",
     ),
     Entry(
         "matter",
         "0.10.0,0.12.0,0.14.2,0.16.1,0.17.1,0.18.0,0.19.0,0.20.0",
-        "Two releases changed results, 0.14 and 0.19. Until 0.12 a body kept its moment of inertia when "
-        "`Body.setMass` changed its mass. From 0.14.0 on the moment of inertia follows the mass. Discs are "
-        "polygons that turn, so this changes their bounces. A test runs the engine without Carom's adapter, "
-        "from 32 starts within a step, and with one threshold for slow bounces "
+        "The releases 0.14 and 0.19 changed results. Until 0.12 a body kept its moment of inertia when "
+        "`Body.setMass` changed its mass. Since 0.14.0 the moment of inertia changes with the mass. This "
+        "changes bounces, because discs are polygons that turn. A test runs the engine without Carom's "
+        "adapter, from 32 starts within a step, and with one threshold for slow bounces "
         "(`tests/engines/test_engine_releases.py`). Errors of velocities are divided by the greatest speed. "
         "From 0.12 to 0.14 the error of the final velocities falls from 0.206 to 0.109 in `sorting` and from "
         "0.094 to 0.074 in `cradle-gaps`. The error grows from at most 0.083 to 0.087 in `oblique-3-4-5`, "
         "from 0.012 to at most 0.021 in `paper/late`, and from 0.038 to 0.31 in `restitution-ladder`. In "
-        "`restitution-ladder` a disc must change its velocity 8 times; 0.12 has 6 changes, and 0.14 has 7. In "
-        "`box` the final position of a disc is wrong by 0.60 to 0.80 m until 0.12, and by 1.1 to 1.5 m since "
-        "0.14. In `perfectly-inelastic` both releases find the impact from each start. Until 0.12 the engine "
-        "then pushed the discs up to 0.13 m apart; since 0.14 the discs stay together. The table calls "
-        "`perfectly-inelastic` worse, because its error at a speed of 2 m/s grew from rounding to 4.1e-11 "
-        "m/s. Release 0.19.0 reduces the speed after a slow bounce: in `sorting` the error of the final "
-        "velocities grows to 0.238 from each start. Release 0.13.0 needs a web page, so it is not run.",
+        "`restitution-ladder` a disc must change its velocity 8 times. The velocity changes 6 times in 0.12, "
+        "and 7 times in 0.14. In `box` the final position of a disc is wrong by 0.60 to 0.80 m until 0.12, "
+        "and by 1.1 to 1.5 m since 0.14. In `perfectly-inelastic` both releases find the impact from each "
+        "start. Until 0.12 the engine then pushed the discs up to 0.13 m apart; since 0.14 the discs stay "
+        "together. The table calls `perfectly-inelastic` worse, because its error at a speed of 2 m/s grew "
+        "from rounding to 4.1e-11 m/s. Release 0.19.0 reduces the speed after a slow bounce. So in `sorting` "
+        "the error of the final velocities grows to 0.238 from each start. Release 0.13.0 is not run, because "
+        "it needs a web page.",
     ),
     Entry(
         "jolt",
@@ -163,32 +167,33 @@ ENTRIES = (
     Entry(
         "havok",
         "1.3.5..1.3.14",
-        "All results are bit-identical. Releases before 1.3.3 do not report their speed limit, so they are not run.",
+        "All results are bit-identical. Releases before 1.3.3 are not run, because they do not report their "
+        "speed limit.",
     ),
     Entry(
         "cannon",
         "0.9.1,0.10.0,0.12.0,0.15.1,0.16.0,0.17.1,0.19.0,0.20.0",
-        "All results are bit-identical. Releases before 0.9.1 need a package that they do not declare. These "
-        "releases do not load, so they are not run.",
+        "All results are bit-identical. Releases before 0.9.1 are not run, because they need a package that "
+        "they do not declare and cannot be loaded.",
     ),
 )
 
 # ruff: noqa: E501 - lines of the page are as long as they are
 HEAD = """# Engines over their releases
 
-`make history` runs older releases of each engine with today's adapters. The scenes are {scenes}, each at its own frame rate, with the profiles `default` and `tuned`. A *cell* is a scene with a profile.
-Carom [attributes a change to the engine](../reference/diff.md#releases-of-an-engine) if both releases used equal settings and the ranges of a number over {phases} starts within a step do not overlap.
-Cells in the columns `phase only`, `other settings`, `other contacts` and `not judged` are only counted. The page [Regressions](../how-to/regressions.md) explains how to compare releases of your engine.
+`make history` runs older releases of each engine with today's adapters. The scenes are {scenes}, each at its own frame rate, with the profiles `default` and `tuned`. A *cell* is a run of one scene with one profile.
+Carom [attributes a change to the engine](../reference/diff.md#releases-of-an-engine) if both releases used equal settings and the motion differs. The motion differs if the ranges of an error over {phases} starts within a step do not overlap.
+Other changes are only counted, in the columns `phase only`, `other settings`, `other contacts` and `not judged`. The page [Regressions](../how-to/regressions.md) explains how to compare releases of your engine.
 """
 
 THREADS = """## Bug reports that name a release
 
 | report | content | tested? |
 | --- | --- | --- |
-| [rapier #973](https://github.com/dimforge/rapier/pull/973) | continuous detection was rewritten, a day before #974 | No, because no later release was available: the results of npm's newest, 0.21.0, are bit-identical to those of 0.20.0 |
+| [rapier #973](https://github.com/dimforge/rapier/pull/973) | continuous detection was rewritten, a day before #974 | No, because no release contains this change. The results of npm's newest release, 0.21.0, are bit-identical to those of 0.20.0 |
 | [rapier #974](https://github.com/dimforge/rapier/issues/974) | restitution has almost no effect in 0.35.0-beta.0 | No, because npm and PyPI list no release 0.35. The Rust crate was not built |
 | [box2d #1094](https://github.com/erincatto/box2d/pull/1094) | the solver applies restitution later, so results differ | No, because npm lists only one release of `box2d3-wasm`, 5.2.0 |
-| [newton #4103](https://github.com/newton-physics/newton/pull/4103) | the solver XPBD computes restitution in a new way, which is still off by default | Yes, without Carom's adapter, with a `gap` of 0 and restitution on, from 32 starts within a step (`tests/engines/bare_releases.py`). 1.5.2 has the old method, 1.6.1 the new one. In both releases the final velocities of `head-on` are right to 6e-8 of the greatest speed, and those of `oblique-3-4-5` agree to 3e-6. In 1.5.2 two discs with restitution 0 (`issues/newton-4103`) rebound with 0.039 to 0.076 of the closing speed, as the report states. In 1.6.1 they stay together to 4e-7 m/s. If one disc hits two that touch, energy grows by 75 to 91 % in 1.5.2 and by 95 to 97 % in 1.6.1. A cradle of touching discs loses 42 to 66 % of its energy in 1.5.2, and 20 to 54 % in 1.6.1 (`tests/engines/test_engine_releases.py`). Restitution is off by default in both releases |
+| [newton #4103](https://github.com/newton-physics/newton/pull/4103) | the solver XPBD computes restitution in a new way. Restitution is still off by default | Yes, without Carom's adapter, with a `gap` of 0 and restitution on, from 32 starts within a step (`tests/engines/bare_releases.py`). Release 1.5.2 has the old method, and 1.6.1 has the new method. In both releases the final velocities of `head-on` are right to 6e-8 of the greatest speed, and those of `oblique-3-4-5` differ between the releases by at most 3e-6. In 1.5.2 two discs with restitution 0 (`issues/newton-4103`) rebound with 0.039 to 0.076 of the closing speed, as the report states. In 1.6.1 the discs stay together, with a relative speed of at most 4e-7 m/s. If one disc hits two discs that touch, the energy grows by 75 to 91 % in 1.5.2 and by 95 to 97 % in 1.6.1. A cradle of touching discs loses 42 to 66 % of its energy in 1.5.2, and 20 to 54 % in 1.6.1 (`tests/engines/test_engine_releases.py`) |
 """
 
 
