@@ -123,8 +123,8 @@ class _Comparison:
             self._impacts[first, second].append(k)
         self._modes: dict[tuple[int, ...], deque[int]] = defaultdict(deque)
         rows = () if record.modes is None else record.modes[["disc", "wall", "before", "after"]].tolist()
-        for k, key in enumerate(rows):
-            self._modes[key].append(k)
+        for k, (disc, wall, before, after) in enumerate(rows):
+            self._modes[disc, wall, *map(_sticking, (before, after))].append(k)
 
     def differences(self) -> Iterator[Difference]:
         """Yield what differs, kind by kind; after a missed event nothing that comes later says anything."""
@@ -201,7 +201,7 @@ class _Comparison:
 
     def _of_mode(self, event: EnvelopeMode) -> Iterator[Difference]:
         mode, record = event.mode, self.record
-        key = (mode.disc, mode.wall, int(mode.before), int(mode.after))
+        key = (mode.disc, mode.wall, _sticking(mode.before), _sticking(mode.after))
         if record.modes is None or not self._modes[key]:
             if self._has_ended_before(mode.time + arb(0, event.time_s)):
                 return
@@ -211,6 +211,11 @@ class _Comparison:
         k = self._modes[key].popleft()
         row = record.modes[k]
         what = f"mode {k}, of disc {mode.disc} on {body_name(mode.wall)}"
+        if row["after"] != mode.after and not all(_overlaps(0.0, ball, event.speed_m_s) for ball in mode.velocity):
+            yield Difference(
+                Kind.MODE, float(row["time_s"]), f"{what}, is {Mode(row['after']).name}, not {mode.after.name}"
+            )
+            return
         if not _overlaps(row["time_s"], mode.time, event.time_s):
             text = f"{what}, begins at {row['time_s']!r} s, not at {_format_ball(mode.time)} s"
             yield Difference(Kind.MODE, float(row["time_s"]), text)
@@ -292,6 +297,11 @@ class _Comparison:
                     text = f"disc {i} ends with {name} {value!r}, not {_format_ball(ball)}"
                     yield Difference(Kind.FINAL_STATE, record.end_time_s, text)
                     return
+
+
+def _sticking(mode: int) -> int:
+    """Return a mode, and for rest that of rolling: roundings decide which of them a speed near 0 is."""
+    return int(Mode.ROLL if mode == Mode.REST else mode)
 
 
 def _time_of(event: EnvelopeImpact | EnvelopeMode) -> arb:

@@ -56,6 +56,10 @@ cdef extern from "carom/core/straight/line_time.h" nogil:
     )
 
 cdef extern from "carom/core/straight/feature_time.h" nogil:
+    enum PathStart:
+        ELSEWHERE
+        JUST_LEFT
+
     struct Touch:
         double time
         bint glides
@@ -65,7 +69,7 @@ cdef extern from "carom/core/straight/feature_time.h" nogil:
         double y
 
     DoubleDouble reach_of(const Mover *disc, const Feature *arc)
-    Touch feature_time(const Mover *disc, const Feature *feature, bint just_left)
+    Touch feature_time(const Mover *disc, const Feature *feature, PathStart start)
     Direction normal_at(const Feature *feature, const Mover *disc)
     double feature_gap(const Mover *disc, const Feature *feature)
 

@@ -121,7 +121,7 @@ cdef class WallFeatures:
         cdef int first = -1, k
         cdef bint glides = False
         for k in range(self.count):
-            touch = formulas.feature_time(&seen, &self.rows[k], k == last)
+            touch = formulas.feature_time(&seen, &self.rows[k], formulas.JUST_LEFT if k == last else formulas.ELSEWHERE)
             if touch.time < least:
                 least, first, glides = touch.time, k, touch.glides
         return least, first, glides

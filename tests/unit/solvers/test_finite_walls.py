@@ -190,6 +190,21 @@ def test_gliding_along_an_arc_is_detected_despite_rounding(
     assert outcomes <= {ends, Outcome.STANDSTILL} if drawn is draw_pushed_disc else outcomes == {ends}
 
 
+@each("place", [0.0, 1.0, 1e3])
+def test_impact_on_the_inside_of_an_arc_with_restitution_0_is_the_last(place: float) -> None:
+    """A disc glides along the inside of an arc from the instant of its impact on, wherever the arc is."""
+    for number in range(40):
+        rnd = random.Random(number)
+        x, y = rnd.uniform(-place, place), rnd.uniform(-place, place)
+        ring, radius, vx, vy = (rnd.uniform(*ends) for ends in ((0.02, 2), (0.001, 0.01), (0.2, 1), (-1, 1)))
+        disc = disc_at(x + 0.3 * ring, y - 0.2 * ring, vx, vy, r=radius)
+        half = [(x - ring, y), (x + ring, y)]
+        for wall in (Ring(centre_m=(x, y), radius_m=ring), Chain(points_m=half, bulges=[1, 1], closed=True)):
+            trace = solve_pic(build_scene(disc, wall, wall_restitution=0.0, duration_s=1e4))
+            assert (trace.outcome, len(trace.impacts)) == (Outcome.GLIDES, 1)
+            assert trace.end_time_s == trace.impacts["time_s"][0]
+
+
 @each("restitution", [0.0, 0.2, 0.5, 0.9])
 def test_disc_in_an_inelastic_ring_glides_after_infinite_impacts(restitution: float) -> None:
     r"""In a ring with restitution below 1 a run ends with GLIDES at the sum of all chord times, to 1e-12.

@@ -41,7 +41,7 @@ typedef struct Parabola { /* path of a disc: what its row `Disc` does not contai
     int never_but;    /* vertex that is an exception to NEVER_FLAT */
     /* ground of a disc that bounces between two walls: an impact on the other wall lifted it off; or NO_OBSTACLE */
     int left_ground;
-    /* convex body at rest, as in `Disc.last`, that last lifted it off `corner_ground`, if it has hit nothing else; or
+    /* body at rest, as in `Disc.last`, that it hit last while it was on `corner_ground`, if it has hit nothing else; or
        NO_BODY */
     int corner;
     int corner_ground;

@@ -61,15 +61,13 @@ static inline Instant wall_meeting(const State *s, Index i, Index k) {
 /* Return when disc `i` hits feature k of a wall that does not move, ignoring all other bodies. */
 static inline Instant feature_meeting(const State *s, Index i, Index k, double *wait) {
     const Disc *a = &s->discs[i];
-    bool has_just_left = a->last == -1 - k;
     Mover mover = mover_of(a);
     *wait = CAROM_INF;
     if (s->accelerated.paths != NULL)
         return is_never_met(s, i, k) ? NEVER : parabola_feature_meeting(s, i, k, &mover, CAROM_INF);
-    bool touches = s->touched != NULL && is_touched(&s->touched[i], -1 - k);
-    if (touches || (has_just_left && s->features[k].kind != INNER_ARC))
+    if (is_left_for_good(s, i, k, 0.0))
         return NEVER;
-    *wait = feature_time(&mover, &s->features[k], has_just_left).time;
+    *wait = feature_time(&mover, &s->features[k], path_start(s, i, k, a->last)).time;
     return (Instant){a->time + *wait, 0.0};
 }
 

@@ -33,9 +33,10 @@ static inline FeatureImpact first_impact_on_wall(const State *s, Index i, const 
     Mover mover = mover_of(seen);
     FeatureImpact first = {CAROM_INF, NO_OBSTACLE};
     for (Index k = wall->first_feature; k < wall->first_feature + wall->feature_count; k++) {
-        if (s->touched != NULL && find_touched(&s->touched[i], -1 - k, leg->begins) != NULL)
+        if (is_left_for_good(s, i, k, leg->begins))
             continue;
-        double found = feature_impact_wait(seen, &mover, &s->features[k], is_on_path && seen->last == -1 - k, wait);
+        PathStart start = path_start(s, i, k, is_on_path ? seen->last : NO_BODY);
+        double found = feature_impact_wait(seen, &mover, &s->features[k], start, wait);
         if (found < first.wait)
             first = (FeatureImpact){found, k};
     }
@@ -76,15 +77,15 @@ static inline bool begins_to_glide(const State *s, Index i, Index k, double time
     if (f->kind != INNER_ARC)
         return false;
     Disc seen = s->discs[i];
-    bool has_just_left = seen.last == -1 - k;
+    PathStart start = path_start(s, i, k, seen.last);
     const Driven *row = driven_row(&s->driving, -1 - (Index)f->wall);
     if (row != NULL && row->leg_count > 0) {
         const Leg *leg = &s->driving.legs[leg_at(&s->driving, row, time)];
-        has_just_left = has_just_left && leg->begin <= seen.time;
+        start = leg->begin <= seen.time ? start : ELSEWHERE;
         seen = seen_from_leg(&s->discs[i], leg, greater(seen.time, leg->begin));
     }
     Mover disc = mover_of(&seen);
-    return feature_time(&disc, f, has_just_left).glides;
+    return feature_time(&disc, f, start).glides;
 }
 
 /* ---- driven discs ---- */

@@ -270,7 +270,7 @@ static inline bool begin_next_mode(State *s, Index i, ModeRow *row) {
     return true;
 }
 
-/* Return how well the normal of a convex body, which a disc touches, is known: 0 for a straight feature. */
+/* Return how well the normal of a body, which a disc touches, is known: 0 for a straight feature. */
 static inline double normal_resolution(const State *s, Index i, Index body) {
     const Disc *a = &s->discs[i];
     double size = size_of(a->x, a->y, a->radius);
@@ -283,7 +283,8 @@ static inline double normal_resolution(const State *s, Index i, Index body) {
         return 0.0;
     }
     double sizes = size + size_of(f->x.high, f->y.high, f->size.high + f->half_width);
-    return gap_resolution(sizes) / (f->size.high + f->half_width + a->radius);
+    Mover disc = mover_of(a);
+    return gap_resolution(sizes) / fabs(reach_of(&disc, f).high);
 }
 
 /* Return whether a body, or feature k as -1 - k, never moves. */
@@ -296,7 +297,7 @@ static inline bool never_moves(const State *s, Index body) {
    stays in contact or leaves its wall. Return whether more than its velocity changes.
 
    The disc stays in contact if its normal speed makes a hop that is lower than the resolution of the gap. Between its
-   wall and a flat wall, or a convex body at rest, one such hop follows another. There it stays only if there is no hop
+   wall and a flat wall, or a body at rest, one such hop follows another. There it stays only if there is no hop
    at all. At a right angle between two walls there is a hop if friction causes one. A disc that is pushed into its wall
    is also in flight, and hits the wall at once. `normal` is that of the impact. */
 static inline bool update_contact_after_impact(State *s, Index i, Index struck, const double normal[2], ModeRow *row) {
@@ -313,32 +314,35 @@ static inline bool update_contact_after_impact(State *s, Index i, Index struck, 
     const Feature *f = &s->features[k];
     double approach = ground_approach(s, i, f);
     bool is_flat = struck < 0 && s->features[-1 - struck].kind <= FACE;
-    /* The way back to a convex body at rest is exact. The way back to any other curved body is rounded, so a hop that is
+    /* The way back to a body at rest is exact. The way back to a curved body that moves is rounded, so a hop that is
        lower than the resolution would have no certain end. */
-    bool has_corner = never_moves(s, struck) && (struck >= 0 || s->features[-1 - struck].kind != INNER_ARC);
+    bool has_corner = never_moves(s, struck);
     bool hops = false;
     if (is_flat || has_corner) {
         double part = fabs(normal[0] * f->nx + normal[1] * f->ny);
         hops = approach < 0.0 && ((struck < 0 && p->rubs) || part > normal_resolution(s, i, struck));
     }
-    if (!hops && approach * approach <= 2.0 * pressing_on(s, i, f).normal * ground_gap_resolution(s, i, k)) {
-        Parabola before = *p;
+    Parabola before = *p;
+    bool stays = !hops && approach * approach <= 2.0 * pressing_on(s, i, f).normal * ground_gap_resolution(s, i, k);
+    if (stays) {
         *row = continue_in_contact(s, i, k, (Slips){slip_on(s, i, f), rim_speed(s, i)});
-        return before.mode != p->mode || before.ax != p->ax || before.ay != p->ay || before.spin_rate != p->spin_rate;
+    } else {
+        place_on_wall(s, i, k);
+        *row = take_off(s, i);
     }
-    place_on_wall(s, i, k);
-    *row = take_off(s, i);
-    if (hops) { /* the time of its return is computed without a rounded gap */
+    /* The times of its returns to both bodies are computed without a rounded gap. */
+    p->left = own_instant(&s->discs[i], p);
+    if (hops) {
         p->left_ground = (int)k;
-        p->left = own_instant(&s->discs[i], p);
         p->left_speed = -approach;
-        if (has_corner) {
-            p->corner = (int)struck;
-            p->corner_ground = (int)k;
-            p->corner_way = 0.0;
-        }
     }
-    return true;
+    if (has_corner && (hops || (stays && p->leaving > 0.0))) {
+        p->corner = (int)struck;
+        p->corner_ground = (int)k;
+        p->corner_way = 0.0;
+    }
+    return !stays || before.mode != p->mode || before.ax != p->ax || before.ay != p->ay ||
+           before.spin_rate != p->spin_rate;
 }
 
 /* ---- recorded changes of mode ---- */

@@ -142,9 +142,21 @@ static inline void move_on_parabola(State *s, Index i, Instant at) {
     a->vy = there.vy;
 }
 
+/* Return whether a disc that slides into the inside of an arc, away from its corner with it, turns back before it hits
+   the other end of the chord that its ground cuts off. (x, y) points from the corner to the arc's centre. */
+static inline bool turns_back_inside(const State *s, Index i, double x, double y) {
+    const Disc *a = &s->discs[i];
+    const Parabola *p = &s->accelerated.paths[i];
+    const Feature *ground = &s->features[p->ground];
+    double centre = along_ground(ground, x, y), side = centre < 0.0 ? -1.0 : 1.0;
+    double speed = along_ground(ground, a->vx, a->vy), rate = side * along_ground(ground, p->ax, p->ay);
+    return rate < 0.0 && side * (2.0 * centre - p->corner_way) > speed * speed / (-2.0 * rate);
+}
+
 /* Return when a disc on a ground is back in the corner: see `Parabola.corner`. (x, y) points from there to the disc.
 
-   The way to the corner is straight and the other body is convex. So the disc touches it nowhere before. */
+   The way to the corner is straight. On it, the disc does not touch the other body before: it is outside of a convex
+   body, or inside of an arc. */
 static inline Instant return_to_corner(const State *s, Index i, double x, double y) {
     const Disc *a = &s->discs[i];
     const Parabola *p = &s->accelerated.paths[i];
@@ -161,6 +173,14 @@ static inline bool is_in_corner_with(const Parabola *p, Index body) {
     return p->corner == body && p->ground == p->corner_ground;
 }
 
+/* Return whether a disc lands on the ground of its corner at its present instant. Until then it does not hit the other
+   body of that corner, although the rounded gap may be 0. */
+static inline bool lands_beside(const State *s, Index i, Index body) {
+    const Parabola *p = &s->accelerated.paths[i];
+    return p->corner == body && p->ground == NO_OBSTACLE && s->discs[i].last == -1 - p->corner_ground &&
+           p->leaving == 0.0;
+}
+
 /* ---- two discs ---- */
 
 static inline bool accelerate_alike(const State *s, Index i, Index j) {
@@ -174,6 +194,9 @@ static inline Instant immovable_impact_time(const State *s, Index i, Index fixed
     const Parabola *p = &s->accelerated.paths[i];
     if (CAROM_UNLIKELY(is_in_corner_with(p, fixed))) {
         return return_to_corner(s, i, a->x - b->x, a->y - b->y);
+    }
+    if (CAROM_UNLIKELY(lands_beside(s, i, fixed))) {
+        return NEVER;
     }
     const Driven *row = driven_row(&s->driving, fixed);
     Index first = row == NULL ? 0 : leg_at(&s->driving, row, a->time);

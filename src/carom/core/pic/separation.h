@@ -37,6 +37,25 @@ static inline double driven_contact_end(const State *s, Index body, bool is_flat
     return contact_end(&s->driving.legs[leg_at(&s->driving, row, s->clock.now)], is_flat, nx, ny);
 }
 
+/* Return whether disc `i` touches feature `k` without normal speed at a time since the start. If the feature is not
+   driven, any time will do. */
+static inline bool touches_feature(const State *s, Index i, Index k, double time) {
+    return CAROM_UNLIKELY(s->touched != NULL) && find_touched(&s->touched[i], -1 - k, time) != NULL;
+}
+
+/* Return whether disc `i` does not hit feature `k` on its present path, because it touches it without normal speed. A
+   disc that moves along the inside of an arc is pressed against it. */
+static inline bool is_left_for_good(const State *s, Index i, Index k, double time) {
+    return touches_feature(s, i, k, time) && s->features[k].kind != INNER_ARC;
+}
+
+/* Return where the path of disc `i` begins, relative to feature `k`. `last` is the last thing that it hit. */
+static inline PathStart path_start(const State *s, Index i, Index k, Index last) {
+    if (last != -1 - k)
+        return ELSEWHERE;
+    return touches_feature(s, i, k, 0.0) ? JUST_STOPPED : JUST_LEFT;
+}
+
 /* Return a contact of disc `i` with a flat wall that disc `j` also touches, or NULL. Both must have the same radius.
 
    Their centres are then at the same distance from the wall. So the normal of their own impact is exactly along the
@@ -84,14 +103,11 @@ static CAROM_NOINLINE void note_touching_discs(State *s, Index i, Index j, doubl
     }
 }
 
-/* Store an impact on wall or feature `k` that was just applied. n is the unit normal.
-
-   The inside of an arc is excluded. A disc that moves along it without normal speed is pressed against it. */
+/* Store an impact on wall or feature `k` that was just applied. n is the unit normal. */
 static CAROM_NOINLINE void note_touching_wall(State *s, Index i, Index k, double nx, double ny, bool is_elastic) {
     const Law *law = s->feature_count > 0 ? &s->wall_laws[s->features[k].wall] : &s->law;
-    bool is_bent_inwards = s->feature_count > 0 && s->features[k].kind == INNER_ARC;
     bool slides = can_rub(&law->wall_contact) && !is_elastic;
-    bool stops = law->wall_restitution == 0.0 && !is_elastic && !is_bent_inwards;
+    bool stops = law->wall_restitution == 0.0 && !is_elastic;
     Index wall = s->feature_count > 0 ? s->features[k].wall : k;
     bool is_flat = s->feature_count == 0 || s->features[k].kind <= FACE;
     Touched touched = {(int)(-1 - k), nx, ny, driven_contact_end(s, -1 - wall, is_flat, nx, ny)};

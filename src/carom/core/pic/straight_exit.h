@@ -69,9 +69,9 @@ static inline double find_first_feature(const State *s, Index i, const Disc *a, 
     for (; *numbers != NO_OBSTACLE; numbers++) {
         Index k = *numbers;
         const Feature *f = &s->features[k];
-        if (s->touched != NULL && is_touched(&s->touched[i], -1 - k))
+        if (is_left_for_good(s, i, k, 0.0))
             continue;
-        double found = feature_impact_wait(a, &mover, f, a->last == -1 - k, latest);
+        double found = feature_impact_wait(a, &mover, f, path_start(s, i, k, a->last), latest);
         if (found < wait || (*obstacle != NO_OBSTACLE && f->wall != s->features[*obstacle].wall &&
                              a->time + found == a->time + wait)) {
             wait = found;

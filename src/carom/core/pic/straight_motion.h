@@ -110,11 +110,10 @@ static inline bool is_out_of_reach(const Disc *a, const Mover *mover, const Feat
 /* Return how long a disc takes to reach a feature. The result is infinity for never, or if the time is certainly longer
    than `wait`.
 
-   `mover` is the result of `mover_of` for the disc. `has_just_left` says that the feature is the last thing that the
-   disc hit on this path. The disc can then hit it again only if it is the inside of an arc. */
-static inline double feature_impact_wait(const Disc *a, const Mover *mover, const Feature *f, bool has_just_left,
+   `mover` is the result of `mover_of` for the disc. */
+static inline double feature_impact_wait(const Disc *a, const Mover *mover, const Feature *f, PathStart start,
                                          double wait) {
-    if (has_just_left ? f->kind != INNER_ARC : is_out_of_reach(a, mover, f, wait))
+    if (start == ELSEWHERE && is_out_of_reach(a, mover, f, wait))
         return CAROM_INF;
-    return feature_time(mover, f, has_just_left).time;
+    return feature_time(mover, f, start).time;
 }

@@ -11,7 +11,7 @@
 
    There is no cancellation, because c <= 0 inside. For a disc that has just left the inside, c is exactly 0, although
    the rounded value may differ. The next impact is one chord later: t = -2 b / a. Each result is one of the two floats
-   next to the exact value.
+   next to the exact value. If the impact has left no normal speed, b is 0, too, and the disc glides along the arc.
 
    The arc is hit if the contact is in its sector. If rounding leaves that undecided, the contact counts: at such a
    point the arc and its neighbour, or its end, are touched at the same time.
@@ -19,7 +19,7 @@
    A disc that touches the inside, or moves from a straight edge onto it, may be outside the circle by one unit in the
    last place. If its path then never enters the circle (D < 0), the path is the arc's tangent up to rounding, and the
    disc glides along the arc. The same is true if the path leaves the arc by a chord that is within the rounding of the
-   velocity, as after an impact with restitution 0. */
+   velocity. */
 
 #pragma once
 
@@ -31,6 +31,13 @@ typedef struct Touch {
     double time; /* seconds from now; CAROM_INF for never */
     bool glides; /* along the tangent: contact without an impact */
 } Touch;
+
+/* Where a disc's path begins, relative to a feature. */
+typedef enum PathStart {
+    ELSEWHERE = 0,
+    JUST_LEFT = 1,   /* at the last impact, which was on this feature */
+    JUST_STOPPED = 2 /* likewise, and the impact has left no normal speed */
+} PathStart;
 
 /* A coordinate after a time, and its rounded change. */
 typedef struct MovedCoordinate {
@@ -162,7 +169,7 @@ static inline Touch sector_entry(const Feature *arc, DoubleDouble x, DoubleDoubl
 
 /* Return when a disc touches an arc from inside. It is now if the disc touches or overlaps the arc and does not move
    away. */
-static inline Touch inner_arc_time(const Mover *disc, const Feature *arc, bool just_left) {
+static inline Touch inner_arc_time(const Mover *disc, const Feature *arc, PathStart start) {
     Touch touch = {CAROM_INF, false};
     Touch never = {CAROM_INF, false};
     DoubleDouble reach = reach_of(disc, arc);
@@ -171,8 +178,9 @@ static inline Touch inner_arc_time(const Mover *disc, const Feature *arc, bool j
         return never;
     DoubleDouble x = offset_between(disc->x, arc->x);
     DoubleDouble y = offset_between(disc->y, arc->y);
-    DoubleDouble b = inner_product(x, y, disc->ux, disc->uy);
-    DoubleDouble c = just_left ? (DoubleDouble){0.0, 0.0} : excess(x, y, reach);
+    const DoubleDouble zero = {0.0, 0.0};
+    DoubleDouble b = start == JUST_STOPPED ? zero : inner_product(x, y, disc->ux, disc->uy);
+    DoubleDouble c = start != ELSEWHERE ? zero : excess(x, y, reach);
     if (c.high == 0.0 && 0.0 > b.high) {
         double chord = linear_root((DoubleDouble){2.0 * b.high, 2.0 * b.low}, a);
         if (chord * (fabs(disc->ux.high) + fabs(disc->uy.high)) > 2.0 * CAROM_ERROR * reach.high)
@@ -183,8 +191,8 @@ static inline Touch inner_arc_time(const Mover *disc, const Feature *arc, bool j
     if (touch.time < CAROM_INF && is_in_sector_at(arc, x, y, disc, touch.time, touch.glides))
         return touch;
     bool stays_out = b.high < 0.0 && touch.time == CAROM_INF;
-    if (c.high >= 0.0 && (stays_out || b.high >= 0.0) && (just_left || is_before_arc(disc, arc))) {
-        touch = (Touch){0.0, stays_out || just_left || b.high == 0.0};
+    if (c.high >= 0.0 && (stays_out || b.high >= 0.0) && (start != ELSEWHERE || is_before_arc(disc, arc))) {
+        touch = (Touch){0.0, stays_out || start != ELSEWHERE || b.high == 0.0};
         if (!touch.glides || is_in_sector_at(arc, x, y, disc, 0.0, true))
             return touch;
     }
@@ -201,12 +209,11 @@ typedef struct Direction {
 
 /* Return when a disc touches a feature.
 
-   `just_left` says that the feature is the last thing that the disc hit on its present path. On a straight path the
-   disc returns to it only if it is the inside of an arc. */
-static inline Touch feature_time(const Mover *disc, const Feature *feature, bool just_left) {
+   On a straight path, a disc returns to the feature that it has just left only if that is the inside of an arc. */
+static inline Touch feature_time(const Mover *disc, const Feature *feature, PathStart start) {
     if (feature->kind == INNER_ARC)
-        return inner_arc_time(disc, feature, just_left);
-    if (just_left)
+        return inner_arc_time(disc, feature, start);
+    if (start != ELSEWHERE)
         return (Touch){CAROM_INF, false};
     if (feature->kind == FACE)
         return (Touch){face_time(disc, feature), false};
