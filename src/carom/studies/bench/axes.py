@@ -75,7 +75,7 @@ _TEXTS = {
 
 
 def compute_error(measures: Measures, kind: ErrorKind) -> float:
-    """Return the error of a run; NaN if no impact was matched. Missed impacts are counted separately."""
+    """Return a run's error of one kind; NaN if no impact was matched. Missed impacts are counted separately."""
     total, time = measures.total, abs(measures.total.time_s) / measures.duration_s
     both = (time, total.velocity)
     return {

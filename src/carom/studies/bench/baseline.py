@@ -18,12 +18,13 @@ from carom.errors import InputError
 from carom.execution.environment import Environment
 from carom.execution.job import Method
 from carom.report import formatting
-from carom.report.document import Cell, Column, Media, Section, Table
+from carom.report.document import Column, Media, Section, Table
 from carom.report.files import FORMATS
 from carom.studies.bench.axes import ErrorKind
 from carom.studies.bench.convergence import CONFIDENCE, compute_student_quantile
 from carom.studies.bench.result import Bench, Point
 from carom.studies.bench.tables import format_error, format_point_name
+from carom.studies.bench.timing_pass import At
 
 #: A ratio of run times counts as a change if its whole confidence interval is farther from 1 than this. Smaller
 #: differences between two sessions have other causes, such as the program's position in memory and other work of the
@@ -87,8 +88,8 @@ class Compared:
         return BaselineChange.REGRESSED if current > earlier else BaselineChange.IMPROVED
 
 
-def read_baseline(path: Path, environment: Environment) -> dict[tuple[str, str, str, float], Before]:
-    """Return the points of an earlier bench by scene, engine, profile and step.
+def read_baseline(path: Path, environment: Environment) -> dict[tuple[str, At], Before]:
+    """Return the points of an earlier bench by scene, method and step size.
 
     Args:
         path: The earlier `bench.json`, or its folder.
@@ -104,7 +105,8 @@ def read_baseline(path: Path, environment: Environment) -> dict[tuple[str, str, 
             raise InputError(f"{file} has format {content['format']}; this version of Carom reads {FORMATS['bench']}")
         machine = tuple(content["environment"][name] for name in ("system", "processor", "cores"))
         found = {
-            (scene["scene"], *_read_method(point), point["dt_s"]): _read_point(point)
+            # `Method` translates profile names of earlier versions.
+            (scene["scene"], (Method(point["engine"], point["profile"]), point["dt_s"])): _read_point(point)
             for scene in content["scenes"]
             for curve in scene["curves"]
             for point in curve["points"]
@@ -122,11 +124,6 @@ def read_baseline(path: Path, environment: Environment) -> dict[tuple[str, str, 
     return found
 
 
-def _read_method(point: dict[str, Any]) -> tuple[str, str]:
-    method = Method(point["engine"], point["profile"])  # translates profile names of earlier versions
-    return method.engine, method.profile
-
-
 def _read_point(point: dict[str, Any]) -> Before:
     error = point["error"]
     ratios = (point["timing"] or {}).get("ratios") or ()
@@ -134,25 +131,28 @@ def _read_point(point: dict[str, Any]) -> Before:
     return Before([float(one) for one in ratios], math.nan if error is None else float(error), lost)
 
 
-def compare_points(bench: Bench, before: dict[tuple[str, str, str, float], Before]) -> list[Compared]:
-    """Return each scored point that is also in the baseline. PIT's points are omitted, because ratios refer to them."""
+def compare_points(bench: Bench, before: dict[tuple[str, At], Before]) -> list[Compared]:
+    """Compare each scored point with the same point of the baseline, if the baseline has it.
+
+    PIT's points are omitted, because all ratios are relative to them.
+    """
     both = [
         (scene.scene.name, point, found)
         for scene in bench.scenes
         for point in scene.points
         if point.engine != "pit" and not point.reason
-        if (found := before.get((scene.scene.name, point.engine, point.profile, point.dt_s))) is not None
+        if (found := before.get((scene.scene.name, point.at))) is not None
     ]
-
-    def compute_ratio(point: Point, found: Before) -> tuple[float, float, float]:
-        return _compute_ratio(point.timing.ratios if point.timing else (), found.ratios, len(both))
-
-    return [Compared(scene, point, found, *compute_ratio(point, found)) for scene, point, found in both]
+    return [Compared(scene, point, found, *_compute_ratio(point, found, len(both))) for scene, point, found in both]
 
 
-def _compute_ratio(current: Sequence[float], earlier: Sequence[float], points: int) -> tuple[float, float, float]:
-    """Return the ratio of two geometric means, and its interval by Welch's t, which holds for all points together."""
-    one, other = ([math.log(value) for value in values if value > 0.0] for values in (current, earlier))
+def _compute_ratio(point: Point, before: Before, points: int) -> tuple[float, float, float]:
+    """Return the geometric mean of a point's run times over the earlier one, and its confidence interval.
+
+    The interval is that of Welch's t-test, widened so that it holds for the given number of points together.
+    """
+    times = (point.timing.ratios if point.timing else (), before.ratios)
+    one, other = ([math.log(value) for value in values if value > 0.0] for values in times)
     if len(one) < 2 or len(other) < 2:
         return math.nan, math.nan, math.nan
     parts = [statistics.variance(values) / len(values) for values in (one, other)]
@@ -185,12 +185,12 @@ def describe_baseline(found: Sequence[Compared]) -> Iterator[str]:
 
 
 def build_baseline_section(found: Sequence[Compared], kind: ErrorKind) -> Section:
-    """Return a section with a row for each changed point. The full section has a row for every point."""
+    """Return a section with a table of the changed points, and a table of all others for media in full."""
     columns = (
         Column("point", _format_name),
-        Column("run time", lambda one: Cell(one.time.value, short=one.time.value)),
+        Column("run time", lambda one: one.time.value),
         Column("now / then", _format_interval, number=True),
-        Column("error", lambda one: Cell(one.accuracy.value, short=one.accuracy.value)),
+        Column("error", lambda one: one.accuracy.value),
         Column("then", lambda one: _format_error(one.before, kind), number=True),
         Column("now", lambda one: _format_error(one.point, kind), number=True),
     )

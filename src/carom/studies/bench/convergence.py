@@ -55,7 +55,7 @@ def fit_order(dts_s: Sequence[float], errors: Sequence[float]) -> ConvergenceOrd
     above = [(dt_s, error) for dt_s, error in finite if error > THRESHOLDS.rounding]
     if finite and not above:
         return ConvergenceOrder(Convergence.EXACT, math.nan, math.nan, math.nan, math.nan, 0)
-    exponent, low, high, factor = fit_power([x for x, _ in above], [y for _, y in above])
+    exponent, low, high, factor = fit_power([dt_s for dt_s, _ in above], [error for _, error in above])
     if math.isnan(low):
         verdict = Convergence.TOO_FEW
     elif low >= LEAST_ORDER:
@@ -68,10 +68,10 @@ def fit_order(dts_s: Sequence[float], errors: Sequence[float]) -> ConvergenceOrd
 
 
 def fit_power(x: Sequence[float], y: Sequence[float]) -> tuple[float, float, float, float]:
-    """Return exponent, both ends of its confidence interval, and factor of a power law through positive points.
+    """Fit a power law to positive points: return its exponent, both ends of the confidence interval, and its factor.
 
-    The fit uses least squares on the logarithms. The interval assumes independent, normal deviations from the line.
-    With fewer than three points the interval is NaN. With fewer than two points the exponent is NaN, too.
+    The fit uses least squares on the logarithms. The interval assumes independent, normal deviations from the line. The
+    interval is NaN for fewer than three points. All values are NaN if fewer than two values of `x` differ.
     """
     if len(set(x)) < 2:
         return math.nan, math.nan, math.nan, math.nan

@@ -18,7 +18,6 @@ from carom.studies.bench.axes import Diagram
 from carom.studies.bench.baseline import Compared, build_baseline_section, describe_baseline
 from carom.studies.bench.figure import render_diagram_png, render_diagram_svg
 from carom.studies.bench.headline import describe_bench, describe_scene
-from carom.studies.bench.noise import Noise
 from carom.studies.bench.result import Bench, SceneBench
 from carom.studies.bench.tables import (
     TABLE_NOTE,
@@ -39,7 +38,7 @@ DIAGRAM_NOTE = (
 def build_bench_document(
     bench: Bench, axes: Sequence[Diagram] = tuple(Diagram), baseline: Sequence[Compared] | None = None
 ) -> Document:
-    """Return the document of a bench: for each scene diagrams, tables, omissions, and the conditions of timing.
+    """Return the document of a bench: diagrams, tables, omissions and the conditions of timing for each scene.
 
     Args:
         bench: The bench.
@@ -72,9 +71,10 @@ def write_bench(
         InputError: The folder is not writable, or contains foreign files.
     """
     require_report_extra()
+    scenes = [{**fields_of(scene), "scene": scene.scene.name} for scene in bench.scenes]
     files: dict[str, str | bytes] = {
         "index.html": render_html(build_bench_document(bench, axes, baseline)),
-        "bench.json": _format_json(bench),
+        "bench.json": format_json("bench", bench, scenes=scenes),
     }
     kind_of_error, foot = bench.plan.error, format_stamp_lines(bench.environment, bench.command)
     for scene in bench.scenes:
@@ -83,11 +83,6 @@ def write_bench(
             files[f"{name}.svg"] = to_separate_svg(render_diagram_svg(scene, kind, kind_of_error))
             files[f"{name}.png"] = render_diagram_png(scene, kind, kind_of_error, foot)
     return write_files(folder, "bench", files)
-
-
-def _format_json(bench: Bench) -> str:
-    scenes = [{**fields_of(scene), "scene": scene.scene.name} for scene in bench.scenes]
-    return format_json("bench", bench, scenes=scenes)
 
 
 def _select_diagrams(scene: SceneBench, axes: Sequence[Diagram]) -> tuple[Diagram, ...]:
@@ -114,11 +109,14 @@ def _build_scene_sections(
     yield Section(scene.scene.name, (*described, *figures[:1], *methods, *figures[1:], points))
     left_out = tuple(_describe_missing_points(scene))
     yield Section("Omitted points", (Lines(left_out, Media.IN_FULL),) if left_out else (), level=3)
-    if scene.noise is not None:
+    if (noise := scene.noise) is not None:
         how = (
             f"The runs were timed at {scene.timed_at} in {formatting.format_count(scene.rounds, 'round')} of random "
             f"order (seed {bench.plan.seed}). During a timed run, the bench runs nothing else and does not observe "
-            f"the engine. To measure noise, {_describe_noise(scene.noise)}."
+            f"the engine. To measure noise, fixed work of {formatting.format_number(noise.work_s * 1e3)} ms was timed "
+            f"{noise.probes} times between the runs. The middle half of these times is within "
+            f"{formatting.format_percent(noise.interquartile)}, and the slowest is "
+            f"{formatting.format_ratio(noise.worst)} the median."
         )
         yield Section("How it was timed", (Text(how, Media.IN_FULL),), level=3)
 
@@ -138,27 +136,15 @@ def _describe_coverage(bench: Bench) -> Iterator[str]:
 
 def _describe_missing_points(bench: SceneBench) -> Iterator[str]:
     """Yield a line for each reason why points were not scored or not timed."""
-    steps: dict[tuple[str, str], dict[str, list[str]]] = {}
-    for curve in bench.curves:
-        for point in curve.points:
-            for problem, reason in (("not scored", point.reason), ("not timed", point.untimed)):
-                if reason:
-                    steps_by_label = steps.setdefault((problem, reason), {}).setdefault(
-                        Method(curve.engine, curve.profile).label, []
-                    )
-                    steps_by_label.append(formatting.format_step(point.dt_s))
-    for (problem, reason), by_curve in steps.items():
-        by_steps = formatting.group_by(
-            (formatting.join_words(step_texts), subject) for subject, step_texts in by_curve.items()
-        )
+    missing = formatting.group_by(
+        ((problem, reason), (Method(point.engine, point.profile).label, formatting.format_step(point.dt_s)))
+        for point in bench.points
+        for problem, reason in (("not scored", point.reason), ("not timed", point.untimed))
+        if reason
+    )
+    for (problem, reason), points in missing.items():
+        by_curve = formatting.group_by(points)
+        by_steps = formatting.group_by((formatting.join_words(steps), subject) for subject, steps in by_curve.items())
         for at_steps, subjects in by_steps.items():
             subject = "everything" if len(subjects) == len(bench.curves) else formatting.join_words(subjects)
             yield f"{subject}, {problem} at {at_steps}: {reason}"
-
-
-def _describe_noise(noise: Noise) -> str:
-    return (
-        f"fixed work of {formatting.format_number(noise.work_s * 1e3)} ms was timed {noise.probes} times between the "
-        f"runs. The middle half of these times is within {formatting.format_percent(noise.interquartile)}, and the "
-        f"slowest is {formatting.format_ratio(noise.worst)} the median"
-    )

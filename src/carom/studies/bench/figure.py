@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _WIDTH_IN, _HEIGHT_IN = 7.4, 4.8
-#: Exact results are drawn at the bottom of the diagram, half a decade below the smallest other error.
+#: Exact results are drawn at the bottom of the diagram, half a decade below the lowest tick.
 _FOOT = 10.0**0.5
 #: Errors with guide lines: a hundredth and a thousandth.
 _MARKED = (1e-2, 1e-3)

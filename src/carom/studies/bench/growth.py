@@ -22,7 +22,7 @@ from carom.report import formatting
 from carom.studies.bench.convergence import fit_power
 from carom.studies.bench.gas import build_gas_scene
 from carom.studies.bench.options import GrowthOptions
-from carom.studies.bench.own_methods import OWN_METHODS, add_own_methods
+from carom.studies.bench.own_methods import add_own_methods, list_own_methods
 
 #: Numbers of discs for engines, and for Carom's own methods.
 SIZES = (10, 100, 300, 1_000, 3_000, 10_000)
@@ -221,7 +221,8 @@ def measure_growth(
     Raises:
         UnknownNameError: An engine does not exist.
     """
-    engine_names, profile, sizes, budget_s = options.engines, options.profile, options.sizes, options.budget_s
+    engine_names, sizes, budget_s = options.engines, options.sizes, options.budget_s
+    own_methods = list_own_methods(engine_names)  # these do not run with the requested profile
     notes = MemoryJournal[GrowthKey, Grown]() if notes is None else notes
     with options.open_local_pool(1) as pool:
         infos = select_engines(describe_engines(engine_names, pool), engine_names)
@@ -251,7 +252,8 @@ def measure_growth(
             left_s = min(all_left_s, max(own_s, all_left_s - sum(shares_s.values())))
             description = f"{size} {'falling ' if gravity else ''}discs on {info.name}"
             progress(done, len(planned_runs), f"{description}{formatting.format_time_left(all_left_s)}")
-            curve_points, method = points[info.name, gravity], _select_method(info.name, profile, engine_names)
+            curve_points = points[info.name, gravity]
+            method = own_methods.get(info.name, Method(info.name, options.profile))
             key = GrowthKey(size, method, find_versions(info.name), environment.machine, gravity, STEPS)
             reason = info.unavailable or _find_skip_reason(
                 curve_points, size, min(left_s, options.time_limit_s), left_s
@@ -265,16 +267,10 @@ def measure_growth(
     curves = []
     for (name, gravity), curve_points in points.items():
         pit = {(point.discs, point.sitting): point.advance_s for point in points.get(("pit", gravity), ())}
-        method = _select_method(name, profile, engine_names)
+        method = own_methods.get(name, Method(name, options.profile))
         curves.append(_build_curve(method, gravity, curve_points, pit))
     elapsed_s = time.perf_counter() - started
     return Growth(tuple(curves), environment, budget_s, command, elapsed_s)
-
-
-def _select_method(engine: str, profile: str, engine_names: Sequence[str] | None) -> Method:
-    """Return the method to run. PIC and PIT use the requested profile only if the user names them."""
-    own_methods = {method.engine: method for method in OWN_METHODS if method.engine not in (engine_names or ())}
-    return own_methods.get(engine, Method(engine, profile))
 
 
 def _find_skip_reason(curve_points: Sequence[GrowthPoint], size: int, allowed_s: float, left_s: float) -> str:
@@ -308,10 +304,10 @@ def _build_point(discs: int, answer: Answer[Grown]) -> GrowthPoint:
 
 
 def select_same_method(points: Sequence[GrowthPoint]) -> list[GrowthPoint]:
-    """Return the points from the last decrease of run time on. One method has run all of these.
+    """Return the points from the last decrease of the run time onwards. One algorithm has run all of these.
 
-    If the cost decreases with more discs, the method has changed: PIC solves two discs by a closed form. A single power
-    law would fit neither of the two methods.
+    If the run time decreases with more discs, the engine has changed its algorithm. For example, PIC solves two discs
+    by a closed form. A single power law would fit neither of the two algorithms.
     """
     falls = [k for k in range(1, len(points)) if points[k].advance_s < points[k - 1].advance_s]
     return list(points[falls[-1] if falls else 0 :])

@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 _WIDTH_IN, _HEIGHT_IN = 7.4, 4.9
 _MIB = 2.0**20
 
-
 #: Simulated seconds of a run.
 _SIMULATED_S = STEPS * DT_S
 
@@ -115,7 +114,9 @@ def _build_tables(growth: Growth) -> tuple[Table, ...]:
                 largest_column("most", lambda point: str(point.discs), "discs"),
                 largest_column("a second", _format_cost),
                 Column("falling", format_falling(_format_largest(_format_cost)), "there", number=True),
-                Column("memory", _build_memory_cell, "grows as", only=Media.IN_FULL),
+                Column(
+                    "memory", lambda curve: _build_power_cell(curve.memory_exponent), "grows as", only=Media.IN_FULL
+                ),
                 largest_column("prepare", lambda p: formatting.format_seconds(p.prepare_s), only=Media.IN_FULL),
                 largest_column("peak", lambda p: f"{formatting.format_number(p.peak_bytes / _MIB, 3)} MiB"),
             ),
@@ -176,10 +177,6 @@ def _format_command(run: _Run) -> str:
 def _format_largest(format_point: Callable[[GrowthPoint], str]) -> Callable[[GrowthCurve], str]:
     """Return a column's text for the largest number of discs that was run."""
     return lambda curve: format_point(curve.ran[-1]) if curve.ran else formatting.ABSENT
-
-
-def _build_memory_cell(curve: GrowthCurve) -> Cell:
-    return _build_power_cell(curve.memory_exponent)
 
 
 def _build_power_cell(exponent: tuple[float, float, float]) -> Cell:

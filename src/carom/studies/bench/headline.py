@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator
 
 from carom.execution.job import Method
@@ -23,20 +22,20 @@ def describe_bench(bench: Bench) -> Iterator[str]:
         return
     exact = [scene.exact for scene in bench.scenes if scene.exact is not None]
     scenes = formatting.format_count(len(bench.scenes), "scene")
-    found = [scene.find_cheapest_engine(target) for scene in bench.scenes]
-    tally = Counter(_format_method(point) for point in found if point is not None)
+    results = [(scene, scene.find_cheapest_engine(target)) for scene in bench.scenes]
+    fastest = formatting.group_by((_format_method(point), scene) for scene, point in results if point is not None)
     parts = [f"PIC is exact on {len(exact)} of {scenes}{_format_time_range(exact)}"] * bool(exact)
     target_text = f"{format_error(target, kind)} error"
-    if tally:
-        best = formatting.join_words([f"{name} on {_scenes_of(name, found, bench)}" for name, _ in tally.most_common()])
-        best = best.removesuffix(" on every scene")
-        parts.append(f"the fastest engine with at most {target_text} is {best}")
-    unreached = [scene for scene, point in zip(bench.scenes, found, strict=True) if point is None]
+    if fastest:
+        most_common = sorted(fastest.items(), key=lambda item: -len(item[1]))
+        best = formatting.join_words([f"{name} on {_format_scenes(scenes, bench)}" for name, scenes in most_common])
+        parts.append(f"the fastest engine with at most {target_text} is {best.removesuffix(' on every scene')}")
+    unreached = [scene for scene, point in results if point is None]
     lossy = [scene for scene in unreached if not any(curve.best and curve.best.sound for curve in scene.engines)]
     if lossy:
         parts.append(f"every engine misses or invents impacts on {_format_scenes(lossy, bench)}")
     if len(unreached) > len(lossy):
-        parts.append(f"no engine reaches {target_text} on {len(unreached) - len(lossy) if tally or lossy else 'any'}")
+        parts.append(f"no engine reaches {target_text} on {len(unreached) - len(lossy) if fastest or lossy else 'any'}")
     yield formatting.capitalise(f"{'; '.join(parts)}.")
     if len(bench.scenes) <= SCENES_SHOWN:
         yield from (describe_scene(scene, target, kind, next_best=False) for scene in bench.scenes)
@@ -47,13 +46,6 @@ def _format_time_range(points: list[Point]) -> str:
     spent = sorted((point.timing.advance_s for point in points if point.timing), key=lambda time: time.median)
     ends = dict.fromkeys(format_milliseconds(time) for time in (*spent[:1], *spent[-1:]))
     return f" in {' to '.join(ends)} ms" if ends else ""
-
-
-def _scenes_of(name: str, cheapest: list[Point | None], bench: Bench) -> str:
-    """Return the scenes on which a method is the cheapest."""
-    pairs = zip(bench.scenes, cheapest, strict=True)
-    scenes = [scene for scene, point in pairs if point is not None and _format_method(point) == name]
-    return _format_scenes(scenes, bench)
 
 
 def _format_scenes(scenes: list[SceneBench], bench: Bench) -> str:

@@ -12,20 +12,27 @@ from carom.execution.pool import Pool
 #: PIC, whose error does not depend on the step size. PIC's run time is the cost of exact results.
 EXACT_METHOD = Method("pic", "event-driven")
 
-OWN_METHODS = (EXACT_METHOD, PIT_METHOD)
+
+def list_own_methods(engine_names: Sequence[str] | None) -> dict[str, Method]:
+    """Return PIC and PIT by engine name, without those that the user requests by name.
+
+    Args:
+        engine_names: Names of the requested adapters; None for all.
+    """
+    return {method.engine: method for method in (EXACT_METHOD, PIT_METHOD) if method.engine not in (engine_names or ())}
 
 
 def add_own_methods(
     infos: Sequence[EngineInfo], engine_names: Sequence[str] | None, pool: Pool, *, needs_own_methods: bool
 ) -> list[EngineInfo]:
-    """Return engines with PIC and PIT first. If `needs_own_methods` is False, PIC and PIT are only included on request.
+    """Return the engines to run, with PIC and PIT first.
 
     Args:
         infos: Descriptions of the engines.
         engine_names: Names of the requested adapters; None for all.
         pool: Pool for describing adapters, which stays open.
-        needs_own_methods: Whether PIC and PIT run in addition to the requested engines.
+        needs_own_methods: Whether PIC and PIT run even if the user does not request them by name.
     """
-    added = [method.engine for method in OWN_METHODS if method.engine not in (engine_names or ())]
-    other_infos = [info for info in infos if info.name not in added]
-    return [*describe_engines(added, pool), *other_infos] if needs_own_methods and added else other_infos
+    own_names = list_own_methods(engine_names)
+    other_infos = [info for info in infos if info.name not in own_names]
+    return [*describe_engines(own_names, pool), *other_infos] if needs_own_methods and own_names else other_infos

@@ -24,7 +24,7 @@ from carom.report import formatting
 from carom.studies.bench.axes import ErrorKind, compute_error
 from carom.studies.bench.convergence import fit_order
 from carom.studies.bench.options import BenchPlan
-from carom.studies.bench.own_methods import EXACT_METHOD, OWN_METHODS, add_own_methods
+from carom.studies.bench.own_methods import EXACT_METHOD, add_own_methods, list_own_methods
 from carom.studies.bench.result import Bench, Curve, Point, SceneBench, find_cheapest, find_pareto_front
 from carom.studies.bench.scoring_pass import ScoringPass
 from carom.studies.bench.series import compute_default_steps
@@ -73,11 +73,13 @@ def measure_work_precision(
     for scene, scene_jobs, results, unscored in scored:
         points = _build_points(scene_jobs, results, unscored, plan.error)
         method_steps = [point.at for point in points if not point.reason]
-        timing = (
-            _time_scene(scene, method_steps, plan, timings or MemoryJournal(), progress)
-            if plan.timing and method_steps
-            else None
-        )
+        timing = None
+        if plan.timing and method_steps:
+            task = TimeScene(scene, tuple(method_steps), plan.rounds, plan.seed, plan.budget_s / 2, progress)
+            ask = TaskRequest(scene, build_timing_key(scene, method_steps, plan.seed), task)
+            with plan.open_local_pool(1) as timing_pool:
+                ((_, answer),) = run_tasks([ask], timing_pool, timings or MemoryJournal(), one_at_a_time=True)
+            timing = answer.value
         if timing is not None:
             clocks, why = dict(timing.timings), dict(timing.untimed)
             points = [replace(p, timing=clocks.get(p.at), untimed=why.get(p.at, "")) for p in points]
@@ -96,8 +98,8 @@ def _build_jobs(
     plain, _ = resolve_scenes(scenes)
     steps = {scene.name: sorted(set(plan.dts or compute_default_steps(scene)), reverse=True) for scene in plain}
     found = list_methods(infos, profiles, [dt_s for scene_steps in steps.values() for dt_s in scene_steps], pool)
-    added = {method.engine: (method,) for method in OWN_METHODS if method.engine not in (plan.engines or ())}
-    methods_at_step = {(name, dt_s): added.get(name, methods) for (name, dt_s), methods in found.at.items()}
+    added = list_own_methods(plan.engines)
+    methods_at_step = {at: [added[at[0]]] if at[0] in added else methods for at, methods in found.at.items()}
     jobs = [
         Job(scene, method, dt_s, refinement, phase)
         for scene in plain
@@ -108,20 +110,6 @@ def _build_jobs(
         for phase in list_even_phases(plan.phases)
     ]
     return jobs, found
-
-
-def _time_scene(
-    scene: Scene,
-    method_steps: Sequence[At],
-    plan: BenchPlan,
-    timings: MemoryJournal[TimingKey, SceneTiming],
-    progress: Progress,
-) -> SceneTiming | None:
-    question = TimeScene(scene, tuple(method_steps), plan.rounds, plan.seed, plan.budget_s / 2, progress)
-    ask = TaskRequest(scene, build_timing_key(scene, method_steps, plan.seed), question)
-    with plan.open_local_pool(1) as pool:
-        ((_, answer),) = run_tasks([ask], pool, timings, one_at_a_time=True)
-    return answer.value
 
 
 def _build_points(

@@ -79,7 +79,7 @@ def build_method_table(scene: SceneBench, kind: ErrorKind, targets: Sequence[flo
         METHOD,
         Column("least", partial(_build_least_error_cell, kind), "error", number=True),
         Column("run", best(lambda p: format_milliseconds(p.timing.advance_s) if p.timing else ""), "ms", number=True),
-        Column("at", lambda curve: _format_step(curve, curve.best), "step", number=True),
+        Column("at", _format_best_step, "step", number=True),
         *(
             Column(format_error(target, kind), partial(_build_cost_cell, scene, target), "ms", number=True, only=only)
             # A terminal shows the run time of exact results only once, next to their error.
@@ -206,10 +206,10 @@ def format_losses(point: Point) -> str:
     return f"{formatting.join_words(losses)} of {formatting.format_count(point.expected, 'impact')}"
 
 
-def _format_step(curve: Curve, point: Point | None) -> str:
-    if point is None:
+def _format_best_step(curve: Curve) -> str:
+    if curve.best is None:
         return ""
-    return "any" if curve.exact else formatting.format_step(point.dt_s).removesuffix(" s")
+    return "any" if curve.exact else formatting.format_step(curve.best.dt_s).removesuffix(" s")
 
 
 def _build_cost_cell(scene: SceneBench, target: float, curve: Curve) -> Cell:
@@ -234,10 +234,6 @@ def _format_point_error(point: Point) -> str:
     return f"{error} ({losses})" if losses else error
 
 
-def _format_least_error(point: Point) -> str:
-    return formatting.format_number(point.error_least)
-
-
 def _timing_column(head: str, say: Callable[[CellTiming], str], only: Media = Media.EVERYWHERE) -> Column:
     return Column(head, lambda point: "" if point.timing is None else say(point.timing), number=True, only=only)
 
@@ -250,7 +246,7 @@ def _step_column(head: str, read_s: Callable[[CellTiming], float]) -> Column:
 #: Columns for points. The cost without collisions has separate columns.
 _POINT_COLUMNS = (
     Column("error", _format_point_error, number=True),
-    Column("smallest over starts", _format_least_error, number=True, only=Media.ON_PAPER),
+    Column("smallest over starts", lambda p: formatting.format_number(p.error_least), number=True, only=Media.ON_PAPER),
     _timing_column("all steps, ms", lambda timing: format_milliseconds(timing.advance_s)),
     _timing_column("spread", lambda timing: _format_spread(timing.advance_s)),
     _timing_column("prepare, ms", lambda timing: format_milliseconds(timing.prepare_s)),
@@ -260,9 +256,9 @@ _POINT_COLUMNS = (
     _step_column("call, µs", lambda timing: timing.call_s),
     _step_column("net, µs", lambda timing: timing.net_s.median),
     _timing_column("steps / PIT", lambda timing: _format_median(timing.ratio)),
-    _timing_column("ratio, quartiles", lambda timing: format_quartiles(timing.ratio), Media.ON_PAPER),
+    _timing_column("ratio, quartiles", lambda timing: _format_quartiles(timing.ratio), Media.ON_PAPER),
     _timing_column("whole / PIT", lambda timing: _format_median(timing.whole_ratio)),
-    _timing_column("whole ratio, quartiles", lambda timing: format_quartiles(timing.whole_ratio), Media.ON_PAPER),
+    _timing_column("whole ratio, quartiles", lambda timing: _format_quartiles(timing.whole_ratio), Media.ON_PAPER),
 )
 
 
@@ -325,8 +321,7 @@ def _format_median(found: Spread | None) -> str:
     return formatting.ABSENT if found is None else formatting.format_ratio(found.median)
 
 
-def format_quartiles(found: Spread | None) -> str:
-    """Return the quartiles of a ratio."""
+def _format_quartiles(found: Spread | None) -> str:
     if found is None:
         return formatting.ABSENT
     return f"{formatting.format_number(found.low)} to {formatting.format_number(found.high)}"
