@@ -44,8 +44,7 @@ def _draw_figure(
 ) -> Figure:
     title = bench.scene.name if narrow else f"{bench.scene.name}: {kind.heading.lower()}"
     figure, axes = svg.build_framed_figure(_WIDTH_IN, _HEIGHT_IN, title, foot, narrow=narrow)
-    axes.set_xscale("log")
-    axes.set_yscale("log")
+    axes.set(xscale="log", yscale="log")
     errors = [point.error for point in bench.points if math.isfinite(point.error)]
     above = [one for one in errors if one > THRESHOLDS.rounding] or [1e-3]
     floor = 10.0 ** math.floor(math.log10(min(above))) / _FOOT

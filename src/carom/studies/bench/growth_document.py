@@ -200,8 +200,8 @@ def _draw_figure(growth: Growth, memory: bool, foot: Sequence[str] = (), *, narr
     quantity = "Memory" if memory else "Run time per simulated second"
     title = quantity if narrow else f"{quantity} against the number of discs"
     figure, axes = svg.build_framed_figure(_WIDTH_IN, _HEIGHT_IN, title, foot, narrow=narrow)
-    axes.set_xscale("log")
-    axes.set_yscale("log")
+    axes.set(xscale="log", yscale="log", xlabel="discs")
+    axes.set_ylabel("memory of the world, MiB" if memory else "run time per simulated second, s")
     ends = list[svg.LineEnd]()
     for curve in growth.curves:
         places = [
@@ -220,8 +220,6 @@ def _draw_figure(growth: Growth, memory: bool, foot: Sequence[str] = (), *, narr
         grows = "" if math.isnan(value) or narrow else f": n^{value:.2f}"
         name = f"{_SHOWN.get(curve.engine, curve.engine)}{_format_gas(curve)}{grows}"
         ends.append(svg.LineEnd(*places[-1][:2], name, style["color"]))
-    axes.set_xlabel("discs")
-    axes.set_ylabel("memory of the world, MiB" if memory else "run time per simulated second, s")
     axes.xaxis.set_major_formatter(svg.format_tick)
     axes.yaxis.set_major_formatter(svg.format_tick)
     svg.finish(axes)

@@ -35,4 +35,4 @@ def add_own_methods(
     """
     own_names = list_own_methods(engine_names)
     other_infos = [info for info in infos if info.name not in own_names]
-    return [*describe_engines(own_names, pool), *other_infos] if needs_own_methods and own_names else other_infos
+    return [*describe_engines(list(own_names), pool), *other_infos] if needs_own_methods and own_names else other_infos

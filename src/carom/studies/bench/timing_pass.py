@@ -259,21 +259,14 @@ class TimeScene(DependentTasks[SceneTiming]):
             last_s = time.perf_counter() - began
         probe.take()
         timed = {method_step: found for method_step, found in visits.items() if method_step not in untimed}
-        found = SceneTiming(
-            describe_environment().date,
-            tuple(
-                (
-                    method_step,
-                    _summarise_visits(scene.step_count(method_step[1]), found, timed.get((PIT_METHOD, method_step[1]))),
-                )
-                for method_step, found in timed.items()
-                if method_step in requested
-            ),
-            tuple((method_step, reason) for method_step, reason in untimed.items() if method_step in requested),
-            rounds,
-            probe.compute_noise(),
+        timings = tuple(
+            ((method, dt_s), _summarise_visits(scene.step_count(dt_s), found, timed.get((PIT_METHOD, dt_s))))
+            for (method, dt_s), found in timed.items()
+            if (method, dt_s) in requested
         )
-        return Answer(Status.RAN, value=found)
+        reasons = tuple((method_step, reason) for method_step, reason in untimed.items() if method_step in requested)
+        date = describe_environment().date
+        return Answer(Status.RAN, value=SceneTiming(date, timings, reasons, rounds, probe.compute_noise()))
 
 
 def _measure_visit_costs(
