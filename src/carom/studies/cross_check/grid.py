@@ -223,16 +223,6 @@ class GridRow(NamedTuple):
     cells: tuple[GridCell, ...]
 
 
-class NotRun(NamedTuple):
-    """Cells that were not run or not scored for the same reason, with any step sizes."""
-
-    mark: Mark
-    reason: str
-    columns: tuple[str, ...]
-    scenes: tuple[str, ...]
-    everywhere: bool  # whether `scenes` are all scenes of the cross-check
-
-
 @dataclass(frozen=True)
 class Grid:
     """All runs of a cross-check.
@@ -242,7 +232,6 @@ class Grid:
         rows: Scenes, each at its largest step size.
         runs: Every run with every step size.
         step_phrase: The step sizes of the rows, as a phrase.
-        unrun: Cells that were not run, with reasons.
         results: References, known answers, engines and machine. References and engines are missing if the grid comes
             from results.jsonl.
     """
@@ -251,7 +240,6 @@ class Grid:
     rows: tuple[GridRow, ...]
     runs: tuple[GridCell, ...]
     step_phrase: str
-    unrun: tuple[NotRun, ...]
     results: Results
 
     def list_cells(self, column: GridColumn) -> tuple[GridCell, ...]:
@@ -315,8 +303,7 @@ def _assemble_grid(summary: Summary, lines: Sequence[RowLine], rows: Sequence[Ro
         cells = tuple(coarsest.get((name, one)) or _build_absent_cell(name, one) for one in columns.values())
         return GridRow(name, scenes[name], certified, cells)
 
-    unrun = _group_not_run(runs, len(scenes))
-    return Grid(columns, tuple(map(build_row, scenes)), runs, "the largest step size", unrun, results)
+    return Grid(columns, tuple(map(build_row, scenes)), runs, "the largest step size", results)
 
 
 def _build_absent_cell(scene: str, column: GridColumn) -> GridCell:
@@ -327,20 +314,13 @@ def _build_method(line: RowLine) -> Method:
     return Method(line.engine, line.profile, tuple(line.tried.items()))
 
 
-def _group_not_run(runs: Iterable[GridCell], scene_count: int) -> tuple[NotRun, ...]:
-    found = formatting.group_by(
-        ((cell.mark, cell.column.engine, "; ".join(cell.reasons)), cell) for cell in runs if not cell.mark.ran
-    )
-    return tuple(
-        NotRun(
-            mark,
-            reason,
-            tuple(dict.fromkeys(cell.column.name for cell in cells)),
-            scenes := tuple(dict.fromkeys(cell.scene for cell in cells)),
-            len(scenes) == scene_count,
-        )
-        for (mark, _, reason), cells in found.items()
-    )
+def merge_own_profiles(contents: Mapping[GridColumn, object]) -> list[list[GridColumn]]:
+    """Put the profiles of each of Carom's own methods that have equal content into one group.
+
+    Each column of an engine is a group of its own, because profiles of engines differ in settings.
+    """
+    found = (((column.engine if column.own else column, content), column) for column, content in contents.items())
+    return list(formatting.group_by(found).values())
 
 
 def keep_worst(items: Sequence[T], max_items: int, cells_of: Callable[[T], Sequence[GridCell]]) -> Sequence[T]:

@@ -17,7 +17,15 @@ from carom.report.document import Block, Cell, Column, Legend, Lines, Media, Rep
 from carom.report.files import pack_data
 from carom.report.outcome_marks import Mark
 from carom.report.replay import build_replay_data, build_replay_key, describe_run, format_run_command
-from carom.studies.cross_check.grid import Grid, GridCell, GridRow, NotRun, keep_worst, omission_note
+from carom.studies.cross_check.grid import (
+    Grid,
+    GridCell,
+    GridColumn,
+    GridRow,
+    keep_worst,
+    merge_own_profiles,
+    omission_note,
+)
 from carom.studies.cross_check.play_page import build_play_link
 from carom.support.escaping import escape_controls
 
@@ -47,7 +55,13 @@ SHORT_NOTE = (
 def build_scenes_section(grid: Grid) -> Section:
     """Return the table of all scenes and engines."""
     columns = [Column("scene", lambda row: Cell(row.name, row.certified, title=row.description))]
-    columns += [Column(label, partial(_build_cell, k), profile) for k, label, profile in _merge_columns(grid)]
+    contents = {
+        column: tuple((cell.mark, cell.figure) for cell in grid.list_cells(column)) for column in grid.columns.values()
+    }
+    columns += [
+        Column(column.label, partial(_build_cell, column), "" if others else column.profile)
+        for *others, column in merge_own_profiles(contents)
+    ]
     legend = Legend(tuple((mark.cell, mark.meaning) for mark in grid.marks), Media.MARKDOWN | Media.DETAIL)
     rows = keep_worst(grid.rows, MOST_SCENES, lambda row: row.cells)
     blocks: tuple[Block, ...] = (
@@ -62,24 +76,9 @@ def build_scenes_section(grid: Grid) -> Section:
     return Section(f"Every scene on every engine, against PIC at {grid.step_phrase}", blocks, short="Every scene")
 
 
-def _merge_columns(grid: Grid) -> Iterator[tuple[int, str, str]]:
-    """Yield number and heading of each column. Equal profiles of Carom's own methods are merged."""
-    columns = list(grid.columns.values())
-
-    def list_column_content(k: int) -> list[tuple[Mark, str]]:
-        return [(row.cells[k].mark, row.cells[k].figure) for row in grid.rows]
-
-    for k, column in enumerate(columns):
-        same_engine = [j for j, other in enumerate(columns) if column.own and other.engine == column.engine]
-        if len(same_engine) < 2 or any(list_column_content(j) != list_column_content(k) for j in same_engine):
-            yield k, column.label, column.profile
-        elif k == same_engine[-1]:
-            yield k, column.label, ""
-
-
-def _build_cell(k: int, row: GridRow) -> Cell:
-    """Return the cell of a scene in the k-th column."""
-    cell = row.cells[k]
+def _build_cell(column: GridColumn, row: GridRow) -> Cell:
+    """Return the cell of a scene in a column."""
+    cell = next(cell for cell in row.cells if cell.column == column)
     short = cell.compact or ("" if cell.mark.ran else cell.mark.word)
     title = cell.mark.sentence if cell.has_replay else f"{cell.column.name} on {row.name}: {'; '.join(cell.reasons)}"
     return replace(cell.mark.cell, note=cell.figure, link=cell.link, short=short, title=title)
@@ -106,16 +105,20 @@ def _build_replay(cell: GridCell) -> tuple[Trace, Score, Mapping[str, Any]] | No
 
 
 def build_unscored_section(grid: Grid) -> Section:
-    """Return a section with cells that were not run or scored. A terminal shows only cells that a user can act on."""
-    reasons = tuple(map(_describe_not_run, grid.unrun))
-    important = tuple(_describe_not_run(one) for one in grid.unrun if one.everywhere or one.mark in _ACTIONABLE)
+    """Return a section with the reasons why cells were not run or scored. A terminal shows only important reasons."""
+    reasons = list(_list_reasons(grid))
+    important = tuple(reason for reason, is_important in reasons if is_important)
     run = {column.engine for column in grid.columns.values()}
     missing = [info for info in grid.results.engines if info.missing and info.name not in run]
     folder_prefix = f"{Path.cwd()}{os.sep}"  # shorten paths in the working folder, because reports are passed on
     names = formatting.join_words([info.name for info in missing])
     hint = f"Not installed: {names}; 'carom engines' shows how to install them."
     lines = (
-        Lines(reasons, Media.IN_FULL, folded=formatting.format_count(len(reasons), "reason")),
+        Lines(
+            tuple(reason for reason, _ in reasons),
+            Media.IN_FULL,
+            folded=formatting.format_count(len(reasons), "reason"),
+        ),
         Lines(important, Media.TERMINAL),
         Lines(
             tuple(f"{one.name} is not run: {one.unavailable.replace(folder_prefix, '')}" for one in missing),
@@ -127,9 +130,20 @@ def build_unscored_section(grid: Grid) -> Section:
     return Section("Runs without a score", tuple(block for block in lines if block.items), level=3)
 
 
-def _describe_not_run(entry: NotRun) -> str:
-    scenes_text = "every scene" if entry.everywhere else formatting.join_words(entry.scenes)
-    return f"{formatting.join_words(entry.columns)}, {entry.mark.word} on {scenes_text}: {entry.reason}"
+def _list_reasons(grid: Grid) -> Iterator[tuple[str, bool]]:
+    """Yield each reason why cells were not run or scored, with their methods and scenes, and whether it is important.
+
+    A reason is important if it concerns all scenes, or if a user can remove its cause.
+    """
+    unscored = (cell for cell in grid.runs if not cell.mark.ran)
+    found = formatting.group_by(((cell.mark, cell.column.engine, "; ".join(cell.reasons)), cell) for cell in unscored)
+    for (mark, _, reason), cells in found.items():
+        methods = list(dict.fromkeys(cell.column.name for cell in cells))
+        scenes = list(dict.fromkeys(cell.scene for cell in cells))
+        everywhere = len(scenes) == len(grid.rows)
+        scenes_text = "every scene" if everywhere else formatting.join_words(scenes)
+        text = f"{formatting.join_words(methods)}, {mark.word} on {scenes_text}: {reason}"
+        yield text, everywhere or mark in _ACTIONABLE
 
 
 def _describe_missing_profiles(grid: Grid) -> Iterator[str]:

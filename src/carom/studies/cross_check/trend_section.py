@@ -22,7 +22,7 @@ from carom.report.svg import (
     scale_error_axis,
     use_drawing_style,
 )
-from carom.studies.cross_check.grid import Grid, GridCell, GridColumn
+from carom.studies.cross_check.grid import Grid, GridCell, GridColumn, merge_own_profiles
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -109,26 +109,13 @@ def build_trend(grid: Grid) -> Trend:
     return Trend(
         parts=tuple(statistics.median(ratios[k]) for k in sorted(ratios)),
         coarsest_s=(min(coarsest.values(), default=0.0), max(coarsest.values(), default=0.0)),
-        series=tuple(_merge_series(points)),
+        series=tuple(
+            Series(column, points[column], column.label if others else column.name)
+            for column, *others in merge_own_profiles(points)
+        ),
         scenes=tuple(chosen),
         left_out={reason: why[reason] for reason in _LEFT_OUT if reason in why},
     )
-
-
-def _merge_series(points: Mapping[GridColumn, tuple[TrendPoint, ...]]) -> Iterator[Series]:
-    """Yield the series of each column. Equal profiles of one of Carom's own methods are merged.
-
-    Profiles of other engines stay separate, because they differ in settings.
-    """
-    yielded = set[tuple[str, tuple[TrendPoint, ...]]]()
-    for column, series_points in points.items():
-        equal_columns = [
-            other for other, found in points.items() if other.engine == column.engine and found == series_points
-        ]
-        alike = column.own and len(equal_columns) > 1
-        if not alike or (column.engine, series_points) not in yielded:
-            yielded.add((column.engine, series_points))
-            yield Series(column, series_points, column.label if alike else column.name)
 
 
 def _find_omission_reason(cells: Sequence[GridCell]) -> str:
@@ -237,14 +224,13 @@ def _render_wrong_chart(trend: Trend, narrow: bool = False) -> str:
 
 
 def _set_x_axis(axes: Axes, trend: Trend, below: Drawn | None) -> None:
-    axes.set_xscale("log")
+    low, high = (formatting.format_step(dt_s) for dt_s in trend.coarsest_s)
+    between = high if low == high else f"{high} to {low}"
+    axes.set(xscale="log", xlabel=f"step size, as a fraction of the largest ({between})")
     # The left end of the axis has the coarse steps.
     axes.set_xlim(max(trend.parts) * 1.25, min(trend.parts) / 1.25)
     axes.set_xticks(trend.parts, [formatting.format_fraction(part) for part in trend.parts])
     axes.minorticks_off()
-    low, high = (formatting.format_step(dt_s) for dt_s in trend.coarsest_s)
-    between = high if low == high else f"{high} to {low}"
-    axes.set_xlabel(f"step size, as a fraction of the largest ({between})")
     finish(axes, below)
 
 
