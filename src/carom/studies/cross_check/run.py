@@ -137,8 +137,7 @@ def cross_check(
     parsed_options = replace(
         parsed_options, engines=parsed_options.engines and [resolve_engine(word) for word in parsed_options.engines]
     )
-    pool_context: AbstractContextManager[Pool]
-    pool_context = parsed_options.open_pool() if pool is None else nullcontext(pool)
+    pool_context: AbstractContextManager[Pool] = parsed_options.open_pool() if pool is None else nullcontext(pool)
     with pool_context as opened:
         return execute(
             build_plan(scenes, parsed_options, opened), opened, progress=progress or no_progress, command=command
@@ -181,10 +180,23 @@ def execute(
     if options.samples:  # needed for a report only
         steps = {job.scene.name: job.dt_s for job in timed}  # each scene once, although several jobs time it
         skipped = {name: measure_skips(usable[name].trace, dt_s) for name, dt_s in steps.items()}
-    found = _build_results(
-        plan, [rows[_build_key(job)] for job in plan.jobs], usable, command, time.perf_counter() - started
+    return Results(
+        rows=tuple(rows[_build_key(job)] for job in plan.jobs),
+        references={name: reference.trace for name, reference in usable.items()},
+        known={
+            name: (answer, deviation(usable[name].pic or usable[name].trace, answer, usable[name].trace.scene))
+            for name, answer in plan.answers.items()
+            if name in usable
+        },
+        engines=plan.engines,
+        environment=describe_environment(plan.engines),
+        command=command,
+        elapsed_s=time.perf_counter() - started,
+        certified={name: one.certified for name, one in usable.items() if one.certified is not None},
+        horizons={name: one.horizon_s for name, one in usable.items() if one.horizon_s is not None},
+        phases=options.phases,
+        skipped=skipped,
     )
-    return replace(found, skipped=skipped)
 
 
 class _Observer:
@@ -355,48 +367,18 @@ def _run_phases(
 
 
 def _time_jobs(rows: Sequence[Row], observer: _Observer) -> dict[Key, Row]:
-    """Time the jobs that ran, one after another with nothing else running."""
+    """Time the jobs that ran, one after another with nothing else running.
+
+    Each run time is also divided by PIT's on the same scene with the same step size, if PIT was timed.
+    """
     completed_rows = {_build_key(row.job): row for row in rows if row.status is Status.RAN}
     if len(completed_rows) < len(rows):
         observer.count("timing", len(rows) - len(completed_rows))
-    times = observer.measure_timings(row.job for row in completed_rows.values())
-    return {
-        _build_key(job): replace(completed_rows[_build_key(job)], timing=answer.value, untimed=answer.said)
-        for job, answer in times
-    }
-
-
-def _build_results(
-    plan: Plan, rows: Sequence[Row], usable: Mapping[str, Reference], command: str, elapsed_s: float
-) -> Results:
-    return Results(
-        rows=_add_time_ratios(rows),
-        references={name: reference.trace for name, reference in usable.items()},
-        known={
-            name: (answer, deviation(usable[name].pic or usable[name].trace, answer, usable[name].trace.scene))
-            for name, answer in plan.answers.items()
-            if name in usable
-        },
-        engines=plan.engines,
-        environment=describe_environment(plan.engines),
-        command=command,
-        elapsed_s=elapsed_s,
-        certified={name: one.certified for name, one in usable.items() if one.certified is not None},
-        horizons={name: one.horizon_s for name, one in usable.items() if one.horizon_s is not None},
-        phases=plan.options.phases,
-    )
-
-
-def _add_time_ratios(rows: Sequence[Row]) -> tuple[Row, ...]:
-    """Add to each row its run time, divided by PIT's on the same scene with the same step size."""
-    pit_s = {
-        (row.job.scene.name, row.job.dt_s): row.timing.advance_s
-        for row in rows
-        if row.job.engine == PIT_METHOD.engine and row.timing
-    }
-
-    def compute_ratio(row: Row) -> float | None:
-        whole_s = pit_s.get((row.job.scene.name, row.job.dt_s))
-        return row.timing.advance_s / whole_s if row.timing and whole_s is not None else None
-
-    return tuple(replace(row, time_ratio=compute_ratio(row)) for row in rows)
+    timings = observer.measure_timings(row.job for row in completed_rows.values())
+    answers = {_build_key(job): answer for job, answer in timings}
+    found: dict[Key, Row] = {}
+    for key, answer in answers.items():
+        timing, pit = answer.value, answers.get(_build_key(_build_pit_job(completed_rows[key].job)))
+        ratio = timing.advance_s / pit.value.advance_s if timing and pit and pit.value else None
+        found[key] = replace(completed_rows[key], timing=timing, untimed=answer.said, time_ratio=ratio)
+    return found
