@@ -23,9 +23,9 @@ from carom.execution.time_saved import (
 )
 from carom.model.scene import Scene
 from carom.model.trace import Trace, resolve_profile
+from carom.report.formatting import format_count, format_instant, format_number
 from carom.solvers.pic import solve_pic
 from carom.solvers.pit.solve import solve_pit
-from carom.support.formatting import format_instant, format_number
 from carom.support.limits import MOST_DISCS_DRAWN
 
 #: Largest number of frames for which PIT is run to describe what it skips.
@@ -40,7 +40,8 @@ def explain(plan: Plan) -> Iterator[str]:
         steps = options.list_steps(scene)
         reference = solve_reference(scene)
         skipped = "" if isinstance(reference, str) else _list_skipped(scene, reference, steps[0])
-        bodies = f"{_describe_bodies(scene)}, {scene.duration_s:g} s"
+        walls = format_count(len(scene.walls), "wall") if scene.walls else "no walls"
+        bodies = f"{format_count(len(scene.discs), 'disc')}, {walls}, {scene.duration_s:g} s"
         needs = ", ".join(sorted(need.value for need in scene.needs)) or "no special features"
         yield f"{scene.name}: {bodies}, requires {needs}{skipped}"
         if isinstance(reference, str):
@@ -55,11 +56,9 @@ def explain(plan: Plan) -> Iterator[str]:
         yield f"  engines: {_describe_engines(scene, reference, steps[0])}"
         yield f"  states: {_describe_samples(scene, drawn=options.samples)}"
         if options.phases:
-            phase_count = len(
-                solve_shifted_references(reference, steps[0], generate_phases(options.phases, options.seed))
-            )
+            shifted = solve_shifted_references(reference, steps[0], generate_phases(options.phases, options.seed))
             why = "shifts that change the scene's impacts are omitted"
-            yield f"  phases: {phase_count} of {options.phases} at {format_instant(steps[0])}; {why}"
+            yield f"  phases: {len(shifted)} of {options.phases} at {format_instant(steps[0])}; {why}"
         for info in run:
             profile_names = plan.profiles if info.profiles else plan.profiles[-1:]
             for profile in dict.fromkeys(resolve_profile(info.name, one) for one in profile_names):
@@ -68,11 +67,6 @@ def explain(plan: Plan) -> Iterator[str]:
                 name = f"{info.name} {profile_text}".rstrip()
                 yield f"  {name}: {_describe_runs(planned, plan, info, profile, len(steps))}"
     yield from (f"{info.name} is not available: {info.unavailable}" for info in plan.engines if info not in run)
-
-
-def _describe_bodies(scene: Scene) -> str:
-    discs, walls = len(scene.discs), len(scene.walls)
-    return f"{discs} disc{'s' * (discs != 1)}, {walls or 'no'} wall{'s' * (walls != 1)}"
 
 
 def _list_skipped(scene: Scene, reference: Trace, dt_s: float) -> str:
@@ -99,9 +93,9 @@ def _count_needed_steps(scene: Scene, reference: Trace, dt_s: float) -> int:
 
 
 def describe_pic(scene: Scene, trace: Trace) -> str:
-    """Describe the form in which PIC runs a scene, with its numbers of impacts and predictions."""
-    count, predicted = len(trace.impacts), trace.counts.get("predictions", 0)
-    found = f"{count} impact{'s' * (count != 1)} in {predicted} prediction{'s' * (predicted != 1)}"
+    """Describe the form of PIC that runs a scene, with its numbers of impacts and predictions."""
+    predicted = format_count(trace.counts.get("predictions", 0), "prediction")
+    found = f"{format_count(len(trace.impacts), 'impact')} in {predicted}"
     walls = "" if scene.walls else ", no walls to test"
     if scene.damping_per_s:
         undamped = describe_pic(scene.undamped, trace)

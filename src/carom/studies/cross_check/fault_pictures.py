@@ -55,24 +55,20 @@ def _build_pair(entry: Divergence) -> Pair:
     return Pair(scene.name, cell.mark.cell, sides, draw, tuple(filter(None, (scene.description, sentence))))
 
 
-def find_divergences(
-    grid: Grid, *, most_discs: int = MOST_DISCS_DRAWN
-) -> tuple[tuple[Divergence, ...], tuple[Divergence, ...]]:
+def find_divergences(grid: Grid) -> tuple[tuple[Divergence, ...], tuple[Divergence, ...]]:
     """Find the paper's cases with PIT, and the worst run of each other scene, the worst first.
 
-    Args:
-        grid: The grid.
-        most_discs: Scenes with more discs are omitted.
+    Scenes with too many discs for a picture are omitted.
     """
     cells = [
         Divergence(cell, reference, cell.row.trace)
         for row in grid.rows
-        if (reference := grid.results.references.get(row.name)) and len(reference.scene.discs) <= most_discs
+        if (reference := grid.results.references.get(row.name)) and len(reference.scene.discs) <= MOST_DISCS_DRAWN
         for cell in row.cells
         if cell.row is not None and cell.row.trace is not None
     ]
-    of_pit = [entry for entry in cells if entry.cell.column.engine == "pit"]
-    paper = [entry for entry in of_pit if entry.cell.scene.startswith(f"{PAPER_GROUP}/")]
+    paper_cells = [entry for entry in cells if entry.cell.scene.startswith(f"{PAPER_GROUP}/")]
+    paper = [entry for entry in paper_cells if entry.cell.column.engine == "pit"]
     paper_scenes = {entry.cell.scene for entry in paper}
     worst: dict[str, Divergence] = {}
     for entry in sorted(cells, key=lambda entry: _compute_badness(entry.cell), reverse=True):

@@ -80,10 +80,12 @@ def build_film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation
         failing, index = rows[fault]["bodies"], rows[fault].get("at")
         held_s = find_pause_time(rows[fault], None if index is None else places[index][2], observed)
         middle = run_tracks[failing[0]].at(np.array([held_s]))[0] if index is None else np.array(places[index][:2])
-        if (region := _find_magnified_region(scene, middle, failing, limits)) is not None:
-            inset, frame = _draw_inset(right, region, limits)
+        reach = _REACH * max(scene.discs[body].radius_m for body in failing if body >= 0)
+        if _compute_inset_side(limits) >= _MAGNIFIES * 2.0 * reach:
+            magnified = (middle - reach, middle + reach)
+            inset, frame = _draw_inset(right, magnified, limits)
             near += [inset, frame]
-            pictures.append((inset, region))
+            pictures.append((inset, magnified))
     times = _compute_frame_times(scene, held_s)
     moving: list[_Moving] = []
     crosses: list[tuple[float, Artist]] = []
@@ -191,12 +193,6 @@ def _draw_frames(
         movable = (k for k, disc in enumerate(scene.discs) if not disc.immovable)
         for k, moving in zip(movable, flashing, strict=True):
             yield moving._replace(alphas=np.zeros(len(times)) if is_failing_only and k not in failing else alphas)
-
-
-def _find_magnified_region(scene: Scene, middle: Array, failing: Sequence[int], limits: Limits) -> Limits | None:
-    """Return the corners of the magnified region around a position; None if the magnification is too small."""
-    reach = _REACH * max(scene.discs[body].radius_m for body in failing if body >= 0)
-    return (middle - reach, middle + reach) if _compute_inset_side(limits) >= _MAGNIFIES * 2.0 * reach else None
 
 
 def _compute_inset_side(limits: Limits) -> float:

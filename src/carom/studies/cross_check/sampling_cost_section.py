@@ -143,9 +143,9 @@ def draw_sampling_costs(found: Sequence[EngineCost], narrow: bool = False) -> st
             )
             axes.plot([along(total)], [-k], "o", color=colour, markerfacecolor=SURFACE, markersize=8)
             axes.plot([along(own_median)], [-k], "o", color=colour, markersize=6)
-        axes.set_ylim(0.5 - max(2, len(drawn_costs)), 0.5)  # half a line of margin
+        # The limits of the y axis leave half a line of margin.
+        axes.set(ylim=(0.5 - max(2, len(drawn_costs)), 0.5), xlabel="velocity error / greatest speed")
         axes.set_yticks([-k for k in range(len(drawn_costs))], [cost.column.name for cost, _, _ in drawn_costs])
-        axes.set_xlabel("velocity error / greatest speed")
         finish(axes)
         return render(figure, TITLE, narrow=narrow)
 

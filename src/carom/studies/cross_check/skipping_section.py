@@ -83,12 +83,10 @@ def _render_diagram(found: Sequence[_Scene], narrow: bool = False) -> str:
                 ends, level = [1e3 * saved.with_s, 1e3 * saved.with_s * saved.ratio], -k + shift
                 axes.plot(ends, [level, level], color=colour, linewidth=1.6, alpha=0.6)
                 axes.plot(ends[1:], [level], "o", color=colour, markerfacecolor=SURFACE, markersize=6)
-                name = {"pic": "PIC", "pit": "PIT"}[engine] if k == 0 else None
-                axes.plot(ends[:1], [level], "o", color=colour, markersize=5, label=name)
-        axes.set_xscale("log")
-        axes.set_ylim(0.5 - max(2, len(found)), 0.5)
+                label = engine.upper() if k == 0 else None
+                axes.plot(ends[:1], [level], "o", color=colour, markersize=5, label=label)
+        axes.set(xscale="log", ylim=(0.5 - max(2, len(found)), 0.5), xlabel="run time, ms")
         axes.set_yticks([-k for k in range(len(found))], [one.reference.scene.name for one in found])
-        axes.set_xlabel("run time, ms")
         axes.xaxis.set_major_formatter(format_tick)
         finish(axes)
         return render(figure, "Run time of PIC and PIT with and without skipping", narrow=narrow)

@@ -36,7 +36,6 @@ SHORT_NOTE = (
 )
 #: Verdicts that only steps show.
 _OF_STEPS = (Verdict.PASSED_THROUGH, Verdict.TURNED_ALONE, Verdict.SINKS, Verdict.WORSE_STEPS)
-_PAPER: Media = Media.ON_PAPER
 _OFF_PAPER: Media = Media.TERMINAL | Media.DETAIL
 
 
@@ -55,7 +54,7 @@ def build_steps_section(grid: Grid) -> Section:
     is_single_scene, media = len(grid.rows) == 1, Media.EVERYWHERE if len(grid.rows) == 1 else Media.IN_FULL
 
     def build_column(
-        head: str, format_score: Callable[[LocalScore], str], subheading: str = "", only: Media = _PAPER
+        head: str, format_score: Callable[[LocalScore], str], subheading: str = "", only: Media = Media.ON_PAPER
     ) -> Column:
         return Column(head, lambda run: format_score(run.local), subheading, number=True, only=only)
 
@@ -64,7 +63,10 @@ def build_steps_section(grid: Grid) -> Section:
         Column("method", lambda run: run.cell.column.name),
         Column("grade", lambda run: replace(run.cell.mark.cell, link=run.cell.link), only=Media.ON_PAPER),
         Column("steps", lambda run: mark_of_grade(run.local.grade, run.local.float_bits).cell),
-        *([Column("parted at", _format_divergence_time, only=_PAPER)] * any(map(_format_divergence_time, found))),
+        *(
+            [Column("parted at", _format_divergence_time, only=Media.ON_PAPER)]
+            * any(map(_format_divergence_time, found))
+        ),
         build_column("due", lambda local: str(local.due)),
         build_column("impacts", _format_impacts, "- (PIT's) +", only=_OFF_PAPER),
         build_column("missed", _format_missed, "(PIT's)"),
@@ -150,11 +152,8 @@ def _describe_divergence(found: Sequence[_Steps]) -> Iterator[str]:
     if times:
         first, last = formatting.format_seconds(times[0]), formatting.format_seconds(times[-1])
         time_text = f"at {first}" if first == last else f"between {first} and {last}"
-        pit_times_s = {line.pit_parted_s for line in lines}
-        pit = [
-            formatting.format_seconds(time_s)
-            for time_s in sorted(time_s for time_s in pit_times_s if time_s is not None)
-        ]
+        pit_times_s = {line.pit_parted_s for line in lines if line.pit_parted_s is not None}
+        pit = [formatting.format_seconds(time_s) for time_s in sorted(pit_times_s)]
         also_pit = f"; PIT diverged at {formatting.join_words(pit)}" if pit else ""
         methods = formatting.format_count(len(times), "method")
         yield f"{methods} diverged from the reference's trajectory {time_text}{also_pit}."

@@ -246,7 +246,7 @@ def _find_changed_versions(old: Environment, new: Environment) -> dict[str, str]
 
 def _find_differences(old: Mapping[str, Any], new: Mapping[str, Any]) -> dict[str, str]:
     pairs = {name: (old.get(name, "none"), new.get(name, "none")) for name in (*old, *new)}
-    return {name: f"{_format_value(a)} → {_format_value(b)}" for name, (a, b) in pairs.items() if not _are_equal(a, b)}
+    return {name: f"{a} → {b}" for name, (a, b) in pairs.items() if not _are_equal(a, b)}
 
 
 def _are_equal(a: object, b: object) -> bool:
@@ -254,10 +254,6 @@ def _are_equal(a: object, b: object) -> bool:
     if not (isinstance(a, float) and isinstance(b, float)):
         return a == b
     return math.isclose(a, b, rel_tol=THRESHOLDS.rounding) or (math.isnan(a) and math.isnan(b))
-
-
-def _format_value(value: Any) -> str:
-    return repr(value) if isinstance(value, float) else str(value)
 
 
 def _compare_cell(old: DiffCell | None, new: DiffCell | None, versions: Mapping[str, str]) -> Change | None:

@@ -302,12 +302,13 @@ def test_report_without_any_run_gives_the_reason(results: Results) -> None:
     assert "<svg" not in render_html(bare)
 
 
-def test_scenes_with_too_many_discs_are_not_drawn(results: Results) -> None:
+def test_scenes_with_too_many_discs_are_not_drawn(results: Results, monkeypatch: pytest.MonkeyPatch) -> None:
     """Scenes with more discs than the limit are not among the drawn divergences."""
     grid = build_grid(results)
     paper, _ = find_divergences(grid)
     assert len(paper) == 2
-    assert find_divergences(grid, most_discs=1) == ((), ())
+    monkeypatch.setattr("carom.studies.cross_check.fault_pictures.MOST_DISCS_DRAWN", 1)
+    assert find_divergences(grid) == ((), ())
 
 
 @each(
