@@ -18,7 +18,6 @@ from carom.report.provenance import build_provenance
 from carom.report.replay import build_replay_data
 from carom.report.results_file.line_types import RowLine, Summary
 from carom.studies.cross_check import grade_tables, reference_sections, run_sections, scene_sections
-from carom.studies.cross_check.cells_section import build_cells_section
 from carom.studies.cross_check.fault_pictures import build_picture_sections
 from carom.studies.cross_check.grid import Grid, build_grid, read_grid
 from carom.studies.cross_check.headline import build_headline
@@ -70,7 +69,7 @@ def _build_document(title: str, about: str, grid: Grid) -> Document:
         build_skipping_section(grid),
         *build_provenance(results.environment, results.command or _format_python_call(grid), results.elapsed_s),
         run_sections.build_settings_section(grid),
-        build_cells_section(grid),
+        run_sections.build_cells_section(grid),
         build_impact_tables_section(grid),
     )
     return Document(title, build_headline(grid), sections, about=about, watch=grade_tables.find_first_replay(grid))

@@ -1,16 +1,23 @@
-"""Sections about all runs: spread over phases, run times and settings."""
+"""Sections about all runs: spread over phases, run times, settings, and the numbers of every run."""
 
 from __future__ import annotations
 
+import dataclasses
+import math
 import statistics
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from typing import NamedTuple
 
+from carom.comparator import Errors
 from carom.execution.phases import PhaseSpread
 from carom.report import formatting
 from carom.report.document import Cell, Column, Media, Section, Table, Text
 from carom.report.results_file.line_types import RowLine
-from carom.studies.cross_check.grid import Grid, GridColumn
+from carom.studies.cross_check.grid import Grid, GridCell, GridColumn, keep_worst, omission_note
+
+#: Largest number of listed cells: a browser takes seconds for this many.
+MOST_CELLS = 10_000
 
 SPREAD_NOTE = (
     "An engine can find an impact by luck, because a check happens to fall into the overlap. So each run was "
@@ -137,3 +144,35 @@ def _describe_settings(row_line: RowLine, lines: Sequence[RowLine]) -> Iterator[
         on = [dimension for dimension, own in by.items() if any((one.settings or {}).get(name) != value for one in own)]
         variation = f" (varies with the {formatting.join_words(on, 'and the')})" if on else ""
         yield f"{name} = {formatting.format_setting(value)}{variation}"
+
+
+def build_cells_section(grid: Grid) -> Section:
+    """Return all cells at all step sizes."""
+    columns = (
+        Column("scene", lambda cell: cell.scene),
+        Column("engine", lambda cell: cell.column.label),
+        Column("profile", lambda cell: cell.column.profile),
+        Column("step", lambda cell: formatting.format_step(cell.line.dt_s)),
+        Column("grade", lambda cell: dataclasses.replace(cell.mark.cell, title="")),
+        Column(
+            "expected / missed / invented",
+            lambda cell: f"{cell.expected} / {cell.missed} / {cell.invented}" if cell.scored else formatting.ABSENT,
+        ),
+        Column("error / PIT's", lambda cell: formatting.format_number(cell.cost, 3)),
+        *(Column(one.metadata["name"], partial(_format_metric, one.name)) for one in dataclasses.fields(Errors)),
+        Column("verdicts", lambda cell: Cell("; ".join(cell.reasons), css="prose")),
+    )
+    cells = keep_worst(grid.runs, MOST_CELLS, lambda cell: (cell,))
+    folded = formatting.format_count(len(cells), "cell")
+    table = Table(columns, cells, folded=folded, css="cells", only=Media.PAGE, packed=True)
+    return Section("All cells at all steps", (table, *omission_note(cells, grid.runs, "runs", Media.PAGE)))
+
+
+def _format_metric(name: str, cell: GridCell) -> str:
+    """Format a metric of a cell; the metric's name contains its unit."""
+    error: float = getattr(cell.errors, name)
+    if name.endswith("_s") and not math.isnan(error):
+        return f"{formatting.format_seconds(error)} ({formatting.format_steps(error, cell.line.dt_s)})"
+    if name.endswith("_rad") and not math.isnan(error):
+        return f"{formatting.format_number(math.degrees(error), 3)}°"
+    return formatting.format_number(error, 3)

@@ -12,10 +12,10 @@ from carom.report.document import Cell, Media, Section, Table
 from carom.report.render.markdown import render_markdown
 from carom.report.results_file.json_lines import OF_SPINS
 from carom.report.results_file.records import format_records
-from carom.studies.cross_check.cells_section import build_cells_section
 from carom.studies.cross_check.document import cross_check_document
 from carom.studies.cross_check.grid import build_grid
 from carom.studies.cross_check.run_sections import (
+    build_cells_section,
     build_run_time_section,
     build_settings_section,
     build_spread_section,
