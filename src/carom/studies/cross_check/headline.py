@@ -142,12 +142,9 @@ def _describe_counts(grid: Grid, columns: Sequence[GridColumn]) -> str:
         noun = f"{labels.pop()} run" if len(labels) == 1 else "run"
     tally = Counter(cell.mark for column in counted_columns for cell in grid.list_cells(column))
     run_count = sum(n for mark, n in tally.items() if mark.ran)
-    scored = [
-        f"{tally[mark]} {'is' if tally[mark] == 1 else 'are'} {mark.word}" for mark in Mark if mark.ran and tally[mark]
-    ]
-    unscored = [
-        f"{tally[mark]} {mark.word}" for mark in Mark if not mark.ran and mark is not Mark.ABSENT and tally[mark]
-    ]
+    present = [mark for mark in Mark if tally[mark]]
+    scored = [f"{tally[mark]} {'is' if tally[mark] == 1 else 'are'} {mark.word}" for mark in present if mark.ran]
+    unscored = [f"{tally[mark]} {mark.word}" for mark in present if not mark.ran and mark is not Mark.ABSENT]
     sentence = f"No {noun} at {grid.step_phrase} could be scored."
     if run_count:
         number, rest = scored[0].split(" ", 1)

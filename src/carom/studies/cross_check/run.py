@@ -6,7 +6,7 @@ import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 from itertools import islice
 from types import MappingProxyType
 from typing import Any, TypeVar
@@ -262,16 +262,28 @@ def _build_pit_job(job: Job) -> Job:
 
 
 def _score_jobs(jobs: Sequence[Job], usable: Mapping[str, Reference], observer: _Observer) -> dict[Key, Row]:
-    """Score all jobs. PIT always runs first on each scene with each step size, even if it was not requested."""
+    """Score all jobs against the reference and PIT of their scene and step size.
+
+    PIT always runs first on each scene with each step size, even if it was not requested.
+    """
     sampling = {_build_key(one): one for one in map(_build_pit_job, jobs)}
     pit = {_build_key(job): answer for job, answer in observer.observe_traces(sampling.values())}
-    rows: dict[Key, Row] = {}
-    scorers: dict[tuple[str, float], Scorer] = {}
-    left = iter(pit)
+
+    @cache
+    def build_scorer(scene: str, dt_s: float) -> Scorer:
+        return Scorer(usable[scene].trace, pit[scene, PIT_METHOD, dt_s].value, usable[scene].horizon_s)
 
     def score_answer(job: Job, answer: Answer[Trace]) -> Row:
-        return _build_row(job, answer, usable, pit[_build_key(_build_pit_job(job))].value, scorers)
+        row = Row(job, answer.status, answer.reason, answer.value)
+        if answer.value is None:
+            return row
+        try:
+            return replace(row, score=build_scorer(job.scene.name, job.dt_s).score(answer.value))
+        except Exception as error:  # noqa: BLE001 - one bad run must not affect other rows
+            return _build_failed_row(job, error)
 
+    rows: dict[Key, Row] = {}
+    left = iter(pit)
     rows_by_engine: dict[tuple[str, str, float], list[Row]] = {}
     for job, answer in observer.observe_traces(job for job in jobs if job.method != PIT_METHOD):
         similar = rows_by_engine.setdefault((job.scene.name, job.engine, job.dt_s), [])
@@ -293,28 +305,6 @@ def _is_same_run(one: Trace | None, other: Trace | None) -> bool:
         return False
     settings = {name: getattr(other, name) for name in ("profile", "tried", "settings", "counts")}
     return replace(one, **settings) == other
-
-
-def _build_row(
-    job: Job,
-    answer: Answer[Trace],
-    usable: Mapping[str, Reference],
-    pit: Trace | None,
-    scorers: dict[tuple[str, float], Scorer],
-) -> Row:
-    """Return the row of a job. A trace is scored against the reference and PIT of its scene and step size."""
-    row = Row(job, answer.status, answer.reason, answer.value)
-    if answer.value is None:
-        return row
-    try:
-        scorer_key = (job.scene.name, job.dt_s)
-        if scorer_key not in scorers:
-            reference = usable[job.scene.name]
-            scorers[scorer_key] = Scorer(reference.trace, pit, reference.horizon_s)
-        score = scorers[scorer_key].score(answer.value)
-    except Exception as error:  # noqa: BLE001 - one bad run must not affect other rows
-        return _build_failed_row(job, error)
-    return replace(row, score=score)
 
 
 def _build_failed_row(job: Job, error: Exception) -> Row:

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
 
-from carom.comparator import Score
 from carom.execution.plan import explain_missing_profile
-from carom.model.trace import Trace
 from carom.report import formatting
 from carom.report.document import Block, Cell, Column, Legend, Lines, Media, Replays, Section, Table, Text
 from carom.report.files import pack_data
@@ -19,7 +16,6 @@ from carom.report.outcome_marks import Mark
 from carom.report.replay import build_replay_data, build_replay_key, describe_run, format_run_command
 from carom.studies.cross_check.grid import (
     Grid,
-    GridCell,
     GridColumn,
     GridRow,
     keep_worst,
@@ -88,20 +84,15 @@ def pack_replays(grid: Grid) -> Iterator[tuple[str, str]]:
     """Yield the name and the packed replays of each scene that has a reference."""
     for row in grid.rows:
         reference = grid.results.references.get(row.name)
-        runs = [found for cell in row.cells if (found := _build_replay(cell))]
+        runs = []
+        for cell in row.cells:
+            if (run := cell.row) and run.trace is not None and run.score is not None:
+                command = format_run_command(escape_controls(run.job.scene.name), run.job)
+                description = describe_run(run, cell.column.label, build_replay_key(run.job), command)
+                runs.append((run.trace, run.score, description))
         if reference is not None and runs:
             data = build_replay_data(reference, runs) | {"drag": build_play_link(reference.scene)}
             yield escape_controls(row.name), pack_data(data)
-
-
-def _build_replay(cell: GridCell) -> tuple[Trace, Score, Mapping[str, Any]] | None:
-    """Return a run, its score and its description; None if there is no replay."""
-    if cell.row is None or cell.row.trace is None or cell.row.score is None:
-        return None
-    job = cell.row.job
-    command = format_run_command(escape_controls(job.scene.name), job)
-    description = describe_run(cell.row, cell.column.label, build_replay_key(job), command)
-    return cell.row.trace, cell.row.score, description
 
 
 def build_unscored_section(grid: Grid) -> Section:
