@@ -255,9 +255,7 @@ def measure_growth(
             curve_points = points[info.name, gravity]
             method = own_methods.get(info.name, Method(info.name, options.profile))
             key = GrowthKey(size, method, find_versions(info.name), environment.machine, gravity, STEPS)
-            reason = info.unavailable or _find_skip_reason(
-                curve_points, size, min(left_s, options.time_limit_s), left_s
-            )
+            reason = info.unavailable or _find_skip_reason(curve_points, size, min(left_s, options.time_limit_s))
             refused = Answer[Grown](Status.UNSUPPORTED, reason) if reason else None
             pool.renew()
             ask = TaskRequest(size, key, GrowthTask(size, method, environment.date, gravity), refused)
@@ -273,9 +271,9 @@ def measure_growth(
     return Growth(tuple(curves), environment, budget_s, command, elapsed_s)
 
 
-def _find_skip_reason(curve_points: Sequence[GrowthPoint], size: int, allowed_s: float, left_s: float) -> str:
+def _find_skip_reason(curve_points: Sequence[GrowthPoint], size: int, allowed_s: float) -> str:
     """Return the reason to omit a run, according to the previous runs; an empty text if it may be tried."""
-    if left_s <= 0:
+    if allowed_s <= 0:
         return "its share of the budget was used up; raise --budget"
     if curve_points and curve_points[-1].reason:  # a method that failed with fewer discs also fails with more discs
         first = next(point for point in curve_points if point.reason)
@@ -291,7 +289,7 @@ def _find_skip_reason(curve_points: Sequence[GrowthPoint], size: int, allowed_s:
     if expected_s + START_S <= allowed_s:
         return ""
     expected = f"it would take about {expected_s:.0f} s according to the run with {last.discs} discs"
-    return f"{expected}, and only {max(allowed_s, 0):.0f} s are left; raise --budget or --time-limit"
+    return f"{expected}, and only {allowed_s:.0f} s are left; raise --budget or --time-limit"
 
 
 def _build_point(discs: int, answer: Answer[Grown]) -> GrowthPoint:

@@ -100,9 +100,9 @@ def _build_headline(found: Diff) -> list[str]:
     ungraded_count = sum(not change.graded for change in found.changes)
     counted += [f"{ungraded_count} not graded"] if ungraded_count else []
     unchanged_text = formatting.format_count(found.unchanged, "cell")
-    lead = [f"{formatting.capitalise(formatting.join_words(counted))}; {unchanged_text} unchanged." if counted else ""]
-    if not counted:
-        lead = [f"No change: all {unchanged_text} are equal, except for rounding."]
+    lead = [f"No change: all {unchanged_text} are equal, except for rounding."]
+    if counted:
+        lead = [f"{formatting.capitalise(formatting.join_words(counted))}; {unchanged_text} unchanged."]
     if tally[Kind.WORSE] or tally[Kind.MIXED]:
         worst = found.changes[0]
         number = f" ({worst.telling})" if worst.telling else ""
@@ -112,20 +112,15 @@ def _build_headline(found: Diff) -> list[str]:
 
 
 def _describe_setting_changes(changes: Sequence[Change]) -> Iterator[str]:
-    """Yield one sentence on changed settings and versions."""
-    values: dict[str, dict[str, None]] = {}
-    cells = Counter[str]()
-    for change in changes:
-        for name, change_text in change.changed:
-            values.setdefault(name, {})[change_text] = None
-            cells[name] += 1
+    """Yield one sentence on changed settings and versions, if there are any."""
+    values = formatting.group_by(pair for change in changes for pair in change.changed)
     if not values:
         return
     phrases = []
-    for name, those in list(values.items())[:MOST_SETTINGS]:
-        value = next(iter(those)) if len(those) == 1 else f"{len(those)} values"
+    for name, texts in list(values.items())[:MOST_SETTINGS]:
+        value = texts[0] if len(set(texts)) == 1 else f"{len(set(texts))} values"
         value = value if len(value) <= MOST_LETTERS else "changed"
-        count_text = "" if cells[name] == len(changes) else f" (in {cells[name]})"
+        count_text = "" if len(texts) == len(changes) else f" (in {len(texts)})"
         phrases.append(f"{name.partition(': ')[2]} {value}{count_text}")
     omission = f" and {len(values) - MOST_SETTINGS} more" if len(values) > MOST_SETTINGS else ""
     yield f"Also changed in {formatting.format_count(len(changes), 'cell')}: {', '.join(phrases)}{omission}."

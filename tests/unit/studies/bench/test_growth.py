@@ -120,7 +120,7 @@ def test_unused_budget_passes_to_later_growth_runs(
         return ""
 
     monkeypatch.setattr(growth, "_find_skip_reason", note)
-    growth.measure_growth(GrowthOptions(["pit"], sizes=[2, 3], own=False, budget_s=100.0))
+    growth.measure_growth(GrowthOptions(["pit"], sizes=[2, 3], own=False, budget_s=100.0, time_limit_s=1e3))
     assert len(recorded_runs) == len(allowed) == 4
     assert allowed[:2] == [pytest.approx(100.0, abs=10.0)] * 2
     assert allowed[3] == pytest.approx(200.0, abs=50.0)
