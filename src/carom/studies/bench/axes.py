@@ -1,4 +1,4 @@
-"""Axes of a bench's diagrams: the quantities that are plotted, and the kinds of error."""
+"""Axes of a bench's diagrams: the quantities to plot, and the kinds of error."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from carom.execution.score_jobs import Measures
 
 
-#: Targets of the error. For each target that an engine reaches, a bench reports the run time.
+#: Target errors. A bench reports the run time for each target that an engine reaches.
 TARGETS = (0.1, 0.01, 1e-3, 1e-4, 1e-6)
 
 
@@ -44,7 +44,7 @@ class ErrorKind(StrEnum):
 
     @property
     def in_percent(self) -> bool:
-        """Whether the error is shown in per cent. Angles are shown in radians."""
+        """Whether the error is shown in percent. Angles are shown in radians."""
         return self is not ErrorKind.DIRECTION
 
     @property

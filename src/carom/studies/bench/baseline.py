@@ -1,6 +1,6 @@
-"""Comparison of a bench with an earlier bench on the same machine: which points became faster or slower.
+"""Comparison of a bench with an earlier bench, the baseline, on the same machine.
 
-Run times of different days are not comparable. So run times are divided by PIT's run time in the same round.
+Run times of different days are not comparable. So each run time is divided by PIT's run time in the same round.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ from carom.studies.bench.result import Bench, Point
 from carom.studies.bench.tables import format_error, format_point_name
 from carom.studies.bench.timing_pass import At
 
-#: A ratio of run times counts as a change if its whole confidence interval is farther from 1 than this. Smaller
-#: differences between two sessions have other causes, such as the program's position in memory and other work of the
-#: machine.
+#: A run time has changed if the whole confidence interval of its ratio to the earlier one is farther from 1 than this.
+#: Smaller differences between two sessions have other causes, such as the program's position in memory and other work
+#: of the machine.
 LEAST_CHANGE = 0.05
 
 
 class BaselineChange(Enum):
-    """Change of a point. The value is the word shown."""
+    """Change of a point's run time or error. The value is the word shown."""
 
     REGRESSED = "regressed"
     IMPROVED = "improved"
@@ -41,7 +41,7 @@ class BaselineChange(Enum):
 
 
 class Before(NamedTuple):
-    """A point of the earlier bench: error, number of lost impacts, and run time divided by PIT's in each round."""
+    """A point of the earlier bench: run time divided by PIT's in each round, error, and number of lost impacts."""
 
     ratios: Sequence[float]
     error: float
@@ -50,7 +50,7 @@ class Before(NamedTuple):
 
 @dataclass(frozen=True)
 class Compared:
-    """A point and its earlier values.
+    """A point compared with the same point of an earlier bench.
 
     Attributes:
         scene: Name of the scene.
@@ -78,9 +78,9 @@ class Compared:
 
     @property
     def accuracy(self) -> BaselineChange:
-        """Change of the point's error, rounded to two digits.
+        """Change of the point's lost impacts and of its error, rounded to two digits.
 
-        A change in these digits is never noise, because runs of one version repeat the error.
+        A change is never noise, because repeated runs of one version have equal errors.
         """
         current, earlier = ((one.lost, _round_error(one.error)) for one in (self.point, self.before))
         if current == earlier:
@@ -169,7 +169,7 @@ def _round_error(error: float) -> float:
 
 
 def describe_baseline(found: Sequence[Compared]) -> Iterator[str]:
-    """Yield the numbers of points that regressed, improved and did not change, and the name of the worst point."""
+    """Yield sentences with the numbers of points that regressed, improved and did not change, and the worst point."""
     if not found:
         yield "The baseline has none of these points. Run the baseline with the same scenes, engines and steps."
         return
@@ -185,7 +185,7 @@ def describe_baseline(found: Sequence[Compared]) -> Iterator[str]:
 
 
 def build_baseline_section(found: Sequence[Compared], kind: ErrorKind) -> Section:
-    """Return a section with a table of the changed points, and a table of all others for media in full."""
+    """Return a section with a table of the changed points, and a full document also has a table of all other points."""
     columns = (
         Column("point", _format_name),
         Column("run time", lambda one: one.time.value),

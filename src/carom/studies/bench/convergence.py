@@ -1,4 +1,4 @@
-"""Order of convergence: the slope of error against step size on logarithmic axes, with its confidence interval."""
+"""Order of convergence: the slope of error against step size on logarithmic axes, with a confidence interval."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LEAST_ORDER = 0.5
 
 
 class Convergence(Enum):
-    """Meaning of an order. The value is the phrase shown."""
+    """Result of a fit. The value is the phrase shown."""
 
     EXACT = "exact at every step size"
     CONVERGES = "converges"
@@ -30,15 +30,15 @@ class Convergence(Enum):
 
 @dataclass(frozen=True)
 class ConvergenceOrder:
-    """A fitted power law ``y = factor * x ** exponent``, with the meaning of its exponent.
+    """A fitted power law ``error = factor * dt_s ** exponent``.
 
     Attributes:
-        verdict: Meaning of the exponent's interval.
+        verdict: Conclusion from the exponent's confidence interval.
         exponent: The slope on logarithmic axes; NaN if there are too few points.
-        low: Lower end of its confidence interval.
-        high: Upper end.
-        factor: Value at ``x = 1``.
-        points: Number of fitted points, which have errors above rounding.
+        low: Lower end of the exponent's confidence interval.
+        high: Upper end of this interval.
+        factor: Value of the power law at ``dt_s = 1``.
+        points: Number of fitted points. Points with errors within rounding are not fitted.
     """
 
     verdict: Convergence
@@ -50,7 +50,10 @@ class ConvergenceOrder:
 
 
 def fit_order(dts_s: Sequence[float], errors: Sequence[float]) -> ConvergenceOrder:
-    """Fit the order of convergence of errors (without unit) against step sizes. Errors within rounding are omitted."""
+    """Fit the order of convergence of errors (without unit) against step sizes.
+
+    Infinite and unknown errors, and errors within rounding, are omitted. If all known errors are within rounding, the verdict is `EXACT`.
+    """
     finite = [(dt_s, error) for dt_s, error in zip(dts_s, errors, strict=True) if math.isfinite(error)]
     above = [(dt_s, error) for dt_s, error in finite if error > THRESHOLDS.rounding]
     if finite and not above:
@@ -76,9 +79,9 @@ def fit_power(x: Sequence[float], y: Sequence[float]) -> tuple[float, float, flo
     if len(set(x)) < 2:
         return math.nan, math.nan, math.nan, math.nan
     log_x, log_y = np.log(np.asarray(x, dtype=np.float64)), np.log(np.asarray(y, dtype=np.float64))
-    centred = log_x - log_x.mean()
-    squares = float(centred @ centred)
-    exponent = float(centred @ log_y) / squares
+    centered = log_x - log_x.mean()
+    squares = float(centered @ centered)
+    exponent = float(centered @ log_y) / squares
     offset = float(log_y.mean() - exponent * log_x.mean())
     freedom = len(log_x) - 2
     if freedom < 1:
@@ -103,7 +106,7 @@ def compute_student_quantile(probability: float, freedom: int) -> float:
 
 
 def _compute_student_cdf(t: float, freedom: int) -> float:
-    """Return the distribution function by its finite series (Abramowitz and Stegun, 26.7.3 and 26.7.4)."""
+    """Return Student's distribution function by its finite series (Abramowitz and Stegun, 26.7.3 and 26.7.4)."""
     angle = math.atan2(t, math.sqrt(freedom))
     sine, cosine = math.sin(angle), math.cos(angle)
     odd = freedom % 2

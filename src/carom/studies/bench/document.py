@@ -86,14 +86,14 @@ def write_bench(
 
 
 def _select_diagrams(scene: SceneBench, axes: Sequence[Diagram]) -> tuple[Diagram, ...]:
-    """Return the diagrams that can be drawn. Without run times, this is only the diagram of error against step size."""
+    """Return the diagrams that can be drawn. Only the diagram of error against step size needs no run times."""
     return tuple(kind for kind in axes if scene.noise is not None or kind is Diagram.ERROR_DT)
 
 
 def _build_scene_sections(
     bench: Bench, scene: SceneBench, axes: Sequence[Diagram], targets: Sequence[float]
 ) -> Iterator[Section]:
-    """Yield a scene's diagrams and tables. With several scenes, a terminal shows only the table of all scenes."""
+    """Yield the sections of a scene. With several scenes, a terminal shows only the table of all methods."""
     figures = []
     for kind in _select_diagrams(scene, axes):
         draw = partial(render_diagram_svg, scene, kind, bench.plan.error)
@@ -122,7 +122,7 @@ def _build_scene_sections(
 
 
 def _describe_coverage(bench: Bench) -> Iterator[str]:
-    """Yield a sentence on points that were not scored or not timed, if there are any."""
+    """Yield a sentence with the numbers of points that were not scored or not timed, if there are any."""
     points = [point for scene in bench.scenes for point in scene.points]
     unrun, untimed = [p.reason for p in points if p.reason], [p.untimed for p in points if p.untimed]
     if unrun or untimed:

@@ -26,7 +26,7 @@ _MARKED = (1e-2, 1e-3)
 
 
 def render_diagram_svg(bench: SceneBench, axes: Diagram, error: ErrorKind, narrow: bool = False) -> str:
-    """Return a diagram as SVG with the colours of the page. A narrow diagram fits a phone."""
+    """Return a diagram as SVG with the colors of the page. A narrow diagram fits a phone."""
     with svg.use_drawing_style():
         links = {build_point_anchor(bench.scene.name, point): format_point_name(point) for point in bench.points}
         figure = _draw_figure(bench, axes, error, narrow=narrow)
@@ -59,7 +59,7 @@ def _draw_figure(
 
 @dataclass
 class _Drawing:
-    """A diagram under construction. Exact results are at the bottom."""
+    """A diagram under construction. Points within rounding are drawn at the height `floor`."""
 
     axes: Axes
     bench: SceneBench
@@ -71,7 +71,7 @@ class _Drawing:
 
     @property
     def unit(self) -> float:
-        """Factor of errors on the axis."""
+        """Factor that converts an error to the unit of the axis."""
         return 100.0 if self.error.in_percent else 1.0
 
     def compute_place(self, point: Point) -> tuple[float, float]:
@@ -96,8 +96,7 @@ class _Drawing:
             self.axes.plot(*zip(*(place for place, _ in drawn_points), strict=True), **style)
             for (x, y), point in drawn_points:
                 sound = self.kind is Diagram.TIME_DT or point.sound
-                # If impacts are missed or invented, the error is only the error of the other impacts, so the mark is a
-                # cross.
+                # If impacts are missed or invented, the error is only that of the other impacts. A cross shows this.
                 as_drawn = marks if sound else {**marks, "marker": "x", "markersize": 6.0}
                 self.axes.plot([x], [y], color=style["color"], linestyle="none", zorder=4, **as_drawn)
         for (x, y), point in drawn_points:

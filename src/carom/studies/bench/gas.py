@@ -1,4 +1,4 @@
-"""Hard-disc gas for benches: equal discs in a square box."""
+"""Hard-disc gas for growth benches: equal discs in a square box."""
 
 from __future__ import annotations
 

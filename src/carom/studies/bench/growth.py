@@ -28,21 +28,22 @@ from carom.studies.bench.own_methods import add_own_methods, list_own_methods
 SIZES = (10, 100, 300, 1_000, 3_000, 10_000)
 OWN_SIZES = (*SIZES, 30_000, 100_000)
 
-#: Packing of the gas. Every disc has room to move, and most discs meet another disc within a second.
+#: Fraction of the box's area that the discs cover. Every disc has room to move, and most discs meet another disc within
+#: a second.
 PACKING = 0.3
 DT_S = 1 / 240
-#: Number of steps of a run. The steps cover a simulated second, because few of a hundred discs meet in less time.
+#: Number of steps of a run. They cover a simulated second, because in less time few of a hundred discs would meet.
 STEPS = 240
 
 #: Smallest number of discs in a fit. With fewer discs, fixed costs hide the growth.
 FIT_FROM = 100
 
-#: A run is repeated until its repeats have taken this many seconds, but at most this many times. The result is the
-#: median.
+#: A run is repeated until all repeats together have taken `SHORT_S` seconds, but at most `REPEATS` times. The result is
+#: the median.
 SHORT_S = 0.5
 REPEATS = 15
 
-#: Largest number of discs in a warm-up.
+#: Largest number of discs in the warm-up before a run.
 WARM = 1_000
 
 #: Approximate time to start a process and to build the scene in it, seconds.
@@ -57,7 +58,7 @@ class Grown:
         timing: Run times.
         before_bytes: Memory of the process before the world was built, bytes.
         peak_bytes: Peak memory of the process, bytes.
-        sitting: Start of the session that ran the gas, UTC.
+        sitting: Start of the session that ran the gas, UTC. Only run times of one session are comparable.
     """
 
     timing: Timing
@@ -68,7 +69,7 @@ class Grown:
 
 @dataclass(frozen=True)
 class GrowthTask:
-    """Runs a gas in a new worker process, so that nothing else affects its memory."""
+    """Task that runs a gas. Each task has a new worker process, so that nothing else affects the memory."""
 
     discs: int
     method: Method
@@ -188,7 +189,7 @@ class Growth:
     """A finished growth bench.
 
     Attributes:
-        curves: Two entries per engine: without and with gravity.
+        curves: Two curves per engine: without and with gravity.
         environment: Machine and versions.
         budget_s: Budget of each gas, seconds.
         command: The command that repeats the bench.
@@ -209,7 +210,7 @@ def measure_growth(
     progress: Progress = no_progress,
     command: str = "",
 ) -> Growth:
-    """Run gases with and without gravity and with increasing numbers of discs, until the budget is used up.
+    """Run gases with more and more discs, with and without gravity, until the budget is used up.
 
     Args:
         options: Options of the bench.
@@ -240,7 +241,7 @@ def measure_growth(
         spent = dict.fromkeys(points, 0.0)
         for done, (size, gravity, info) in enumerate(planned_runs):
             before = time.perf_counter()
-            # Each engine has its own share of the budget, and the time that finished engines have not used.
+            # Each engine may use its own share of the budget, and the time that finished engines have not used.
             all_left_s = 2 * budget_s - (before - started)
             to_run = {(one.name, falls) for _, falls, one in planned_runs[done:]}
             shares_s = {
@@ -272,7 +273,7 @@ def measure_growth(
 
 
 def _find_skip_reason(curve_points: Sequence[GrowthPoint], size: int, allowed_s: float) -> str:
-    """Return the reason to omit a run, according to the previous runs; an empty text if it may be tried."""
+    """Return the reason to omit a run, based on the runs with fewer discs; an empty text if the run may be tried."""
     if allowed_s <= 0:
         return "its share of the budget was used up; raise --budget"
     if curve_points and curve_points[-1].reason:  # a method that failed with fewer discs also fails with more discs
@@ -283,7 +284,7 @@ def _find_skip_reason(curve_points: Sequence[GrowthPoint], size: int, allowed_s:
         return ""
     last, before = completed_points[-1], completed_points[-2]
     spent, earlier = (point.advance_s + point.prepare_s for point in (last, before))
-    # Fixed costs make growth less than proportional. For more discs, expect at least proportional growth.
+    # Fixed costs can hide growth with few discs. So the expected growth is at least proportional.
     exponent = max(1.0, math.log(spent / earlier) / math.log(last.discs / before.discs))
     expected_s = spent * (size / last.discs) ** exponent
     if expected_s + START_S <= allowed_s:

@@ -30,7 +30,7 @@ _SIMULATED_S = STEPS * DT_S
 
 
 def build_growth_document(growth: Growth) -> Document:
-    """Return a document of run time and memory against the number of discs."""
+    """Return the document of a growth bench: run time and memory against the number of discs."""
     figures = (
         Figure(
             partial(_render_svg, growth, False), "Run time per simulated second. Dashed lines are runs with gravity."
@@ -175,7 +175,7 @@ def _format_command(run: _Run) -> str:
 
 
 def _format_largest(format_point: Callable[[GrowthPoint], str]) -> Callable[[GrowthCurve], str]:
-    """Return a column's text for the largest number of discs that was run."""
+    """Return a function that formats a curve's point with the largest number of discs."""
     return lambda curve: format_point(curve.ran[-1]) if curve.ran else formatting.ABSENT
 
 

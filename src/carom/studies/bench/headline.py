@@ -10,12 +10,12 @@ from carom.studies.bench.axes import ErrorKind
 from carom.studies.bench.result import Bench, Curve, Point, SceneBench, read_run_time
 from carom.studies.bench.tables import format_error, format_losses, format_milliseconds
 
-#: With more scenes than this, a terminal shows only the table of all scenes.
+#: Largest number of scenes that the headline describes one by one.
 SCENES_SHOWN = 2
 
 
 def describe_bench(bench: Bench) -> Iterator[str]:
-    """Yield the sentences of the headline. With several scenes, a summary of all scenes comes first."""
+    """Yield the sentences of the headline. For several scenes, the first sentence is a summary."""
     target, kind = bench.plan.target, bench.plan.error
     if len(bench.scenes) == 1:
         yield describe_scene(bench.scenes[0], target, kind)
@@ -42,14 +42,14 @@ def describe_bench(bench: Bench) -> Iterator[str]:
 
 
 def _format_time_range(points: list[Point]) -> str:
-    """Return the smallest and the largest run time as text. If the two are equal, return one time."""
+    """Return the smallest and the largest run time as text; only one time if both have the same text."""
     spent = sorted((point.timing.advance_s for point in points if point.timing), key=lambda time: time.median)
     ends = dict.fromkeys(format_milliseconds(time) for time in (*spent[:1], *spent[-1:]))
     return f" in {' to '.join(ends)} ms" if ends else ""
 
 
 def _format_scenes(scenes: list[SceneBench], bench: Bench) -> str:
-    """Return the names of scenes if a terminal shows each scene, otherwise the number of scenes."""
+    """Return the names of scenes; the number of scenes if the bench has too many scenes for names."""
     if len(scenes) == len(bench.scenes):
         return "every scene"
     if len(bench.scenes) > SCENES_SHOWN:
@@ -58,7 +58,14 @@ def _format_scenes(scenes: list[SceneBench], bench: Bench) -> str:
 
 
 def describe_scene(scene: SceneBench, target: float, kind: ErrorKind, *, next_best: bool = True) -> str:
-    """Describe a scene: PIC, the fastest engine within the target, the most accurate engine, and the next engine."""
+    """Describe the results of a scene, and name PIC's run time and the best engines.
+
+    Args:
+        scene: Results of the scene.
+        target: Error that the fastest engine must reach.
+        kind: Kind of error.
+        next_best: Whether to also name the engine that is second in accuracy.
+    """
     exact, parts = scene.exact, list[str]()
     if exact is not None:
         timing = exact.timing

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-#: Intended time of one piece of fixed work on a quiet machine, seconds. This time is much longer than the clock's
-#: resolution, and much shorter than the measurements.
+#: Intended time of the fixed work on a quiet machine, seconds. It is much longer than the clock's resolution, and much
+#: shorter than the measurements.
 PROBE_S = 1e-3
 
 
@@ -54,7 +54,7 @@ class NoiseProbe:
         for _ in range(9):
             self._loops = max(1, round(self._loops * PROBE_S / self._time_work()))
             trials.append(self._loops)
-        self._loops = round(statistics.median(trials[3:]))  # the first measurements only determine the size
+        self._loops = round(statistics.median(trials[3:]))  # the first trials are short, and thus inaccurate
         self._times: list[float] = []
 
     def take(self) -> None:

@@ -36,7 +36,7 @@ BUDGET_S = 80.0
 
 
 def parse_step_series(text: str) -> tuple[float, ...]:
-    """Read a step size such as ``1/240``, or a geometric series such as ``1/60..1/10000:6``.
+    """Parse a step size such as ``1/240``, or a geometric series such as ``1/60..1/10000:6``.
 
     Raises:
         ValueError: The text is neither a step nor a series.
@@ -66,7 +66,7 @@ class BenchPlan(LimitOptions):
         engines: Names of adapters; None for all.
         dts: Step sizes, seconds; None for each scene's own series.
         profiles: Names of profiles.
-        phases: Number of start positions, evenly spread over a step, at which each job is scored.
+        phases: Number of starts, evenly spread over a step, from which each job is scored.
         error: Kind of error.
         target: Error for which the fastest engine is named.
         rounds: Number of rounds of the timing pass.
@@ -74,7 +74,7 @@ class BenchPlan(LimitOptions):
         budget_s: Budget of a scene, seconds: half for scoring, half for timing. Jobs that do not fit are omitted with a
             reason.
         timing: Whether to measure run times.
-        own: Whether PIC and PIT also run, in addition to the chosen engines, to show the cost of exact results and of
+        own: Whether PIC and PIT run in addition to the chosen engines. They show the cost of exact results and of
             sampling.
 
     Raises:
@@ -124,9 +124,9 @@ class GrowthOptions(LimitOptions):
         engines: Names of adapters; None for all.
         profile: Name of the profile.
         sizes: Numbers of discs; None for `carom.studies.bench.growth.SIZES`, and `OWN_SIZES` for Carom's own methods.
-        budget_s: Budget of a gas, seconds. A run is omitted, with a reason, if it would exceed the rest of the budget
-            according to the previous run.
-        own: Whether PIC and PIT also run, in addition to the chosen engines.
+        budget_s: Budget of a gas, seconds. A run is omitted with a reason if the previous runs predict that it would
+            exceed the rest of the budget.
+        own: Whether PIC and PIT run in addition to the chosen engines.
 
     Raises:
         InputError: A value is invalid.

@@ -1,4 +1,4 @@
-"""Carom's own methods, which every bench runs to show the cost of exact results and of sampling."""
+"""Carom's own methods in a bench. PIC shows the cost of exact results, and PIT the cost of sampling."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from carom.execution.describe_engines import describe_engines
 from carom.execution.job import PIT_METHOD, Method
 from carom.execution.pool import Pool
 
-#: PIC, whose error does not depend on the step size. PIC's run time is the cost of exact results.
+#: The form of PIC whose error and run time do not depend on the step size.
 EXACT_METHOD = Method("pic", "event-driven")
 
 

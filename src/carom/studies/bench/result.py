@@ -32,7 +32,7 @@ class Point:
         expected: Number of impacts of the reference, over all starts.
         missed: Number of missed impacts, over all starts.
         spurious: Number of invented impacts, over all starts.
-        reason: Reason why there is no error; empty if there is one.
+        reason: Reason why the point was not scored; empty if it was scored.
         timing: Run times; None if the point was not timed.
         untimed: Reason why the point was not timed; empty if it was timed.
     """
@@ -92,7 +92,10 @@ class Curve:
 
     @property
     def best(self) -> Point | None:
-        """The sound point of smallest error, otherwise the point with fewest lost impacts; None if none was scored."""
+        """The sound point of smallest error; without sound points, the point with fewest lost impacts.
+
+        None if no point was scored. Among equal points, the fastest is the best.
+        """
 
         def order(point: Point) -> tuple[bool, int, float, float]:
             return not point.sound, point.lost, point.error, read_run_time(point)
@@ -112,7 +115,7 @@ class SceneBench:
         cheapest: The point of smallest run time that meets the target; None if there is none.
         noise: Spread of fixed work while this scene was timed; None if it was not timed.
         rounds: Number of rounds of the timing pass.
-        timed_at: Time of the timing pass, UTC. This time is before the bench if the bench was resumed.
+        timed_at: Time of the timing pass, UTC. If the bench was resumed, this may be the time of an earlier session.
     """
 
     scene: Scene
@@ -167,7 +170,7 @@ class Bench:
 
 
 def read_run_time(point: Point | None) -> float:
-    """Return the run time of all steps, seconds; infinity if there is no point or it was not timed."""
+    """Return the run time of all steps of a point, seconds; infinity if there is no point or it was not timed."""
     return point.timing.advance_s.median if point is not None and point.timing else math.inf
 
 
@@ -188,7 +191,7 @@ def find_cheapest(points: Sequence[Point], target: float) -> Point | None:
 
 
 def sort_best_first(curves: Iterable[Curve]) -> list[Curve]:
-    """Sort curves by their best points: first sound points by error and run time, then others by lost impacts."""
+    """Sort curves by their best points: sound points by error and run time, then other points by lost impacts."""
 
     def place(curve: Curve) -> tuple[bool, bool, float, float, float]:
         best = curve.best

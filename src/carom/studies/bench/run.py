@@ -41,7 +41,7 @@ def measure_work_precision(
     progress: Progress = no_progress,
     command: str = "",
 ) -> Bench:
-    """Score every job, time every method with every scored step size, and fit convergence.
+    """Score every job, time every method with every scored step size, and fit the order of convergence.
 
     Args:
         scenes: Scenes with different names.
@@ -57,7 +57,7 @@ def measure_work_precision(
         UnknownNameError: An engine or profile does not exist.
     """
     started = time.perf_counter()
-    with pool:  # the pool is closed here, so that its processes end before the timing pass
+    with pool:  # the processes of the pool end before the timing pass
         infos = select_engines(describe_engines(plan.engines, pool), plan.engines)
         profiles = select_profiles(infos, plan.profiles)
         infos = add_own_methods(infos, plan.engines, pool, needs_own_methods=plan.own)

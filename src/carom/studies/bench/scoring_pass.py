@@ -1,4 +1,4 @@
-"""Scoring pass: runs every method of a scene with smaller and smaller step sizes until the budget is used up."""
+"""Scoring pass: scores every method of a scene with smaller and smaller step sizes until the budget is used up."""
 
 from __future__ import annotations
 
@@ -44,8 +44,9 @@ class ScoringPass:
     def run(self) -> tuple[dict[JobKey, Answer[Measures]], dict[At, str]]:
         """Return the results, and the reasons for missing results by method and step size.
 
-        All methods run with a step size if the remaining budget suffices. With smaller step sizes, the best profile of
-        each engine runs first, so that every engine gets the smallest step size that the budget permits.
+        All methods run with a step size before any method runs with a smaller one. A method is omitted if its expected
+        run time exceeds the remaining budget. The best profile of each engine is chosen first, so that every engine
+        gets the smallest step size that the budget permits.
         """
         results: dict[JobKey, Answer[Measures]] = {}
         unscored: dict[At, str] = {}
@@ -89,7 +90,10 @@ class ScoringPass:
     def _rank_methods(
         self, methods: Mapping[Method, Sequence[Job]], results: Mapping[JobKey, Answer[Measures]]
     ) -> list[Method]:
-        """Return the best profile of each engine, then each second best one. Lost impacts count more than the error."""
+        """Return the best profile of each engine, then the second best profile of each engine, and so on.
+
+        Profiles are ranked by lost impacts, and then by error, with the smallest step size that was scored.
+        """
 
         def badness(method: Method) -> tuple[int, float]:
             found = [job for job in self.jobs if job.method == method and build_job_key(job) in results]

@@ -1,4 +1,4 @@
-"""Series of step sizes: geometric, and the default of a scene."""
+"""Geometric series of step sizes, and the default series of a scene."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from carom.errors import InputError
 if TYPE_CHECKING:
     from carom.model.scene import Scene
 
-#: Finest step of the default series, as a fraction of the scene's frame.
+#: Smallest step of the default series as a fraction of the scene's frame, and number of steps.
 FINEST = 60 / 10_000
 STEPS = 6
 

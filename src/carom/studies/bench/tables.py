@@ -34,7 +34,7 @@ TABLE_NOTE = (
 TABLE_SHORT = "ms is the run time, -n and +n are missed and spurious impacts, and the error grows as (step size)^order."
 EXACT = "exact"
 
-#: Smallest error that is shown in per cent, because 0.0009 % is hard to read.
+#: Smallest error that is shown in percent, because 0.0009 % is hard to read.
 LEAST_PERCENT = 1e-4
 
 #: Number of targets that a terminal shows: the finest targets.
@@ -54,9 +54,9 @@ def format_error(error: float, kind: ErrorKind) -> str:
 
 
 def list_reached_targets(bench: Bench) -> list[float]:
-    """Return the targets that engines reach on a scene, from coarse to fine.
+    """Return the targets that an engine reaches on at least one scene, from the largest error to the smallest.
 
-    The last target is the error of rounding, for exact results.
+    If a method is exact on a scene, the last target is the error of rounding.
     """
     engines = [point for scene in bench.scenes for curve in scene.engines for point in curve.points]
     all_points = [point for scene in bench.scenes for point in scene.points]
@@ -93,9 +93,11 @@ def build_method_table(scene: SceneBench, kind: ErrorKind, targets: Sequence[flo
 
 
 def _select_media(targets: Sequence[float], exact: Media = Media.EVERYWHERE) -> list[Media]:
-    """Return the media that show each target.
+    """Return the media that show each target. A terminal shows only the smallest errors.
 
-    A terminal shows only the finest targets, and rounding only on request.
+    Args:
+        targets: Targets, from the largest error to the smallest.
+        exact: Media that show the target of rounding.
     """
     errors = sum(target > THRESHOLDS.rounding for target in targets)
     hidden = max(0, errors - TARGETS_SHOWN)
@@ -103,7 +105,7 @@ def _select_media(targets: Sequence[float], exact: Media = Media.EVERYWHERE) -> 
 
 
 def build_suite_table(bench: Bench, targets: Sequence[float]) -> Table:
-    """Return a table with one row per method: the numbers of scenes with no loss, and with each target reached."""
+    """Return a table with one row per method: its numbers of scenes without lost impacts and within each target."""
     curves = [(scene, curve) for scene in bench.scenes for curve in scene.curves]
     by_method = formatting.group_by(((curve.engine, curve.profile), (scene, curve)) for scene, curve in curves)
     kind = bench.plan.error
@@ -140,14 +142,14 @@ class _Method(NamedTuple):
         return [scene for scene, curve in self.curves if any(_is_within_target(p, target) for p in curve.points)]
 
     def compute_median_cost(self, target: float) -> float:
-        """Return the median, over scenes, of the run time for a target over PIC's run time; NaN if none is known."""
+        """Return the median over scenes of the run time for a target, divided by PIC's run time; NaN if unknown."""
         cheap = [(scene, find_cheapest(curve.points, target)) for scene, curve in self.curves]
         cost_ratios = [read_run_time(point) / read_run_time(scene.exact) for scene, point in cheap]
         known = [cost for cost in cost_ratios if 0 < cost < math.inf]  # a point that was not timed has no cost
         return statistics.median(known) if known else math.nan
 
     def build_sort_key(self, targets: Sequence[float]) -> tuple[list[int], list[float]]:
-        """Return the key that sorts methods by the number of scenes within each target, finest first, then by cost."""
+        """Return a sort key: first the numbers of scenes within each target, then the costs, smallest target first."""
         median_costs = [self.compute_median_cost(target) for target in reversed(targets)]
         reached = [-len(self.list_scenes_within(target)) for target in reversed(targets)]
         return reached, [math.inf if math.isnan(cost) else cost for cost in median_costs]
@@ -243,7 +245,7 @@ def _step_column(head: str, read_s: Callable[[CellTiming], float]) -> Column:
     return _timing_column(head, lambda timing: formatting.format_number(read_s(timing) / timing.steps * 1e6, 3))
 
 
-#: Columns for points. The cost without collisions has separate columns.
+#: Columns of the table of all points, except for the point's name and its command.
 _POINT_COLUMNS = (
     Column("error", _format_point_error, number=True),
     Column("smallest over starts", lambda p: formatting.format_number(p.error_least), number=True, only=Media.ON_PAPER),

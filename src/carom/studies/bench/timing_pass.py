@@ -1,8 +1,8 @@
 """Timing pass: unobserved runs, one at a time, in several rounds of random order.
 
-A ratio compares two times of the same round. The first measured time is that of all steps, in as few calls as the
-adapter allows. The second time includes the preparation of the world. Two more times show costs that do not depend on
-the scene: Python's call into the world, and the same number of steps of an empty world.
+A ratio compares two times of the same round. The main time is that of all steps, in as few calls as the adapter
+allows. The preparation of the world is timed separately. Two more times show costs that do not depend on the scene:
+Python's call into the world, and the same number of steps of an empty world.
 """
 
 from __future__ import annotations
@@ -30,7 +30,8 @@ from carom.studies.bench.noise import Noise, NoiseProbe, Spread, compute_spread
 from carom.studies.bench.options import LEAST_ROUNDS
 from carom.support.formatting import format_seconds
 
-#: A visit repeats a short run for this many seconds to reduce effects of clock and caches.
+#: A visit repeats a short run for `VISIT_S` seconds, but at most `MOST_REPEATS` times. This reduces effects of the clock
+#: and of caches.
 VISIT_S = 5e-3
 MOST_REPEATS = 50
 
@@ -70,7 +71,13 @@ class Visit:
 
 @dataclass(frozen=True)
 class VisitTask:
-    """Task that times a scene with one method and step size, in a worker process that has timed the scene before."""
+    """Task that times a scene with one method and step size.
+
+    Attributes:
+        scene: The scene.
+        at: The method and the step size.
+        repeats: Number of runs, each in a new world.
+    """
 
     scene: Scene
     at: At
@@ -82,7 +89,7 @@ class VisitTask:
         return self.at[0].engine
 
     def carry_out(self) -> Visit:
-        """Return the medians of the repeats, each in a fresh world."""
+        """Return the medians of the repeats."""
         method, dt_s = self.at
         adapter = load_adapter(method.engine)
         steps = self.scene.step_count(dt_s)
@@ -137,7 +144,7 @@ class CellTiming:
 
 @dataclass(frozen=True)
 class TimingKey:
-    """Identity of a timing: only equal keys mean the same machine, versions and order of visits.
+    """Identity of a timing: timings with equal keys have the same machine, versions and order of visits.
 
     Attributes:
         scene: Name of the scene, for readers.
@@ -196,15 +203,15 @@ timing_journal = partial(Journal[TimingKey, SceneTiming], "timings", JournalEntr
 class TimeScene(DependentTasks[SceneTiming]):
     """Task that times a scene with several methods and step sizes. The caller ensures that nothing else is running.
 
-    Each method is warmed up once with each step size. In each round, each method is visited once with each step size,
-    in random order. PIT is timed with each step size too.
+    Each method is warmed up with each step size. In each round, each method is visited once with each step size, in
+    random order. PIT is timed with each step size, even if it is not requested.
 
     Attributes:
         scene: The scene.
         asked: Methods and step sizes to time.
-        rounds: Number of rounds; fewer, but at least three, if the budget is short.
+        rounds: Largest number of rounds. If the budget is short, there are fewer rounds, but at least three.
         seed: Seed of the order of visits.
-        budget_s: Budget of the pass, seconds. Methods that do not fit are omitted with a reason.
+        budget_s: Budget of the pass, seconds. Methods that exceed the budget are omitted with a reason.
         progress: Called with (done, all, what).
     """
 
@@ -260,7 +267,7 @@ class TimeScene(DependentTasks[SceneTiming]):
         probe.take()
         timed = {method_step: found for method_step, found in visits.items() if method_step not in untimed}
         timings = tuple(
-            ((method, dt_s), _summarise_visits(scene.step_count(dt_s), found, timed.get((PIT_METHOD, dt_s))))
+            ((method, dt_s), _summarize_visits(scene.step_count(dt_s), found, timed.get((PIT_METHOD, dt_s))))
             for (method, dt_s), found in timed.items()
             if (method, dt_s) in requested
         )
@@ -272,7 +279,7 @@ class TimeScene(DependentTasks[SceneTiming]):
 def _measure_visit_costs(
     scene: Scene, ordered: Sequence[At], runner: TaskRunner, budget_s: float, progress: Progress
 ) -> tuple[dict[At, float], dict[At, str]]:
-    """Return the cost of a visit by method and step size, seconds, and the reasons for a missing cost."""
+    """Return the time of one visit by method and step size, seconds, and the reasons for missing times."""
     visit_costs_s: dict[At, float] = {}
     untimed: dict[At, str] = {}
     last: dict[Method, tuple[float, float]] = {}
@@ -303,7 +310,7 @@ def _measure_visit_costs(
 def _count_fitting_rounds(visit_costs_s: dict[At, float], untimed: dict[At, str], rounds: int, left_s: float) -> int:
     """Return the number of rounds that fit into the remaining time.
 
-    If the smallest number of rounds does not fit, omit the most expensive methods.
+    If even the smallest number of rounds does not fit, the most expensive methods are moved to `untimed`.
     """
 
     def compute_round_time() -> float:
@@ -320,7 +327,7 @@ def _count_fitting_rounds(visit_costs_s: dict[At, float], untimed: dict[At, str]
     return max(LEAST_ROUNDS, int(min(rounds, left_s / compute_round_time())))
 
 
-def _summarise_visits(steps: int, visits: Sequence[Visit], pit: Sequence[Visit] | None) -> CellTiming:
+def _summarize_visits(steps: int, visits: Sequence[Visit], pit: Sequence[Visit] | None) -> CellTiming:
     calls = [visit.call_s for visit in visits if not math.isnan(visit.call_s)]
     # The k-th visits of all methods are in round k, so both times of a ratio were measured under the same conditions.
     rounds = list(zip(visits, pit, strict=True)) if pit else []
