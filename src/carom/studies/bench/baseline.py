@@ -185,7 +185,7 @@ def describe_baseline(found: Sequence[Compared]) -> Iterator[str]:
 
 
 def build_baseline_section(found: Sequence[Compared], kind: ErrorKind) -> Section:
-    """Return a section with a table of the changed points, and a full document also has a table of all other points."""
+    """Return a section with a table of the changed points. A full document also has a table of all other points."""
     columns = (
         Column("point", _format_name),
         Column("run time", lambda one: one.time.value),

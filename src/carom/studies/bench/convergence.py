@@ -52,7 +52,8 @@ class ConvergenceOrder:
 def fit_order(dts_s: Sequence[float], errors: Sequence[float]) -> ConvergenceOrder:
     """Fit the order of convergence of errors (without unit) against step sizes.
 
-    Infinite and unknown errors, and errors within rounding, are omitted. If all known errors are within rounding, the verdict is `EXACT`.
+    Errors that are infinite, unknown or within rounding are omitted. If all known errors are within rounding, the
+    verdict is `EXACT`.
     """
     finite = [(dt_s, error) for dt_s, error in zip(dts_s, errors, strict=True) if math.isfinite(error)]
     above = [(dt_s, error) for dt_s, error in finite if error > THRESHOLDS.rounding]

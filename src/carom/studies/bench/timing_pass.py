@@ -30,8 +30,8 @@ from carom.studies.bench.noise import Noise, NoiseProbe, Spread, compute_spread
 from carom.studies.bench.options import LEAST_ROUNDS
 from carom.support.formatting import format_seconds
 
-#: A visit repeats a short run for `VISIT_S` seconds, but at most `MOST_REPEATS` times. This reduces effects of the clock
-#: and of caches.
+#: A visit repeats a short run for `VISIT_S` seconds, but at most `MOST_REPEATS` times, to reduce effects of clock and
+#: caches.
 VISIT_S = 5e-3
 MOST_REPEATS = 50
 

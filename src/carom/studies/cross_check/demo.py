@@ -1,4 +1,4 @@
-"""Demonstration: an engine that misses an impact, and a play page with the same discs."""
+"""Demonstration: the run of an engine that misses an impact, and a play page with the same discs."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from carom.web.page import add_gallery, render_page
 
 _SCENE, _PROFILE = "paper/missed", "default"
 
-#: Engine that is tried first, because it has a wheel for every CPython and starts quickly.
+#: The engine to try first. It has a wheel for every CPython and starts quickly.
 _FIRST = "pymunk"
 
 
@@ -55,8 +55,8 @@ class Demo:
 def demo(path: str | Path | None = None) -> Demo:
     """Run an engine that misses an impact, and open the play page of the same scene if there is a display.
 
-    The engine is pymunk with default settings; if it is not installed, another engine or PIT. In a notebook the result
-    shows a replay next to the exact run.
+    The engine is pymunk with default settings. If pymunk is not installed or misses no impact, another engine or PIT
+    runs. In a notebook, the result shows a replay of the run next to the exact run.
 
     Args:
         path: Path of the page, ``.html`` (default: in a new temporary folder).
@@ -93,9 +93,9 @@ def _find_missing_replay() -> Replay:
 
 
 def _list_methods() -> Iterator[str]:
-    """Yield methods in the order of trial.
+    """Yield methods in the order in which they are tried.
 
-    Other engines are only looked up if the first one does not miss an impact.
+    The other engines are only looked up if the first one misses no impact, because this takes time.
     """
     yield _FIRST
     yield from (info.name for info in engines() if info.available and info.engine != "Carom" and info.name != _FIRST)

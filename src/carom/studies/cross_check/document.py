@@ -1,4 +1,4 @@
-"""Report of a cross-check. The document is built from results in two steps: grid, then sections in page order."""
+"""Report of a cross-check. The results become a grid, and the sections of the document are built from the grid."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ class Report:
 
     Attributes:
         results: The reported results. A row that can't be written or replayed is replaced by a failure.
-        document: The content of its page.
+        document: The content of `index.html` and `report.md`.
         files: Content of the files by name: `index.html`, `report.md`, `results.jsonl`, `junit.xml`, and `play.html`
             with the scenes that the play page can show.
     """
@@ -100,7 +100,7 @@ class Report:
 
 
 def build_report(results: Results, fail_on: Grade | None = Grade.INACCURATE) -> Report:
-    """Build the report of a cross-check in memory, before the first file is written.
+    """Build the report of a cross-check in memory, so that an error leaves no incomplete files.
 
     Args:
         results: The results to report.
@@ -152,7 +152,7 @@ def _replace_unreportable(results: Results) -> Results:
 
 
 def _format_python_call(grid: Grid) -> str:
-    """Return the Python call that reproduces the results of a cross-check not started from the command line."""
+    """Return a Python call that repeats a cross-check, for results that were not made from the command line."""
     engines = list(dict.fromkeys(method.engine for method in grid.columns))
     profiles = list(dict.fromkeys(method.profile for method in grid.columns))
     overrides = next((dict(method.tried) for method in grid.columns if method.tried), {})

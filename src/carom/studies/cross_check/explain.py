@@ -1,4 +1,4 @@
-"""Description of a cross-check's plan: its runs and omissions, with reasons. Only Carom's own methods run."""
+"""Description of a cross-check's plan: its runs, and its omissions with reasons. Only Carom's own methods run."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def explain(plan: Plan) -> Iterator[str]:
 
 
 def _list_skipped(scene: Scene, reference: Trace, dt_s: float) -> str:
-    """List the work that a run with this step size skips, for the first line of the description."""
+    """Return text that lists the work that methods skip with this step size; an empty text if they skip nothing."""
     skipped = ["event queue", "grid"] if is_closed_form(reference) else []
     skipped += [] if scene.walls else ["wall tests"]
     frames = scene.step_count(dt_s)
@@ -84,7 +84,10 @@ def _list_skipped(scene: Scene, reference: Trace, dt_s: float) -> str:
 
 
 def _count_needed_steps(scene: Scene, reference: Trace, dt_s: float) -> int:
-    """Return the number of steps until, according to PIC, only free flight remains."""
+    """Return the number of steps until, according to PIC, only free flight remains.
+
+    This is the number of all steps if forces act, if there is no impact, or if impacts follow after the duration.
+    """
     steps = scene.step_count(dt_s)
     forces = any(scene.gravity_m_s2) or scene.damping_per_s or scene.table_deceleration_m_s2
     if forces or not len(reference.impacts) or not _is_last_impact(scene, reference):
@@ -108,7 +111,7 @@ def describe_pic(scene: Scene, trace: Trace) -> str:
 
 
 def describe_pit(scene: Scene, dt_s: float) -> str:
-    """Describe the numbers of frames and pairs that PIT tests."""
+    """Describe how many frames and pairs PIT tests; only the number of frames if PIT would run for too long."""
     frames = scene.step_count(dt_s)
     if frames > MOST_FRAMES:
         return f"{frames} frames"
@@ -121,7 +124,7 @@ def describe_pit(scene: Scene, dt_s: float) -> str:
 
 
 def _describe_saving(saved: SkippedTime | None, plain: str) -> str:
-    """Describe the measured saving of skipping; an empty text if the run without skipping would take too long."""
+    """Describe the time that skipping saves; an empty text if it was not measured, because that takes too long."""
     if saved is None:
         return ""
     takes = f"{plain} takes {format_number(saved.ratio)} times as long"
@@ -166,7 +169,7 @@ def _describe_samples(scene: Scene, *, drawn: bool) -> str:
 
 
 def _describe_runs(planned: Sequence[Job], plan: Plan, info: EngineInfo, profile: str, steps: int) -> str:
-    """Describe the step sizes with which a profile is run, or the reason why it is not run."""
+    """Describe with which step sizes a profile is run, and why it is not run with the others."""
     if not planned:
         is_duplicate = profile in info.profiles
         return f"skipped: {'another profile has the same settings' if is_duplicate else 'no such profile'}"

@@ -1,4 +1,4 @@
-"""Pictures of faults: the source paper's cases with PIT, and the worst runs, each next to its reference."""
+"""Pictures of faults: the source paper's cases with PIT, and the worst runs. Each run is next to its reference."""
 
 from __future__ import annotations
 
@@ -78,7 +78,11 @@ def find_divergences(grid: Grid) -> tuple[tuple[Divergence, ...], tuple[Divergen
 
 
 def _compute_badness(cell: GridCell) -> tuple[int, float, bool, float, float]:
-    """Return the sort key of a run: grade, share of wrong impacts, engines before PIT, velocity error, energy error."""
+    """Return a sort key that is largest for the worst run.
+
+    The key is the grade, the fraction of wrong impacts, whether it is an engine's run, the velocity error and the
+    energy error.
+    """
     velocity = 0.0 if math.isnan(cell.errors.velocity) else cell.errors.velocity
     share = (cell.missed + cell.invented) / max(1, cell.expected)
     return (cell.mark.rank or 0, share, not cell.column.own, velocity, abs(cell.errors.energy))

@@ -1,6 +1,6 @@
-"""A replay as a film: both runs with the same clock.
+"""A replay as a film: a run next to its reference, at the same times.
 
-The film slows before the first fault, magnifies it, and pauses at it.
+The film becomes slow before the first fault, magnifies the fault, and pauses at it.
 """
 
 from __future__ import annotations
@@ -29,18 +29,19 @@ if TYPE_CHECKING:
 
     from carom.comparator import Score
 
-#: Seconds of a film, of its slow part before the first fault, and of its pause at the fault. The page's replay has the
-#: same durations. The last constant is the frame rate: a GIF counts hundredths of a second, and a frame lasts four of
-#: them.
+#: Durations as in the page's replay, seconds: a whole film at normal speed, the slow part before the first fault at
+#: normal speed, and the pause at the fault. The last constant is the frame rate. A GIF measures time in hundredths of a
+#: second, and a frame lasts four of them.
 _FILM_S, _LEAD_S, _HELD_S, FRAMES_PER_S = 6, 0.6, 1.5, 25
+#: Smallest speed of the slow part, relative to normal speed.
 _SLOWEST = 1.0 / 8.0
-#: Flashes of frames, as in the page: duration, largest number at once, and number of discs above which only failing
-#: discs flash.
+#: Flashes of the discs at each frame of the run, as in the page: duration in seconds, largest number at once, and the
+#: number of discs above which only failing discs flash.
 _FLASH_S, _MOST_FLASHES, _CROWD = 0.45, 3, 4
-#: The magnified inset, as in the page: half its side in disc radii, its largest side over the picture's width and
-#: height, and its smallest magnification.
+#: The magnified inset, as in the page: half the side of the magnified region in disc radii, the inset's largest side
+#: relative to the picture's width and height, and its smallest magnification.
 _REACH, _ASIDE, _MAGNIFIES = 2.5, (0.42, 0.56), 1.4
-#: Colours of exact positions and of missed impacts, as in the page.
+#: Colors of exact positions and of missed impacts, as in the page.
 _GHOST, _WRONG = "#74777c", "#d5452f"
 #: Time for which the outcome of an impact is shown, as a fraction of the scene's duration, as in the page.
 _SAID_FOR = 1.0 / 12.0
@@ -57,10 +58,11 @@ class _Moving(NamedTuple):
 
 
 def build_film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation:
-    """Return both runs side by side as an animation, with the same clock and scale, and the outcome of each impact.
+    """Return the reference and the run side by side as an animation, with the same times and the same scale.
 
-    On each side, the discs of the run are solid, exact positions are grey, and positions at the last frame are dashed.
-    A cross marks a missed impact. Each frame flashes.
+    On the side of the run, the discs of the run are solid, exact positions are gray, and positions at the last frame of
+    the run are dashed. Discs flash at each frame. A cross marks a missed impact, and text states the outcome of each
+    impact.
     """
     from matplotlib.animation import FuncAnimation
     from matplotlib.figure import Figure
@@ -112,8 +114,8 @@ def build_film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation
 
     def show(frame: int) -> Iterable[Artist]:
         time_s = times[frame]
-        for circle, centres, alphas in moving:
-            circle.set_center(centres[frame])
+        for circle, centers, alphas in moving:
+            circle.set_center(centers[frame])
             if alphas is not None:
                 circle.set_alpha(alphas[frame])
         for axes, drive, artist in driven:
@@ -148,7 +150,7 @@ def _compute_frame_times(scene: Scene, held_s: float | None) -> Array:
 
 
 def _compute_lead_time(scene: Scene) -> float:
-    """Return the length of the slow part of a film before the first fault, in seconds of the scene."""
+    """Return the duration of the slow part of a film before the first fault, in seconds of the scene."""
     return scene.duration_s * _LEAD_S / _FILM_S
 
 
@@ -168,19 +170,19 @@ def _draw_discs(
     for k, (disc, track) in enumerate(zip(scene.discs, tracks, strict=True)):
         if disc.immovable and not path:
             continue
-        colour = WALL if disc.immovable else SERIES[k % len(SERIES)]
+        color = WALL if disc.immovable else SERIES[k % len(SERIES)]
         places = track.positions_at(np.minimum(times, track.time_s[-1]))
-        drawn = Circle(track.position_m[0], disc.radius_m, alpha=alpha, **({"color": colour} | style))
+        drawn = Circle(track.position_m[0], disc.radius_m, alpha=alpha, **({"color": color} | style))
         axes.add_patch(drawn)
         if path:
-            axes.plot(*places.T, color=colour, linewidth=0.8)
+            axes.plot(*places.T, color=color, linewidth=0.8)
         yield _Moving(drawn, places)
 
 
 def _draw_frames(
     axes: Axes, scene: Scene, tracks: Sequence[Track], times: Array, dt_s: float, failing: Sequence[int]
 ) -> Iterator[_Moving]:
-    """Draw the discs at the last frame of a run, and at earlier frames until their drawings have faded."""
+    """Draw the discs at the last frame of the run before each time, and flashes of the last few frames, which fade."""
     # The number of the run's last frame at each frame of the film. The added 1e-9 keeps rounding from losing a frame.
     looks, frames = np.floor(times / dt_s + 1e-9), np.arange(len(times))
     yield from _draw_discs(axes, scene, tracks, looks * dt_s, fill=False, linestyle="--", path=False)
@@ -196,12 +198,12 @@ def _draw_frames(
 
 
 def _compute_inset_side(limits: Limits) -> float:
-    """Return the side of the inset, metres on the scale of its picture."""
+    """Return the side of the inset, meters on the scale of its picture."""
     return float(np.min(np.array(_ASIDE) * (limits[1] - limits[0])))
 
 
 def _draw_inset(axes: Axes, region: Limits, limits: Limits) -> tuple[Axes, Artist]:
-    """Return axes in the picture's corner that is farthest from the magnified region, and that region's frame."""
+    """Draw a frame around the magnified region, and an inset in the corner that is farthest from it. Return both."""
     from matplotlib.patches import Rectangle
 
     (low, high), side = limits, _compute_inset_side(limits)

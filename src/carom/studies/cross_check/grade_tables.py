@@ -1,4 +1,4 @@
-"""First sections of a report: a table of methods, best first. A report of one scene also has a table of its impacts."""
+"""First sections of a report: a table of methods, and for a single scene also a table of its impacts."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from carom.report.outcome_marks import RIGHT, Mark
 from carom.report.replay import build_impact_rows
 from carom.studies.cross_check.grid import RANKING_NOTE, Grid, GridCell, GridColumn, compute_standing
 
-#: Largest number of listed impacts, largest number of impact columns in the table of methods, and largest number of
-#: methods that fit on a terminal.
+#: Largest number of impacts in the table of impacts, of impacts in the table of methods, and of methods whose columns
+#: fit on a terminal.
 MOST_IMPACTS, MOST_BESIDE, MOST_ACROSS = 40, 4, 3
 
 METHOD_NOTE = (
@@ -126,7 +126,10 @@ def _format_cost(cells: Sequence[GridCell]) -> str:
 
 
 def _find_worst(cells: Sequence[GridCell]) -> GridCell | None:
-    """Find the cell with the worst grade, and among equals with the largest `price_paid`; None if no cell is graded."""
+    """Find the cell with the worst grade; None if no cell is graded.
+
+    Among cells with the same grade, more missed and invented impacts are worse, and then a larger cost.
+    """
 
     def badness(cell: GridCell) -> tuple[int, int, float]:
         return (cell.mark.rank or 0, cell.missed + cell.invented, 0.0 if math.isnan(cell.cost) else cell.cost)
@@ -140,7 +143,7 @@ def _build_worst_scene_cell(cells: Sequence[GridCell]) -> Cell:
 
 
 def _read_group(scene: str) -> str:
-    """Return the group in a scene's name. Scenes without a group form a group of their own."""
+    """Return the group in a scene's name; ``others`` for a scene without a group."""
     group, slash, _ = scene.partition("/")
     return group if slash else "others"
 
@@ -169,7 +172,11 @@ def _build_group_cell(grid: Grid, names: Sequence[str], method: GridColumn) -> C
 
 
 def find_first_replay(grid: Grid) -> Cell | None:
-    """Return a link to the replay of an engine's worst run; among equals, of the scene with fewest impacts."""
+    """Return a link to the replay of the worst run of an engine; None if no run with errors has a replay.
+
+    Among runs with the same grade, runs that miss an impact are preferred, and then scenes with few impacts. Without
+    runs of engines, the link leads to a run of one of Carom's own methods.
+    """
     graded = [cell for row in grid.rows for cell in row.cells if cell.mark.rank and cell.has_replay]
     engines = [cell for cell in graded if not cell.column.own] or graded
     if not engines:
@@ -236,7 +243,15 @@ def _error_column(head: str, under: str, read: Callable[[GridCell], float], unit
 
 
 def _format_error(cell: GridCell, value: float, unit: float, *, sign: bool = False, limit: float | None = None) -> str:
-    """Format an error; absent if the trajectory diverged, because errors of impacts are then accidental."""
+    """Format an error. Errors of a diverged trajectory are accidental, so they are shown as absent.
+
+    Args:
+        cell: The cell.
+        value: The error; NaN if it is unknown.
+        unit: Factor that converts the error to the unit of the column.
+        sign: Whether to show the sign of a positive error.
+        limit: Largest absolute error that is shown as 0; None for the rounding of the cell's floats.
+    """
     if math.isnan(value) or cell.has_verdict(Verdict.PARTED):
         return formatting.ABSENT
     if abs(value) <= (cell.rounding if limit is None else limit):
@@ -252,7 +267,7 @@ def _format_grade(cell: GridCell) -> str:
 
 
 def build_impacts_section(grid: Grid) -> Section:
-    """Return a section with the impacts of a single scene by method, and each method's verdicts."""
+    """Return a section with the impacts of a single scene by method, and each run's verdicts; empty for more scenes."""
     methods = grid.compared
     if len(grid.rows) != 1 or not methods:
         return Section("", ())
@@ -276,9 +291,12 @@ def build_impacts_section(grid: Grid) -> Section:
 
 
 def _format_verdict_lines(grid: Grid, *, full: bool) -> tuple[str, ...]:
-    """Return one line per run that is not exact, best first, with its verdicts; if `full`, also their numbers.
+    """Return one line with the verdicts of each run that is not exact, best first.
 
-    Without `full`, only the runs at the largest step size have lines.
+    Args:
+        grid: The grid.
+        full: Whether to include all step sizes, and the numbers of the verdicts. Otherwise only the runs at the largest
+            step size have lines.
     """
     runs = _list_scored_runs(grid)
     coarsest = max((cell.line.dt_s for cell in runs), default=0.0)

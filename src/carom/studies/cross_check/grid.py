@@ -1,4 +1,4 @@
-"""Grid of a cross-check: its runs as frozen cells. Sections use the grid, which comes from results or results.jsonl."""
+"""Grid of a cross-check: its runs as cells, built from results or from results.jsonl. All sections use the grid."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ T = TypeVar("T")
 
 #: Carom's own methods. Engines are compared with these.
 _OWN = frozenset({"pic", "pit"})
-#: Reason for a missing row: `carom.execution` drops a profile that has the settings of another profile.
+#: Reason for a missing row: `carom.execution` drops a profile that has the same settings as another profile.
 NOT_PLANNED = "not run separately, because another profile of the engine has the same settings at this step size"
 _NO_ERRORS = Errors(**{field.name: math.nan for field in dataclasses.fields(Errors)})
-#: Content of the line of a cell without a row: all fields are unknown.
+#: Fields of the line of a cell without a row: all are unknown.
 _NOTHING: dict[str, Any] = {field.name: None for field in dataclasses.fields(RowLine)}
 _NO_LINE = RowLine(**_NOTHING | {"dt_s": math.nan, "reason": NOT_PLANNED, "verdicts": (), "refinement": 0})
 _NO_SCENE = SceneLine(0, None, 0, None)  # type: ignore[arg-type] # not scored
-#: Verdicts that two bodies passed through each other. Impacts of a diverged trajectory get none of these verdicts.
+#: Verdicts that an impact was missed. The impacts of a diverged trajectory cause no such verdict.
 _MISSES = {verdict.name.lower() for verdict in (Verdict.MISSED, Verdict.MULTIPLE_MISSED, Verdict.PASSED_THROUGH)}
 #: Rank of a run without a result: one more than the rank of the worst grade.
 _BROKEN_RANK = 1 + max(mark.rank for mark in Mark if mark.rank is not None)
@@ -78,7 +78,7 @@ class GridCell:
         reasons: Every verdict with its numbers, or why there is no run, as sentences without a full stop.
         line: All numbers of the run, as in results.jsonl; unknown if no run was planned.
         of_scene: Values of the scene: number of impacts, horizon and scales.
-        pit: PIT's errors with the same step size, by name; empty if PIT was not run.
+        pit: PIT's errors by name, for the same scene and step size; empty if PIT was not run.
         row: The run with its trace; None if no run was planned, or if the grid comes from results.jsonl.
     """
 
@@ -317,7 +317,10 @@ def _build_method(line: RowLine) -> Method:
 def merge_own_profiles(contents: Mapping[GridColumn, object]) -> list[list[GridColumn]]:
     """Put the profiles of each of Carom's own methods that have equal content into one group.
 
-    Each column of an engine is a group of its own, because profiles of engines differ in settings.
+    Each other column is a group of its own, because the profiles of an engine differ in settings.
+
+    Args:
+        contents: Content of each column, in the order of columns.
     """
     found = (((column.engine if column.own else column, content), column) for column, content in contents.items())
     return list(formatting.group_by(found).values())
@@ -354,10 +357,8 @@ def rank_methods(grid: Grid, columns: Iterable[GridColumn]) -> list[GridColumn]:
 def compute_standing(cells: Iterable[GridCell]) -> tuple[float, float]:
     """Compute the sort key of a method from its cells, one per scene. The best method has the smallest key.
 
-    All methods have cells of the same scenes.
-
     The key is the mean grade, then the median error divided by PIT's (0 if no scene has one). A method without a grade
-    is last.
+    is last. Keys are comparable if all methods have cells of the same scenes.
     """
     cells = list(cells)
     places = [cell.rank for cell in cells if cell.rank is not None]

@@ -59,7 +59,7 @@ def _describe_run(cell: GridCell) -> str:
 
 
 def _describe_scenes(grid: Grid, columns: Sequence[GridColumn]) -> str:
-    """Summarise several scenes: misses with default settings, and scenes with errors within PIT's when tuned."""
+    """Summarize several scenes: missed impacts with default settings, and errors within PIT's with tuned settings."""
     by_profile = formatting.group_by((column.profile, column) for column in columns)
     first = SHIPPED if SHIPPED in by_profile else next(iter(by_profile))
     other_profiles = [profile for profile in by_profile if profile != first]

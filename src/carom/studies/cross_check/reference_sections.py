@@ -1,4 +1,4 @@
-"""Sections on the reference: its reliable part, and the known answers that it reproduces."""
+"""Sections on the reference: its reliable part, and its deviations from known answers."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from carom.report import formatting
 from carom.report.document import Block, Cell, Column, Lines, Media, Section, Table, Text
 from carom.studies.cross_check.grid import Grid
 
-#: Largest number of references that a terminal lists. Further references are listed in the report only.
+#: Largest number of references that a terminal lists. With more references, only the report lists them.
 MOST_LISTED = 3
 
 REFERENCE_NOTE = (
@@ -31,7 +31,7 @@ KNOWN_NOTE = (
 
 
 def build_reference_section(grid: Grid) -> Section:
-    """Describe the reliable part of references, if requested or if a reference is not reliable to its end."""
+    """Describe the reliable parts of references that were certified or that are not reliable to their ends."""
     results, lines = grid.results, []
     for name in dict.fromkeys((*results.certified, *results.horizons)):
         phrases = [str(results.certified[name])] if name in results.certified else []

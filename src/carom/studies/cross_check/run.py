@@ -44,8 +44,8 @@ from carom.support.options import build_step_kind, check_value
 #: The form of a job with states for drawing; see `carom.execution.cache_key.JobKey`.
 DRAWN = "drawn"
 
-#: Opens the journal of a cross-check, stamped with its options. It has no run times, because only times of one session
-#: can be compared.
+#: Opens the journal of a cross-check. Callers pass `Options.stamp` as the stamp. The journal contains no run times,
+#: because only times of one session can be compared.
 observed_journal = partial(Journal[JobKey, Trace], "traces", JournalEntry[JobKey, CarriedTrace])
 
 
@@ -157,7 +157,7 @@ def execute(
     Args:
         plan: The jobs to run.
         pool: Worker pool, which stays open.
-        notes: Journal of known runs, to which new ones are added.
+        notes: Journal of finished runs, to which new ones are added.
         progress: Called with (done, all, what) as jobs finish.
         command: The command line to print in the report.
     """
@@ -300,7 +300,7 @@ def _score_jobs(jobs: Sequence[Job], usable: Mapping[str, Reference], observer: 
 
 
 def _is_same_run(one: Trace | None, other: Trace | None) -> bool:
-    """Whether two runs are equal except for their settings, so that their scores are equal."""
+    """Whether two runs are equal except for their profile, settings and work counts, so that their scores are equal."""
     if one is None or other is None:
         return False
     settings = {name: getattr(other, name) for name in ("profile", "tried", "settings", "counts")}
@@ -315,7 +315,7 @@ def _build_failed_row(job: Job, error: Exception) -> Row:
 def _shift_references(
     jobs: Sequence[Job], usable: Mapping[str, Reference], phases: Sequence[float]
 ) -> dict[Key, list[Trace]]:
-    """Return the references of each job's scene at the phases."""
+    """Return the references of each job's scene at all phases, without phases that change the scene's impacts."""
     if not phases:
         return {}
     steps = {(job.scene.name, job.dt_s) for job in jobs}
@@ -329,7 +329,7 @@ def _run_phases(
     usable: Mapping[str, Reference],
     observer: _Observer,
 ) -> dict[Key, Row]:
-    """Run every successful job at other phases, and return its row with the spread of its errors."""
+    """Run every successful job again at each phase, and return its row with the spread of its errors."""
     references_by_key = {key: references for key, references in shifted.items() if rows[key].status is Status.RAN}
     if len(references_by_key) < len(shifted):
         observer.count(

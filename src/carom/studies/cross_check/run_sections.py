@@ -40,7 +40,7 @@ SETTINGS_NOTE = (
 
 
 def build_spread_section(grid: Grid) -> Section:
-    """Return all cells that were run at several phases, except for PIC, which does not depend on the phase."""
+    """Return a section with the cells that were run at several phases. PIC does not depend on the phase."""
     cells = [
         (cell, cell.line.dt_s, cell.line.spread)
         for cell in grid.runs
@@ -69,7 +69,7 @@ def build_spread_section(grid: Grid) -> Section:
 
 
 class _RunTimes(NamedTuple):
-    """Run times of a method divided by PIT's, and whether its timed runs ended with the same bits."""
+    """Run times of a method divided by PIT's, and the numbers of different final states of its timed runs."""
 
     column: GridColumn
     ratios: list[float]
@@ -147,7 +147,7 @@ def _describe_settings(row_line: RowLine, lines: Sequence[RowLine]) -> Iterator[
 
 
 def build_cells_section(grid: Grid) -> Section:
-    """Return all cells at all step sizes."""
+    """Return a section with one row for each cell, at all step sizes."""
     columns = (
         Column("scene", lambda cell: cell.scene),
         Column("engine", lambda cell: cell.column.label),

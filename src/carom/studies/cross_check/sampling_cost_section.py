@@ -1,4 +1,4 @@
-"""Section on the cost of sampling: the error of each engine divided by that of PIT, and the unexplained error."""
+"""Section on the cost of sampling: each engine's error divided by PIT's, and the error that sampling can't explain."""
 
 from __future__ import annotations
 
@@ -83,7 +83,10 @@ class EngineCost:
 
     @property
     def local_own_errors(self) -> list[float]:
-        """Errors of single impacts that sampling does not explain, from own states, in scenes with a horizon."""
+        """Velocity errors of single impacts that sampling does not explain, in scenes with a horizon.
+
+        Each error is measured from the engine's own state before the impact.
+        """
         scores = [cell.row.score for cell in self.cells if cell.row and cell.row.score]
         return [
             min(error, solver_error)
@@ -137,12 +140,12 @@ def draw_sampling_costs(found: Sequence[EngineCost], narrow: bool = False) -> st
         along = scale_error_axis(axes, "x", [value for _, *both in drawn_costs for value in both], narrow=narrow)
         for k, (cost, total, own_median) in enumerate(drawn_costs):
             style = choose_line_style(cost.column.engine, profile=cost.column.method.profile)
-            colour, dash = style["color"], style["linestyle"]
+            color, dash = style["color"], style["linestyle"]
             axes.plot(
-                [along(own_median), along(total)], [-k, -k], color=colour, linestyle=dash, linewidth=2.0, alpha=0.6
+                [along(own_median), along(total)], [-k, -k], color=color, linestyle=dash, linewidth=2.0, alpha=0.6
             )
-            axes.plot([along(total)], [-k], "o", color=colour, markerfacecolor=SURFACE, markersize=8)
-            axes.plot([along(own_median)], [-k], "o", color=colour, markersize=6)
+            axes.plot([along(total)], [-k], "o", color=color, markerfacecolor=SURFACE, markersize=8)
+            axes.plot([along(own_median)], [-k], "o", color=color, markersize=6)
         # The limits of the y axis leave half a line of margin.
         axes.set(ylim=(0.5 - max(2, len(drawn_costs)), 0.5), xlabel="velocity error / greatest speed")
         axes.set_yticks([-k for k in range(len(drawn_costs))], [cost.column.name for cost, _, _ in drawn_costs])
@@ -151,7 +154,7 @@ def draw_sampling_costs(found: Sequence[EngineCost], narrow: bool = False) -> st
 
 
 def _build_median_formatter(numbers: Callable[[EngineCost], list[float]]) -> Callable[[EngineCost], Cell | str]:
-    """Return a column's text for several numbers: the median, with smallest and largest value."""
+    """Return a column's function that formats several numbers: their median, and the smallest and largest value."""
 
     def say(cost: EngineCost) -> Cell | str:
         known = numbers(cost)

@@ -1,4 +1,4 @@
-"""Sections with every scene on every engine, with replays, and with runs that were not scored."""
+"""Sections with the results of every scene on every engine, with replays, and with reasons for missing scores."""
 
 from __future__ import annotations
 

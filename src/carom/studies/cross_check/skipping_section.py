@@ -24,7 +24,7 @@ NOTE = (
 
 
 class _Scene(NamedTuple):
-    """A scene's reference and the time saved."""
+    """A scene's reference, and the time that skipping saves."""
 
     reference: Trace
     skips: SceneSkips
@@ -79,12 +79,12 @@ def _render_diagram(found: Sequence[_Scene], narrow: bool = False) -> str:
             for engine, saved, shift in (("pic", one.skips.pic, 0.15), ("pit", one.skips.pit, -0.15)):
                 if saved is None:
                     continue
-                colour = choose_line_style(engine)["color"]
+                color = choose_line_style(engine)["color"]
                 ends, level = [1e3 * saved.with_s, 1e3 * saved.with_s * saved.ratio], -k + shift
-                axes.plot(ends, [level, level], color=colour, linewidth=1.6, alpha=0.6)
-                axes.plot(ends[1:], [level], "o", color=colour, markerfacecolor=SURFACE, markersize=6)
+                axes.plot(ends, [level, level], color=color, linewidth=1.6, alpha=0.6)
+                axes.plot(ends[1:], [level], "o", color=color, markerfacecolor=SURFACE, markersize=6)
                 label = engine.upper() if k == 0 else None
-                axes.plot(ends[:1], [level], "o", color=colour, markersize=5, label=label)
+                axes.plot(ends[:1], [level], "o", color=color, markersize=5, label=label)
         axes.set(xscale="log", ylim=(0.5 - max(2, len(found)), 0.5), xlabel="run time, ms")
         axes.set_yticks([-k for k in range(len(found))], [one.reference.scene.name for one in found])
         axes.xaxis.set_major_formatter(format_tick)

@@ -1,4 +1,4 @@
-"""Section on stepwise accuracy: methods ranked by their steps, for runs that whole trajectories can't grade."""
+"""Section on stepwise accuracy, for runs in which single steps reveal more than the whole trajectory."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class _Steps(NamedTuple):
 
 
 def build_steps_section(grid: Grid) -> Section:
-    """Return a section with one row per method and scene, best first. A terminal shows single scenes only."""
+    """Return a section with one row per method and scene, best first. A terminal shows it only for a single scene."""
     found = list(_find_listed_runs(grid))
     if not found:
         return Section("", ())
@@ -146,7 +146,7 @@ def _format_divergence_time(run: _Steps) -> str:
 
 
 def _describe_divergence(found: Sequence[_Steps]) -> Iterator[str]:
-    """Describe when the trajectories of methods and of PIT diverged from the reference's."""
+    """Yield a sentence on the times at which methods and PIT diverged from the reference, if any did."""
     lines = [run.cell.line for run in found if run.cell.line.parted_s is not None]
     times = sorted(line.parted_s for line in lines if line.parted_s is not None)
     if times:

@@ -1,4 +1,4 @@
-"""Section on the decrease of errors with the step size: medians over the same scenes for all step sizes."""
+"""Section on errors at each step size, as medians over the same scenes for all step sizes."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ class Trend:
     """Error against step size.
 
     Attributes:
-        parts: Steps as fractions of each scene's largest step size, beginning with 1.
+        parts: Step sizes as fractions of each scene's largest step size, beginning with 1.
         coarsest_s: Smallest and largest of the scenes' largest step sizes, seconds.
         series: One series per column of the grid. Equal profiles of Carom's own methods share one series.
         scenes: Names of the scenes in the velocity medians.

@@ -1,4 +1,4 @@
-"""Changes between the records of two cross-checks, cell by cell, without rounding errors."""
+"""Changes between the records of two cross-checks, cell by cell. Differences within rounding are no changes."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class BeforeAfter:
 
     @property
     def counts(self) -> bool:
-        """Whether this is a number of impacts, which has no rounding."""
+        """Whether this is a number of impacts, for which every difference is a change."""
         return self.rounding == 0.0
 
     @property
@@ -90,7 +90,7 @@ class Change:
     Attributes:
         kind: Kind of the change.
         scene: Name of the scene.
-        method: Engine and profile, of both runs if they differ.
+        method: Engine and profile; those of both runs if they differ.
         dt_s: Step size, seconds.
         old: The cell's mark in the old report.
         new: The cell's mark in the new report.
@@ -111,7 +111,7 @@ class Change:
 
     @property
     def causes(self) -> tuple[str, ...]:
-        """All possible causes, each as a phrase."""
+        """New verdicts, and changed settings, versions and reference values, each as a phrase."""
         split_names = ((name.partition(": "), values) for name, values in self.changed)
         kinds = formatting.group_by((kind, f"{subject} {values}") for (kind, _, subject), values in split_names)
         return (*self.verdicts, *(f"{kind}: {', '.join(phrases)}" for kind, phrases in kinds.items()))
@@ -123,7 +123,11 @@ class Change:
 
     @property
     def badness(self) -> tuple[float, ...]:
-        """Sort key, largest for the worst change: graded, kind, grade, missed or spurious impacts, largest growth."""
+        """Sort key that is largest for the worst change.
+
+        The key is whether the change is graded, its kind, the new and the old grade, the growth of missed and spurious
+        impacts, and the largest growth of an error.
+        """
         impacts = sum(measure.growth for measure in self.measures if measure.counts)
         # Compare only errors relative to the scene's scales, because seconds and degrees are not comparable.
         growth = max((one.growth for one in self.measures if not (one.counts or one.unit)), default=0.0)
@@ -134,9 +138,9 @@ class Change:
     def telling(self) -> BeforeAfter | None:
         """The most important changed number; None if no number changed.
 
-        The number changed in the same direction as the cell (better or worse). Missed or spurious impacts come first,
-        then errors relative to the scene's scales, errors with a unit, and verdicts. If several numbers are equal in
-        this order, the first one is returned, because errors of impacts cause the later ones.
+        A number that changed in the same direction as the cell (better or worse) is preferred. Then missed and spurious
+        impacts come first, errors relative to the scene's scales next, errors with a unit after them, and verdicts
+        last. Among equal numbers, the first is returned, because errors of impacts cause the later errors.
         """
         direction = -1.0 if self.kind is Kind.BETTER else 1.0
 
@@ -164,7 +168,7 @@ class Diff:
     Attributes:
         changes: The changes, worst first.
         unchanged: Number of unchanged cells.
-        around: Differences in versions and machine.
+        around: Differences in versions and machine, each as a phrase.
     """
 
     changes: tuple[Change, ...]
@@ -227,7 +231,14 @@ def _find_method(cells: Sequence[DiffCell], name: str, path: Path) -> list[DiffC
 
 
 def _select_pairs(cells: Sequence[DiffCell], match: Sequence[tuple[str, str]], side: int, path: Path) -> list[DiffCell]:
-    """Return the cells of one report for each pair of names, with the pair's number."""
+    """Return the cells of one report that `match` selects, each with the number of its pair of names.
+
+    Args:
+        cells: All cells of the report.
+        match: Pairs of names in the old and the new report.
+        side: 0 for the old report, 1 for the new one.
+        path: Path of the report, for messages.
+    """
     return [
         dataclasses.replace(cell, pair=number)
         for number, names in enumerate(match, start=1)

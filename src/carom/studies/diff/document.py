@@ -12,8 +12,8 @@ from carom.studies.diff.compare_records import Change, Diff, Kind
 
 #: Largest number of rows. A comment on a pull request has a limited length.
 MOST_ROWS = 50
-#: Numbers of groups that fit into 25 lines of a terminal: worse or mixed, other changes, and not graded. A group takes
-#: two lines if all cells have one method, otherwise three lines.
+#: Numbers of groups that fit into 25 lines of a terminal: worse, mixed or vanished; other changes; and not graded. The
+#: first numbers are for cells of one method, with two lines per group, and the second for several methods, with three.
 MOST_ALONE, MOST_OF_SEVERAL = (4, 2, 1), (3, 1, 1)
 #: Largest number of settings on a terminal, and of characters of a value.
 MOST_SETTINGS, MOST_LETTERS = 4, 40
@@ -26,7 +26,7 @@ _COLUMNS = (
 )
 
 
-#: Changes with equal kind, grades, settings and versions. The first change has the largest growth.
+#: Changes of equal kind and grades in which the same settings and versions changed. The first is the worst.
 _Group = list[Change]
 
 
@@ -58,7 +58,10 @@ def build_diff_document(found: Diff, old: str, new: str) -> Document:
 
 
 def _build_summary_tables(changes: Sequence[Change]) -> Iterator[Table]:
-    """Yield tables with a row for each group of similar changes: worse or mixed, others, and not graded."""
+    """Yield a table with a row for each group of similar changes, if there are changes.
+
+    Changes for the worse are first, then other changes, then those that are not graded.
+    """
     bad = [change for change in changes if change.graded and change.kind in (Kind.WORSE, Kind.MIXED, Kind.VANISHED)]
     ungraded = [change for change in changes if not change.graded]
     other_changes = [change for change in changes if change.graded and change not in bad]

@@ -94,7 +94,7 @@ def _build_cell(
         measures=_read_measures(line, summary) if mark.ran else (),
         numbers=tuple(_list_numbers(line, found)) if mark.ran else (),
         verdicts=verdict_texts or (line.reason,) * bool(line.reason),
-        # As keys, because 1, 1.0 and True are equal but different settings.
+        # The keys are texts, because 1, 1.0 and True are equal but different settings.
         settings=shared.setdefault(repr(settings), settings),
         reference=references[line.scene] if mark.ran else {},
     )
@@ -124,7 +124,11 @@ def _list_measures(bits: int, dt_s: float, scales: Scales) -> tuple[Measure, ...
 
 
 def _read_float_width(line: RowLine) -> int:
-    """Return the width of a line's floats, bits. A line with a grade must have a width and errors."""
+    """Return the width of a line's floats, bits. A line of a run must have a width and errors.
+
+    Raises:
+        ValueError: The line lacks them.
+    """
     if line.float_bits is None or line.total is None or line.missed is None or line.spurious is None:
         lacking = [name for name in ("float_bits", "total", "missed", "spurious") if getattr(line, name) is None]
         raise ValueError(f"it has a grade and no {lacking}")
