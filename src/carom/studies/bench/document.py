@@ -14,19 +14,12 @@ from carom.report.files import fields_of, format_json, require_report_extra
 from carom.report.provenance import build_provenance, format_stamp_lines
 from carom.report.render.html import render_html
 from carom.report.svg import to_separate_svg
+from carom.studies.bench import tables
 from carom.studies.bench.axes import Diagram
 from carom.studies.bench.baseline import Compared, build_baseline_section, describe_baseline
 from carom.studies.bench.figure import render_diagram_png, render_diagram_svg
 from carom.studies.bench.headline import describe_bench, describe_scene
 from carom.studies.bench.result import Bench, SceneBench
-from carom.studies.bench.tables import (
-    TABLE_NOTE,
-    TABLE_SHORT,
-    build_method_table,
-    build_point_table,
-    build_suite_table,
-    list_reached_targets,
-)
 from carom.support.folders import build_file_name, write_files
 
 DIAGRAM_NOTE = (
@@ -45,8 +38,8 @@ def build_bench_document(
         axes: Diagrams to show.
         baseline: Comparison of the points with an earlier bench, or None.
     """
-    targets = list_reached_targets(bench)
-    suite = (build_suite_table(bench, targets),) if len(bench.scenes) > 1 else ()
+    targets = tables.list_reached_targets(bench)
+    suite = (tables.build_suite_table(bench, targets),) if len(bench.scenes) > 1 else ()
     compared = describe_baseline(baseline) if baseline is not None else ()
     sections = (
         *((build_baseline_section(baseline, bench.plan.error),) if baseline else ()),
@@ -100,12 +93,13 @@ def _build_scene_sections(
         figures.append(Figures((Figure(draw, f"{kind.heading}. {DIAGRAM_NOTE}"),), large=True))
     described = (Text(scene.scene.description, Media.ON_PAPER),) if scene.scene.description else ()
     answer_text = Text(describe_scene(scene, bench.plan.target, bench.plan.error), Media.IN_FULL)
-    table = build_method_table(scene, bench.plan.error, targets)
-    methods: tuple[Block, ...] = (table, Text(TABLE_SHORT, Media.TERMINAL), Text(TABLE_NOTE, Media.IN_FULL))
+    table = tables.build_method_table(scene, bench.plan.error, targets)
+    note = Text(tables.TABLE_NOTE, Media.IN_FULL)
+    methods: tuple[Block, ...] = (table, Text(tables.TABLE_SHORT, Media.TERMINAL), note)
     if len(bench.scenes) > 1:
-        methods = (dataclasses.replace(table, only=Media.IN_FULL), Text(TABLE_NOTE, Media.IN_FULL))
+        methods = (dataclasses.replace(table, only=Media.IN_FULL), note)
         described = (answer_text, *described)
-    points = build_point_table(scene, bench.plan)
+    points = tables.build_point_table(scene, bench.plan)
     yield Section(scene.scene.name, (*described, *figures[:1], *methods, *figures[1:], points))
     left_out = tuple(_describe_missing_points(scene))
     yield Section("Omitted points", (Lines(left_out, Media.IN_FULL),) if left_out else (), level=3)

@@ -223,11 +223,12 @@ def measure_growth(
         UnknownNameError: An engine does not exist.
     """
     engine_names, sizes, budget_s = options.engines, options.sizes, options.budget_s
-    own_methods = list_own_methods(engine_names)  # these do not run with the requested profile
     notes = MemoryJournal[GrowthKey, Grown]() if notes is None else notes
     with options.open_local_pool(1) as pool:
         infos = select_engines(describe_engines(engine_names, pool), engine_names)
         infos = add_own_methods(infos, engine_names, pool, needs_own_methods=options.own)
+        own_methods = list_own_methods(engine_names)  # these do not run with the requested profile
+        methods = {info.name: own_methods.get(info.name, Method(info.name, options.profile)) for info in infos}
         environment = describe_environment(infos)
         planned_runs = [
             (size, gravity, info)
@@ -253,8 +254,7 @@ def measure_growth(
             left_s = min(all_left_s, max(own_s, all_left_s - sum(shares_s.values())))
             description = f"{size} {'falling ' if gravity else ''}discs on {info.name}"
             progress(done, len(planned_runs), f"{description}{formatting.format_time_left(all_left_s)}")
-            curve_points = points[info.name, gravity]
-            method = own_methods.get(info.name, Method(info.name, options.profile))
+            curve_points, method = points[info.name, gravity], methods[info.name]
             key = GrowthKey(size, method, find_versions(info.name), environment.machine, gravity, STEPS)
             reason = info.unavailable or _find_skip_reason(curve_points, size, min(left_s, options.time_limit_s))
             refused = Answer[Grown](Status.UNSUPPORTED, reason) if reason else None
@@ -266,8 +266,7 @@ def measure_growth(
     curves = []
     for (name, gravity), curve_points in points.items():
         pit = {(point.discs, point.sitting): point.advance_s for point in points.get(("pit", gravity), ())}
-        method = own_methods.get(name, Method(name, options.profile))
-        curves.append(_build_curve(method, gravity, curve_points, pit))
+        curves.append(_build_curve(methods[name], gravity, curve_points, pit))
     elapsed_s = time.perf_counter() - started
     return Growth(tuple(curves), environment, budget_s, command, elapsed_s)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import statistics
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 from carom.comparator.shifted_scenes import list_even_phases
@@ -71,7 +71,8 @@ def measure_work_precision(
             done += len(scene_jobs)
     benches = []
     for scene, scene_jobs, results, unscored in scored:
-        points = _build_points(scene_jobs, results, unscored, plan.error)
+        answers = formatting.group_by(((job.method, job.dt_s), results.get(build_job_key(job))) for job in scene_jobs)
+        points = [_build_point(at, found, unscored.get(at, ""), plan.error) for at, found in answers.items()]
         method_steps = [point.at for point in points if not point.reason]
         timing = None
         if plan.timing and method_steps:
@@ -110,16 +111,6 @@ def _build_jobs(
         for phase in list_even_phases(plan.phases)
     ]
     return jobs, found
-
-
-def _build_points(
-    jobs: Sequence[Job], results: Mapping[JobKey, Answer[Measures]], unscored: Mapping[At, str], kind: ErrorKind
-) -> list[Point]:
-    found = formatting.group_by(((job.method, job.dt_s), results.get(build_job_key(job))) for job in jobs)
-    return [
-        _build_point(method_step, answers, unscored.get(method_step, ""), kind)
-        for method_step, answers in found.items()
-    ]
 
 
 def _build_point(method_step: At, found: Sequence[Answer[Measures] | None], unscored: str, kind: ErrorKind) -> Point:

@@ -95,7 +95,9 @@ class VisitTask:
         steps = self.scene.step_count(dt_s)
         empty_steps = min(steps, EMPTY_STEPS)
         full = time_run(adapter, self.scene, method.profile, dt_s, runs=self.repeats, call=True)
-        nothing = build_empty_world(self.scene)
+        # The empty world has one disc at rest and no wall.
+        disc = Disc(position_m=(0.0, 0.0), radius_m=max(disc.radius_m for disc in self.scene.discs))
+        nothing = Scene(name="empty", discs=[disc], duration_s=self.scene.duration_s)
         empty = time_run(
             adapter, nothing, method.profile, dt_s, steps=empty_steps, runs=min(self.repeats, 5), zero=True
         )
@@ -103,12 +105,6 @@ class VisitTask:
         return Visit(
             full.prepare_s, full.advance_s, full.call_s, max(0.0, empty.advance_s - paid_s) * steps / empty_steps
         )
-
-
-def build_empty_world(scene: Scene) -> Scene:
-    """Return a scene for an empty world: one disc at rest and no wall."""
-    radius_m = max(disc.radius_m for disc in scene.discs)
-    return Scene(name="empty", discs=[Disc(position_m=(0.0, 0.0), radius_m=radius_m)], duration_s=scene.duration_s)
 
 
 @dataclass(frozen=True)

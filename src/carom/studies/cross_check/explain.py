@@ -9,18 +9,12 @@ import numpy as np
 
 from carom.comparator.shifted_scenes import solve_shifted_references
 from carom.engines.registry import EngineInfo
+from carom.execution import time_saved
 from carom.execution.describe_engines import select_engines
 from carom.execution.job import Job
 from carom.execution.phases import generate_phases
 from carom.execution.plan import Plan
 from carom.execution.scene_reference import solve_reference
-from carom.execution.time_saved import (
-    SkippedTime,
-    count_tests_per_frame,
-    is_closed_form,
-    measure_pic_saving,
-    measure_pit_saving,
-)
 from carom.model.scene import Scene
 from carom.model.trace import Trace, resolve_profile
 from carom.report.formatting import format_count, format_instant, format_number
@@ -47,11 +41,11 @@ def explain(plan: Plan) -> Iterator[str]:
         if isinstance(reference, str):
             yield f"  not run: {reference}"
             continue
-        plain = "running event by event" if is_closed_form(reference) else "predicting all pairs again"
-        saved = _describe_saving(measure_pic_saving(scene, reference), plain)
+        plain = "running event by event" if time_saved.is_closed_form(reference) else "predicting all pairs again"
+        saved = _describe_saving(time_saved.measure_pic_saving(scene, reference), plain)
         yield f"  PIC: {describe_pic(scene, reference)}{saved}"
         for dt_s in sorted({job.dt_s for job in jobs}, reverse=True):
-            saved = _describe_saving(measure_pit_saving(scene, dt_s), "the plain loop")
+            saved = _describe_saving(time_saved.measure_pit_saving(scene, dt_s), "the plain loop")
             yield f"  PIT at {format_instant(dt_s)}: {describe_pit(scene, dt_s)}{saved}"
         yield f"  engines: {_describe_engines(scene, reference, steps[0])}"
         yield f"  states: {_describe_samples(scene, drawn=options.samples)}"
@@ -71,7 +65,7 @@ def explain(plan: Plan) -> Iterator[str]:
 
 def _list_skipped(scene: Scene, reference: Trace, dt_s: float) -> str:
     """Return text that lists the work that methods skip with this step size; an empty text if they skip nothing."""
-    skipped = ["event queue", "grid"] if is_closed_form(reference) else []
+    skipped = ["event queue", "grid"] if time_saved.is_closed_form(reference) else []
     skipped += [] if scene.walls else ["wall tests"]
     frames = scene.step_count(dt_s)
     if frames <= MOST_FRAMES:
@@ -105,7 +99,7 @@ def describe_pic(scene: Scene, trace: Trace) -> str:
         return f"in transformed time, where damped discs move in straight lines: {undamped}"
     if scene.gravity_m_s2 != (0.0, 0.0) or scene.table_deceleration_m_s2:
         return f"event-driven along parabolas, with a grid of cells{walls}: {found}"
-    if not is_closed_form(trace):
+    if not time_saved.is_closed_form(trace):
         return f"event-driven, with a grid of cells{walls}: {found}"
     return f"closed form for two discs, without event queue or grid{walls}: {found}"
 
@@ -116,14 +110,14 @@ def describe_pit(scene: Scene, dt_s: float) -> str:
     if frames > MOST_FRAMES:
         return f"{frames} frames"
     counts = solve_pit(scene, frame_rate_hz=1.0 / dt_s).counts
-    plain = counts["frames"] * count_tests_per_frame(scene)
+    plain = counts["frames"] * time_saved.count_tests_per_frame(scene)
     looked_at = f"{counts['frames_looked_at']} of {counts['frames']} frames are tested"
     if counts["frames_looked_at"] < counts["frames"]:
         looked_at += ", the others skipped because no pair can touch earlier"
     return f"{looked_at}; {counts['pair_tests']} pair tests instead of {plain} in the plain loop"
 
 
-def _describe_saving(saved: SkippedTime | None, plain: str) -> str:
+def _describe_saving(saved: time_saved.SkippedTime | None, plain: str) -> str:
     """Describe the time that skipping saves; an empty text if it was not measured, because that takes too long."""
     if saved is None:
         return ""

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import dataclasses
 import heapq
 import math
 import re
 import statistics
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from typing import Any, NamedTuple, TypeVar
 from urllib.parse import quote
 
@@ -29,9 +28,9 @@ T = TypeVar("T")
 _OWN = frozenset({"pic", "pit"})
 #: Reason for a missing row: `carom.execution` drops a profile that has the same settings as another profile.
 NOT_PLANNED = "not run separately, because another profile of the engine has the same settings at this step size"
-_NO_ERRORS = Errors(**{field.name: math.nan for field in dataclasses.fields(Errors)})
+_NO_ERRORS = Errors(**{field.name: math.nan for field in fields(Errors)})
 #: Fields of the line of a cell without a row: all are unknown.
-_NOTHING: dict[str, Any] = {field.name: None for field in dataclasses.fields(RowLine)}
+_NOTHING: dict[str, Any] = {field.name: None for field in fields(RowLine)}
 _NO_LINE = RowLine(**_NOTHING | {"dt_s": math.nan, "reason": NOT_PLANNED, "verdicts": (), "refinement": 0})
 _NO_SCENE = SceneLine(0, None, 0, None)  # type: ignore[arg-type] # not scored
 #: Verdicts that an impact was missed. The impacts of a diverged trajectory cause no such verdict.
@@ -266,7 +265,7 @@ def build_grid(results: Results) -> Grid:
     coarsest = (row.job for row in results.rows if row.job.refinement == 0)
     frames = (job.dt_s * job.scene.frame_rate_hz for job in coarsest)
     own_frames = (math.isclose(part, 1.0, rel_tol=formatting.WHOLE) for part in frames)
-    return dataclasses.replace(grid, step_phrase="each scene's own frame rate") if all(own_frames) else grid
+    return replace(grid, step_phrase="each scene's own frame rate") if all(own_frames) else grid
 
 
 def read_grid(summary: Summary, lines: Sequence[RowLine]) -> Grid:

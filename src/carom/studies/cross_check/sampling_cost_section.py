@@ -8,17 +8,8 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
-from carom.report import formatting
+from carom.report import formatting, svg
 from carom.report.document import Cell, Column, Figure, Figures, Media, Section, Table, Text
-from carom.report.svg import (
-    SURFACE,
-    build_figure,
-    choose_line_style,
-    finish,
-    render,
-    scale_error_axis,
-    use_drawing_style,
-)
 from carom.studies.cross_check.grid import Grid, GridCell, GridColumn
 
 #: Width of the chart, width on a phone, height of a line, and margins for names and for the axis, inches.
@@ -131,26 +122,26 @@ def build_sampling_cost_section(grid: Grid) -> Section:
 
 def draw_sampling_costs(found: Sequence[EngineCost], narrow: bool = False) -> str:
     """Draw each engine's velocity error against PIC, and the part not explained by sampling, as SVG."""
-    with use_drawing_style():
+    with svg.use_drawing_style():
         drawn_costs = [(p, statistics.median(p.total), statistics.median(p.own)) for p in found if p.total and p.own]
         width, height = _NARROW_IN if narrow else _WIDTH_IN, _FOOT_IN + _LINE_IN * max(2, len(drawn_costs))
-        figure = build_figure(width, height)
+        figure = svg.build_figure(width, height)
         left = _NAMES_IN / width
         axes = figure.add_axes((left, _FOOT_IN / height, 0.97 - left, 0.96 - _FOOT_IN / height))
-        along = scale_error_axis(axes, "x", [value for _, *both in drawn_costs for value in both], narrow=narrow)
+        along = svg.scale_error_axis(axes, "x", [value for _, *both in drawn_costs for value in both], narrow=narrow)
         for k, (cost, total, own_median) in enumerate(drawn_costs):
-            style = choose_line_style(cost.column.engine, profile=cost.column.method.profile)
+            style = svg.choose_line_style(cost.column.engine, profile=cost.column.method.profile)
             color, dash = style["color"], style["linestyle"]
             axes.plot(
                 [along(own_median), along(total)], [-k, -k], color=color, linestyle=dash, linewidth=2.0, alpha=0.6
             )
-            axes.plot([along(total)], [-k], "o", color=color, markerfacecolor=SURFACE, markersize=8)
+            axes.plot([along(total)], [-k], "o", color=color, markerfacecolor=svg.SURFACE, markersize=8)
             axes.plot([along(own_median)], [-k], "o", color=color, markersize=6)
         # The limits of the y axis leave half a line of margin.
         axes.set(ylim=(0.5 - max(2, len(drawn_costs)), 0.5), xlabel="velocity error / greatest speed")
         axes.set_yticks([-k for k in range(len(drawn_costs))], [cost.column.name for cost, _, _ in drawn_costs])
-        finish(axes)
-        return render(figure, TITLE, narrow=narrow)
+        svg.finish(axes)
+        return svg.render(figure, TITLE, narrow=narrow)
 
 
 def _build_median_formatter(numbers: Callable[[EngineCost], list[float]]) -> Callable[[EngineCost], Cell | str]:

@@ -14,14 +14,7 @@ from carom.report.document import Block, Cell, Column, Legend, Lines, Media, Rep
 from carom.report.files import pack_data
 from carom.report.outcome_marks import Mark
 from carom.report.replay import build_replay_data, build_replay_key, describe_run, format_run_command
-from carom.studies.cross_check.grid import (
-    Grid,
-    GridColumn,
-    GridRow,
-    keep_worst,
-    merge_own_profiles,
-    omission_note,
-)
+from carom.studies.cross_check.grid import Grid, GridColumn, GridRow, keep_worst, merge_own_profiles, omission_note
 from carom.studies.cross_check.play_page import build_play_link
 from carom.support.escaping import escape_controls
 

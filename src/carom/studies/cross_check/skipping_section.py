@@ -9,9 +9,8 @@ from typing import NamedTuple
 
 from carom.execution.time_saved import SceneSkips, SkippedTime
 from carom.model.trace import Trace
-from carom.report import formatting
+from carom.report import formatting, svg
 from carom.report.document import Cell, Column, Figure, Figures, Media, Section, Table, Text
-from carom.report.svg import SURFACE, build_figure, choose_line_style, finish, format_tick, render, use_drawing_style
 from carom.studies.cross_check.explain import describe_pic, describe_pit
 from carom.studies.cross_check.grid import Grid
 
@@ -71,22 +70,22 @@ def _build_time_columns(name: str, read: Callable[[_Scene], SkippedTime | None])
 
 def _render_diagram(found: Sequence[_Scene], narrow: bool = False) -> str:
     """Draw the run times of each scene as SVG: a line from the time with skipping to the time without skipping."""
-    with use_drawing_style():
+    with svg.use_drawing_style():
         width, height, left = 4.0 if narrow else 9.0, 0.7 + 0.24 * len(found), 1.9
-        figure = build_figure(width, height)
+        figure = svg.build_figure(width, height)
         axes = figure.add_axes((left / width, 0.5 / height, 0.97 - left / width - 0.5 / width, 1.0 - 0.65 / height))
         for k, one in enumerate(found):
             for engine, saved, shift in (("pic", one.skips.pic, 0.15), ("pit", one.skips.pit, -0.15)):
                 if saved is None:
                     continue
-                color = choose_line_style(engine)["color"]
+                color = svg.choose_line_style(engine)["color"]
                 ends, level = [1e3 * saved.with_s, 1e3 * saved.with_s * saved.ratio], -k + shift
                 axes.plot(ends, [level, level], color=color, linewidth=1.6, alpha=0.6)
-                axes.plot(ends[1:], [level], "o", color=color, markerfacecolor=SURFACE, markersize=6)
+                axes.plot(ends[1:], [level], "o", color=color, markerfacecolor=svg.SURFACE, markersize=6)
                 label = engine.upper() if k == 0 else None
                 axes.plot(ends[:1], [level], "o", color=color, markersize=5, label=label)
         axes.set(xscale="log", ylim=(0.5 - max(2, len(found)), 0.5), xlabel="run time, ms")
         axes.set_yticks([-k for k in range(len(found))], [one.reference.scene.name for one in found])
-        axes.xaxis.set_major_formatter(format_tick)
-        finish(axes)
-        return render(figure, "Run time of PIC and PIT with and without skipping", narrow=narrow)
+        axes.xaxis.set_major_formatter(svg.format_tick)
+        svg.finish(axes)
+        return svg.render(figure, "Run time of PIC and PIT with and without skipping", narrow=narrow)

@@ -10,18 +10,9 @@ from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 from carom.comparator.thresholds import THRESHOLDS
-from carom.report import formatting
+from carom.report import formatting, svg
 from carom.report.document import Cell, Column, Figure, Figures, Lines, Media, Section, Table, Text
 from carom.report.outcome_marks import Mark
-from carom.report.svg import (
-    INK,
-    build_framed_figure,
-    choose_line_style,
-    finish,
-    render,
-    scale_error_axis,
-    use_drawing_style,
-)
 from carom.studies.cross_check.grid import Grid, GridCell, GridColumn, merge_own_profiles
 
 if TYPE_CHECKING:
@@ -194,25 +185,25 @@ def _describe_scenes(trend: Trend) -> Iterator[str]:
 
 
 def _render_velocity_chart(trend: Trend, narrow: bool = False) -> str:
-    with use_drawing_style():
-        figure, axes = build_framed_figure(_WIDTH_IN, _HEIGHT_IN, narrow=narrow, below=len(trend.series))
+    with svg.use_drawing_style():
+        figure, axes = svg.build_framed_figure(_WIDTH_IN, _HEIGHT_IN, narrow=narrow, below=len(trend.series))
         medians = [p.median for series in trend.series for p in series.points if p.median is not None]
-        place = scale_error_axis(axes, "y", medians)
+        place = svg.scale_error_axis(axes, "y", medians)
         for series in trend.series:
             _draw_line(axes, trend, series, [math.nan if p.median is None else place(p.median) for p in series.points])
             if series.column.engine == "pit":
                 low, high = [place(p.low) for p in series.points], [place(p.high) for p in series.points]
-                axes.fill_between(trend.parts, low, high, color=INK, alpha=0.08, linewidth=0)
+                axes.fill_between(trend.parts, low, high, color=svg.INK, alpha=0.08, linewidth=0)
         axes.set_ylabel("velocity error, median over scenes", labelpad=2)
         _set_x_axis(axes, trend, figure if narrow else None)
-        return render(figure, "Median velocity error against step size", narrow=narrow)
+        return svg.render(figure, "Median velocity error against step size", narrow=narrow)
 
 
 def _render_wrong_chart(trend: Trend, narrow: bool = False) -> str:
-    with use_drawing_style():
+    with svg.use_drawing_style():
         from matplotlib.ticker import MaxNLocator
 
-        figure, axes = build_framed_figure(_WIDTH_IN, _HEIGHT_IN, narrow=narrow, below=len(trend.series))
+        figure, axes = svg.build_framed_figure(_WIDTH_IN, _HEIGHT_IN, narrow=narrow, below=len(trend.series))
         max_wrong = max(1, *(p.wrong for series in trend.series for p in series.points))
         axes.set_ylim(-0.05 * max_wrong, 1.08 * max_wrong)
         for series in trend.series:
@@ -220,7 +211,7 @@ def _render_wrong_chart(trend: Trend, narrow: bool = False) -> str:
         axes.yaxis.set_major_locator(MaxNLocator(integer=True))
         axes.set_ylabel("scenes graded wrong")
         _set_x_axis(axes, trend, figure if narrow else None)
-        return render(figure, "Scenes graded wrong, against step size", narrow=narrow)
+        return svg.render(figure, "Scenes graded wrong, against step size", narrow=narrow)
 
 
 def _set_x_axis(axes: Axes, trend: Trend, below: Drawn | None) -> None:
@@ -231,9 +222,9 @@ def _set_x_axis(axes: Axes, trend: Trend, below: Drawn | None) -> None:
     axes.set_xlim(max(trend.parts) * 1.25, min(trend.parts) / 1.25)
     axes.set_xticks(trend.parts, [formatting.format_fraction(part) for part in trend.parts])
     axes.minorticks_off()
-    finish(axes, below)
+    svg.finish(axes, below)
 
 
 def _draw_line(axes: Axes, trend: Trend, series: Series, heights: Sequence[float]) -> None:
-    style = choose_line_style(series.column.engine, profile=series.column.method.profile)
+    style = svg.choose_line_style(series.column.engine, profile=series.column.method.profile)
     axes.plot(trend.parts, heights, label=series.name, clip_on=False, **style)

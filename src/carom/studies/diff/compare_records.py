@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from pathlib import Path
 from typing import Any
@@ -240,7 +239,7 @@ def _select_pairs(cells: Sequence[DiffCell], match: Sequence[tuple[str, str]], s
         path: Path of the report, for messages.
     """
     return [
-        dataclasses.replace(cell, pair=number)
+        replace(cell, pair=number)
         for number, names in enumerate(match, start=1)
         for cell in _find_method(cells, names[side], path)
     ]

@@ -5,10 +5,9 @@ The file is read row by row, so that a large file need not fit into memory.
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, fields
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -19,7 +18,7 @@ from carom.comparator.thresholds import THRESHOLDS
 from carom.errors import InputError
 from carom.execution.job import Method
 from carom.report.outcome_marks import Mark, parse_mark
-from carom.report.results_file.line_types import RowLine, SceneLine, Summary
+from carom.report.results_file.line_types import RowLine, Summary
 from carom.report.results_file.records import stream_records
 
 #: Verdicts that are compared without a number: present or not.
@@ -28,7 +27,7 @@ _FLAGS = (
     *(Verdict.SPINS, Verdict.WRONG_STAMP, Verdict.WRONG_NORMAL, Verdict.MOMENTUM, Verdict.ANGULAR),
     *(Verdict.SLID, Verdict.STUCK),
 )
-_NAMES: dict[str, str] = {field.name: field.metadata["name"] for field in dataclasses.fields(Errors)}
+_NAMES: dict[str, str] = {field.name: field.metadata["name"] for field in fields(Errors)}
 #: The errors that decide a grade, and the direction, which is visible in pictures.
 _ERRORS = ("time_s", "velocity", "spin", "direction_rad", "energy", "final_position", "final_velocity", "final_spin")
 
@@ -65,7 +64,7 @@ def read_cells(path: Path) -> tuple[Summary, list[DiffCell]]:
     """
     file = path / "results.jsonl" if path.is_dir() else path
     summary, lines = stream_records(file)
-    references = {name: _build_reference_numbers(scene) for name, scene in summary.scenes.items()}
+    references = {name: {"expected": one.expected, **asdict(one.scales)} for name, one in summary.scenes.items()}
     shared = dict[Any, Any]()
     cells: list[DiffCell] = []
     try:
@@ -148,8 +147,3 @@ def _list_numbers(line: RowLine, found: Mapping[str, str]) -> Iterator[float | b
     for name in _ERRORS:
         error: float = getattr(line.total, name)
         yield None if math.isnan(error) else math.degrees(error) if name == "direction_rad" else error
-
-
-def _build_reference_numbers(scene: SceneLine) -> Mapping[str, Any]:
-    """Return the numbers of a scene's reference by name."""
-    return {"expected": scene.expected, **dataclasses.asdict(scene.scales)}
