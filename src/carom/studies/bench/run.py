@@ -114,6 +114,8 @@ def _build_jobs(
 
 
 def _build_point(method_step: At, found: Sequence[Answer[Measures] | None], unscored: str, kind: ErrorKind) -> Point:
+    """Return the point of a method and a step size from its answers, one per start; None for a job that was omitted."""
+    method, dt_s = method_step
     answers = [answer for answer in found if answer is not None]
     measured = [answer.value for answer in answers if answer.value is not None]
     errors = [error for measures in measured if not math.isnan(error := compute_error(measures, kind))]
@@ -123,9 +125,9 @@ def _build_point(method_step: At, found: Sequence[Answer[Measures] | None], unsc
     if not reason and all(measures.expected == 0 for measures in measured):
         reason = "the scene has no impact, so there is no error to measure"
     return Point(
-        method_step[0].engine,
-        method_step[0].profile,
-        method_step[1],
+        method.engine,
+        method.profile,
+        dt_s,
         error=max(errors, default=math.nan),
         error_median=statistics.median(errors) if errors else math.nan,
         error_least=min(errors, default=math.nan),

@@ -98,13 +98,11 @@ class VisitTask:
         # The empty world has one disc at rest and no wall.
         disc = Disc(position_m=(0.0, 0.0), radius_m=max(disc.radius_m for disc in self.scene.discs))
         nothing = Scene(name="empty", discs=[disc], duration_s=self.scene.duration_s)
-        empty = time_run(
-            adapter, nothing, method.profile, dt_s, steps=empty_steps, runs=min(self.repeats, 5), zero=True
-        )
+        runs = min(self.repeats, 5)
+        empty = time_run(adapter, nothing, method.profile, dt_s, steps=empty_steps, runs=runs, zero=True)
         paid_s = 0.0 if math.isnan(full.call_s) else full.call_s
-        return Visit(
-            full.prepare_s, full.advance_s, full.call_s, max(0.0, empty.advance_s - paid_s) * steps / empty_steps
-        )
+        empty_s = max(0.0, empty.advance_s - paid_s) * steps / empty_steps
+        return Visit(full.prepare_s, full.advance_s, full.call_s, empty_s)
 
 
 @dataclass(frozen=True)
@@ -254,10 +252,9 @@ class TimeScene(DependentTasks[SceneTiming]):
                         untimed[method_step] = answer.said
                     else:
                         visits[method_step].append(answer.value)
+                method, dt_s = method_step
                 left = formatting.format_time_left(until_s - time.perf_counter())
-                description = (
-                    f"timing {scene.name} on {method_step[0].engine} at {formatting.format_step(method_step[1])}{left}"
-                )
+                description = f"timing {scene.name} on {method.engine} at {formatting.format_step(dt_s)}{left}"
                 progress(turn * len(tasks) + place + 1, rounds * len(tasks), description)
             last_s = time.perf_counter() - began
         probe.take()

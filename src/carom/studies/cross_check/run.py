@@ -331,10 +331,8 @@ def _run_phases(
 ) -> dict[Key, Row]:
     """Run every successful job again at each phase, and return its row with the spread of its errors."""
     references_by_key = {key: references for key, references in shifted.items() if rows[key].status is Status.RAN}
-    if len(references_by_key) < len(shifted):
-        observer.count(
-            "phases", sum(len(references) for key, references in shifted.items() if key not in references_by_key)
-        )
+    if omitted := sum(len(references) for key, references in shifted.items() if key not in references_by_key):
+        observer.count("phases", omitted)
     jobs = [
         (key, reference, replace(rows[key].job, scene=reference.scene))
         for key, references in references_by_key.items()
