@@ -114,9 +114,7 @@ def _build_tables(growth: Growth) -> tuple[Table, ...]:
                 largest_column("most", lambda point: str(point.discs), "discs"),
                 largest_column("a second", _format_cost),
                 Column("falling", format_falling(_format_largest(_format_cost)), "there", number=True),
-                Column(
-                    "memory", lambda curve: _build_power_cell(curve.memory_exponent), "grows as", only=Media.IN_FULL
-                ),
+                Column("memory", lambda c: _build_power_cell(c.memory_exponent), "grows as", only=Media.IN_FULL),
                 largest_column("prepare", lambda p: formatting.format_seconds(p.prepare_s), only=Media.IN_FULL),
                 largest_column("peak", lambda p: f"{formatting.format_number(p.peak_bytes / _MIB, 3)} MiB"),
             ),

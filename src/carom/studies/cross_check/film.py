@@ -155,14 +155,7 @@ def _compute_lead_time(scene: Scene) -> float:
 
 
 def _draw_discs(
-    axes: Axes,
-    scene: Scene,
-    tracks: Sequence[Track],
-    times: Array,
-    *,
-    path: bool = True,
-    alpha: float = 0.8,
-    **style: Any,
+    axes: Axes, scene: Scene, tracks: Sequence[Track], times: Array, *, path: bool = True, **style: Any
 ) -> Iterator[_Moving]:
     """Draw the discs of a run, and yield each with its positions at the given times."""
     from matplotlib.patches import Circle
@@ -172,7 +165,7 @@ def _draw_discs(
             continue
         color = WALL if disc.immovable else SERIES[k % len(SERIES)]
         places = track.positions_at(np.minimum(times, track.time_s[-1]))
-        drawn = Circle(track.position_m[0], disc.radius_m, alpha=alpha, **({"color": color} | style))
+        drawn = Circle(track.position_m[0], disc.radius_m, **({"color": color, "alpha": 0.8} | style))
         axes.add_patch(drawn)
         if path:
             axes.plot(*places.T, color=color, linewidth=0.8)

@@ -115,9 +115,8 @@ def _build_grade_bar(cells: Sequence[GridCell]) -> Cell:
 
 
 def _format_lost(cells: Sequence[GridCell]) -> str:
-    return formatting.format_missed_and_invented(
-        sum(cell.missed for cell in cells), sum(cell.invented for cell in cells)
-    )
+    missed, invented = sum(cell.missed for cell in cells), sum(cell.invented for cell in cells)
+    return formatting.format_missed_and_invented(missed, invented)
 
 
 def _format_cost(cells: Sequence[GridCell]) -> str:

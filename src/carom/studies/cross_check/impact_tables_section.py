@@ -26,13 +26,11 @@ class _Impact(NamedTuple):
     otherwise: str
 
 
-def _build_error_column(head: str, digits: int, compute_value: Callable[[float, ImpactError], float]) -> Column:
+def _build_error_column(head: str, digits: int, compute: Callable[[float, ImpactError], float]) -> Column:
     """Return a column with a number that is computed from a found impact's exact time and errors."""
 
     def format_error(impact: _Impact) -> str:
-        value = (
-            math.nan if impact.error is None or impact.time_s is None else compute_value(impact.time_s, impact.error)
-        )
+        value = math.nan if impact.error is None or impact.time_s is None else compute(impact.time_s, impact.error)
         return "" if math.isnan(value) else formatting.format_number(value, digits)
 
     return Column(head, format_error, number=True)

@@ -92,10 +92,8 @@ def run(
     check_value(build_step_kind(), "dt", dt)
     require_named(engine := resolve_engine(engine))
     with limits.open_pool() as pool:
-        overrides = (
-            resolve_settings(describe_engines([engine], pool)[0], settings, [profile], dt, pool) if settings else ()
-        )
-        job = Job(scene, Method(engine, profile, overrides), dt)
+        tried = resolve_settings(describe_engines([engine], pool)[0], settings, [profile], dt, pool) if settings else ()
+        job = Job(scene, Method(engine, profile, tried), dt)
         answer = observe_job(job, pool, samples=True)
         if answer.status is Status.FAILED:
             select_profiles(describe_engines([engine], pool), [profile])
@@ -133,15 +131,12 @@ def cross_check(
         >>> [(row.job.scene.name, row.score.missed) for row in results.rows]
         [('paper/missed', (0,))]
     """
-    parsed_options = Options.build_from_arguments("cross_check", options, engines=engine_names)
-    parsed_options = replace(
-        parsed_options, engines=parsed_options.engines and [resolve_engine(word) for word in parsed_options.engines]
-    )
-    pool_context: AbstractContextManager[Pool] = parsed_options.open_pool() if pool is None else nullcontext(pool)
+    parsed = Options.build_from_arguments("cross_check", options, engines=engine_names)
+    parsed = replace(parsed, engines=parsed.engines and [resolve_engine(word) for word in parsed.engines])
+    pool_context: AbstractContextManager[Pool] = parsed.open_pool() if pool is None else nullcontext(pool)
     with pool_context as opened:
-        return execute(
-            build_plan(scenes, parsed_options, opened), opened, progress=progress or no_progress, command=command
-        )
+        plan = build_plan(scenes, parsed, opened)
+        return execute(plan, opened, progress=progress or no_progress, command=command)
 
 
 def execute(
@@ -324,10 +319,7 @@ def _shift_references(
 
 
 def _run_phases(
-    rows: Mapping[Key, Row],
-    shifted: Mapping[Key, Sequence[Trace]],
-    usable: Mapping[str, Reference],
-    observer: _Observer,
+    rows: Mapping[Key, Row], shifted: Mapping[Key, list[Trace]], usable: Mapping[str, Reference], observer: _Observer
 ) -> dict[Key, Row]:
     """Run every successful job again at each phase, and return its row with the spread of its errors."""
     references_by_key = {key: references for key, references in shifted.items() if rows[key].status is Status.RAN}

@@ -129,14 +129,12 @@ def draw_sampling_costs(found: Sequence[EngineCost], narrow: bool = False) -> st
         left = _NAMES_IN / width
         axes = figure.add_axes((left, _FOOT_IN / height, 0.97 - left, 0.96 - _FOOT_IN / height))
         along = svg.scale_error_axis(axes, "x", [value for _, *both in drawn_costs for value in both], narrow=narrow)
-        for k, (cost, total, own_median) in enumerate(drawn_costs):
+        for k, (cost, total, own) in enumerate(drawn_costs):
             style = svg.choose_line_style(cost.column.engine, profile=cost.column.method.profile)
             color, dash = style["color"], style["linestyle"]
-            axes.plot(
-                [along(own_median), along(total)], [-k, -k], color=color, linestyle=dash, linewidth=2.0, alpha=0.6
-            )
+            axes.plot([along(own), along(total)], [-k, -k], color=color, linestyle=dash, linewidth=2.0, alpha=0.6)
             axes.plot([along(total)], [-k], "o", color=color, markerfacecolor=svg.SURFACE, markersize=8)
-            axes.plot([along(own_median)], [-k], "o", color=color, markersize=6)
+            axes.plot([along(own)], [-k], "o", color=color, markersize=6)
         # The limits of the y axis leave half a line of margin.
         axes.set(ylim=(0.5 - max(2, len(drawn_costs)), 0.5), xlabel="velocity error / greatest speed")
         axes.set_yticks([-k for k in range(len(drawn_costs))], [cost.column.name for cost, _, _ in drawn_costs])

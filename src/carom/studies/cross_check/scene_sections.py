@@ -95,19 +95,14 @@ def build_unscored_section(grid: Grid) -> Section:
     run = {column.engine for column in grid.columns.values()}
     missing = [info for info in grid.results.engines if info.missing and info.name not in run]
     folder_prefix = f"{Path.cwd()}{os.sep}"  # shorten paths in the working folder, because reports are passed on
+    unavailable = tuple(f"{one.name} is not run: {one.unavailable.replace(folder_prefix, '')}" for one in missing)
     names = formatting.join_words([info.name for info in missing])
+    folded = formatting.format_count(len(reasons), "reason")
     hint = f"Not installed: {names}; 'carom engines' shows how to install them."
     lines = (
-        Lines(
-            tuple(reason for reason, _ in reasons),
-            Media.IN_FULL,
-            folded=formatting.format_count(len(reasons), "reason"),
-        ),
+        Lines(tuple(reason for reason, _ in reasons), Media.IN_FULL, folded=folded),
         Lines(important, Media.TERMINAL),
-        Lines(
-            tuple(f"{one.name} is not run: {one.unavailable.replace(folder_prefix, '')}" for one in missing),
-            Media.IN_FULL,
-        ),
+        Lines(unavailable, Media.IN_FULL),
         Lines((hint,) if missing else (), Media.TERMINAL),
         Lines(tuple(_describe_missing_profiles(grid)), Media.ON_PAPER),
     )

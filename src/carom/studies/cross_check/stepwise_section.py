@@ -58,15 +58,13 @@ def build_steps_section(grid: Grid) -> Section:
     ) -> Column:
         return Column(head, lambda run: format_score(run.local), subheading, number=True, only=only)
 
+    parted = Column("parted at", _format_divergence_time, only=Media.ON_PAPER)
     columns = (
         *(() if is_single_scene else (Column("scene", lambda run: run.cell.scene),)),
         Column("method", lambda run: run.cell.column.name),
         Column("grade", lambda run: replace(run.cell.mark.cell, link=run.cell.link), only=Media.ON_PAPER),
         Column("steps", lambda run: mark_of_grade(run.local.grade, run.local.float_bits).cell),
-        *(
-            [Column("parted at", _format_divergence_time, only=Media.ON_PAPER)]
-            * any(map(_format_divergence_time, found))
-        ),
+        *([parted] * any(map(_format_divergence_time, found))),
         build_column("due", lambda local: str(local.due)),
         build_column("impacts", _format_impacts, "- (PIT's) +", only=_OFF_PAPER),
         build_column("missed", _format_missed, "(PIT's)"),
