@@ -27,7 +27,7 @@ LONG = (64, 0.4, 30_000)
 _TIMES = """
 import sys, time
 from carom import certify
-from carom.studies.bench.gas import gas_scene
+from carom.studies.bench.gas import build_gas_scene
 try:
     from carom.solvers.certified.lower_bounds import load_compiled
     load_compiled()
@@ -35,7 +35,7 @@ except ImportError:
     pass
 for line in sys.stdin:
     discs, packing, impacts = line.split()
-    scene = gas_scene(int(discs), float(packing))
+    scene = build_gas_scene(int(discs), float(packing))
     begin = time.process_time()
     certify(scene, max_impacts=int(impacts))
     print(time.process_time() - begin, flush=True)
@@ -44,8 +44,8 @@ for line in sys.stdin:
 _FIRST = """
 import sys, time
 import carom
-from carom.studies.bench.gas import gas_scene
-scene = gas_scene(64, 0.4)
+from carom.studies.bench.gas import build_gas_scene
+scene = build_gas_scene(64, 0.4)
 for line in sys.stdin:
     begin = time.process_time()
     carom.certify(scene, max_impacts=int(line))

@@ -76,9 +76,9 @@ def small_rows(baseline: str, repeats: int) -> None:
 def start_seconds() -> float:
     """Return the time from starting Python to the first impacts, seconds."""
     code = (
-        "import math; from carom.studies.bench.gas import hard_disc_gas;"
+        "import math; from carom.studies.bench.gas import build_hard_disc_gas;"
         "from carom.solvers.event_driven.run import EventDrivenRun;"
-        "EventDrivenRun(hard_disc_gas(16, .3)).advance_to(math.inf, 100)"
+        "EventDrivenRun(build_hard_disc_gas(16, .3)).advance_to(math.inf, 100)"
     )
     begin = time.perf_counter()
     subprocess.run([sys.executable, "-c", code], check=True)  # noqa: S603 - our own interpreter and our own text

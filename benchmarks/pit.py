@@ -19,12 +19,13 @@ if TYPE_CHECKING:
 _GAS = """
 import sys, time
 from carom.solvers.pit.clock import FrameClock
-from carom.solvers.pit.solve import pit_run
 try:
-    from carom.studies.bench.gas import gas_scene
+    from carom.solvers.pit.solve import start_pit_run
+    from carom.studies.bench.gas import build_gas_scene
 except ImportError:
-    from carom.bench.gas import gas_scene
-run = pit_run(gas_scene(int({discs!r}), 0.3), FrameClock(rate_hz=60.0), skipping={skipping!r})
+    from carom.bench.gas import gas_scene as build_gas_scene
+    from carom.solvers.pit.solve import pit_run as start_pit_run
+run = start_pit_run(build_gas_scene(int({discs!r}), 0.3), FrameClock(rate_hz=60.0), skipping={skipping!r})
 for line in sys.stdin:
     begin = time.process_time()
     run.advance_frames(int(line))

@@ -29,9 +29,9 @@ _GAS = """
 import dataclasses, math, sys, time
 import numpy as np
 from carom.model.chain_geometry import Outline
-from carom.studies.bench.gas import hard_disc_gas
+from carom.studies.bench.gas import build_hard_disc_gas
 from carom.solvers.event_driven.run import EventDrivenRun
-gas, walls = hard_disc_gas({discs}, 0.3), {walls}
+gas, walls = build_hard_disc_gas({discs}, 0.3), {walls}
 if walls:
     side = max(x for x, _, _, _ in gas.walls)
     middle = side / 2
