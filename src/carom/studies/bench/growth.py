@@ -104,7 +104,7 @@ class GrowthTask:
 
 @dataclass(frozen=True)
 class GrowthKey:
-    """Identity of a run: only equal keys mean the same machine and versions.
+    """Identity of a run: runs with equal keys have the same machine and versions.
 
     Attributes:
         discs: Number of discs.
