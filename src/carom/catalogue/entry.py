@@ -256,12 +256,8 @@ def compute_deepest_overlap(trace: Trace, scene: Scene) -> float:
         distance = np.hypot(*(position[rest] - position[i]).T)
         overlap = np.where(movable[i] | movable[rest], radius[i] + radius[rest] - distance, 0.0)
         deepest = max(deepest, float(np.max(overlap)))
-    for initial_wall in scene.walls:
-        wall = (
-            move_wall(initial_wall, *initial_wall.drive.moved_at(trace.end_time_s))
-            if initial_wall.driven
-            else initial_wall
-        )
+    at_end_s = trace.end_time_s
+    for wall in (move_wall(w, *w.drive.moved_at(at_end_s)) if w.driven else w for w in scene.walls):
         if isinstance(wall, Wall):
             reach = radius - (position - wall.point_m) @ np.array(wall.normal)
         else:

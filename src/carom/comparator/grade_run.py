@@ -304,6 +304,6 @@ def _compute_price_paid(judged: JudgedRun) -> float:
     if max(largest_costs) <= THRESHOLDS.rounding and max(ratios) == 0.0 and step_s:
         # Here, late detection changes times, but no velocities. PIT is late by up to a step per impact, and these
         # delays add up.
-        late_s = abs(find_largest((error.time_s for error in errors), default=0.0))
+        late_s = abs(find_largest([error.time_s for error in errors], default=0.0))
         return 0.0 if late_s <= judged.rounding_s else late_s / max(step_s, cost.late_s)
     return max(ratios)

@@ -134,7 +134,7 @@ def compute_horizon(certified: CertifiedTrace, trace: Trace, *, tolerance: float
     # The error includes the radii of the certified numbers, so an impact agrees only if the agreement is proven.
     speed = max([1e-300, *(math.hypot(*disc.velocity_m_s) for disc in scene.discs)])
     if scene.gravity_m_s2 != (0.0, 0.0) or scene.arrays.driven:  # discs that start at rest can gain speed
-        speed = find_largest([speed, *np.hypot(*velocities(truth, "after").reshape(-1, 2).T).tolist()])
+        speed = find_largest([speed, *np.hypot(*velocities(truth, "after").reshape(-1, 2).T)])
     end = common if order_differs is None else order_differs
     rims = np.zeros(end)
     if trace.spins is not None and certified.trace.spins is not None and certified.spin_radii is not None:

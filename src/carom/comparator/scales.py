@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from carom.model.energy import kinetic_energy, work_of_driven
 from carom.model.scene import Scene
@@ -122,22 +121,12 @@ def compute_median(values: Array) -> float:
     return math.nan if math.isnan(ordered[-1]) else one if one == other else (one + other) / 2
 
 
-def find_largest_in_array(values: Array) -> float:
-    """Return the value of the largest magnitude, like `largest`; NaN for an empty array."""
-    return float(values[np.abs(values).argmax()]) if len(values) else math.nan  # the first NaN counts as largest
-
-
-def find_largest(values: Iterable[float], default: float = math.nan) -> float:
+def find_largest(values: ArrayLike, default: float = math.nan) -> float:
     """Return the value of the largest magnitude, with its sign; NaN if a value is NaN. In contrast, `max` ignores NaN.
 
     Args:
-        values: The values.
-        default: The result for an empty array.
+        values: The values, shape ``(k,)``.
+        default: The result if there are no values.
     """
-    found = default
-    for k, value in enumerate(values):
-        if math.isnan(value):
-            return math.nan
-        if k == 0 or abs(value) > abs(found):
-            found = value
-    return found
+    array = np.asarray(values, dtype=np.float64)
+    return float(array[np.abs(array).argmax()]) if len(array) else default  # the first NaN counts as largest

@@ -128,14 +128,8 @@ def _shift_scene(scene: Scene, shift_s: float) -> Scene:
         )
         gx, gy = (0.0, 0.0) if disc.immovable else scene.gravity_m_s2
         place = (x + u * flown_s + 0.5 * gx * shift_s * shift_s, y + v * flown_s + 0.5 * gy * shift_s * shift_s)
-        states.append(
-            (
-                place,
-                (u * kept_fraction + gx * shift_s, v * kept_fraction + gy * shift_s),
-                disc.spin_rad_s * kept_fraction,
-                (),
-            )
-        )
+        velocity = (u * kept_fraction + gx * shift_s, v * kept_fraction + gy * shift_s)
+        states.append((place, velocity, disc.spin_rad_s * kept_fraction, ()))
     walls = [shift_legs(move_wall(w, *w.drive.moved_at(shift_s)), shift_s) if w.driven else w for w in scene.walls]
     return _replace_states(scene, states, walls, duration_s=scene.duration_s - shift_s)
 

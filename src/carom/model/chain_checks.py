@@ -41,12 +41,6 @@ class Place(NamedTuple):
     x: Surd
     y: Surd
 
-    def compute_side(self, a: tuple[Number, Number], along: tuple[Number, Number]) -> int:
-        """Return on which side of the line through `a` the point is: 1 left, -1 right, 0 on the line."""
-        dx, dy = self.x.whole - a[0], self.y.whole - a[1]
-        whole = along[0] * dy - along[1] * dx
-        return Surd(whole, along[0] * self.y.part - along[1] * self.x.part, self.x.square).sign
-
     def compute_order(self, a: tuple[Number, Number], along: tuple[Number, Number]) -> int:
         """Return whether the point is ahead of `a` (1), behind it (-1) or level with it (0) in a direction."""
         dx, dy = self.x.whole - a[0], self.y.whole - a[1]
@@ -70,7 +64,8 @@ class _Line:
     def has_point(self, place: Place) -> bool:
         """Whether a point on the edge's line or circle is on the edge itself, including its ends."""
         if self.circle is not None:  # a counterclockwise arc is to the right of its chord
-            return place.compute_side(self.a, self.along) * self.turn <= 0
+            left = (-self.along[1], self.along[0])
+            return place.compute_order(self.a, left) * self.turn <= 0
         return place.compute_order(self.a, self.along) >= 0 and place.compute_order(self.b, self.along) <= 0
 
 
@@ -129,22 +124,19 @@ def _build_place(point: tuple[Number, Number]) -> Place:
 
 
 def _find_shared_points(one: _Line, other: _Line) -> Iterator[Place]:
-    """Yield the points that two edges share. If two edges share a stretch, yield its ends."""
-    candidates: Iterator[Place]
-    if one.circle is not None and one.circle == other.circle:
+    """Return the points that two edges share. If two edges share a stretch, return its ends."""
+    if one.circle is None and other.circle is not None:
+        one, other = other, one
+    if one.circle is None:
+        candidates = _intersect_straights(one, other)
+    elif other.circle is None:
+        candidates = _intersect_line(other.a, other.along, one.circle)
+    elif one.circle == other.circle:
         middles = (_find_middle(line, one.circle) for line in (one, other))
         candidates = iter([*map(_build_place, (one.a, one.b, other.a, other.b)), *middles])
-    elif one.circle is None and other.circle is None:
-        candidates = _intersect_straights(one, other)
-    elif one.circle is None and other.circle is not None:
-        candidates = _intersect_line(one.a, one.along, other.circle)
-    elif other.circle is None and one.circle is not None:
-        candidates = _intersect_line(other.a, other.along, one.circle)
-    elif one.circle is not None and other.circle is not None:
+    else:
         candidates = _intersect_circles(one.circle, other.circle)
-    for place in candidates:
-        if one.has_point(place) and other.has_point(place):
-            yield place
+    return (place for place in candidates if one.has_point(place) and other.has_point(place))
 
 
 def _find_middle(line: _Line, circle: ExactCircle) -> Place:

@@ -201,38 +201,36 @@ class Scene(Drawn, Model):
         """
         start = self.arrays
         problems = list(find_span_problems(start, self.gravity_m_s2, self.duration_s))
-        if self.damping_per_s and self.gravity_m_s2 != (0.0, 0.0):
-            problems.append(Problem(("damping_per_s",), f"must be 0 in a scene with gravity, got {self.damping_per_s}"))
-        if self.damping_per_s and start.driven:
-            feature = "a driven body, whose path is not damped"
-            problems.append(
-                Problem(("damping_per_s",), f"must be 0 in a scene with {feature}, got {self.damping_per_s}")
-            )
-        problems += self._find_unsolved_frictions()
+        problems += self._find_conflicting_laws()
         found, has_more = start.overlaps("discs[{}]", "walls[{}]")
         problems += [Problem(("discs", overlap.disc, "position_m"), overlap.message) for overlap in found]
         if problems:
             raise SceneError(problems, more=has_more)
 
-    def _find_unsolved_frictions(self) -> Generator[Problem, None, None]:
-        falls = self.gravity_m_s2 != (0.0, 0.0)
-        if self.wall_rolling_resistance:
-            why = "" if falls else "without gravity, because only gravity presses discs to walls"
-            if self.wall_tangential_restitution:
-                why = "with wall_tangential_restitution, which returns the energy that rolling resistance removes"
-            if why:
-                message = f"must be 0 in a scene {why}, got {self.wall_rolling_resistance}"
-                yield Problem(("wall_rolling_resistance",), message)
-        if self.table_deceleration_m_s2:
-            with_what = (
-                "gravity" * falls,
-                "damping" * (self.damping_per_s > 0.0),
-                "driven bodies, which a table does not slow down" * self.arrays.driven,
-                "friction or spin, which a table changes too" * self.arrays.turns,
-            )
-            for feature in filter(None, with_what):
-                message = f"must be 0 in a scene with {feature}, got {self.table_deceleration_m_s2}"
-                yield Problem(("table_deceleration_m_s2",), message)
+    def _find_conflicting_laws(self) -> Generator[Problem, None, None]:
+        if not (self.damping_per_s or self.wall_rolling_resistance or self.table_deceleration_m_s2):
+            return
+        falls, sticks = self.gravity_m_s2 != (0.0, 0.0), self.wall_tangential_restitution != 0.0
+        conflicts = {
+            "damping_per_s": (
+                "with gravity" * falls,
+                "with a driven body, whose path is not damped" * self.arrays.driven,
+            ),
+            "wall_rolling_resistance": (
+                "with wall_tangential_restitution, which returns the energy that rolling resistance removes" * sticks,
+                "without gravity, because only gravity presses discs to walls" * (not falls and not sticks),
+            ),
+            "table_deceleration_m_s2": (
+                "with gravity" * falls,
+                "with damping" * (self.damping_per_s > 0.0),
+                "with driven bodies, which a table does not slow down" * self.arrays.driven,
+                "with friction or spin, which a table changes too" * self.arrays.turns,
+            ),
+        }
+        for name, features in conflicts.items():
+            if value := getattr(self, name):
+                for feature in filter(None, features):
+                    yield Problem((name,), f"must be 0 in a scene {feature}, got {value}")
 
     @cached_property
     def arrays(self) -> DiscArrays:

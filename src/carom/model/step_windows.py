@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
@@ -12,49 +13,68 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from carom.model.trace import build_dtype
+
 Array = NDArray[np.float64]
 
-#: One window: successive steps of a few bodies, compared with PIC from their state at its start. Velocities and rim
-#: speeds (spin times radius) are in metres a second. NaN marks a number that was not requested.
-#:
-#: - begin_s, end_s: times of its first and its last state.
-#: - due: number of PIC's impacts in the window. missed: pairs that passed through each other. pit_missed: how many of
-#:   these PIT also misses from the same state at the same phase.
-#: - entangled: several pairs or impacts, or an overlap at the start, so there is no unique answer. turned: bodies
-#:   changed direction although no impact was due. open: the run ended in the window.
-#: - late_steps: by how much the paths turned later than in PIC, in steps. late_known: uncertainty of late_steps.
-#:   late_allowed: the greatest delay of a method that checks once per step.
-#: - velocity, spin, place_m: the largest difference from PIC at the window's end. speed, rim: the greatest speeds of
-#:   its bodies, for the scale of rounding. place_known_m: rounding of its positions.
-#: - price_velocity, price_spin: PIT's largest errors from the same state.
-#: - restitution: effective restitution minus the scene's. energy_j: energy gained relative to PIC. energy_price_j: the
-#:   most energy that PIT gains.
-WINDOW_DTYPE = np.dtype(
-    [
-        ("begin_s", "f8"),
-        ("end_s", "f8"),
-        ("due", "i8"),
-        ("missed", "i8"),
-        ("pit_missed", "i8"),
-        ("entangled", "?"),
-        ("turned", "?"),
-        ("open", "?"),
-        ("late_steps", "f8"),
-        ("late_known", "f8"),
-        ("late_allowed", "f8"),
-        ("velocity", "f8"),
-        ("speed", "f8"),
-        ("spin", "f8"),
-        ("rim", "f8"),
-        ("place_m", "f8"),
-        ("place_known_m", "f8"),
-        ("price_velocity", "f8"),
-        ("price_spin", "f8"),
-        ("restitution", "f8"),
-        ("energy_j", "f8"),
-        ("energy_price_j", "f8"),
-    ]
-)
+
+@dataclass
+class WindowRow:
+    """One window: successive steps of a few bodies, compared with PIC from their state at its start.
+
+    Velocities and rim speeds (spin times radius) are in metres a second. NaN marks a number that was not requested.
+
+    Attributes:
+        begin_s: Time of the window's first state.
+        end_s: Time of its last state.
+        due: Number of PIC's impacts in the window.
+        missed: Number of pairs that passed through each other.
+        pit_missed: Number of these pairs that PIT also misses from the same state at the same phase.
+        entangled: Whether there are several pairs or impacts, or an overlap at the start, so there is no unique answer.
+        turned: Whether bodies changed direction although no impact was due.
+        open: Whether the run ended in the window.
+        late_steps: By how much the paths turned later than in PIC, in steps.
+        late_known: Uncertainty of `late_steps`.
+        late_allowed: Greatest delay of a method that checks once per step, in steps.
+        velocity: Largest difference of a velocity from PIC at the window's end.
+        speed: Greatest speed of the window's bodies, the scale of rounding of velocities.
+        spin: Largest difference of a rim speed from PIC at the window's end.
+        rim: Greatest speed or rim speed of the window's bodies, the scale of rounding of rim speeds.
+        place_m: Largest difference of a position from PIC at the window's end.
+        place_known_m: Rounding of the positions.
+        price_velocity: PIT's largest error of a velocity from the same state.
+        price_spin: PIT's largest error of a rim speed from the same state.
+        restitution: Effective restitution minus the scene's.
+        energy_j: Energy gained relative to PIC.
+        energy_price_j: The most energy that PIT gains.
+    """
+
+    begin_s: float
+    end_s: float
+    due: int = 0
+    missed: int = 0
+    pit_missed: int = 0
+    entangled: bool = False
+    turned: bool = False
+    open: bool = False
+    late_steps: float = math.nan
+    late_known: float = 0.0
+    late_allowed: float = 1.0
+    velocity: float = 0.0
+    speed: float = 0.0
+    spin: float = 0.0
+    rim: float = 0.0
+    place_m: float = 0.0
+    place_known_m: float = 0.0
+    price_velocity: float = math.nan
+    price_spin: float = math.nan
+    restitution: float = math.nan
+    energy_j: float = 0.0
+    energy_price_j: float = 0.0
+
+
+#: One window, see `WindowRow`.
+WINDOW_DTYPE = build_dtype(WindowRow)
 
 #: One pair of a window: the window's index, the bodies (a wall is `carom.model.trace.wall_body`), and the first and
 #: last state of its steps. Also the time when the impact was due (NaN for a push without impact), whether the run

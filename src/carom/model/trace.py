@@ -123,20 +123,20 @@ class ModeRecord(NamedTuple):
     spin_rate: float
 
 
-def _build_dtype(record: type[Any]) -> np.dtype[np.void]:
-    """Return the dtype of an array whose rows are such records. It leaves out fields that are no numbers or vectors."""
-    formats: dict[Any, str] = {float: "f8", int: "i8", Mode: "i8", Vector: "2f8"}
+def build_dtype(record: type[Any]) -> np.dtype[np.void]:
+    """Return the dtype of a structured array with a row per record. Only numbers, flags and vectors have a field."""
+    formats: dict[Any, str] = {float: "f8", int: "i8", bool: "?", Mode: "i8", Vector: "2f8"}
     return np.dtype([(name, formats[hint]) for name, hint in get_type_hints(record).items() if hint in formats])
 
 
 #: One impact. If the second body is a wall, `second` is its `wall_body`. `normal` is the unit vector from first to
 #: second.
-IMPACT_DTYPE = _build_dtype(ImpactRecord)
+IMPACT_DTYPE = build_dtype(ImpactRecord)
 
 #: A disc's motion from the instant at which lasting contact begins, changes or ends: see `Mode`. `wall` is the body
 #: number of the wall, `impacts` the number of earlier impacts in the trace. The acceleration applies until the disc's
 #: next mode.
-MODE_DTYPE = _build_dtype(ModeRecord)
+MODE_DTYPE = build_dtype(ModeRecord)
 
 _COLUMNS = len(IMPACT_DTYPE.names or ())
 

@@ -38,11 +38,11 @@ def build_certified_document(certified: CertifiedTrace, max_rows: int) -> Docume
     table = Table(
         (
             Column("#", str, number=True),
-            Column("time, s", lambda k: _list_decimals(certified, k)[0]),
+            Column("time, s", lambda k: list_decimals(certified, k)[0]),
             Column("bodies", lambda k: pair_name(certified.trace.impacts[k])),
             Column("velocities after, m/s", lambda k: _format_velocities(certified, k)),
             *(
-                [Column("spins after, rad/s", lambda k: "  ".join(_list_decimals(certified, k)[5:]))]
+                [Column("spins after, rad/s", lambda k: "  ".join(list_decimals(certified, k)[5:]))]
                 if certified.trace.spins is not None
                 else []
             ),
@@ -84,7 +84,7 @@ def _build_modes_table(certified: CertifiedTrace, modes: NDArray[np.void], max_r
     )
 
 
-def _list_decimals(certified: CertifiedTrace, k: int) -> Sequence[str]:
+def list_decimals(certified: CertifiedTrace, k: int) -> Sequence[str]:
     """Return the proven digits of an impact: its time, both velocities after it, and its discs' spins."""
     if certified.decimals:
         return certified.decimals[k]
@@ -100,7 +100,7 @@ def _list_decimals(certified: CertifiedTrace, k: int) -> Sequence[str]:
 
 
 def _format_velocities(certified: CertifiedTrace, k: int) -> str:
-    _, *velocity = _list_decimals(certified, k)
+    _, *velocity = list_decimals(certified, k)
     after = f"({velocity[0]}, {velocity[1]})"
     return after if certified.trace.impacts[k]["second"] < 0 else f"{after}  ({velocity[2]}, {velocity[3]})"
 

@@ -15,15 +15,11 @@ from carom.report.document import Block, Cell, Column, Document, Facts, Headline
 
 def format_engine_lines(infos: Sequence[EngineInfo]) -> list[str]:
     """Return a table of engines, one line each."""
-    known = [(info.name, info.capabilities, info) for info in infos if info.capabilities is not None]
-    heading = ("name", "version", "swept in", "friction", "spin", "floats")
-    lines = _align_columns([heading, *(_build_engine_row(info, capabilities) for _, capabilities, info in known)])
-    lines_by_name = dict(zip((name for name, _, _ in known), lines[1:], strict=True))
+    rows = {info.name: _build_engine_row(info, info.capabilities) for info in infos if info.capabilities is not None}
+    heading, *lines = _align_columns([("name", "version", "swept in", "friction", "spin", "floats"), *rows.values()])
+    line_of = dict(zip(rows, lines, strict=True))
     # An adapter without capabilities has only the reason why it is unavailable.
-    return [
-        lines[0],
-        *(lines_by_name.get(info.name, f"{info.name}  unavailable: {info.unavailable}") for info in infos),
-    ]
+    return [heading, *(line_of.get(info.name, f"{info.name}  unavailable: {info.unavailable}") for info in infos)]
 
 
 def _build_engine_row(info: EngineInfo, capabilities: Capabilities) -> tuple[str, ...]:
@@ -128,7 +124,7 @@ def _list_facts(info: EngineInfo) -> Iterator[tuple[str, str]]:
         yield "settings to paste", f"carom engines {info.name} --show tuned"
 
 
-#: Name and unit of values of `Capabilities`. Other values are shown under their own names.
+#: The values of `Capabilities` that are shown, each with its name and unit.
 _SAID = {
     "walls": ("walls", ""),
     "segments": ("walls of straight edges", ""),

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from xml.etree import ElementTree as ET
 
 from carom.comparator import Grade
-from carom.execution.job import Method
 from carom.execution.results import Results, Row, is_violation
 from carom.report import formatting
 from carom.report.outcome_marks import BROKEN, Mark, mark_of
@@ -24,9 +23,7 @@ def render_junit(results: Results, fail_on: Grade | None = Grade.INACCURATE) -> 
 
     A case fails if its grade is `fail_on` or worse. With None, no grade fails.
     """
-    suites: dict[Method, list[Row]] = {}
-    for row in results.rows:
-        suites.setdefault(row.job.method, []).append(row)
+    suites = formatting.group_by((row.job.method, row) for row in results.rows)
     root = ET.Element("testsuites", {"name": "carom", **_count_outcomes(results.rows, fail_on)})
     for method, rows in suites.items():
         name = _clean(method.name.replace("/", " ", 1))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.model.trace import Trace, turn_times
-from carom.report.tracks import Track, Turning, build_reference_tracks, compute_turnings
+from carom.report.tracks import Track, Turning, build_reference_tracks, compute_turnings, list_sampled_positions
 
 #: Number of straight pieces of a parabola. A piece differs from the parabola by at most 1/576 of the parabola's height,
 #: which is less than a line's width in any picture.
@@ -88,20 +88,11 @@ def _list_turns(trace: Trace, time_s: NDArray[np.float64]) -> Iterator[tuple[int
 
 def build_observed_paths(trace: Trace) -> Paths:
     """Return lines through the sampled states, with a corner at each impact. Without samples, return exact paths."""
-    samples = trace.samples
-    if samples is None or not len(samples.time_s):
+    if (sampled := list_sampled_positions(trace)) is None:
         return build_exact_paths(trace)
-    # The last step may end after the scene. The final state is the state at the end of the scene.
-    inside = samples.time_s < trace.end_time_s
-    times = np.append(samples.time_s[inside], trace.end_time_s)
-    positions = np.concatenate([samples.position_m[inside], trace.final_position_m[None]])
-    paths = Paths(
-        tuple((times, positions[:, disc]) for disc in range(positions.shape[1])),
-        (),
-        positions,
-        times,
-        compute_turnings(trace),
-    )
+    times, positions = sampled
+    lines = tuple((times, positions[:, disc]) for disc in range(positions.shape[1]))
+    paths = Paths(lines, (), positions, times, compute_turnings(trace))
     turns = _list_turns(trace, turn_times(trace))
     found = tuple(ImpactPosition(disc, time, paths.position_at(disc, time)) for disc, time in turns)
     return replace(paths, impact_positions=found)

@@ -50,7 +50,7 @@ _MODES = {
     Mode.BLOCK: "slides without turning",
 }
 
-#: Largest number of discs on the page of `carom play`.
+#: Largest number of discs on the page of `carom play`. For other scenes, a replay shows no command for that page.
 _MOST_THROWN = 10
 
 #: A pair has missed an impact if the bodies pass through each other at most this number of steps before or after the
@@ -105,7 +105,10 @@ def build_replay_data(reference: Trace, runs: Iterable[tuple[Trace, Score, Mappi
         "impacts": [
             [float(impact["time_s"]), int(impact["first"]), int(impact["second"])] for impact in reference.impacts
         ],
-        "meetings": [_round_meeting(meeting, places) for meeting in list_meetings(reference)],
+        "meetings": [
+            [round(x, places), round(y, places), None if overlap_s is None else float(f"{overlap_s:.6g}")]
+            for x, y, overlap_s in list_meetings(reference)
+        ],
         "runs": [
             {
                 **description,
@@ -145,11 +148,6 @@ def _build_sampler(reference: Trace, trace: Trace) -> Json | None:
         return None
     sampled: Json = scene.model_dump(mode="json", exclude={"name", "description"})
     return sampled
-
-
-def _round_meeting(meeting: tuple[float, float, float | None], places: int) -> list[float | None]:
-    x, y, overlap_s = meeting
-    return [round(x, places), round(y, places), None if overlap_s is None else float(f"{overlap_s:.6g}")]
 
 
 def list_meetings(reference: Trace) -> Iterator[tuple[float, float, float | None]]:
@@ -229,6 +227,7 @@ def _describe_fault(row: Json, overlap_s: float | None, dt_s: float) -> str:
 
 
 def _build_scene(scene: Scene) -> Json:
+    is_playable = len(scene.discs) <= _MOST_THROWN and not scene.table_deceleration_m_s2
     return {
         "name": escape_controls(scene.name),
         "description": scene.description,
@@ -237,15 +236,9 @@ def _build_scene(scene: Scene) -> Json:
         "gravity": list(scene.gravity_m_s2),
         "discs": [[disc.radius_m, disc.immovable] for disc in scene.discs],
         "walls": [_build_wall(wall) for wall in scene.walls],
-        "thrown": _format_play_command(scene),
+        "thrown": "carom play scene.toml" if is_playable else "",
         "file": tomli_w.dumps(scene.model_dump(mode="python")),
     }
-
-
-def _format_play_command(scene: Scene) -> str:
-    """Return the command that opens the scene's file on the play page; empty if that page can't show the scene."""
-    is_shown = len(scene.discs) <= _MOST_THROWN and not scene.table_deceleration_m_s2
-    return "carom play scene.toml" if is_shown else ""
 
 
 def _build_wall(wall: Wall | Chain | Ring) -> list[float] | Json:
@@ -300,8 +293,7 @@ def build_impact_rows(reference: Trace, trace: Trace, score: Score) -> Iterator[
                 "turned": _replace_non_finite(true_s + error.effective_time_s),
                 "velocity": _replace_non_finite(error.velocity),
                 "spin": _replace_non_finite(error.spin),
-                "flag": _classify_delay(error.time_s, trace.dt_s, score),
-                "became": _describe_delay(error.time_s, trace.dt_s, score),
+                **_describe_delay(error.time_s, trace.dt_s, score),
                 "cause": _explain_error(error, score),
             }
         )
@@ -365,33 +357,24 @@ def _explain_missed(k: int, impact: np.void, trace: Trace, score: Score) -> str:
     return "checking once per step" if passed["pit_missed"].any() else alone
 
 
-def _classify_delay(time_s: float, dt_s: float, score: Score) -> str:
+def _describe_delay(time_s: float, dt_s: float, score: Score) -> Json:
+    """Describe the error of the time of a matched impact: in one word, and with its size."""
     if abs(time_s) <= THRESHOLDS.time_rounding_of(score.float_bits, score.scales.time_s, dt_s):
-        return "found"
-    return "late" if time_s > 0 else "early"
-
-
-def _describe_delay(time_s: float, dt_s: float, score: Score) -> str:
-    flag = _classify_delay(time_s, dt_s, score)
-    if flag == "found":
-        return "found"
-    return f"{formatting.format_steps(abs(time_s), dt_s) if dt_s else formatting.format_seconds(abs(time_s))} {flag}"
+        return {"flag": "found", "became": "found"}
+    flag = "late" if time_s > 0 else "early"
+    size = formatting.format_steps(abs(time_s), dt_s) if dt_s else formatting.format_seconds(abs(time_s))
+    return {"flag": flag, "became": f"{size} {flag}"}
 
 
 def _explain_error(error: ImpactError, score: Score) -> str:
     """Describe the cause of a velocity or spin error, by the run's own state before the impact."""
-    rounding, local, k = THRESHOLDS.rounding_of(score.float_bits), score.local, error.observed
-    wrong, local_error = error.velocity, local.velocity[k]
-    solver_error, sampling_error = local.solver_velocity[k], local.sampling_velocity[k]
-    if error.spin > rounding and not wrong > rounding:
-        wrong, local_error, solver_error, sampling_error = (
-            error.spin,
-            local.spin[k],
-            local.solver_spin[k],
-            local.sampling_spin[k],
-        )
-    if not wrong > rounding:
+    rounding = THRESHOLDS.rounding_of(score.float_bits)
+    kind = "spin" if error.spin > rounding and not error.velocity > rounding else "velocity"
+    if not getattr(error, kind) > rounding:
         return ""
+    local_error, solver_error, sampling_error = (
+        getattr(score.local, name)[error.observed] for name in (kind, f"solver_{kind}", f"sampling_{kind}")
+    )
     if math.isnan(local_error):
         return UNKNOWN
     if local_error <= rounding:

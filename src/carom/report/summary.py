@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 from carom.model.scene import Chain, Disc, Ring, Scene, Wall
 from carom.model.trace import Trace, pair_name
 from carom.report import formatting
+from carom.report.certified import list_decimals
 from carom.report.engine_and_scene_lists import format_engine_lines
 from carom.report.outcome_marks import mark_of, mark_of_grade
-from carom.solvers.certified.result import proven_decimal
 
 if TYPE_CHECKING:
     from carom.comparator import Score
@@ -198,13 +198,7 @@ def _format_certified(certified: CertifiedTrace) -> list[str]:
         f"  until {_format_number(trace.end_time_s)} s: {certified.ending.value}",
         f"  {certified.degeneracy}" if certified.degeneracy else "",
     )
-    times = (
-        certified.decimals[k][0]
-        if certified.decimals
-        else proven_decimal(float(trace.impacts["time_s"][k]), float(certified.radii["time_s"][k]))
-        for k in range(len(trace.impacts))
-    )
-    impacts = (f"{time} s: {pair_name(impact)}" for time, impact in zip(times, trace.impacts, strict=True))
+    impacts = (f"{list_decimals(certified, k)[0]} s: {pair_name(impact)}" for k, impact in enumerate(trace.impacts))
     return _limit_lines(heading, impacts, len(trace.impacts))
 
 

@@ -179,19 +179,28 @@ def build_observed_tracks(trace: Trace, extent_m: float) -> tuple[Track, ...]:
         extent_m: Size of the drawing, to which `SHARPNESS` is relative.
     """
     impact_tracks = build_reference_tracks(trace)
-    samples = trace.samples
-    if samples is None or not len(samples.time_s):
+    if (sampled := list_sampled_positions(trace)) is None:
         return tuple(map(_cut_at_non_finite, impact_tracks))
-    inside = samples.time_s < trace.end_time_s
-    times = np.append(samples.time_s[inside], trace.end_time_s)
-    places = np.concatenate([samples.position_m[inside], trace.final_position_m[None]])
-    near = SHARPNESS * extent_m
+    (times, places), near = sampled, SHARPNESS * extent_m
     if all(_does_pass_through(track, times, places[:, disc], near) for disc, track in enumerate(impact_tracks)):
         return impact_tracks
     return tuple(
         _thin_track(times, places[:, k], np.array((0.0, 0.0) if disc.immovable else trace.scene.gravity_m_s2), near)
         for k, disc in enumerate(trace.scene.discs)
     )
+
+
+def list_sampled_positions(trace: Trace) -> tuple[Array, Array] | None:
+    """Return the times and positions of the samples of a trace and of its end; None if there are no samples.
+
+    The last step may end after the scene. The final state is the state at the end of the scene.
+    """
+    samples = trace.samples
+    if samples is None or not len(samples.time_s):
+        return None
+    inside = samples.time_s < trace.end_time_s
+    times = np.append(samples.time_s[inside], trace.end_time_s)
+    return times, np.concatenate([samples.position_m[inside], trace.final_position_m[None]])
 
 
 def _cut_at_non_finite(track: Track) -> Track:

@@ -183,15 +183,12 @@ def _compute_slowing(slowing: Slowing, duration_s: Array, speed: Array) -> tuple
     if not slowing:
         return np.ones_like(duration_s), duration_s
     flights = list(zip(duration_s.tolist(), speed.tolist(), strict=True))
-    kept_fraction, flown_s = (
-        np.array([compute(*flight) for flight in flights])
-        for compute in (slowing.compute_kept_fraction, slowing.compute_flown_time)
-    )
-    return kept_fraction, flown_s
+    kept_fraction = np.array([slowing.compute_kept_fraction(*flight) for flight in flights])
+    return kept_fraction, np.array([slowing.compute_flown_time(*flight) for flight in flights])
 
 
 def _find_turn_times(trace: Trace) -> Array:
-    """Return the effective times of impacts: NaN if unknown, reported times for a method without effective times."""
+    """Return the effective time of each impact, NaN if unknown; the reported time if the method has no steps."""
     times: Array = trace.impacts["time_s"] if trace.effective_time_s is None else trace.effective_time_s
     return times
 
@@ -243,7 +240,7 @@ def _measure_stamp_error(trace: Trace) -> float:
     if trace.state_before is not None:
         waited = stamp - trace.state_before["time_s"]
         outside = np.maximum(outside, np.maximum(-waited, waited - trace.dt_s))
-    return find_largest(outside[outside > 0.0].tolist(), default=0.0)
+    return find_largest(outside[outside > 0.0], default=0.0)
 
 
 def _measure_normal_error(trace: Trace, scales: Scales) -> tuple[float, float]:
@@ -304,7 +301,7 @@ def _measure_momentum_error(trace: Trace) -> float:
         share = 1.0 / (1.0 + second / first)  # the first mass, divided by the sum of both masses
         centre = share[:, None] * changes[0] + (1.0 - share)[:, None] * changes[1]
     error_m_s = np.hypot(*centre.T) - math.hypot(*trace.scene.gravity_m_s2) * _compute_contact_durations(trace)
-    return find_largest(error_m_s[is_known & ~(error_m_s <= 0.0)].tolist(), default=0.0)
+    return find_largest(error_m_s[is_known & ~(error_m_s <= 0.0)], default=0.0)
 
 
 def _measure_angular_error(trace: Trace) -> tuple[float, float, float]:
@@ -346,12 +343,8 @@ def _measure_angular_error(trace: Trace) -> tuple[float, float, float]:
         if len(error):
             worst_row = int(np.argmax(error))
             if error[worst_row] > worst:
-                worst, arm = (
-                    float(error[worst_row]),
-                    float(from_spin[worst_row] / from_velocity[worst_row]) + 0.0
-                    if from_velocity[worst_row]
-                    else math.nan,
-                )
+                worst, turned, pushed = (float(row[worst_row]) for row in (error, from_spin, from_velocity))
+                arm = turned / pushed + 0.0 if pushed else math.nan
             worst_excess = max(worst_excess, float(np.max(beyond)))
     return worst, worst_excess, arm
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from carom.comparator.match_impacts import Alignment
 from carom.comparator.non_finite import find_finite_impacts
-from carom.comparator.scales import OwnScales, Scales, compute_own_scales, find_largest_in_array
+from carom.comparator.scales import OwnScales, Scales, compute_own_scales, find_largest
 from carom.comparator.thresholds import THRESHOLDS
 from carom.core.impact_law import ContactFrictions, RoughBodies
 from carom.model.energy import kinetic_energy
@@ -172,8 +172,8 @@ def measure_errors(reference: Trace, observed: Trace, alignment: Alignment, scal
         alignment=alignment,
         of_impacts=errors,
         largest=Errors(
-            **{name: find_largest_in_array(errors[name]) for name in ("time_s", *_LARGEST_OF_IMPACTS)},
-            restitution=find_largest_in_array(restitution[~np.isnan(restitution)]),
+            **{name: find_largest(errors[name]) for name in ("time_s", *_LARGEST_OF_IMPACTS)},
+            restitution=find_largest(restitution[~np.isnan(restitution)]),
             energy=_measure_energy_error(reference, observed, scales) if is_energy_known else 0.0,
             momentum=momentum,
             final_position=float(np.max(ends[0])) / scales.length_m,

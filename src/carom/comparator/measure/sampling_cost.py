@@ -103,7 +103,7 @@ class SamplingCost:
         close = sum(
             cost.late_s <= part * cost.dt_s and bool(np.all(cost.errors <= part * errors + rounding)) for cost in costs
         )
-        late_s = find_largest(cost.late_s for cost in costs)
+        late_s = find_largest([cost.late_s for cost in costs])
         return cls(costs[0].dt_s, errors, found, off_s, energy, place, velocity, spin, late_s, len(costs), close)
 
 

@@ -259,22 +259,15 @@ def _drop_continuations(meetings: NDArray[np.void]) -> NDArray[np.void]:
 
 def _find_inventions(truth: LocalTruth) -> tuple[int, tuple[str, float | None], float]:
     """Return the number of invented turns, the first of them, and the largest turn that is too small to count."""
-    found: list[tuple[float, str]] = []
-    slipped = 0.0
+    turns: list[tuple[float, float, str]] = []  # time, size and disc of each turn
     for row in truth.windows[truth.windows["turned"]]:
         size = max(float(row["velocity"]), float(row["spin"])) / (float(row["rim"]) or 1.0)
-        if size > PASSED:
-            found.append((float(row["begin_s"]), f"at {format_instant(float(row['begin_s']))}"))
-        else:
-            slipped = max(slipped, size)
+        turns.append((float(row["begin_s"]), size, ""))
     for row in truth.slips:
         size = max(float(row["velocity"]), float(row["rim"])) / (float(row["speed"]) or 1.0)
-        if size > PASSED:
-            found.append(
-                (float(row["time_s"]), f"at {format_instant(float(row['time_s']))}, of disc {int(row['disc'])}")
-            )
-        else:
-            slipped = max(slipped, size)
+        turns.append((float(row["time_s"]), size, f", of disc {row['disc']}"))
+    found = [(time_s, f"at {format_instant(time_s)}{of_disc}") for time_s, size, of_disc in turns if size > PASSED]
+    slipped = max([0.0, *(size for _, size, _ in turns if not size > PASSED)])
     first_s, first = min(found, default=(None, ""))
     return len(found), (first, first_s), slipped
 

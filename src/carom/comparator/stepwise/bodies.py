@@ -85,10 +85,8 @@ class BodyStates:
             flown_s, kept_fraction = seconds, 1.0
             if bodies.slows:
                 speed = math.hypot(vx, vy)
-                flown_s, kept_fraction = (
-                    bodies.slowing.compute_flown_time(seconds, speed),
-                    bodies.slowing.compute_kept_fraction(seconds, speed),
-                )
+                flown_s = bodies.slowing.compute_flown_time(seconds, speed)
+                kept_fraction = bodies.slowing.compute_kept_fraction(seconds, speed)
             ax, ay = bodies.pulls[disc]
             if resting is not None and resting[0] == disc and resting[1] >= bodies.n:
                 _, nx, ny = bodies.measure_wall_distance(resting[1] - bodies.n, x, y, self.time_s)
@@ -100,7 +98,7 @@ class BodyStates:
         self.time_s += seconds
 
     def compute_later_state(self, seconds: float, resting: Pair | None = None) -> BodyStates:
-        """Return the state some seconds later, moved by `fly`."""
+        """Return the state some seconds later. The arguments are those of `move_freely`."""
         state = self.copy()
         state.move_freely(seconds, resting)
         return state
@@ -110,10 +108,8 @@ class BodyStates:
         leg = drive.leg_at(end_s * TOUCH)
         place_before, place_after = drive.leg_at(begin_s * TOUCH).moved_at(begin_s), leg.moved_at(end_s)
         x, y = self.xy[disc]
-        self.xy[disc], self.velocity[disc] = (
-            (x + place_after[0] - place_before[0], y + place_after[1] - place_before[1]),
-            leg.velocity,
-        )
+        self.xy[disc] = (x + place_after[0] - place_before[0], y + place_after[1] - place_before[1])
+        self.velocity[disc] = leg.velocity
 
     def measure_separation(self, pair: Pair, feature: int = NO_FEATURE) -> Separation:
         """Return the separation of the bodies of a pair. `feature` is the feature of a finite wall to measure to."""
@@ -130,7 +126,7 @@ class BodyStates:
         distance = math.hypot(dx, dy)
         ux, uy = self.velocity[j][0] - vx, self.velocity[j][1] - vy
         if distance == 0.0:  # coinciding centres define no normal; the discs only separate
-            distance, speed = 0.0, math.hypot(ux, uy)
+            speed = math.hypot(ux, uy)
             normal = (ux / speed, uy / speed) if speed > 0.0 else (1.0, 0.0)
         else:
             normal = (dx / distance, dy / distance)
@@ -184,21 +180,17 @@ class BodyStates:
         """Return the result of `compute_wait` for a scene with a table. `leaving` is the speed of separation."""
         (i, j), bodies, state, passed = pair, self.bodies, self.select_discs(pair), 0.0
         speeds = [math.hypot(*velocity) for velocity in state.velocity.values()]
+        longest_m = sum(speed * speed for speed in speeds) / (2.0 * bodies.slowing.table_m_s2)
         # The two bodies stop before they meet. The margin of a hundredth is far above rounding.
-        if 0.99 * self.measure_separation(pair).gap > sum(speed * speed for speed in speeds) / (
-            2.0 * bodies.slowing.table_m_s2
-        ):
+        if 0.99 * self.measure_separation(pair).gap > longest_m:
             return math.inf
         while True:
             stops = min(bodies.slowing.compute_stop_time(math.hypot(*state.velocity[disc])) for disc in state.xy)
             (x, y), (vx, vy) = state.xy[i], state.velocity[i]
             pull = bodies.compute_table_acceleration(i, state.velocity[i])
             if j < bodies.n:
-                (ox, oy), (ux, uy), other = (
-                    state.xy[j],
-                    state.velocity[j],
-                    bodies.compute_table_acceleration(j, state.velocity[j]),
-                )
+                (ox, oy), (ux, uy) = state.xy[j], state.velocity[j]
+                other = bodies.compute_table_acceleration(j, state.velocity[j])
                 one = (x - ox, y - oy, vx - ux, vy - uy, bodies.radius[i])
                 relative = (pull[0] - other[0], pull[1] - other[1])
                 wait = primitives.disc_fall_time(*one, 0.0, 0.0, bodies.radius[j], *relative, leaving)
@@ -274,12 +266,8 @@ class BodyStates:
             vx, vy = vx + normal_change * nx, vy + normal_change * ny
             if contact.friction > 0.0 or bodies.rolling_resistance > 0.0:
                 rim, y = bodies.radius[i] * self.spin[i], bodies.inverse_inertia_ratio[i]
-                slip = (
-                    before[0] * ny
-                    - before[1] * nx
-                    + rim
-                    + (0.0 if bodies.belts is None else bodies.belts[j - bodies.n])
-                )
+                belt = 0.0 if bodies.belts is None else bodies.belts[j - bodies.n]
+                slip = before[0] * ny - before[1] * nx + rim + belt
                 friction, turning, _ = primitives.frictional_impulses(
                     *contact, bodies.rolling_resistance, slip, rim, y, normal_change
                 )
@@ -295,14 +283,13 @@ class BodyStates:
         if bodies.disc_contact.friction > 0.0 and impulse < 0.0:
             distance = math.hypot(dx, dy)
             surface = distance * (bodies.radius[i] * self.spin[i] + bodies.radius[j] * self.spin[j])
-            inverse_effective_mass = w_i * (1.0 + bodies.inverse_inertia_ratio[i]) + w_j * (
-                1.0 + bodies.inverse_inertia_ratio[j]
-            )
+            y_i, y_j = bodies.inverse_inertia_ratio[i], bodies.inverse_inertia_ratio[j]
+            inverse_effective_mass = w_i * (1.0 + y_i) + w_j * (1.0 + y_j)
             turn = primitives.pair_tangential_impulse(
                 *bodies.disc_contact, dx, dy, ux - vx, uy - vy, surface, inverse_effective_mass, impulse
             )
-            self.spin[i] -= turn * distance * w_i * bodies.inverse_inertia_ratio[i] / bodies.radius[i]
-            self.spin[j] -= turn * distance * w_j * bodies.inverse_inertia_ratio[j] / bodies.radius[j]
+            self.spin[i] -= turn * distance * w_i * y_i / bodies.radius[i]
+            self.spin[j] -= turn * distance * w_j * y_j / bodies.radius[j]
         px, py = impulse * dx + turn * dy, impulse * dy - turn * dx
         self.velocity[i] = (vx + w_i * px, vy + w_i * py)
         self.velocity[j] = (ux - w_j * px, uy - w_j * py)
@@ -313,9 +300,8 @@ class BodyStates:
         for disc, (vx, vy) in self.velocity.items():
             if bodies.is_movable(disc):
                 rim, inverse = bodies.radius[disc] * self.spin[disc], bodies.inverse_inertia_ratio[disc]
-                energy += (
-                    0.5 * bodies.mass[disc] * (vx * vx + vy * vy + (rim * rim / inverse if inverse > 0.0 else 0.0))
-                )
+                rotation = rim * rim / inverse if inverse > 0.0 else 0.0
+                energy += 0.5 * bodies.mass[disc] * (vx * vx + vy * vy + rotation)
         return energy
 
     def find_greatest_speeds(self) -> tuple[float, float]:

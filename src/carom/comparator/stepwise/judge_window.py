@@ -24,6 +24,7 @@ from carom.comparator.stepwise.step_chains import StepChain
 from carom.comparator.stepwise.window import Difference, Window, compute_relative_velocity
 from carom.comparator.stepwise.window_runs import simulate_pit
 from carom.comparator.thresholds import THRESHOLDS
+from carom.model.step_windows import WindowRow
 
 Array = NDArray[np.float64]
 
@@ -33,8 +34,8 @@ PASSED = 0.01
 
 
 @dataclass
-class Comparison:
-    """Result of the comparison of a window; see `carom.model.step_windows.WINDOW_DTYPE` for its numbers.
+class Comparison(WindowRow):
+    """Result of the comparison of a window: the window's row, and its pairs.
 
     Attributes:
         due_s: Time at which each pair was first due, seconds. Pairs that only push are not included.
@@ -42,26 +43,6 @@ class Comparison:
         pit_passed: The passed pairs that PIT also misses from the same state.
     """
 
-    due: int = 0
-    missed: int = 0
-    pit_missed: int = 0
-    entangled: bool = False
-    turned: bool = False
-    open: bool = False
-    late_steps: float = math.nan
-    late_known: float = 0.0
-    late_allowed: float = 1.0
-    velocity: float = 0.0
-    speed: float = 0.0
-    spin: float = 0.0
-    rim: float = 0.0
-    place_m: float = 0.0
-    place_known_m: float = 0.0
-    price_velocity: float = math.nan
-    price_spin: float = math.nan
-    restitution: float = math.nan
-    energy_j: float = 0.0
-    energy_price_j: float = 0.0
     due_s: dict[Pair, float] = field(default_factory=dict)
     passed: Collection[Pair] = ()
     pit_passed: Collection[Pair] = ()
@@ -86,10 +67,11 @@ def judge_window(
         ends: Whether the run ends with the block.
         speed_before: Greatest speed of the discs before the window, if the window continues a chain, metres a second.
     """
+    begin_s, end_s = block.states.time_s[[chain.begin, chain.end]].tolist()
     if not block.is_possible(chain.begin, block.bodies.list_pairs(chain.discs)):
-        return Comparison(entangled=True, price_velocity=0.0, price_spin=0.0)  # nothing is due
+        return Comparison(begin_s, end_s, entangled=True, price_velocity=0.0, price_spin=0.0)  # nothing is due
     window = Window(block, chain, activity)
-    judged = Comparison(speed=window.speed, rim=window.rim, place_known_m=window.touching)
+    judged = Comparison(begin_s, end_s, speed=window.speed, rim=window.rim, place_known_m=window.touching)
     if not window.truth:
         return _judge_nothing_due(window, judged)
     found = window.find_nearest_difference(window.now, window.truth, window.lasts, window.resting)
@@ -193,10 +175,8 @@ def _is_missed(window: Window, pair: Pair, speed_before: float) -> bool:
     before, after = one.measure_separation(pair), other.measure_separation(pair)
     times = block.states.time_s
     duration_s = float(times[last + 1] - times[own_steps[0]])
-    velocity_before, velocity_after = (
-        compute_relative_velocity(one.compute_later_state(duration_s), pair),
-        compute_relative_velocity(other, pair),
-    )
+    velocity_before = compute_relative_velocity(one.compute_later_state(duration_s), pair)
+    velocity_after = compute_relative_velocity(other, pair)
     size = math.hypot(*velocity_before)
     if size <= (RESTING_STEPS + 0.5) * bodies.pull * block.dt_s + window.still:
         return False  # the pair is so slow that it may rest
@@ -205,9 +185,8 @@ def _is_missed(window: Window, pair: Pair, speed_before: float) -> bool:
     closed = before.closing * bodies.slowing.damping.compute_kept_fraction(duration_s)
     unchanged = math.dist(velocity_before, velocity_after) <= PASSED * max(closed, 1e-3 * size)
     past = after.gap > window.touching or after.closing <= 0.0
-    repelled = (velocity_after[0] - velocity_before[0]) * before.normal[0] + (
-        velocity_after[1] - velocity_before[1]
-    ) * before.normal[1] > PASSED * closed
+    changed_x, changed_y = velocity_after[0] - velocity_before[0], velocity_after[1] - velocity_before[1]
+    repelled = changed_x * before.normal[0] + changed_y * before.normal[1] > PASSED * closed
     if not unchanged and not repelled and past and window.chain.end - window.chain.begin <= 2:
         unchanged = _is_idle(window, pair, size)
     # A disc that is still being pushed is not yet through a wall.
@@ -266,10 +245,8 @@ def _measure_lateness(window: Window, judged: Comparison, found: Difference, *, 
     if judged.entangled or judged.missed or len(window.truth) != 1 or bodies.pull > 0.0:
         return
     contact = bodies.contact_of(first.pair)
-    velocity_before, velocity_after = (
-        compute_relative_velocity(window.free, first.pair),
-        compute_relative_velocity(window.now, first.pair),
-    )
+    velocity_before = compute_relative_velocity(window.free, first.pair)
+    velocity_after = compute_relative_velocity(window.now, first.pair)
     if bodies.slowing.table_m_s2:  # on a table, velocities have no common factor, so compare at the turn
         turned_s = first.time_s + judged.late_steps * dt_s
         velocity_before = compute_relative_velocity(window.start.compute_later_state(turned_s), first.pair)
@@ -280,9 +257,8 @@ def _measure_lateness(window: Window, judged: Comparison, found: Difference, *, 
         normal = (change[0] / size, change[1] / size)  # normal of the run's own impact
         closed = velocity_before[0] * normal[0] + velocity_before[1] * normal[1]
         if closed != 0.0:  # 0 for a disc that turned before a driven wall met it
-            judged.restitution = -(
-                velocity_after[0] * normal[0] + velocity_after[1] * normal[1]
-            ) / closed - bodies.restitution_of(first.pair)
+            parted = velocity_after[0] * normal[0] + velocity_after[1] * normal[1]
+            judged.restitution = -parted / closed - bodies.restitution_of(first.pair)
 
 
 def _find_turn_time(window: Window, pair: Pair) -> float:
@@ -293,12 +269,10 @@ def _find_turn_time(window: Window, pair: Pair) -> float:
         (x, y), (ox, oy) = (state.motion_of(body)[0] for body in pair)
         return (ox - x, oy - y)
 
-    velocity_before, velocity_after = (
-        compute_relative_velocity(window.free, pair),
-        compute_relative_velocity(window.now, pair),
-    )
     if window.bodies.slowing.table_m_s2:
         return _find_turn_time_on_table(window, pair)
+    velocity_before = compute_relative_velocity(window.free, pair)
+    velocity_after = compute_relative_velocity(window.now, pair)
     slope = (velocity_before[0] - velocity_after[0], velocity_before[1] - velocity_after[1])
     squared = slope[0] ** 2 + slope[1] ** 2
     if squared == 0.0:

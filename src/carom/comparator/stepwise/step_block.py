@@ -81,10 +81,8 @@ class Block:
         h = np.diff(states.time_s)[:, None]
         p, v = states.position_m, states.velocity_m_s
         speed = np.hypot(*np.moveaxis(v, 2, 0))
-        kept_fraction, flown_s = (
-            bodies.slowing.compute_kept_fractions(h, speed[:-1]),
-            bodies.slowing.compute_flown_times(h, speed[:-1]),
-        )
+        kept_fraction = bodies.slowing.compute_kept_fractions(h, speed[:-1])
+        flown_s = bodies.slowing.compute_flown_times(h, speed[:-1])
         radius = scene.arrays.radius_m
         pull = np.where(scene.arrays.movable[:, None], np.array(bodies.gravity), 0.0)
         fallen = pull * h[..., None]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from operator import attrgetter
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,7 +39,7 @@ _NUMBERS = 2**19
 _FINISHED: dict[object, LocalTruth] = {}
 _MOST_FINISHED = 16
 
-_ROW = [name for name in WINDOW_DTYPE.names or () if name not in {"begin_s", "end_s"}]
+_get_row = attrgetter(*(WINDOW_DTYPE.names or ()))
 
 
 def compute_local_truth(scene: Scene, states: States, *, dt_s: float, float_bits: int = 64) -> LocalTruth:
@@ -92,9 +93,8 @@ class StepWatch:
 
     def add(self, states: States) -> None:
         """Add the states at the ends of steps, or of pieces of steps, in order."""
-        if not (
-            has_duration := states.time_s > np.append(self._until_s, states.time_s)[:-1]
-        ).all():  # drop empty pieces
+        has_duration = states.time_s > np.append(self._until_s, states.time_s)[:-1]
+        if not has_duration.all():  # drop empty pieces
             states = states.select_rows(has_duration)
         if not len(states):
             return
@@ -198,7 +198,7 @@ class StepWatch:
 
     def _record(self, block: Block, chain: StepChain, judged: Comparison) -> None:
         times, number = block.states.time_s, len(self._windows)
-        self._windows.append((times[chain.begin], times[chain.end], *(getattr(judged, name) for name in _ROW)))
+        self._windows.append(_get_row(judged))
         for (i, j), steps in chain.pairs.items():
             due_s, steps_s = judged.due_s.get((i, j), math.nan), (times[steps[0]], times[steps[-1] + 1])
             passed, pit_passed = ((i, j) in found for found in (judged.passed, judged.pit_passed))

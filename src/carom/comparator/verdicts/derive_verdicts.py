@@ -188,7 +188,7 @@ def _report_timing(judged: JudgedRun) -> Iterator[Finding]:
     swapped = {index for pair in judged.inverted for index in pair}
     errors = [error.time_s for error in judged.measured.errors if error.reference not in swapped]
     for verdict, sign in ((Verdict.LATE, 1.0), (Verdict.EARLY, -1.0)):
-        worst = find_largest((sign * error for error in errors if sign * error > 0.0), default=0.0)
+        worst = find_largest([sign * error for error in errors if sign * error > 0.0], default=0.0)
         if worst > judged.rounding_s:
             yield Finding(verdict, f"by up to {format_seconds_and_steps(worst, judged)}")
 
