@@ -122,10 +122,8 @@ def _shift_scene(scene: Scene, shift_s: float) -> Scene:
             continue
         (x, y), (u, v) = disc.position_m, disc.velocity_m_s
         speed = math.hypot(u, v)
-        flown_s, kept_fraction = (
-            slowing.compute_flown_time(shift_s, speed),
-            slowing.compute_kept_fraction(shift_s, speed),
-        )
+        flown_s = slowing.compute_flown_time(shift_s, speed)
+        kept_fraction = slowing.compute_kept_fraction(shift_s, speed)
         gx, gy = (0.0, 0.0) if disc.immovable else scene.gravity_m_s2
         place = (x + u * flown_s + 0.5 * gx * shift_s * shift_s, y + v * flown_s + 0.5 * gy * shift_s * shift_s)
         velocity = (u * kept_fraction + gx * shift_s, v * kept_fraction + gy * shift_s)

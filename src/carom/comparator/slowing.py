@@ -68,7 +68,7 @@ class Slowing:
     def compute_kept_fractions(self, seconds: Array, speed: Array) -> Array:
         """Return what `compute_kept_fraction` returns, for arrays of times and speeds that broadcast."""
         if not self.table_m_s2:
-            return self.damping.compute_kept_fractions(seconds)
+            return np.exp(-self.damping.per_s * seconds)
         with np.errstate(divide="ignore", invalid="ignore"):
             left = np.maximum(1.0 - self.table_m_s2 * seconds / speed, 0.0)
         fractions: Array = np.where(speed > 0.0, left, 1.0)

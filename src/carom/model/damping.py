@@ -42,10 +42,6 @@ class Damping:
         """Return the time in which a damped disc moves as far as an undamped disc does in `undamped_s`, or infinity."""
         return damped_time.damped(self.per_s, undamped_s)
 
-    def compute_kept_fractions(self, seconds: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return `compute_kept_fraction` for each time."""
-        return np.exp(-self.per_s * seconds)
-
     def to_undamped_array(self, seconds: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return `to_undamped` for each time, 0 or more."""
         exponent = self.per_s * seconds

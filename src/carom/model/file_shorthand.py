@@ -108,10 +108,9 @@ def add_shorthand(schema: dict[str, Any]) -> dict[str, Any]:
         "title": "Pixels Per Metre",
         "type": "number",
     }
+    factors = ", ".join(f"{name} {factor}" for name, factor in SHAPES.items())
     shape = {
-        "description": "Instead of inertia_factor: "
-        + ", ".join(f"{name} {factor}" for name, factor in SHAPES.items())
-        + ".",
+        "description": f"Instead of inertia_factor: {factors}.",
         "enum": list(SHAPES),
         "title": "Shape",
     }

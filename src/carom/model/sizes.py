@@ -84,8 +84,7 @@ def find_span_problems(start: DiscArrays, gravity_m_s2: Vector, duration_s: floa
         yield Problem(
             ("discs", int(start.mass_kg.argmin()), "mass_kg"),
             f"must be at least {_LEAST} of the greatest finite mass in the scene, {format_number(sizes.heaviest, 3)} "
-            "kg, "
-            f"got {sizes.lightest}; make the heavy discs immovable (mass_kg = inf)",
+            f"kg, got {sizes.lightest}; make the heavy discs immovable (mass_kg = inf)",
         )
     if sizes.speed > 0.0 and SPAN * sizes.way < sizes.length:
         yield Problem(

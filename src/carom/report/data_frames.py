@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
-from functools import singledispatch
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
@@ -31,7 +30,11 @@ def to_pandas(result: object) -> DataFrame:
         raise MissingExtraError(
             "a data frame needs pandas, which is not installed", hints=["pip install 'carom[pandas]'"]
         ) from None
-    return pd.DataFrame(_build_columns(result)).rename_axis("impact" if isinstance(result, Trace) else "run")
+    if isinstance(result, Trace):
+        return pd.DataFrame(_build_impact_columns(result)).rename_axis("impact")
+    if isinstance(result, Results):
+        return pd.DataFrame(_build_run_columns(result)).rename_axis("run")
+    raise TypeError(f"a {type(result).__name__} can't be converted to a data frame")
 
 
 def _format_error_column(metric: str) -> str:
@@ -40,13 +43,7 @@ def _format_error_column(metric: str) -> str:
     return f"{name}_error_{unit}" if unit in {"s", "rad"} else f"{metric}_error"
 
 
-@singledispatch
-def _build_columns(result: object) -> dict[str, Any]:
-    raise TypeError(f"a {type(result).__name__} can't be converted to a data frame")
-
-
-@_build_columns.register
-def _(result: Trace) -> dict[str, Any]:
+def _build_impact_columns(result: Trace) -> dict[str, Any]:
     columns: dict[str, Any] = {}
     for name in result.impacts.dtype.names or ():
         values = result.impacts[name]
@@ -65,8 +62,7 @@ def _(result: Trace) -> dict[str, Any]:
     return columns
 
 
-@_build_columns.register
-def _(result: Results) -> dict[str, Any]:
+def _build_run_columns(result: Results) -> dict[str, Any]:
     columns: dict[str, list[Any]] = {"scene": [row.job.scene.name for row in result.rows]}
     columns |= {name: [getattr(row.job, name) for row in result.rows] for name in _OF_JOB}
     columns["tried"] = [

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Iterator
-from functools import partial, singledispatch
+from functools import partial
 from html import escape
 from typing import TYPE_CHECKING
 
@@ -99,8 +99,7 @@ def plot_beside(*traces: Trace) -> list[Axes]:
         check_instance(f"traces[{k}]", trace, Trace)
         if trace.scene != traces[0].scene:
             raise InputError(f"the traces belong to two scenes, {traces[0].scene.name!r} and {trace.scene.name!r}")
-        if broken := find_non_finite(trace):
-            raise InputError(f"{broken}: a trace with a number that is not finite can't be drawn")
+        _require_finite(trace)
     from matplotlib import pyplot as plt
 
     width, height = _SIZE_IN
@@ -114,33 +113,30 @@ def plot_beside(*traces: Trace) -> list[Axes]:
     return several
 
 
-@singledispatch
-def _draw(result: object, _axes: Axes) -> None:
-    raise TypeError(f"a {type(result).__name__} can't be drawn")
+def _draw(result: object, axes: Axes) -> None:
+    match result:
+        case Scene():
+            draw_start(axes, result)
+            _label_axes_in_metres(axes)
+        case Trace():
+            _require_finite(result)
+            draw_trace(axes, result)
+            if not axes.get_xlabel():
+                _label_axes_in_metres(axes)
+        case CertifiedTrace():
+            _draw(result.trace, axes)
+        case Results():
+            _draw_results(result, axes)
+        case _:
+            raise TypeError(f"a {type(result).__name__} can't be drawn")
 
 
-@_draw.register(Scene)
-def _(result: Scene, axes: Axes) -> None:
-    draw_start(axes, result)
-    _label_axes_in_metres(axes)
-
-
-@_draw.register(Trace)
-def _(result: Trace, axes: Axes) -> None:
-    if broken := find_non_finite(result):
+def _require_finite(trace: Trace) -> None:
+    if broken := find_non_finite(trace):
         raise InputError(f"{broken}: a trace with a number that is not finite can't be drawn")
-    draw_trace(axes, result)
-    if not axes.get_xlabel():
-        _label_axes_in_metres(axes)
 
 
-@_draw.register(CertifiedTrace)
-def _(result: CertifiedTrace, axes: Axes) -> None:
-    _draw(result.trace, axes)
-
-
-@_draw.register(Results)
-def _(result: Results, axes: Axes) -> None:
+def _draw_results(result: Results, axes: Axes) -> None:
     """Draw one bar per method with its number of runs by mark. The best mark is on the left."""
     marks = [mark_of(row) for row in result.rows]
     methods = list(dict.fromkeys(row.job.method.name for row in result.rows))

@@ -138,8 +138,7 @@ def _format_trace(trace: Trace) -> list[str]:
     )
     impacts = (
         f"{_format_number(float(impact['time_s']))} s: {pair_name(impact)}, then at "
-        f"{_format_vector(impact['velocity_first_after'])}"
-        f" and {_format_vector(impact['velocity_second_after'])} m/s"
+        f"{_format_vector(impact['velocity_first_after'])} and {_format_vector(impact['velocity_second_after'])} m/s"
         for impact in trace.impacts
     )
     return _limit_lines(heading, impacts, len(trace.impacts))
@@ -155,8 +154,8 @@ def _format_score(score: Score) -> list[str]:
         f"Score: {mark_of_grade(score.grade, score.float_bits).word}",
         f"  {found}{undecided}{beyond}",
         f"  largest errors: velocity {_format_number(total.velocity)}{spin}, time "
-        f"{formatting.format_seconds(total.time_s)}, final "
-        f"position {_format_number(total.final_position)}, energy {_format_number(total.energy)}",
+        f"{formatting.format_seconds(total.time_s)}, final position {_format_number(total.final_position)}, energy "
+        f"{_format_number(total.energy)}",
         f"  error / PIT's: {_format_number(score.price_paid)}",
         _format_steps(score),
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from fractions import Fraction
 
 from carom.catalogue.closed_forms import (
@@ -10,28 +9,21 @@ from carom.catalogue.closed_forms import (
     build_impact,
     build_scene,
     build_staged,
-    compute_after_impact,
     stage_at_wall,
     to_vector,
 )
 from carom.catalogue.entry import Staged
 from carom.catalogue.groups.classics_walled import edges, stage_in_room
-from carom.catalogue.groups.driven import on_a_moving_surface, stage_before_paddle, stage_on_lift
+from carom.catalogue.groups.driven import LAW, on_a_moving_surface, stage_at_mallet, stage_before_paddle, stage_on_lift
 from carom.model.scene import Ring, Wall
-
-_LAW = "Newton's law in the frame of the driven body: v' = V - e (v - V) along the normal"
 
 
 def at_a_mallet(
     velocity: complex, drive: complex, normal: complex, *, time_s: float, restitution: float = 1.0
 ) -> Staged:
     """Build a scene in which a puck meets a mallet. `normal` points from puck to mallet when they meet."""
-    radius, mallet_radius = 0.0625, 0.125
-    puck, mallet = -velocity * time_s, (radius + mallet_radius) * normal - drive * time_s
-    discs = [build_disc(puck, velocity, radius), build_disc(mallet, drive, mallet_radius, math.inf, driven=True)]
-    scene = build_scene(discs, restitution=restitution, duration_s=2.0 * time_s)
-    after, _ = compute_after_impact(1.0, velocity, math.inf, drive, normal, restitution)
-    return build_staged(scene, [build_impact(time_s, 0, 1, after, drive)], _LAW)
+    times = {"time_s": time_s, "duration_s": 2.0 * time_s}
+    return stage_at_mallet(velocity, drive, normal, (0.0625, 0.125), LAW, restitution=restitution, **times)
 
 
 def matter_js_672() -> Staged:
@@ -39,7 +31,7 @@ def matter_js_672() -> Staged:
     drive, time = 2, 0.305
     begins = -drive * time
     walls = [edges(begins + a, begins + b, velocity_m_s=to_vector(drive)) for a, b in ((-1j, 0), (0, -0.6 + 0.8j))]
-    source = f"{_LAW}: 2 V - v off the paddle"
+    source = f"{LAW}: 2 V - v off the paddle"
     return stage_at_wall(-6, 0.25, 1, walls, source, point=-0.0625j, drive=drive, time_s=time)
 
 
@@ -61,7 +53,7 @@ def visualpinball_322() -> Staged:
     drive, post, time = 3 + 12j, 0.0625, 0.255
     normal = complex(-0.28, 0.96)  # from the post to the ball
     wall = Ring(centre_m=to_vector(-drive * time), radius_m=post, velocity_m_s=to_vector(drive))
-    return stage_at_wall(4 - 9j, 0.125, normal, [wall], _LAW, point=post * normal, drive=drive, time_s=time)
+    return stage_at_wall(4 - 9j, 0.125, normal, [wall], LAW, point=post * normal, drive=drive, time_s=time)
 
 
 def pinball_470() -> Staged:
@@ -69,14 +61,14 @@ def pinball_470() -> Staged:
     drive, time = -9 + 12j, 0.155
     ends = (along * complex(0.8, 0.6) - drive * time for along in (-0.5, 1.0))
     flipper = edges(*ends, velocity_m_s=to_vector(drive))
-    return stage_at_wall(1 - 4j, 0.25, complex(-0.6, 0.8), [flipper], _LAW, drive=drive, time_s=time)
+    return stage_at_wall(1 - 4j, 0.25, complex(-0.6, 0.8), [flipper], LAW, drive=drive, time_s=time)
 
 
 def pico8_pinball_6() -> Staged:
     """The end of a rising flipper hits a very slow ball."""
     drive, time = 3j, 0.305
     normal, tip = complex(0.28, 0.96), -drive * time  # from the flipper's end to the ball
-    flipper, source = edges(tip - 1, tip, velocity_m_s=to_vector(drive)), f"{_LAW}, from the end to the ball"
+    flipper, source = edges(tip - 1, tip, velocity_m_s=to_vector(drive)), f"{LAW}, from the end to the ball"
     return stage_at_wall(0.0625, 0.25, normal, [flipper], source, drive=drive, time_s=time, restitution=0.9)
 
 
@@ -88,14 +80,14 @@ def escape_space_1() -> Staged:
     strike_s, return_s = gap / drive, gap / drive + room / (2.0 * drive)
     impacts = [build_impact(strike_s, 0, -1, 2 * drive + 0), build_impact(return_s, 0, -2, -2 * drive + 0)]
     scene = build_scene([build_disc(0, 0, radius)], walls=[paddle, wall], duration_s=return_s + 0.03125)
-    return build_staged(scene, impacts, _LAW)
+    return build_staged(scene, impacts, LAW)
 
 
 def ball2box_21() -> Staged:
     """A box pushes a ball towards a wall until the ball has a seventh of a metre of room, and then the box recedes."""
     legs = [(Fraction(0), Fraction(-3, 4)), (Fraction(29, 16), Fraction(3))]
     return stage_before_paddle(
-        Fraction(-2), Fraction(2), legs, Fraction(35, 16), f"{_LAW}; times from a recurrence in rational numbers"
+        Fraction(-2), Fraction(2), legs, Fraction(35, 16), f"{LAW}; times from a recurrence in rational numbers"
     )
 
 

@@ -23,14 +23,14 @@ from carom.catalogue.entry import KnownAnswer, KnownImpact, Staged
 from carom.catalogue.groups.classics_walled import edges, stage_in_room, upright
 from carom.model.scene import Wall
 
-_LAW = "Newton's law in the frame of the driven body: v' = V - e (v - V) along the normal"
+LAW = "Newton's law in the frame of the driven body: v' = V - e (v - V) along the normal"
 
 
 def _paddle() -> Staged:
     """A disc at 2 m/s meets a wall that approaches at 1 m/s, and returns at 4 m/s."""
     wall = Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0), velocity_m_s=(1.0, 0.0))
     scene = build_scene([build_disc(3.5625, -2, 0.5)], walls=[wall], duration_s=2.0)
-    return build_staged(scene, [build_impact(3.0625 / 3, 0, -1, 4)], f"{_LAW}: 2 V - v")
+    return build_staged(scene, [build_impact(3.0625 / 3, 0, -1, 4)], f"{LAW}: 2 V - v")
 
 
 def _racket() -> Staged:
@@ -40,7 +40,7 @@ def _racket() -> Staged:
     foot = 0.25j  # the point of the racket that the disc touches when they meet
     ends = [foot + offset * 1j * normal - drive * time for offset in (-0.75, 0.5)]
     walls, times = [edges(*ends, velocity_m_s=to_vector(drive))], {"time_s": time, "duration_s": 1.25}
-    return stage_at_wall(velocity, 0.125, normal, walls, _LAW, point=foot, drive=drive, restitution=0.8, **times)
+    return stage_at_wall(velocity, 0.125, normal, walls, LAW, point=foot, drive=drive, restitution=0.8, **times)
 
 
 def _swatter() -> Staged:
@@ -48,7 +48,7 @@ def _swatter() -> Staged:
     radius, speed = 0.125, 50.0
     swatter = edges(-10 - 1j, -10 + 1j, velocity_m_s=(speed, 0.0))
     scene = build_scene([build_disc(0.25j, 0, radius)], walls=[swatter], duration_s=0.5)
-    return build_staged(scene, [build_impact((10.0 - radius) / speed, 0, -1, 2.0 * speed)], f"{_LAW}: 2 V")
+    return build_staged(scene, [build_impact((10.0 - radius) / speed, 0, -1, 2.0 * speed)], f"{LAW}: 2 V")
 
 
 def _tip_of_a_racket() -> Staged:
@@ -56,19 +56,33 @@ def _tip_of_a_racket() -> Staged:
     drive, time = 2j, 0.51
     normal = complex(0.8, 0.6)  # from the tip to the disc's centre
     tip = -drive * time  # at the origin when they meet
-    racket, source = edges(tip, tip - 1j, velocity_m_s=to_vector(drive)), f"{_LAW}, from the tip to the disc"
+    racket, source = edges(tip, tip - 1j, velocity_m_s=to_vector(drive)), f"{LAW}, from the tip to the disc"
     return stage_at_wall(-3, 0.25, normal, [racket], source, drive=drive, time_s=time, duration_s=1.25)
 
 
 def _mallet() -> Staged:
     """A mallet meets a puck off centre, and moves on unchanged."""
-    drive, velocity, radius, time = -1 + 1j, 0.5 - 1j, 0.5, 0.8125
-    normal = complex(0.6, -0.8)  # from puck to mallet
-    puck, mallet = -velocity * time, 2.0 * radius * normal - drive * time
-    discs = [build_disc(puck, velocity, radius), build_disc(mallet, drive, radius, math.inf, driven=True)]
-    scene = build_scene(discs, duration_s=2.0)
-    after, _ = compute_after_impact(1.0, velocity, math.inf, drive, normal)
-    return build_staged(scene, [build_impact(time, 0, 1, after, drive)], f"{_LAW}, which is the line of centres")
+    source, times = f"{LAW}, which is the line of centres", {"time_s": 0.8125, "duration_s": 2.0}
+    return stage_at_mallet(0.5 - 1j, -1 + 1j, complex(0.6, -0.8), (0.5, 0.5), source, **times)
+
+
+def stage_at_mallet(
+    velocity: complex,
+    drive: complex,
+    normal: complex,
+    radius_m: tuple[float, float],
+    source: str,
+    *,
+    time_s: float,
+    duration_s: float,
+    restitution: float = 1.0,
+) -> Staged:
+    """Build a scene in which a puck meets a mallet. `normal` points from puck to mallet when they meet."""
+    puck, mallet = -velocity * time_s, sum(radius_m) * normal - drive * time_s
+    discs = [build_disc(puck, velocity, radius_m[0]), build_disc(mallet, drive, radius_m[1], math.inf, driven=True)]
+    scene = build_scene(discs, restitution=restitution, duration_s=duration_s)
+    after, _ = compute_after_impact(1.0, velocity, math.inf, drive, normal, restitution)
+    return build_staged(scene, [build_impact(time_s, 0, 1, after, drive)], source)
 
 
 def stage_before_paddle(
@@ -172,13 +186,13 @@ def _start_at_a_touch() -> Staged:
     legs = ({"from_s": 0.0, "velocity_m_s": (0.0, 0.0)}, {"from_s": 0.75, "velocity_m_s": (1.5, 0.0)})
     wall = Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0), legs=legs)
     scene = build_scene([build_disc(0.25, 0, 0.25)], walls=[wall], duration_s=2.0)
-    return build_staged(scene, [build_impact(0.75, 0, -1, 3)], f"{_LAW}: 2 V, when the wall starts")
+    return build_staged(scene, [build_impact(0.75, 0, -1, 3)], f"{LAW}: 2 V, when the wall starts")
 
 
 def _paddle_to_and_fro() -> Staged:
     """A paddle advances, stops and recedes while a disc bounces between the paddle and a wall."""
     legs = [(Fraction(0), Fraction(-1, 2)), (Fraction(2), Fraction(0)), (Fraction(7, 2), Fraction(3, 4))]
-    source = f"{_LAW}, leg by leg; times from a recurrence in rational numbers"
+    source = f"{LAW}, leg by leg; times from a recurrence in rational numbers"
     return stage_before_paddle(Fraction(-3), Fraction(4), legs, Fraction(6), source)
 
 

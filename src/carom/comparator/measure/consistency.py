@@ -94,11 +94,9 @@ def measure_consistency(trace: Trace, scales: Scales, until_s: float = math.inf)
     def find_worst(sizes: Array) -> Deviation:
         known = np.where(np.isnan(sizes), 0.0, sizes)  # `unchecked` counts flights that can't be followed
         worst_row = int(np.argmax(known))
-        return (
-            Deviation(float(known[worst_row]), int(disc[worst_row]), float(since_s[worst_row]))
-            if known[worst_row] > 0.0
-            else Deviation()
-        )
+        if not known[worst_row] > 0.0:
+            return Deviation()
+        return Deviation(float(known[worst_row]), int(disc[worst_row]), float(since_s[worst_row]))
 
     across, normal_rad = _measure_normal_error(trace, scales)
     angular, excess, arm = _measure_angular_error(trace) if trace.spins is not None else (0.0, 0.0, math.nan)
@@ -251,18 +249,16 @@ def _measure_normal_error(trace: Trace, scales: Scales) -> tuple[float, float]:
     the normal part. Gravity adds its part if it acts on only one of the bodies. If several contacts of one step share a
     disc, their changes can't be separated.
     """
-    impacts, movable = trace.impacts, trace.scene.arrays.movable
-    first, second = velocities(impacts, "after") - velocities(impacts, "before")
-    change = second - first
-    size, friction = np.hypot(*change.T), trace.scene.arrays.friction_of(impacts["second"])
-    for k in np.flatnonzero(impacts["second"] < 0).tolist():
-        if isinstance(wall := trace.scene.walls[wall_index(int(impacts["second"][k]))], Wall):
+    impacts, second, movable = trace.impacts, trace.impacts["second"], trace.scene.arrays.movable
+    changes = velocities(impacts, "after") - velocities(impacts, "before")
+    change = changes[1] - changes[0]
+    size, friction = np.hypot(*change.T), trace.scene.arrays.friction_of(second)
+    for k in np.flatnonzero(second < 0).tolist():
+        if isinstance(wall := trace.scene.walls[wall_index(int(second[k]))], Wall):
             change[k], friction[k] = -size[k] * np.array(wall.normal), 0.0
     normal = _compute_unit_normals(trace)
     along, across = np.sum(change * normal, axis=1), _compute_cross_products(change, normal)
-    has_one_movable = (impacts["second"] >= 0) & (
-        movable[impacts["first"]] != movable[np.maximum(impacts["second"], 0)]
-    )
+    has_one_movable = (second >= 0) & (movable[impacts["first"]] != movable[np.maximum(second, 0)])
     pulled = np.where(has_one_movable, _compute_gravity_across(trace, impacts["normal"]), 0.0)
     error_m_s = np.where(along > 0.0, np.maximum(across - friction * along - pulled, 0.0), size)
     error_m_s = np.where(np.isfinite(_find_turn_times(trace)), error_m_s, 0.0)
@@ -280,9 +276,8 @@ def _compute_unit_normals(trace: Trace) -> Array:
 
 def _compute_gravity_across(trace: Trace, normal: Array) -> Array:
     """Return the largest velocity that gravity may add perpendicular to a contact's normal, metres a second."""
-    return _compute_cross_products(
-        np.broadcast_to(np.array(trace.scene.gravity_m_s2), normal.shape), normal
-    ) * _compute_contact_durations(trace)
+    gravity = np.broadcast_to(np.array(trace.scene.gravity_m_s2), normal.shape)
+    return _compute_cross_products(gravity, normal) * _compute_contact_durations(trace)
 
 
 def _measure_momentum_error(trace: Trace) -> float:
@@ -293,9 +288,7 @@ def _measure_momentum_error(trace: Trace) -> float:
     impacts = trace.impacts
     mass = trace.scene.arrays.mass_kg
     first, second = mass[impacts["first"]], mass[np.maximum(impacts["second"], 0)]
-    is_known = (
-        (impacts["second"] >= 0) & np.isfinite(first) & np.isfinite(second) & np.isfinite(_find_turn_times(trace))
-    )
+    is_known = (impacts["second"] >= 0) & np.isfinite([first, second, _find_turn_times(trace)]).all(axis=0)
     changes = velocities(impacts, "after") - velocities(impacts, "before")
     with np.errstate(invalid="ignore"):  # immovable discs are excluded
         share = 1.0 / (1.0 + second / first)  # the first mass, divided by the sum of both masses

@@ -114,12 +114,8 @@ def score_contact(run: AlignedRun) -> ContactScore | None:
         in_contact = states.select_rows(inside)
         quality = measure_contact_quality(reference, truth, in_contact, dt_s)
         late = measure_late_ends(reference, whole_truth, states, dt_s, end_s)
-        return (
-            _measure_errors(reference, truth, in_contact),
-            *_measure_final_motion(truth, in_contact, slow),
-            quality,
-            late,
-        )
+        errors = _measure_errors(reference, truth, in_contact)
+        return errors, *_measure_final_motion(truth, in_contact, slow), quality, late
 
     own_errors, rest_m_s, frozen, quality, late = measure_states(looks.select_rows(until))
     seen = looks.select_rows(until).select_rows(inside)
@@ -170,9 +166,7 @@ def _compute_allowed_lateness(reference: Trace, pit: Ends, looks_s: Array, dt_s:
     # With restitution 1, hops never end.
     lost_s = max((dt_s / (1.0 - e) for e in restitutions if e < 1.0), default=0.0)
     apart_s = 2.0 * float(np.max(np.diff(looks_s, prepend=0.0))) + 2.0 * RESTING_STEPS * dt_s
-    return Ends(
-        apart_s + float(np.fmax(lost_s, abs(pit.bounces_s))), apart_s + float(np.fmax(lost_s, abs(pit.slips_s)))
-    )
+    return Ends(*(apart_s + float(np.fmax(lost_s, abs(late_s))) for late_s in pit))
 
 
 def _measure_error_beyond_half_step(truth: States, observed: States, dt_s: float) -> float:

@@ -119,11 +119,9 @@ def measure_late_ends(reference: Trace, truth: States, observed: States, dt_s: f
         if not friction or observed.spin_rad_s is None or truth.spin_rad_s is None:
             continue
         slip_deceleration = -(gx * nx + gy * ny) * friction * (1.0 + 1.0 / float(arrays.inertia[touch.disc]))
-        rim = float(arrays.radius_m[touch.disc])
+        rim, along = float(arrays.radius_m[touch.disc]), np.array([ny, -nx])
         slip = [
-            np.abs(
-                states.velocity_m_s[rows, touch.disc] @ np.array([ny, -nx]) + rim * states.spin_rad_s[rows, touch.disc]
-            )
+            np.abs(states.velocity_m_s[rows, touch.disc] @ along + rim * states.spin_rad_s[rows, touch.disc])
             for states in (truth, observed)
             if states.spin_rad_s is not None
         ]

@@ -136,7 +136,6 @@ def measure_local_errors(trace: Trace, scales: Scales) -> LocalErrors:
     """
     impacts, state, scene = trace.impacts, find_own_states(trace), trace.scene.arrays
     start, bodies = state["time_s"], _Bodies(trace, state)
-    (p1, p2), (v1, v2) = bodies.position, bodies.velocity
     # An impact with non-finite numbers has no local error; a verdict reports it.
     known = np.isfinite(bodies.position).all(axis=(0, 2)) & np.isfinite(start) & find_finite_impacts(trace)
     known &= not any(trace.scene.gravity_m_s2) and not Slowing.of(trace.scene)
@@ -151,9 +150,8 @@ def measure_local_errors(trace: Trace, scales: Scales) -> LocalErrors:
     wait = np.where(wait < 0.0, np.maximum(wait, np.minimum(_find_last_turn_times(trace) - start, 0.0)), wait)
     happens = known & np.isfinite(wait)
     disc_rows = np.flatnonzero(happens & ~bodies.wall)
-    normal[disc_rows] = (p2[disc_rows] + v2[disc_rows] * wait[disc_rows, None]) - (
-        p1[disc_rows] + v1[disc_rows] * wait[disc_rows, None]
-    )
+    first, second = bodies.position[:, disc_rows] + bodies.velocity[:, disc_rows] * wait[disc_rows, None]
+    normal[disc_rows] = second - first
     normal[disc_rows] /= np.hypot(*normal[disc_rows].T)[:, None]
     after, expected = velocities(impacts, "after"), np.full((2, len(impacts), 2), math.nan)
     rim, expected_rim = rim_speeds(trace, "after") + _find_belt_speeds(trace), np.full((2, len(impacts)), math.nan)

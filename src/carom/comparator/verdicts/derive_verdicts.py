@@ -130,8 +130,7 @@ def _report_convention(judged: JudgedRun) -> Iterator[Finding]:
         matched = f"{which}, to {format_number(match.distance)} of the speed"
         missed = (
             f"none of the {count} admissible outcomes; the run differs by {format_number(match.distance, 3)} of the "
-            "speed "
-            f"from {which}"
+            f"speed from {which}"
         )
         reason += f"; matches {matched if match.matches else missed}"
     if (before := judged.grade_before_tie) is not None:
@@ -281,11 +280,8 @@ def _format_contact(score: ContactScore) -> str:
     if score.rest_m_s > speed:
         wrong += f"; discs that should rest move at {format_number(score.rest_m_s, 3)} m/s on average"
     if score.kept.hop_m_s > speed:
-        part = (
-            f", taking off in {format_number(100.0 * score.kept.take_offs)} % of the states"
-            if score.kept.take_offs
-            else ""
-        )
+        take_offs = score.kept.take_offs
+        part = f", taking off in {format_number(100.0 * take_offs)} % of the states" if take_offs else ""
         wrong += f"; a disc hops at {format_number(score.kept.hop_m_s, 3)} m/s in contact{part}"
     for event_name, late_s, most_s in zip(("bounces", "slips"), score.late, score.late_allowed, strict=True):
         if abs(late_s) > most_s:

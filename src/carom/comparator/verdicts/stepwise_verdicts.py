@@ -105,9 +105,8 @@ def _describe_costs(local: LocalScore) -> Iterator[str]:
     """Yield errors of steps that sampling explains, each with its numbers."""
     if local.judged:
         yield (
-            f"velocities after {local.judged} separate impacts are off by up to "
-            f"{format_number(local.velocity[1], 3)} of "
-            f"their bodies' speed, {format_number(local.ratio[1], 3)} of PIT's error"
+            f"velocities after {local.judged} separate impacts are off by up to {format_number(local.velocity[1], 3)} "
+            f"of their bodies' speed, {format_number(local.ratio[1], 3)} of PIT's error"
         )
     if local.late_steps[1] > 0.0:
         yield f"impacts are late by up to {format_number(local.late_steps[1], 3)} steps"

@@ -40,12 +40,8 @@ def build_summary(results: Results) -> Summary:
 def _build_pit_errors(scene: str, dt_s: float, score: Score) -> dict[str, str | int | float | None]:
     """Return PIT's errors for a scene and step size, with which all rows of that scene and step size are compared."""
     errors = dataclasses.asdict(score.sampling) if score.sampling else {}
-    return {
-        "scene": scene,
-        "dt_s": dt_s,
-        "missed": None if score.pit_missed is None else len(score.pit_missed),
-        **errors,
-    }
+    missed = None if score.pit_missed is None else len(score.pit_missed)
+    return {"scene": scene, "dt_s": dt_s, "missed": missed, **errors}
 
 
 #: Fields of a score that a line contains under the same names.
