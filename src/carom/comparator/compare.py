@@ -7,8 +7,9 @@ import math
 import numpy as np
 
 from carom.comparator.align_impacts import align_impacts
-from carom.comparator.comparison_range import Baseline, find_range
+from carom.comparator.comparison_range import Baseline, ComparedRun, find_range
 from carom.comparator.grade_run import grade_run, grade_trajectory
+from carom.comparator.grades import Grade
 from carom.comparator.measure.measured_run import measure_run
 from carom.comparator.non_finite import find_non_finite
 from carom.comparator.score import Score
@@ -86,8 +87,16 @@ def _require_scene(reference: Trace, trace_name: str, trace: Trace) -> None:
 
 def _run_stages(baseline: Baseline, observed: Trace, horizon: float | None) -> Score:
     """Run the five stages of a comparison. Each stage extends the result of the previous one."""
-    compared, grade_before_tie = find_range(baseline, observed, horizon), None
-    if compared.before_tie_s is not None:  # a fault before the first instant without a unique answer counts
-        before = find_range(baseline.unique, observed, compared.before_tie_s)
-        grade_before_tie = grade_trajectory(derive_verdicts(measure_run(align_impacts(before)), None))
-    return grade_run(derive_verdicts(measure_run(align_impacts(compared)), grade_before_tie))
+    compared = find_range(baseline, observed, horizon)
+    aligned = align_impacts(compared)
+    measured = measure_run(aligned)
+    judged = derive_verdicts(measured, _grade_before_tie(compared))
+    return grade_run(judged)
+
+
+def _grade_before_tie(compared: ComparedRun) -> Grade | None:
+    """Return the grade of the part before the first instant without a unique answer, because a fault there counts."""
+    if compared.before_tie_s is None:
+        return None
+    before = find_range(compared.baseline.unique, compared.observed, compared.before_tie_s)
+    return grade_trajectory(derive_verdicts(measure_run(align_impacts(before)), None))

@@ -52,9 +52,7 @@ class Leg(Model):
 
 
 def find_leg_problems(legs: tuple[Leg, ...], velocity: Point) -> Iterator[Problem]:
-    """Yield the errors in the legs of a driven body; its own velocity must be (0, 0)."""
-    if not legs:
-        return
+    """Yield the errors in the legs of a driven body, one or more. The body's own velocity must be (0, 0)."""
     if velocity != (0.0, 0.0):
         yield Problem(("velocity_m_s",), f"must be left out if legs contain velocities, got {velocity}")
     if len(legs) > MOST_LEGS:

@@ -20,7 +20,7 @@ from carom.report import formatting
 from carom.report.files import require_report_extra
 from carom.report.notebook_picture import get_axes, render_picture
 from carom.report.outcome_marks import Mark, mark_of, mark_of_grade
-from carom.report.picture import draw_start, draw_trace, draw_traces
+from carom.report.picture import draw_start, draw_traces
 from carom.report.svg import INK, SERIES, SURFACE
 from carom.solvers.certified.result import CertifiedTrace
 from carom.support.checks import check_instance
@@ -120,7 +120,7 @@ def _draw(result: object, axes: Axes) -> None:
             _label_axes_in_metres(axes)
         case Trace():
             _require_finite(result)
-            draw_trace(axes, result)
+            draw_traces([axes], [result])
             if not axes.get_xlabel():
                 _label_axes_in_metres(axes)
         case CertifiedTrace():

@@ -74,13 +74,11 @@ def draw_pair(reference: Trace, observed: Trace, missed: Sequence[int], labels: 
     )
 
 
-def draw_trace(axes: Axes, trace: Trace) -> None:
-    """Draw the paths, impacts and walls of a trace: in the plane, or against time if all motion is along a line."""
-    draw_traces([axes], [trace])
-
-
 def draw_traces(several: Sequence[Axes], traces: Sequence[Trace]) -> None:
-    """Draw each trace of a scene on its axes, to one scale; against time if the first trace is along a line."""
+    """Draw the paths, impacts and walls of each trace of a scene on its own axes, to one scale.
+
+    The drawings are in the plane. If all motion of the first trace is along a line, they are against time.
+    """
     scene, paths = traces[0].scene, [build_observed_paths(trace) for trace in traces]
     corners = [compute_limits(scene, paths[0], other) for other in paths]
     limits = np.min([low for low, _ in corners], axis=0), np.max([high for _, high in corners], axis=0)
