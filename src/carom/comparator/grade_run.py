@@ -278,9 +278,8 @@ def _has_good_end(judged: JudgedRun, cost: SamplingCost | Errors, part: float = 
     )
     scales = judged.scales
     allowed = np.array([position * scales.length_m, velocity * scales.speed_m_s, spin * scales.rim_m_s])[:, None]
-    return not bool(
-        np.any(judged.measured.ends > allowed + judged.compute_end_rounding(judged.measured, exactly=False))
-    )
+    allowed = allowed + judged.compute_end_rounding(judged.measured, exactly=False)
+    return not bool(np.any(judged.measured.ends > allowed))
 
 
 def _compute_price_paid(judged: JudgedRun) -> float:

@@ -86,7 +86,7 @@ class Crossing(NamedTuple):
 
 
 def find_crossings(edges: Sequence[Edge], *, closed: bool) -> Iterator[Crossing]:
-    """Yield the pairs of edges that share a point other than the joint between them. All edges have a length."""
+    """Yield the pairs of edges that share a point other than the joint between them. No edge may have length 0."""
     lines = [_Line(edge) for edge in edges]
     spans = [_compute_box(edge, line.circle) for edge, line in zip(edges, lines, strict=True)]
     last = len(edges) - 1

@@ -72,7 +72,7 @@ class Stretch(NamedTuple):
 
     @property
     def whole(self) -> bool:
-        """Whether this is a whole circle, or a point."""
+        """Whether this is a whole circle. Its radius may be 0."""
         return self.edge.a == self.edge.b
 
     def find_nearest(self, x: float, y: float) -> tuple[Point, bool]:
@@ -164,7 +164,7 @@ class Outline:
 
     @cached_property
     def lengths(self) -> tuple[float, ...]:
-        """Coordinates and radii, including the radii of arcs, from which units are chosen. Some are negative."""
+        """All coordinates, radii and widths of the shape, from which solvers choose units. Some are negative."""
         arcs = [(*stretch.centre, stretch.radius) for stretch in self.stretches if stretch.centre is not None]
         return (*(c for point in self.points for c in point), self.half_width, *(c for arc in arcs for c in arc))
 
@@ -187,9 +187,9 @@ class Outline:
         return Foot(px, py, k, inner)
 
     def find_feet(self, x: float, y: float, distance: float) -> Iterator[Foot]:
-        """Yield the nearest point of each edge within a distance.
+        """Yield the nearest point of each edge that is within `distance` of a given point.
 
-        A point that two edges share is yielded for the lower edge.
+        A point that two edges share is yielded once, for the edge with the lower number.
         """
         yielded = set()
         for k, stretch in enumerate(self.stretches):

@@ -1,4 +1,4 @@
-"""Discs and walls as arrays, the input of solvers, also for a million discs.
+"""Discs and walls as arrays: the input of solvers, also for scenes of a million discs.
 
 A scene of a million discs would consist of a million validated objects. As arrays, the same state is built in
 milliseconds.

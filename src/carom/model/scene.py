@@ -235,7 +235,7 @@ class Scene(Drawn, Model):
     @cached_property
     def arrays(self) -> DiscArrays:
         """The initial state of the scene as read-only arrays, the input of every solver. Gravity is not included."""
-        discs = self.discs
+        discs, belts = self.discs, tuple(wall.surface_speed_m_s for wall in self.walls)
         return DiscArrays.of_valid(
             position_m=np.array([disc.position_m for disc in discs]),
             velocity_m_s=np.array([(disc.legs[0] if disc.legs else disc).velocity_m_s for disc in discs]),
@@ -246,9 +246,7 @@ class Scene(Drawn, Model):
             ),
             wall_materials=self._build_wall_materials(),
             wall_drives=tuple(wall.drive for wall in self.walls) if any(wall.driven for wall in self.walls) else None,
-            belts_m_s=tuple(wall.surface_speed_m_s for wall in self.walls)
-            if any(wall.surface_speed_m_s for wall in self.walls)
-            else None,
+            belts_m_s=belts if any(belts) else None,
             driven_discs=tuple(i for i, disc in enumerate(discs) if disc.driven),
             disc_drives=tuple(disc.drive for disc in discs if disc.driven),
             restitution=self.restitution,

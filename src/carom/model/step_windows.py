@@ -183,7 +183,7 @@ class LocalTruth:
     rests: NDArray[np.void] | None = None
 
     def clip_to(self, time_s: float) -> LocalTruth:
-        """Return the part up to a time: windows that have ended, turns that have happened, and rest that has begun."""
+        """Return the part up to a time: windows and meetings that ended, slips that happened, and rest that began."""
         return replace(
             self,
             until_s=min(self.until_s, time_s),

@@ -56,8 +56,8 @@ SPIN_DTYPE = np.dtype([("first_before", "f8"), ("second_before", "f8"), ("first_
 #: Edge of a finite wall that was hit: its number in the file (-1 for none) and its kind, see `EdgeKind`.
 EDGE_DTYPE = np.dtype([("edge", "i8"), ("kind", "i8")])
 
-#: Positions of an impact's two bodies at a moment before the impact, and their velocities before it. NaN if unknown;
-#: a wall has no position.
+#: A time before an impact, and the positions of the impact's two bodies at that time. NaN if unknown; a wall has no
+#: position.
 STATE_DTYPE = np.dtype([("time_s", "f8"), ("position_first", "f8", 2), ("position_second", "f8", 2)])
 
 Vector = tuple[float, float]
@@ -315,7 +315,8 @@ class Trace(ByValue, Tabular):
         final_spin_rad_s: Spins at `end_time_s`, shape ``(n,)``; None if `spins` is None.
         local_truth: Comparison of every step with PIC, from the method's own states; None if the states were not
             recorded.
-        looks: States of a few discs that may come to rest, after evenly spaced steps; None if there are no such discs.
+        looks: States of all discs after some steps, one step from each of equal intervals. None in a scene of many
+            discs, or in which no disc can come to rest.
 
     Examples:
         >>> trace = carom.solve_pic("paper/missed")

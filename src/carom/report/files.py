@@ -51,7 +51,7 @@ def to_json_types(value: object) -> object:
         return {str(key): to_json_types(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
         return [to_json_types(item) for item in value]
-    number = value.item() if hasattr(value, "item") else value  # of NumPy
+    number = value.item() if hasattr(value, "item") else value  # a NumPy scalar
     return None if isinstance(number, float) and not math.isfinite(number) else number
 
 

@@ -31,7 +31,7 @@ class ShownResult:
 
     @classmethod
     def of(cls, found: Any) -> Self:
-        """Return a study's result in this form, which has the same fields."""
+        """Return an instance of this class with the fields of a study's result."""
         return cls(**{field.name: getattr(found, field.name) for field in fields(found)})
 
     def __repr__(self) -> str:

@@ -128,11 +128,10 @@ def build_replay_data(reference: Trace, runs: Iterable[tuple[Trace, Score, Mappi
 
 
 def _build_sampler(reference: Trace, trace: Trace) -> Json | None:
-    """Return data with which the page runs PIT with other step sizes.
+    """Return data with which the page runs PIT at other step sizes; None if the run is not PIT's, or is too complex.
 
-    Return None unless the method is PIT and the scene has two free discs.
-
-    The discs' only impact acts along the line of their centres.
+    The page can run two discs that fly straight, without walls or driven discs, and have a single impact without
+    friction.
     """
     scene = trace.scene
     acting = {

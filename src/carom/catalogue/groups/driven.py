@@ -77,7 +77,10 @@ def stage_at_mallet(
     duration_s: float,
     restitution: float = 1.0,
 ) -> Staged:
-    """Build a scene in which a puck meets a mallet. `normal` points from puck to mallet when they meet."""
+    """Build a scene in which a puck meets a mallet. `velocity` is the puck's, and `drive` the mallet's.
+
+    `normal` points from puck to mallet when they meet, and `radius_m` has both radii, the puck's first.
+    """
     puck, mallet = -velocity * time_s, sum(radius_m) * normal - drive * time_s
     discs = [build_disc(puck, velocity, radius_m[0]), build_disc(mallet, drive, radius_m[1], math.inf, driven=True)]
     scene = build_scene(discs, restitution=restitution, duration_s=duration_s)
@@ -220,7 +223,7 @@ def _conveyor() -> Staged:
 
 
 def on_a_moving_surface(floor: Wall, speed: float, friction: float, source: str) -> Staged:
-    """Build a scene in which a ball comes straight down on a rough floor whose surface moves to the right."""
+    """Build a scene in which a ball comes straight down on a rough surface that moves to the right at `speed`."""
     radius, down, time, k = 0.25, 2.0, 0.5, 0.5
     ball = build_disc(complex(0.0, radius + down * time), complex(0.0, -down), radius)
     scene = build_scene([ball], walls=[floor], wall_friction=friction, duration_s=2.0 * time)

@@ -170,9 +170,9 @@ def _compute_allowed_lateness(reference: Trace, pit: Ends, looks_s: Array, dt_s:
 
 
 def _measure_error_beyond_half_step(truth: States, observed: States, dt_s: float) -> float:
-    """Return the position error without an integrator's half step.
+    """Return the position error without the part that an integrator's half step explains.
 
-    The half step has the sign that makes the error smaller.
+    The sign of the half step depends on the integrator, so the sign with the smaller remaining error is used.
     """
     half = 0.5 * dt_s * (truth.velocity_m_s - truth.velocity_m_s[0])
     error_m = observed.position_m - truth.position_m

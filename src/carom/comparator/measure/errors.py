@@ -79,7 +79,7 @@ _IMPACT_ERRORS = tuple(one.name for one in fields(ImpactError) if one.name not i
 
 
 def _declare_metric(name: str) -> float:
-    """Declare a metric with its name in tables. The field's name contains the unit."""
+    """Declare a metric by its name in tables. The name of the field ends with the unit, if the metric has one."""
     metric: float = field(metadata={"name": name})
     return metric
 

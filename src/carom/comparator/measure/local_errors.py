@@ -256,7 +256,7 @@ def _find_wall_meeting(
 def _predict_pit(
     trace: Trace, bodies: _Bodies, begun_s: Array, wait: Array, expected: Array, rim: Array
 ) -> tuple[Array, Array]:
-    """Return velocities and rim speeds after PIT's impact from the same states, at which the first step begins."""
+    """Return velocities and rim speeds after PIT's impact from the same states. The first step begins at the state."""
     dt_s = trace.dt_s
     result, rims = np.full_like(expected, math.nan), np.full_like(rim, math.nan)
     if not dt_s:

@@ -174,9 +174,8 @@ def _measure_costs_at_even_phases(
     scene: Scene, dt_s: float, reliable_impacts: int, cut: bool
 ) -> tuple[SamplingCost, ...]:
     """Return the cost at each even phase except the first, which is the scene's own."""
-    return _measure_costs_at_phases.__wrapped__(
-        scene, dt_s, reliable_impacts, cut, list_even_phases(THRESHOLDS.phases)[1:]
-    )
+    phases = list_even_phases(THRESHOLDS.phases)[1:]
+    return _measure_costs_at_phases.__wrapped__(scene, dt_s, reliable_impacts, cut, phases)
 
 
 @lru_cache(maxsize=OWN_KEPT)

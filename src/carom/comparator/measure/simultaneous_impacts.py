@@ -271,9 +271,8 @@ def _apply_impact(scene: Scene, contact: TouchingBodies, motion: Motions, row: d
     normal_impulse = (1.0 + surface.restitution) * _compute_closing_speed(contact, motion, row) / sum(weights.values())
     for body, sign in sides:
         after[row[body], :2] += sign * (normal_impulse * weights[body] * np.array(normal))
-    law = ContactFriction(
-        surface.friction, start.wall_tangential_restitution if is_wall else start.tangential_restitution
-    )
+    tangential_restitution = start.wall_tangential_restitution if is_wall else start.tangential_restitution
+    law = ContactFriction(surface.friction, tangential_restitution)
     resists = scene.wall_rolling_resistance if is_wall else 0.0
     if not (law.friction or resists):
         return after

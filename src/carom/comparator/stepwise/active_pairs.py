@@ -196,9 +196,8 @@ def _bound_closing_speed(block: Block, latest_states: Mapping[int, tuple[float, 
     for body, (_, state) in latest_states.items():
         if bodies.is_movable(body):
             inverse, rim = bodies.inverse_inertia_ratio[body], bodies.radius[body] * state.spin[body]
-            twice += bodies.mass[body] * (
-                math.hypot(*state.velocity[body]) ** 2 + (rim * rim / inverse if inverse else 0.0)
-            )
+            rotation = rim * rim / inverse if inverse else 0.0
+            twice += bodies.mass[body] * (math.hypot(*state.velocity[body]) ** 2 + rotation)
             lightest = min(lightest, bodies.mass[body])
     return 2.0 * math.sqrt(twice / lightest)
 

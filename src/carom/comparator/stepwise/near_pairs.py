@@ -167,7 +167,7 @@ def _find_pairs_with_walls(
 def _find_one_by_one(
     block: Block, begin: int, end: int, centre: Array, reach: Array, numbers: list[int]
 ) -> Iterator[NearPairs]:
-    """Yield each near pair of two discs, or of a disc and one of the given walls, in some steps."""
+    """Yield each near pair of a disc and one of the given walls in some steps. Each pair is solved separately."""
     arrays, bodies = block.scene.arrays, block.bodies
     for k in numbers:
         wall = arrays.walls[k]
@@ -210,7 +210,10 @@ def _compute_relative_motion(block: Block, begin: int, end: int, drive: Drive) -
 
 
 def _bound_paths(block: Block, begin: int, end: int, drive: Drive = STANDS) -> tuple[Array, Array]:
-    """Return a circle around each disc's relative path. If two discs may meet or push, their circles overlap."""
+    """Return the centre and radius of a circle around each disc's path, relative to a wall that moves by `drive`.
+
+    If two discs, or a disc and a wall, may meet or push, their circles or the circle and the wall overlap.
+    """
     p, _ = _compute_relative_motion(block, begin, end, drive)
     own_speed = block.own_speed[begin:end] + drive.fastest
     low, high = np.min(p, axis=0), np.max(p, axis=0)

@@ -22,7 +22,13 @@ RESTING_STEPS = 2.5
 
 
 class _Rested(NamedTuple):
-    """State of a resting pair: its first gap (or 0), the end time, and the depth that falling does not explain."""
+    """State of a resting pair.
+
+    Attributes:
+        top_m: Gap when the pair began to rest, at most 0.
+        until_s: End of the last step in which the pair rested.
+        faster_m: Depth that a fall from rest in each step does not explain.
+    """
 
     top_m: float
     until_s: float

@@ -39,9 +39,8 @@ class FiniteWall:
 
     def __init__(self, outline: Outline) -> None:
         self.outline = outline
-        self.features = primitives.WallFeatures(
-            [build_feature_row(part.feature, 0) for part in build_features(outline)]
-        )
+        rows = [build_feature_row(part.feature, 0) for part in build_features(outline)]
+        self.features = primitives.WallFeatures(rows)
 
 
 class SceneBodies:
