@@ -177,11 +177,9 @@ def _is_consistent(judged: JudgedRun, *, allow_sampling: bool = True) -> bool:
     consistency = judged.consistency
     if consistency is None:
         return False
-    strayed, angular = (
-        (consistency.strayed_excess, consistency.angular_excess)
-        if allow_sampling
-        else (consistency.strayed, consistency.angular)
-    )
+    strayed, angular = consistency.strayed, consistency.angular
+    if allow_sampling:
+        strayed, angular = consistency.strayed_excess, consistency.angular_excess
     is_rounding = strayed <= judged.place_rounding and angular <= judged.rounding
     return is_rounding and not judged.contradictions
 

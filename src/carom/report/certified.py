@@ -35,18 +35,16 @@ def format_scene_file(entry: CatalogueScene) -> str:
 def build_certified_document(certified: CertifiedTrace, max_rows: int) -> Document:
     """Return a document of the first impacts, with their proven digits, and of the certified part of the run."""
     left_out = len(certified) - max_rows
+    columns = [
+        Column("#", str, number=True),
+        Column("time, s", lambda k: list_decimals(certified, k)[0]),
+        Column("bodies", lambda k: pair_name(certified.trace.impacts[k])),
+        Column("velocities after, m/s", lambda k: _format_velocities(certified, k)),
+    ]
+    if certified.trace.spins is not None:
+        columns.append(Column("spins after, rad/s", lambda k: "  ".join(list_decimals(certified, k)[5:])))
     table = Table(
-        (
-            Column("#", str, number=True),
-            Column("time, s", lambda k: list_decimals(certified, k)[0]),
-            Column("bodies", lambda k: pair_name(certified.trace.impacts[k])),
-            Column("velocities after, m/s", lambda k: _format_velocities(certified, k)),
-            *(
-                [Column("spins after, rad/s", lambda k: "  ".join(list_decimals(certified, k)[5:]))]
-                if certified.trace.spins is not None
-                else []
-            ),
-        ),
+        columns,
         range(min(max_rows, len(certified))),
         title=f"{certified.trace.scene.name}: every digit is proven",
         note=f"and {left_out} more" if left_out > 0 else "",

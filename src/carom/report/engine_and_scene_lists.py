@@ -100,11 +100,9 @@ def build_engine_document(info: EngineInfo) -> Document:
     if info.capabilities is not None:
         sections.append(_build_capabilities({"value": info.capabilities, **info.own}))
     sections.append(_build_hazards(info))
-    availability = (
-        f"is not available: {info.unavailable}"
-        if info.unavailable
-        else f"has {formatting.format_count(len(info.profiles), 'profile')}"
-    )
+    availability = f"has {formatting.format_count(len(info.profiles), 'profile')}"
+    if info.unavailable:
+        availability = f"is not available: {info.unavailable}"
     return Document(
         f"Carom: {info.name}",
         Headline(f"{' '.join(filter(None, (info.engine, info.version)))} {availability}."),

@@ -114,8 +114,6 @@ class _Bodies:
 
     def compute_after(self, rows: NDArray[np.intp], normal: Array) -> tuple[Array, Array]:
         """Return velocities and rim speeds after the impacts at some indices, shapes ``(2, k, 2)`` and ``(2, k)``."""
-        if not len(rows):
-            return np.zeros((2, 0, 2)), np.zeros((2, 0))
         one, two = (RoughBodies(*(numbers[rows] for numbers in body)) for body in self.bodies)
         contacts = ContactFrictions(*(numbers[rows] for numbers in self.contacts))
         after = resolve_rough_impact(one, two, normal, self.restitution[rows], contacts)
@@ -204,8 +202,6 @@ def _find_last_turn_times(trace: Trace) -> Array:
 
 def _compute_time_to_contact(bodies: _Bodies, rows: NDArray[np.intp]) -> Array:
     """Return the seconds to contact on free paths: negative for overlapping bodies, infinite if bodies never meet."""
-    if not len(rows):
-        return np.zeros(0)
     (p1, p2), (v1, v2), (r1, r2) = bodies.position[:, rows], bodies.velocity[:, rows], bodies.radius[:, rows]
     wait_s = np.asarray(time_of_impact(p1, v1, r1, p2, v2, r2), dtype=np.float64)
     d, u, reach = p2 - p1, v2 - v1, r1 + r2
