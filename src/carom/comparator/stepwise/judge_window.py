@@ -100,9 +100,9 @@ def judge_window(
         judged.price_velocity = judged.price_spin = 0.0
         if not (agrees or judged.entangled or judged.missed):  # in other windows, the cost of sampling is not needed
             _measure_sampling_cost(window, judged, found)
-    also = {pair for pair in missed if not found_by_pit.get(pair, True)}
-    also |= find_pairs_missed_by_pit(window.block, chain, [pair for pair in missed if pair not in found_by_pit])
-    judged.pit_missed, judged.pit_passed = len(also), also
+    missed_by_pit = {pair for pair in missed if not found_by_pit.get(pair, True)}
+    missed_by_pit |= find_pairs_missed_by_pit(block, chain, [pair for pair in missed if pair not in found_by_pit])
+    judged.pit_missed, judged.pit_passed = len(missed_by_pit), missed_by_pit
     for pair, steps in chain.pairs.items():
         for step in steps[::-1]:
             if activity.due[step][pair] >= 0.0:

@@ -64,11 +64,14 @@ class Chains:
 
     Args:
         bodies: The scene's bodies.
+
+    Attributes:
+        open_chains: Chains that may still grow, in their present form.
     """
 
     def __init__(self, bodies: SceneBodies) -> None:
         self._bodies = bodies
-        self._held: list[StepChain] = []
+        self.open_chains: list[StepChain] = []
         self._settled: list[StepChain] = []
         self._next = 0
 
@@ -76,10 +79,6 @@ class Chains:
     def settled_to(self) -> int:
         """First step whose chain may still change."""
         return max(self._next + 1 - LONGEST, 0)
-
-    def list_open_chains(self) -> list[StepChain]:
-        """Return the chains that may still grow, in their present form."""
-        return list(self._held)
 
     def skip_to(self, step: int) -> None:
         """Continue at a step. If steps before it were not added, no pair is active in them."""
@@ -89,11 +88,11 @@ class Chains:
         """Add the active pairs of the next step."""
         self.skip_to(step + 1)
         pairs = list(active)
-        self._settled += [chain for chain in self._held if chain.end < self.settled_to]
-        self._held = [chain for chain in self._held if chain.end >= self.settled_to]
+        self._settled += [chain for chain in self.open_chains if chain.end < self.settled_to]
+        self.open_chains = [chain for chain in self.open_chains if chain.end >= self.settled_to]
         last = {
             pair: chain
-            for chain in self._held
+            for chain in self.open_chains
             if chain.end == step
             for pair, active_steps in chain.pairs.items()
             if active_steps[-1] == step - 1
@@ -108,17 +107,17 @@ class Chains:
                 break
             cut |= too_long
         grouped = {chain for group in groups for chain in group.chains}
-        held_chains = [chain for chain in self._held if chain not in grouped]
-        self._held = [replace(chain, goes_on=True) if chain in cut else chain for chain in held_chains]
-        self._held += [
+        held_chains = [chain for chain in self.open_chains if chain not in grouped]
+        self.open_chains = [replace(chain, goes_on=True) if chain in cut else chain for chain in held_chains]
+        self.open_chains += [
             group.build_chain(self._bodies, continues=any(last.get(pair) in cut for pair in group.pairs))
             for group in groups
         ]
 
     def take_settled(self, *, ends: bool = False) -> list[StepChain]:
         """Remove the settled chains, or all chains if the run ends, and return them in the order of their ends."""
-        done = self._settled + [chain for chain in self._held if ends or chain.end <= self.settled_to]
-        self._held, self._settled = [chain for chain in self._held if chain not in done], []
+        done = self._settled + [chain for chain in self.open_chains if ends or chain.end <= self.settled_to]
+        self.open_chains, self._settled = [chain for chain in self.open_chains if chain not in done], []
         return sorted(done, key=lambda chain: (chain.end, chain.begin, chain.discs))
 
     def _build_groups(self, step: int, pairs: list[Pair], last: Mapping[Pair, StepChain]) -> list[_Group]:
@@ -130,14 +129,14 @@ class Chains:
             if (chain := last.get(pair)) is not None:
                 groups.join(pair, chain)
         holders: dict[int, list[StepChain]] = defaultdict(list)
-        for chain in self._held:
+        for chain in self.open_chains:
             for disc in filter(movable, chain.discs):
                 holders[disc].append(chain)
         while True:
             found: dict[Hashable, _Group] = {}
             for pair in pairs:
                 found.setdefault(groups.find(pair), _Group(step)).pairs.append(pair)
-            for chain in self._held:
+            for chain in self.open_chains:
                 if (group := found.get(groups.find(chain))) is not None:
                     group.chains.add(chain)
             settled = True

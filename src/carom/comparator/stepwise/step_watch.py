@@ -171,7 +171,7 @@ class StepWatch:
                 judged = judge_window(block, chain, activity, known, ends=ends, speed_before=before)
                 self._record(block, chain, judged)
                 scale[chain.end :, discs] = self._scale[discs] = max(before, judged.speed)
-            open_chains = [chain.shift_steps(-self._gone) for chain in self._chains.list_open_chains()]
+            open_chains = [chain.shift_steps(-self._gone) for chain in self._chains.open_chains]
             flight_steps = slice(self._flown - self._gone, len(block) if ends else self._chains.settled_to - self._gone)
             self._check_free_flight(
                 block, activity, [*finished, *open_chains], flight_steps, np.maximum(scale, block.own_speed)
