@@ -142,8 +142,8 @@ static inline void move_on_parabola(State *s, Index i, Instant at) {
     a->vy = there.vy;
 }
 
-/* Return whether a disc that slides into the inside of an arc, away from its corner with it, turns back before it hits
-   the other end of the chord that its ground cuts off. (x, y) points from the corner to the arc's centre. */
+/* Return whether a disc that slides away from its corner with the inside of an arc turns back before the other corner.
+   The ground is a chord of the arc. (x, y) points from the corner to the arc's centre. */
 static inline bool turns_back_inside(const State *s, Index i, double x, double y) {
     const Disc *a = &s->discs[i];
     const Parabola *p = &s->accelerated.paths[i];

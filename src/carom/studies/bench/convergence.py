@@ -80,9 +80,9 @@ def fit_power(x: Sequence[float], y: Sequence[float]) -> tuple[float, float, flo
     if len(set(x)) < 2:
         return math.nan, math.nan, math.nan, math.nan
     log_x, log_y = np.log(np.asarray(x, dtype=np.float64)), np.log(np.asarray(y, dtype=np.float64))
-    centered = log_x - log_x.mean()
-    squares = float(centered @ centered)
-    exponent = float(centered @ log_y) / squares
+    centred = log_x - log_x.mean()
+    squares = float(centred @ centred)
+    exponent = float(centred @ log_y) / squares
     offset = float(log_y.mean() - exponent * log_x.mean())
     freedom = len(log_x) - 2
     if freedom < 1:

@@ -26,7 +26,7 @@ _MARKED = (1e-2, 1e-3)
 
 
 def render_diagram_svg(bench: SceneBench, axes: Diagram, error: ErrorKind, narrow: bool = False) -> str:
-    """Return a diagram as SVG with the colors of the page. A narrow diagram fits a phone."""
+    """Return a diagram as SVG with the colours of the page. A narrow diagram fits a phone."""
     with svg.use_drawing_style():
         links = {build_point_anchor(bench.scene.name, point): format_point_name(point) for point in bench.points}
         figure = _draw_figure(bench, axes, error, narrow=narrow)

@@ -41,7 +41,7 @@ _FLASH_S, _MOST_FLASHES, _CROWD = 0.45, 3, 4
 #: The magnified inset, as in the page: half the side of the magnified region in disc radii, the inset's largest side
 #: relative to the picture's width and height, and its smallest magnification.
 _REACH, _ASIDE, _MAGNIFIES = 2.5, (0.42, 0.56), 1.4
-#: Colors of exact positions and of missed impacts, as in the page.
+#: Colours of exact positions and of missed impacts, as in the page.
 _GHOST, _WRONG = "#74777c", "#d5452f"
 #: Time for which the outcome of an impact is shown, as a fraction of the scene's duration, as in the page.
 _SAID_FOR = 1.0 / 12.0
@@ -60,7 +60,7 @@ class _Moving(NamedTuple):
 def build_film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation:
     """Return the reference and the run side by side as an animation, with the same times and the same scale.
 
-    On the side of the run, the discs of the run are solid, exact positions are gray, and positions at the last frame of
+    On the side of the run, the discs of the run are solid, exact positions are grey, and positions at the last frame of
     the run are dashed. Discs flash at each frame. A cross marks a missed impact, and text states the outcome of each
     impact.
     """
@@ -114,8 +114,8 @@ def build_film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation
 
     def show(frame: int) -> Iterable[Artist]:
         time_s = times[frame]
-        for circle, centers, alphas in moving:
-            circle.set_center(centers[frame])
+        for circle, centres, alphas in moving:
+            circle.set_center(centres[frame])
             if alphas is not None:
                 circle.set_alpha(alphas[frame])
         for axes, drive, artist in driven:
@@ -191,7 +191,7 @@ def _draw_frames(
 
 
 def _compute_inset_side(limits: Limits) -> float:
-    """Return the side of the inset, meters on the scale of its picture."""
+    """Return the side of the inset, metres on the scale of its picture."""
     return float(np.min(np.array(_ASIDE) * (limits[1] - limits[0])))
 
 
