@@ -6,13 +6,14 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum, IntEnum
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_type_hints
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from carom.support.display import Tabular
 from carom.support.equality import ByValue
+from carom.support.structured import build_dtype
 
 if TYPE_CHECKING:
     from carom.model.scene import Scene
@@ -121,12 +122,6 @@ class ModeRecord(NamedTuple):
     acceleration: Vector
     spin: float
     spin_rate: float
-
-
-def build_dtype(record: type[Any]) -> np.dtype[np.void]:
-    """Return the dtype of a structured array with a row per record. Only numbers, flags and vectors have a field."""
-    formats: dict[Any, str] = {float: "f8", int: "i8", bool: "?", Mode: "i8", Vector: "2f8"}
-    return np.dtype([(name, formats[hint]) for name, hint in get_type_hints(record).items() if hint in formats])
 
 
 #: One impact. If the second body is a wall, `second` is its `wall_body`. `normal` is the unit vector from first to
