@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ParamSpec, TextIO
 import typer
 
 from carom.cli.ascii import ERRORS
-from carom.errors import AdapterError, CaromError
+from carom.errors import AdapterError, CaromError, InputError
 from carom.support.escaping import escape_controls
 from carom.support.options import build_step_kind
 
@@ -279,3 +279,15 @@ def load_plain_scenes(names: list[str]) -> list[Scene]:
     from carom.model.scene import Scene
 
     return [entry if isinstance(entry, Scene) else entry.scene for entry in load_scenes(names)]
+
+
+def load_one_scene(name: str, argument: str) -> Scene:
+    """Return the scene of a scene file or a name in the catalogue.
+
+    Raises:
+        InputError: The name matches several scenes. The message calls it `argument`.
+    """
+    found = load_plain_scenes([name])
+    if len(found) != 1:
+        raise InputError(f"{argument} must name one scene, but {name!r} matches {len(found)} scenes")
+    return found[0]

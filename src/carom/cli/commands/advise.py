@@ -11,7 +11,6 @@ import typer
 from carom.cli import common
 from carom.cli.command_line import get_command_line
 from carom.cli.options import add_options
-from carom.errors import InputError
 from carom.studies.advise.options import AdviceOptions
 
 
@@ -38,15 +37,12 @@ def advise(
     from carom.studies.advise.run import advise as find
     from carom.support.folders import claim_while_writing
 
-    found = common.load_plain_scenes([scene])
-    if len(found) != 1:
-        raise InputError(f"{scene!r} matches {len(found)} scenes: name one")
-    page = None
+    loaded_scene, page = common.load_one_scene(scene, "SCENE"), None
     with claim_while_writing(out, PURPOSE, "--out") if out is not None else nullcontext():
         if out is not None:  # errors must come before the search, which takes minutes
             require_report_extra()
         with options.open_pool() as pool, common.show_progress_bar() as progress:
-            advice = find(found[0], options, pool, progress=progress, command=get_command_line())
+            advice = find(loaded_scene, options, pool, progress=progress, command=get_command_line())
         if out is not None:
             page = write_advice(advice, out, scene)
     common.print_document(build_advice_document(advice, scene), full=verbose, page=page)

@@ -8,6 +8,7 @@ import typer
 
 from carom.cli import common
 from carom.cli.command_line import get_command_line
+from carom.errors import InputError
 
 if TYPE_CHECKING:
     from carom.model.scene import Scene
@@ -38,7 +39,6 @@ def engines(
     ] = None,
 ) -> None:
     """List engines, describe one in full, or print its settings as code."""
-    from carom.errors import InputError
     from carom.execution.describe_engines import engines as known_engines
     from carom.report.engine_and_scene_lists import build_engine_document, format_engine_lines
 
@@ -63,15 +63,12 @@ def engines(
 
 def _find_scene(name: str | None, restitution: float | None, friction: float | None) -> Scene:
     """Return the requested scene. Coefficients that are given replace those of the scene."""
-    from carom.errors import InputError
     from carom.execution.settings_code import build_example_scene
     from carom.model.scene import Scene
 
-    found = [build_example_scene()] if name is None else common.load_plain_scenes([name])
-    if len(found) != 1:
-        raise InputError(f"--scene must name one scene, but {name!r} matches {len(found)} scenes")
+    found = build_example_scene() if name is None else common.load_one_scene(name, "--scene")
     changes = {
         **({} if restitution is None else {"restitution": restitution, "wall_restitution": restitution}),
         **({} if friction is None else {"friction": friction, "wall_friction": friction}),
     }
-    return Scene(**{**dict(found[0]), **changes})
+    return Scene(**{**dict(found), **changes})

@@ -10,6 +10,7 @@ import typer
 from carom.cli import common
 from carom.cli.command_line import get_command_line
 from carom.cli.options import add_options
+from carom.errors import InputError
 from carom.studies.history.options import HistoryOptions
 
 if TYPE_CHECKING:
@@ -65,13 +66,12 @@ def history(
 
 
 def _bisect_change(engine: str, cell: str, options: HistoryOptions, cache: ReleaseCache) -> None:
-    from carom.errors import InputError
     from carom.studies.history.document import describe_bisection
     from carom.studies.history.run import bisect_change
 
     match cell.split(":"):
         case [scene, profile, step]:
-            (found,) = common.load_plain_scenes([scene])
+            found = common.load_one_scene(scene, "--bisect")
         case _:
             raise InputError(f"--bisect must be SCENE:PROFILE:STEP, such as classics/box:default:1/60, got {cell!r}")
     with common.show_progress_bar() as progress:
@@ -91,7 +91,6 @@ def _run_history(
     retry: bool,
     verbose: bool,
 ) -> None:
-    from carom.errors import InputError
     from carom.report.files import require_report_extra
     from carom.studies.history import run
     from carom.studies.history.compare_cells import history_journal

@@ -46,9 +46,7 @@ def play(
 
     if out is not None and out.suffix != ".html":
         raise InputError(f"--out must end in .html, got {str(out)!r}")
-    own_scenes = common.load_plain_scenes([scene]) if scene is not None else []
-    if len(own_scenes) > 1:
-        raise InputError(f"{scene} matches {len(own_scenes)} scenes: name one")
+    own_scenes = [] if scene is None else [common.load_one_scene(scene, "SCENE")]
     engine_names = [] if engine == ["none"] else engine
     installed = load_page_engines(
         DEFAULT_ENGINES if engine_names is None else engine_names, required=engine_names is not None
