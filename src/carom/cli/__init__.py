@@ -118,9 +118,12 @@ def run_command_line() -> str | int | None:
                 raise signal from None  # Typer handles every signal as Ctrl-C
             code = end.code if sys.stdout is output else 0  # Typer replaces `stdout` if the pipe is closed
         except (CaromError, ImportError, MemoryError, RuntimeError) as error:
-            if not isinstance(error, CaromError) and not address_space.read_limit_mb():
-                raise
-            common.say_error(address_space.build_limit_error(error))
+            if not isinstance(error, CaromError):
+                if not (limit_mb := address_space.read_limit_mb()):
+                    raise
+                limit = f"within {limit_mb:.0f} MB of address space (ulimit -v)"
+                error = CaromError(f"{type(error).__name__}: {error}, {limit}", hints=["raise the limit"])
+            common.say_error(error)
             code = common.EXIT_BAD_INPUT
         output.flush()  # flush here, where an error can still be reported
     except BrokenPipeError:  # a reader such as `head` has closed the pipe

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 
-from carom.errors import CaromError, InputError
+from carom.errors import InputError
 
 #: Fraction of the limit that imports may use. Running the smallest scene takes a third more than the imports.
 LOADED = 0.75
@@ -19,14 +19,6 @@ def read_limit_mb() -> float:
         return 0.0
     limit, _ = resource.getrlimit(resource.RLIMIT_AS)
     return 0.0 if limit == resource.RLIM_INFINITY else limit / 1e6
-
-
-def build_limit_error(error: BaseException) -> CaromError:
-    """Return an error with a message that names the limit."""
-    if isinstance(error, CaromError):
-        return error
-    limit = f"within {read_limit_mb():.0f} MB of address space (ulimit -v)"
-    return CaromError(f"{type(error).__name__}: {error}, {limit}", hints=["raise the limit"])
 
 
 def require_address_space() -> None:

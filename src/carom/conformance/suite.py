@@ -94,9 +94,10 @@ def make_suite(
         else:
             subject = Subject(info.name, limits)
             of_engine = tuple(list_cases(subject))
+            run_profiles = info.profiles if ALL in profiles else info.own_profiles(profiles or DEFAULT_PROFILES)
             # The file may also name cases of profiles that are not run. Known failures of such cases are ignored.
             everything |= {f"{info.name}::{case.name}": case.skip for case in of_engine}
-            chosen = tuple(case for case in of_engine if not case.profile or _is_run(info, case.profile, profiles))
+            chosen = tuple(case for case in of_engine if not case.profile or case.profile in run_profiles)
             planned.append(EnginePlan(info, subject, chosen))
     there_are = dict.fromkeys(name for info in infos for name in info.profiles)
     for name in profiles:
@@ -153,7 +154,3 @@ def _contains(name: str, word: str) -> bool:
 def _normalize_name(name: str) -> str:
     """Return the name of a distribution, normalised by PEP 503."""
     return re.sub(r"[-_.]+", "-", name).lower()
-
-
-def _is_run(info: EngineInfo, profile: str, profile_names: Sequence[str]) -> bool:
-    return ALL in profile_names or profile in info.own_profiles(profile_names or DEFAULT_PROFILES)

@@ -144,10 +144,8 @@ def build_paddle(capabilities: Capabilities, *, edge: bool = False) -> Scene:
 
 def build_mallet(capabilities: Capabilities) -> Scene:
     """Return a driven disc at 1 m/s. A free disc meets the driven disc at -3 m/s and leaves at (1 + 4 e) m/s."""
-    restitution, discs = (
-        capabilities.restitution[1],
-        [build_disc(0, 1, 0.5, math.inf, driven=True), build_disc(2.01, -3, 0.5)],
-    )
+    restitution = capabilities.restitution[1]
+    discs = [build_disc(0, 1, 0.5, math.inf, driven=True), build_disc(2.01, -3, 0.5)]
     return _build_scene(f"mallet-{restitution:g}", discs, 0.6, restitution=restitution)
 
 
@@ -209,13 +207,10 @@ def build_rubbing(
     by less than the rounding allowance. So the lever arm of friction and the normal are correct even in an engine that
     derives them from overlapping positions.
     """
-    turns, factor = (
-        capabilities.spin and math.isfinite(inertia_factor),
-        inertia_factor if capabilities.spin else math.inf,
-    )
-    late_s = (
-        TOUCH_STEPS * DT_S - 0.25 * THRESHOLDS.rounding_of(capabilities.float_bits) / 3
-    )  # all bodies approach at 3 m/s
+    factor = inertia_factor if capabilities.spin else math.inf
+    turns = math.isfinite(factor)
+    # All bodies approach at 3 m/s.
+    late_s = TOUCH_STEPS * DT_S - 0.25 * THRESHOLDS.rounding_of(capabilities.float_bits) / 3
     discs = [
         build_disc(place - velocity * late_s, velocity, 0.5, mass, spin_rad_s=spin * turns, inertia_factor=factor)
         for place, velocity, spin, mass in (

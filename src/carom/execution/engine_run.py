@@ -56,14 +56,8 @@ class ObserveTask(JobTask):
     def carry_out(self) -> CarriedTrace:
         """Return the trace of the run."""
         job = self.job
-        return observe_run(
-            load_supported_adapter(job),
-            job.scene,
-            job.profile,
-            job.dt_s,
-            overrides=job.method.tried,
-            samples=self.samples,
-        )
+        adapter, overrides = load_supported_adapter(job), job.method.tried
+        return observe_run(adapter, job.scene, job.profile, job.dt_s, overrides=overrides, samples=self.samples)
 
 
 def observe_run(
@@ -105,7 +99,7 @@ def observe_run(
         used = to_plain_settings(world.settings, "of a world")
         world.observe()  # some engines record contacts only after the first observation
         cutter = Cutter(world) if adapter.profiles[profile].located else None
-        run.take_all_steps(world, cutter, FreeFlight(scene, dt_s, adapter.capabilities.float_bits))
+        run.take_steps(world, cutter, FreeFlight(scene, dt_s, adapter.capabilities.float_bits))
         counting: Any = world  # `counts` is optional
         own_counts = to_plain_counts(counting.counts if has_part(counting, "counts") else {})
     finally:
@@ -180,12 +174,8 @@ class _Run:
             return self.before
         return float(self.rows.time_s[rows_within[-1]]), self.rows.observation(int(rows_within[-1]))
 
-    def take_all_steps(self, world: World, cutter: Cutter | None, flight: FreeFlight) -> None:
+    def take_steps(self, world: World, cutter: Cutter | None, flight: FreeFlight) -> None:
         """Take steps until the end of the scene, or until only free flight is left."""
-        self._take_steps(world, cutter, flight)
-        self._pass_on_states()
-
-    def _take_steps(self, world: World, cutter: Cutter | None, flight: FreeFlight) -> None:
         bends = compute_gravity(self.scene).any() or Slowing.of(self.scene)
         straight = not (bends or self.scene.arrays.driven)
         takes_quiet_steps = cutter is None and hasattr(type(world), "take_quiet_steps")
@@ -298,6 +288,7 @@ class _Run:
 
     def build_trace(self, method: str) -> Trace:
         """Return the trace, with the final state advanced to the end of the scene."""
+        self._pass_on_states()
         completed, duration_s = self.outcome is Outcome.COMPLETED, self.scene.duration_s
         impacts, effective = self.collector.finish()
         states, spins = self.collector.states, self.collector.spins

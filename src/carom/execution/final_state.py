@@ -51,10 +51,8 @@ class LastStep:
         """
         seconds, state = time_s - self.end_s, self.state
         speed = np.hypot(*state.velocity_m_s.T).tolist()
-        flown_times, kept_fractions = (
-            np.array([compute(seconds, fast) for fast in speed])
-            for compute in (self._slowing.compute_flown_time, self._slowing.compute_kept_fraction)
-        )
+        flown_times = np.array([self._slowing.compute_flown_time(seconds, fast) for fast in speed])
+        kept_fractions = np.array([self._slowing.compute_kept_fraction(seconds, fast) for fast in speed])
         pull, spin_rate = self._compute_rates_of_change() if seconds < 0.0 else (self._gravity, None)
         spins = None
         if self.scene.arrays.turns:

@@ -77,7 +77,8 @@ class FreeFlight:
     def has_begun(self, time_s: float, observation: Observation) -> bool:
         """Whether the rest of the run is free flight. Call this after every step that is needed."""
         self._seen.append((time_s, observation))
-        self._motions.append(self._encode_motion(observation))
+        spins = observation.spin_rad_s if self._turns else None
+        self._motions.append(observation.velocity_m_s.tobytes() + (b"" if spins is None else spins.tobytes()))
         if observation.contacts:
             self._look_from_s, self._pause_s, self.needed_from_s = 0.0, self._dt_s, 0.0
         if time_s < self._look_from_s or len(self._seen) <= _QUIET_STEPS or not self._is_quiet():
@@ -91,24 +92,14 @@ class FreeFlight:
 
     def _is_quiet(self) -> bool:
         """Whether the last steps left every velocity and spin unchanged, and moved every disc by its velocity."""
-        motion, (_, observation) = self._motions[0], self._seen[-1]
-        if self._motions.count(motion) < len(self._motions) or any(
-            observation.contacts for _, observation in [*self._seen][1:]
-        ):
+        _, *after_steps = (observation for _, observation in self._seen)
+        if self._motions.count(self._motions[0]) < len(self._motions) or any(seen.contacts for seen in after_steps):
             return False
-        return self._has_moved_straight(observation.velocity_m_s)
-
-    def _encode_motion(self, observation: Observation) -> bytes:
-        """Return the bits of velocities, and of spins if discs turn."""
-        spins = observation.spin_rad_s if self._turns else None
-        return observation.velocity_m_s.tobytes() + (b"" if spins is None else spins.tobytes())
+        return self._has_moved_straight(after_steps[-1].velocity_m_s)
 
     def _has_moved_straight(self, velocity: Array) -> bool:
         """Whether each step moved every disc by its velocity, except for rounding of coordinates and instants."""
-        places, fastest = (
-            np.array([observation.position_m for _, observation in self._seen]),
-            float(np.abs(velocity).max()),
-        )
+        places, fastest = np.array([seen.position_m for _, seen in self._seen]), float(np.abs(velocity).max())
         far = np.abs(places).max(axis=(1, 2)).tolist()
         deviations = np.abs(places[1:] - places[:-1] - velocity * self._dt_s).max(axis=(1, 2)).tolist()
         return all(

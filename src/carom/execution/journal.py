@@ -89,7 +89,7 @@ class Journal(MemoryJournal[K, T], Closeable):
     """Journal in a file, opened by one process at a time. Used as a context manager.
 
     Args:
-        of: Name of the content, in words.
+        study: Name of the content, such as "scores". The first line contains it.
         kind: Type of the entries. Keys and values of entries must be JSON values.
         path: The file, in an existing folder. The file is created if it does not exist.
         stamp: Options that a resumed run must share with the run that began the journal.
@@ -140,10 +140,6 @@ class Journal(MemoryJournal[K, T], Closeable):
             remove_unused(self.path)
         os.close(self._file)
 
-    def discard(self) -> None:
-        """Remove the file, after its study has finished and stored its result."""
-        self.path.unlink(missing_ok=True)
-
     def _append(self, lines: Iterable[bytes]) -> None:
         data = b"".join(line + b"\n" for line in lines)
         if os.write(self._file, data) != len(data):  # the disk is full: the torn line is removed at the next start
@@ -191,7 +187,7 @@ def remove_unused(path: Path) -> None:
 
 
 def read_canonical_lines(path: Path) -> list[bytes]:
-    """Return the lines of a journal in an order that does not depend on which job finished first.
+    """Return the lines of a journal, sorted, so that the order in which jobs finished has no effect.
 
     Two journals have the same content, to the bit, if these lists are equal.
     """

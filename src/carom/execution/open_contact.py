@@ -135,10 +135,8 @@ class OpenContact:
         pull = self._compute_relative_pull(gravity)
         if slowing.table_m_s2:
             return find_nearest_time(lambda time_s: self._compute_gap_on_table(slowing, leg, time_s), self.end_s)
-        flown_time_s, u1 = (
-            slowing.damping.to_undamped(duration_s),
-            u1 / slowing.damping.compute_kept_fraction(duration_s),
-        )
+        flown_time_s = slowing.damping.to_undamped(duration_s)
+        u1 = u1 / slowing.damping.compute_kept_fraction(duration_s)
         slope = u0 - u1 + pull * duration_s
         squared = float(slope @ slope)
         if squared == 0.0:

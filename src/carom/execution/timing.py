@@ -141,7 +141,10 @@ def _time_steps(world: World, steps: int, dt_s: float, *, located: bool) -> floa
     own_clock_s = world.seconds if isinstance(world, TimedWorld) else 0.0
     started = time.perf_counter()
     if located:  # the time for cutting steps counts, because the profile needs it
-        _cut_steps(world, steps, dt_s)
+        cutter = Cutter(world)
+        for step in range(1, steps + 1):
+            for _ in cutter.take_step((step - 1) * dt_s, step * dt_s):
+                pass
     else:
         world.advance(steps)
     passed_s = time.perf_counter() - started
@@ -165,24 +168,15 @@ def _read_own_clock(world: TimedWorld, before_s: float) -> float:
     return float(found) - before_s
 
 
-def _cut_steps(world: World, steps: int, dt_s: float) -> None:
-    cutter = Cutter(world)
-    for step in range(1, steps + 1):
-        for _ in cutter.take_step((step - 1) * dt_s, step * dt_s):
-            pass
-
-
 def _time_empty_call(world: World) -> float:
     """Return the seconds of a call with no steps, after such a call to warm up; NaN if the adapter refuses it."""
-    call_s = math.nan
     try:
-        for _ in range(2):
-            started = time.perf_counter()
-            world.advance(0)
-            call_s = time.perf_counter() - started
+        world.advance(0)
+        started = time.perf_counter()
+        world.advance(0)
+        return time.perf_counter() - started
     except Exception:  # noqa: BLE001 - an adapter need not accept a call with no steps
         return math.nan
-    return call_s
 
 
 @contextmanager

@@ -165,8 +165,7 @@ def _check_knobs(adapter: Adapter) -> Mapping[str, Knob]:
 
 def _check_capabilities(found: object, where: str) -> Capabilities:
     capabilities = _check_fields(found, Capabilities, where)
-    for name in (field.name for field in fields(Capabilities)):
-        value = getattr(capabilities, name)
+    for name, value in vars(capabilities).items():
         numbers = value if isinstance(value, tuple) else (value,)
         if any(isinstance(number, float) and math.isnan(number) for number in numbers) or (
             isinstance(value, tuple) and not value[0] <= value[1]
@@ -195,7 +194,11 @@ def _check_fields(found: object, kind: type[Kind], where: str) -> Kind:
         raise build_wrong_value_error(where, f"{kind.__name__}(...)", found, DECLARED)
     hints, values = get_type_hints(kind), {}
     for name in (field.name for field in fields(kind)):  # type: ignore[arg-type] # always a dataclass
-        value = _to_python(getattr(found, name))
+        value = getattr(found, name)
+        if isinstance(value, np.generic):
+            value = value.item()
+        if isinstance(value, list):
+            value = tuple(value)
         try:
             values[name] = _build_type_adapter(hints[name]).validate_python(value, strict=True)
         except ValidationError as error:
@@ -209,13 +212,6 @@ def _check_fields(found: object, kind: type[Kind], where: str) -> Kind:
 def _build_type_adapter(hint: Any) -> TypeAdapter[Any]:
     """Return the validator of a type, which many fields share."""
     return TypeAdapter(hint)
-
-
-def _to_python(value: object) -> object:
-    """Return a NumPy number as a Python number, and a list as a tuple."""
-    if isinstance(value, np.generic):
-        value = value.item()
-    return tuple(value) if isinstance(value, list) else value
 
 
 def to_whole_number(value: object, name: str, *, smallest: int = -MOST_WHOLE) -> int:

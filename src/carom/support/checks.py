@@ -54,20 +54,20 @@ def check_instance(name: str, value: Any, kind: type) -> None:
         raise InputError(f"{name} must be a {kind.__name__}, got {format_value(value)}")
 
 
-def check_count(name: str, value: Any, *, least: int = 0) -> int:
-    """Return an argument as a whole number, `least` or more.
+def check_count(name: str, value: Any) -> int:
+    """Return an argument as a whole number, 0 or more.
 
     Raises:
-        InputError: The value is not a whole number, is a bool, or is below `least`.
+        InputError: The value is not a whole number, is a bool, or is negative.
     """
     try:
         if isinstance(value, _TRUTH_VALUES):
             raise TypeError
         found = operator.index(value)
     except TypeError:
-        found = least - 1
-    if found < least:
-        raise InputError(f"{name} must be a whole number, {least} or more, got {format_value(value)}")
+        found = -1
+    if found < 0:
+        raise InputError(f"{name} must be a whole number, 0 or more, got {format_value(value)}")
     return found
 
 

@@ -46,7 +46,7 @@ def format_value(value: object) -> str:
         return "an integer with too many digits"
     except RecursionError:
         return "a value nested too deeply to show"
-    return text if len(text) <= 60 else f"{text[:57]}..."
+    return shorten(text)
 
 
 def suggest_name(name: str, known: Iterable[str]) -> str:

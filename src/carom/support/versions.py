@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import operator
 import re
 from collections.abc import Callable
+from functools import partial
 
 from carom.errors import InputError
 from carom.support.escaping import format_value, parse_release_numbers
@@ -15,11 +17,12 @@ VersionCondition = Callable[[tuple[int, ...]], bool]
 #: ranges.
 _VERSION = re.compile(r"[0-9][0-9A-Za-z.+!_-]{0,63}")
 
+#: Comparison of a limit, the first operand, with a release, the second.
 _SIGNS: dict[str, Callable[[tuple[int, ...], tuple[int, ...]], bool]] = {
-    ">=": lambda one, other: one >= other,
-    "<=": lambda one, other: one <= other,
-    ">": lambda one, other: one > other,
-    "<": lambda one, other: one < other,
+    ">=": operator.le,
+    "<=": operator.ge,
+    ">": operator.lt,
+    "<": operator.gt,
 }
 
 
@@ -46,10 +49,9 @@ def parse_version_condition(word: str) -> VersionCondition | None:
     if dots:
         first, last = parse_release_numbers(require_version(low)), parse_release_numbers(require_version(high))
         return lambda one: first <= one <= last
-    for sign, meets in _SIGNS.items():
+    for sign, compare in _SIGNS.items():
         if word.startswith(sign):
-            limit = parse_release_numbers(require_version(word.removeprefix(sign).strip()))
-            return lambda one, meets=meets, limit=limit: meets(one, limit)  # type: ignore[misc]
+            return partial(compare, parse_release_numbers(require_version(word.removeprefix(sign).strip())))
     return None
 
 
@@ -61,10 +63,7 @@ def parse_version_conditions(text: str) -> tuple[VersionCondition, ...]:
     Raises:
         InputError: The text is empty, or a part is neither a condition nor a version.
     """
-    words = [word.strip() for word in text.split(",")]
-    return tuple(parse_version_condition(word) or _build_equal_condition(require_version(word)) for word in words)
-
-
-def _build_equal_condition(version: str) -> VersionCondition:
-    numbers = parse_release_numbers(version)
-    return lambda one: one == numbers
+    return tuple(
+        parse_version_condition(word) or partial(operator.eq, parse_release_numbers(require_version(word)))
+        for word in map(str.strip, text.split(","))
+    )

@@ -8,7 +8,7 @@ import html
 import json
 import re
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -62,9 +62,13 @@ def render_page(scenes: Sequence[Scene], engines: Sequence[PageEngine] = ()) -> 
     Raises:
         InputError: The page can't show a scene.
     """
+    for scene in scenes:
+        if beyond := find_page_limit(scene):
+            raise InputError(beyond)
     script = build_page_script() + (engines[0].shared if engines else "")
     loader = strip_comments((SOURCES / "loader.js").read_text(encoding="utf-8"))
-    hashes = [_compute_hash(text) for text in (loader, script, *(engine.script for engine in engines))]
+    digests = [hashlib.sha256(text.encode()).digest() for text in (loader, script, *(one.script for one in engines))]
+    hashes = [f"'sha256-{base64.b64encode(digest).decode()}'" for digest in digests]
     policy = (
         f"default-src 'none'; script-src {' '.join(hashes)} 'wasm-unsafe-eval'; style-src 'unsafe-inline'; "
         "base-uri 'none'; form-action 'none'"
@@ -75,7 +79,8 @@ def render_page(scenes: Sequence[Scene], engines: Sequence[PageEngine] = ()) -> 
         "style": pack_block((SOURCES / "page.css").read_bytes()),
         "licences": "\n".join(engine.licence for engine in engines).replace("--", "- -"),
         "first": html.escape(scenes[0].name),
-        "scenes": _pack_json({scene.name: _build_scene_fields(scene) for scene in scenes}),
+        # The page checks each number.
+        "scenes": _pack_json({scene.name: json.loads(scene.model_dump_json()) for scene in scenes}),
         "engines": _pack_json(about),
         "blocks": "\n".join(
             f'<script type="text/plain" data-engine="{html.escape(one.name)}">'
@@ -86,7 +91,8 @@ def render_page(scenes: Sequence[Scene], engines: Sequence[PageEngine] = ()) -> 
         "page": pack_block(script.encode()),
         "loader": loader,
     }
-    return _fill_template((SOURCES / "page.html").read_text(encoding="utf-8"), parts)
+    template = (SOURCES / "page.html").read_text(encoding="utf-8")
+    return re.sub(r"@(\w+)@", lambda found: parts[found[1]], template)
 
 
 def add_gallery(*scenes: Scene) -> list[Scene]:
@@ -100,17 +106,6 @@ def find_page_limit(scene: Scene) -> str:
     if len(scene.discs) > MOST_DISCS:
         return f"the page shows at most {MOST_DISCS} discs, but {scene.name} has {len(scene.discs)}"
     return ""
-
-
-def _build_scene_fields(scene: Scene) -> object:
-    """Return the data of a scene for the page. The page checks each number."""
-    if beyond := find_page_limit(scene):
-        raise InputError(beyond)
-    return json.loads(scene.model_dump_json())
-
-
-def _fill_template(template: str, parts: Mapping[str, str]) -> str:
-    return re.sub(r"@(\w+)@", lambda found: parts[found[1]], template)
 
 
 def _pack_json(value: object) -> str:
@@ -136,7 +131,3 @@ def pack_block(content: bytes) -> str:
     numbers = bits[: len(bits) // 13 * 13].reshape(-1, 13) @ (1 << np.arange(13))
     letters: bytes = _LETTERS[np.stack(np.divmod(numbers, 91)[::-1], axis=-1)].tobytes()
     return letters.decode()
-
-
-def _compute_hash(text: str) -> str:
-    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"

@@ -32,29 +32,14 @@ def declares_capabilities(subject: Subject) -> None:
     require(0 <= low <= high < math.inf, problem, "0 <= least <= greatest friction, and finite", capabilities.friction)
     min_factor = capabilities.min_inertia_factor
     require(0 <= min_factor <= 1, problem, "min_inertia_factor of 0 to 1", min_factor)
-    require(capabilities.max_turn_rad > 0, problem, "max_turn_rad above 0", capabilities.max_turn_rad)
-    require(capabilities.max_spin_rad_s > 0, problem, "max_spin_rad_s above 0", capabilities.max_spin_rad_s)
-    require(
-        isinstance(capabilities.contact_times, ContactTimes),
-        problem,
-        "a member of ContactTimes",
-        capabilities.contact_times,
-    )
-    require(capabilities.max_speed_m_s > 0, problem, "max_speed_m_s above 0", capabilities.max_speed_m_s)
-    require(capabilities.max_coordinate_m > 0, problem, "max_coordinate_m above 0", capabilities.max_coordinate_m)
-    require(capabilities.max_move_m > 0, problem, "max_move_m above 0", capabilities.max_move_m)
-    require(
-        0 <= capabilities.min_radius_m <= capabilities.max_radius_m,
-        problem,
-        "0 <= min_radius_m <= max_radius_m",
-        capabilities,
-    )
-    require(
-        0 <= capabilities.min_mass_kg <= capabilities.max_mass_kg,
-        problem,
-        "0 <= min_mass_kg <= max_mass_kg",
-        capabilities,
-    )
+    times = capabilities.contact_times
+    require(isinstance(times, ContactTimes), problem, "a member of ContactTimes", times)
+    for name in ("max_turn_rad", "max_spin_rad_s", "max_speed_m_s", "max_coordinate_m", "max_move_m"):
+        limit = getattr(capabilities, name)
+        require(limit > 0, problem, f"{name} above 0", limit)
+    for name in ("radius_m", "mass_kg"):
+        least, greatest = getattr(capabilities, f"min_{name}"), getattr(capabilities, f"max_{name}")
+        require(0 <= least <= greatest, problem, f"0 <= min_{name} <= max_{name}", capabilities)
     threshold = capabilities.restitution_threshold_m_s
     require(0 <= threshold < math.inf, problem, "restitution_threshold_m_s of 0 or more", threshold)
     require(isinstance(capabilities.stamp, Stamp), problem, "a member of Stamp", capabilities.stamp)

@@ -213,11 +213,8 @@ def _find_combination_problem(rule: str, coefficients: Sequence[tuple[str, float
     least, greatest = COMBINE_RULES[rule](pair, max_value)
     for wall_name, wall in of_walls:
         if not least <= wall <= greatest:
-            coefficients_text, can_be = (
-                f"{wall_name} is {wall:g} with a {name} of {pair:g}",
-                f"{least:g} to {greatest:g}",
-            )
-            return f"{coefficients_text}, and this method combines coefficients by {rule!r}, so that it can be {can_be}"
+            rule_text = f"this method combines coefficients by {rule!r}, so that it can be {least:g} to {greatest:g}"
+            return f"{wall_name} is {wall:g} with a {name} of {pair:g}, and {rule_text}"
     return ""
 
 

@@ -8,7 +8,7 @@ import select
 import subprocess
 from collections.abc import Sequence
 from pathlib import Path
-from typing import IO, TypeVar
+from typing import TypeVar
 
 from pydantic import BaseModel, ValidationError
 
@@ -54,7 +54,9 @@ class Program:
             )
         except OSError as error:
             raise AdapterError(f"{name}: {' '.join(command)} can't be started: {error.strerror}") from error
-        self._requests, self._answers, self._printed = _get_pipes(self._popen)
+        requests, answers, printed = self._popen.stdin, self._popen.stdout, self._popen.stderr
+        assert requests and answers and printed  # noqa: S101, PT018 - they were opened with pipes
+        self._requests, self._answers, self._printed = requests, answers, printed
         self._poll = select.poll()
         for pipe in (self._answers, self._printed):
             self._poll.register(pipe, select.POLLIN)
@@ -80,12 +82,18 @@ class Program:
         line = self._exchange(request.model_dump_json().encode() + b"\n")
         if line is None:
             raise AdapterError(f"{self.name}: {self._describe_end()} when asked to {request.do!r}")
-        self._require_single_keys(line, request)
         try:
-            if (error := Reply.model_validate_json(line).error) is not None:
-                detail = self._describe_last_output() if error.kind == "failed" else ""
+            # A reader would silently ignore one of the values of a duplicate key.
+            json.loads(line, object_pairs_hook=reject_duplicate_keys)
+        except InputError as error:
+            raise self._build_answer_error(request, line, f"the line {error}") from error
+        except (ValueError, RecursionError):
+            pass  # invalid JSON is reported below
+        try:
+            if (failure := Reply.model_validate_json(line).error) is not None:
+                detail = self._describe_last_output() if failure.kind == "failed" else ""
                 raise AdapterError(
-                    f"{self.name} {error.kind} {request.do!r}: {error.message}{detail and f'; {detail}'}"
+                    f"{self.name} {failure.kind} {request.do!r}: {failure.message}{detail and f'; {detail}'}"
                 )
             return answer.model_validate_json(line, strict=True)
         except ValidationError as error:
@@ -96,22 +104,11 @@ class Program:
                 if wrong["type"] == "json_invalid"
                 else describe_error(wrong)
             )
-            message = (
-                f"{self.name} sent an invalid answer to {request.do!r}: {field} {detail}; it wrote {line[:SHOWN]!r}"
-            )
-            raise AdapterError(message, hints=["see docs/reference/engine-protocol.md#the-requests"]) from error
+            raise self._build_answer_error(request, line, f"{field} {detail}") from error
 
-    def _require_single_keys(self, line: bytes, request: Request) -> None:
-        """Refuse an answer with a duplicate key. A reader would silently ignore one of the values."""
-        try:
-            json.loads(line, object_pairs_hook=reject_duplicate_keys)
-        except InputError as error:
-            message = (
-                f"{self.name} sent an invalid answer to {request.do!r}: the line {error}; it wrote {line[:SHOWN]!r}"
-            )
-            raise AdapterError(message, hints=["see docs/reference/engine-protocol.md#the-requests"]) from error
-        except (ValueError, RecursionError):
-            return  # invalid JSON is reported when the answer is parsed
+    def _build_answer_error(self, request: Request, line: bytes, problem: str) -> AdapterError:
+        message = f"{self.name} sent an invalid answer to {request.do!r}: {problem}; it wrote {line[:SHOWN]!r}"
+        return AdapterError(message, hints=["see docs/reference/engine-protocol.md#the-requests"])
 
     def _exchange(self, request: bytes) -> bytes | None:
         """Send a request and return the line of its answer; None if there is none.
@@ -197,9 +194,3 @@ class Program:
             self._popen.wait(GRACE_S)
             return False
         return True
-
-
-def _get_pipes(popen: subprocess.Popen[bytes]) -> tuple[IO[bytes], IO[bytes], IO[bytes]]:
-    if popen.stdin is None or popen.stdout is None or popen.stderr is None:
-        raise AdapterError("a program was started without pipes")  # this can't happen: all three pipes were requested
-    return popen.stdin, popen.stdout, popen.stderr

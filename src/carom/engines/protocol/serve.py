@@ -136,13 +136,9 @@ def _take_steps(world: World, steps: int) -> float:
 
 def _observe(world: World) -> dict[str, Any]:
     observation = world.observe()
-    numbers = {
-        "position_m": observation.position_m,
-        "velocity_m_s": observation.velocity_m_s,
-        "spin_rad_s": observation.spin_rad_s,
-    }
     contacts = [_build_contact_fields(contact) for contact in observation.contacts]
-    state = {name: _to_json(np.asarray(array, np.float64)) for name, array in numbers.items() if array is not None}
+    arrays = {name: getattr(observation, name) for name in ("position_m", "velocity_m_s", "spin_rad_s")}
+    state = {name: _to_json(np.asarray(array, np.float64)) for name, array in arrays.items() if array is not None}
     return {**state, "contacts": contacts, "warning": observation.warning}
 
 
