@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 
-from carom.engines.api import AdapterError, Scene, Setting, require_sound
+from carom.engines.api import AdapterError, Scene, Setting, require_sound, require_supported
 from carom_adapters.shared.engine_adapter import GENERAL
 
 #: Attributes of `b2World`, by pybox2d's names.
@@ -92,10 +92,11 @@ CAPABILITIES = replace(
 
 
 def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
-    """Refuse input on which Box2D would assert or fail silently.
+    """Refuse scenes that are not supported, and input on which Box2D would assert or fail silently.
 
     Raises:
-        AdapterError: A setting has an unknown name, or a step is beyond 32-bit floats.
+        AdapterError: A capability excludes the scene, a setting has an unknown name or value, or a step, damping or
+            force is beyond 32-bit floats.
     """
     require_sound("Box2D", scene, settings, (*WORLD_SETTINGS, *OTHER_SETTINGS), LEAST, MOST, {"sweep": SWEEPS})
     if scene.damping_per_s > LARGEST_FRICTION:
@@ -107,5 +108,6 @@ def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
             f"Box2D: the table's force on {heaviest:g} kg exceeds 32 bits ({scene.table_deceleration_m_s2:g} m/s^2 "
             f"times the square of velocity_scale {scale:g}); lower table_deceleration_m_s2"
         )
-    if math.frexp(float(settings.get("velocity_scale", 1.0)))[0] != 0.5:
+    if math.frexp(scale)[0] != 0.5:
         raise AdapterError(f"Box2D: velocity_scale must be a power of two, got {settings['velocity_scale']}")
+    require_supported("Box2D", scene, CAPABILITIES, float(settings["dt_s"]))

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from carom.engines.api import Chain, Scene, Setting, Wall, is_fast, reach, require_supported, scaled
-from carom_adapters.box2d.limits import CAPABILITIES, WORLD_SETTINGS, require_usable
+from carom.engines.api import Chain, Scene, Setting, Wall, is_fast, reach, scaled
+from carom_adapters.box2d.limits import WORLD_SETTINGS, require_usable
 from carom_adapters.box2d.walls import build_wall_rectangle, list_shape_points
 from carom_adapters.box2d.world import BEFORE_WALLS, does_sweep, list_disc_shapes
 from carom_adapters.shared.legs import Driven, find_first_velocity, format_program_end, group_legs_by_step, has_legs
-from carom_adapters.shared.settings_code import count_steps, format_arguments, format_assignments, format_comment
+from carom_adapters.shared.settings_code import count_steps, format_assignments, format_comment, format_disc
 from carom_adapters.shared.walls import compute_thickness
 
 #: Comment of the program on the scale of velocities.
@@ -73,7 +73,6 @@ _KEPT = f"driven.append({_MADE.removeprefix('return ')})\n    return driven[-1]"
 def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
     """Return a program that builds the same world as `Box2dWorld`."""
     require_usable(scene, settings)
-    require_supported("Box2D", scene, CAPABILITIES, float(settings["dt_s"]))
     scale = float(settings.get("velocity_scale", 1.0))
     dt_s, fast_clock, turns = float(settings["dt_s"]) / scale, scaled(scene, time=1.0 / scale), scene.arrays.turns
     lines = []
@@ -96,9 +95,7 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
             arguments["bullet"] = settings.get("sweep") == "fast" and is_fast(disc, float(settings["dt_s"]))
         elif disc.driven:
             arguments = {"velocity": find_first_velocity(disc), "spin": disc.spin_rad_s}
-        lines.append(
-            f"add_disc({disc.position_m!r}, {disc.radius_m!r}{', ' * bool(arguments)}{format_arguments(arguments)})"
-        )
+        lines.append(format_disc(disc, arguments))
     centre, radius = reach(fast_clock, dt_s)
     functions = {}
     runs = any(wall.surface_speed_m_s for wall in scene.walls)

@@ -23,11 +23,10 @@ from carom.engines.api import (
     oriented_contact,
     pair_of,
     reach,
-    require_supported,
     scaled,
     wall_body,
 )
-from carom_adapters.box2d.limits import CAPABILITIES, LARGEST_TURN_RAD, LONGEST_MOVE_M, WORLD_SETTINGS, require_usable
+from carom_adapters.box2d.limits import LARGEST_TURN_RAD, LONGEST_MOVE_M, WORLD_SETTINGS, require_usable
 from carom_adapters.box2d.walls import build_chain_shapes, build_wall_rectangle
 from carom_adapters.shared.legs import Driven, Legs, find_first_velocity
 from carom_adapters.shared.quiet_steps import QuietSteps, to_rows
@@ -77,7 +76,6 @@ class Box2dWorld(QuietSteps):
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
         require_usable(scene, settings)
-        require_supported("Box2D", scene, CAPABILITIES, float(settings["dt_s"]))
         self._box2d = _import_box2d()
         self._asked = dict(settings)
         # Length of a second in units of the world's clock. Velocities are divided by it.
@@ -348,14 +346,5 @@ class Box2dWorld(QuietSteps):
     def close(self) -> None:
         """Release the world. Its memory is freed when no reference to it is left."""
         self._world.contactListener = None
-        del (
-            self._bodies,
-            self._movable,
-            self._driven,
-            self._legs,
-            self._walls,
-            self._skinned,
-            self._table,
-            self._listener,
-            self._world,
-        )
+        del self._bodies, self._movable, self._driven, self._legs, self._walls, self._skinned, self._table
+        del self._listener, self._world

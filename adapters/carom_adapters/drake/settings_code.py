@@ -5,17 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from carom.engines.api import Scene, Setting
-from carom_adapters.shared.settings_code import count_steps, format_arguments, format_comment
+from carom_adapters.shared.settings_code import count_steps, format_comment, format_disc
 
 
 def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
     """Return a program that builds the same plant as `DrakeWorld`; scene and settings are checked before."""
-    lines = []
-    for disc in scene.discs:
-        arguments = {} if disc.immovable else {"mass": disc.mass_kg, "velocity": disc.velocity_m_s}
-        lines.append(
-            f"add_disc({disc.position_m!r}, {disc.radius_m!r}{', ' * bool(arguments)}{format_arguments(arguments)})"
-        )
+    lines = [
+        format_disc(disc, {} if disc.immovable else {"mass": disc.mass_kg, "velocity": disc.velocity_m_s})
+        for disc in scene.discs
+    ]
     lines += [f"add_wall({wall.point_m!r}, {wall.normal!r})" for wall in scene.half_planes()]
     scheme = accuracy = ""
     if "integration_scheme" in settings:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 
-from carom.engines.api import AdapterError, Scene, Setting, require_sound
+from carom.engines.api import AdapterError, Scene, Setting, require_sound, require_supported
 from carom_adapters.shared.engine_adapter import GENERAL
 
 #: Attributes of MJCF's ``option`` and of its ``flag``, by MuJoCo's names.
@@ -96,11 +96,11 @@ def does_list_pairs(scene: Scene, settings: Mapping[str, Setting]) -> bool:
 
 
 def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
-    """Refuse input that MuJoCo rejects, or on which MuJoCo would fail silently.
+    """Refuse scenes that are not supported, and input that MuJoCo rejects or on which it would fail silently.
 
     Raises:
-        AdapterError: A setting has an unknown name or value, or a step or all speeds
-            are beyond one of MuJoCo's constants.
+        AdapterError: A capability excludes the scene, a setting has an unknown name or value, or damping, the number of
+            discs or the speed is beyond a limit of MuJoCo.
     """
     known = (*OPTION_SETTINGS, *FLAG_SETTINGS, *ENABLE_SETTINGS, *OTHER_SETTINGS)
     require_sound("MuJoCo", scene, settings, known, {"tolerance": 0.0, "iterations": 1, "stiffness": 0.0}, words=WORDS)
@@ -116,3 +116,4 @@ def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
             f"MuJoCo: the fastest disc's speed over dt_s must be at least {LEAST_ACCELERATION_M_S2:g} m/s^2, "
             f"got {fastest:g} m/s in {dt_s:g} s: its solver would treat the bounce as rounding"
         )
+    require_supported("MuJoCo", scene, CAPABILITIES, dt_s)

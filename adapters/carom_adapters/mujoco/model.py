@@ -6,7 +6,7 @@ import itertools
 import math
 from collections.abc import Mapping, Sequence
 
-from carom.engines.api import Chain, Ring, Scene, Setting, Wall, reach, wall_body, wall_index
+from carom.engines.api import Chain, Ring, Scene, Setting, reach, wall_body, wall_index
 from carom_adapters.mujoco.limits import (
     ENABLE_SETTINGS,
     FLAG_SETTINGS,
@@ -84,14 +84,6 @@ def _format_attributes(**values: object) -> str:
     return " ".join(f'{name}="{value if isinstance(value, str) else repr(value)}"' for name, value in values.items())
 
 
-def _build_friction_attributes(friction: float) -> dict[str, object]:
-    """Return a geom's attributes of friction.
-
-    Condim 1 means a contact without friction, and 3 a contact with sliding friction.
-    """
-    return {"condim": "3", "friction": f"{friction!r} 0 0"} if friction > 0 else {"condim": "1"}
-
-
 def build_mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
     """Return the model. A geom's name is its body's number, which identifies the bodies of contacts.
 
@@ -106,7 +98,8 @@ def build_mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
 
     def format_geom(name: str | int, restitution: float, friction: float, **values: object) -> str:
         solref = "{!r} {!r}".format(*_compute_solref(stiffness, restitution, dt_s))
-        rubbing = _build_friction_attributes(friction)
+        # Condim 1 means a contact without friction, and 3 a contact with sliding friction.
+        rubbing = {"condim": "3", "friction": f"{friction!r} 0 0"} if friction > 0 else {"condim": "1"}
         return f"<geom {_format_attributes(name=str(name), solref=solref, **rubbing, **shared, **values)}/>"
 
     def format_disc(i: int) -> str:
@@ -181,18 +174,13 @@ def _list_wall_shapes(scene: Scene, k: int, dt_s: float) -> list[dict[str, objec
     facing = {"zaxis": "{!r} {!r} 0".format(*wall.normal)}
     if not wall.driven:
         return [{"type": "plane", "size": "0 0 1", "pos": "{!r} {!r} 0".format(*wall.point_m), **facing}]  # infinite
-    # A plane cannot move, so a driven half-plane is a box as deep and wide as a disc can get.
-    half = _compute_half_box(scene, wall, dt_s)
+    # A plane cannot move, so a driven half-plane is a box so large that discs can reach only its face around `point_m`.
+    centre, radius = reach(scene, dt_s)
+    drift = wall.drive.fastest * (scene.duration_s + dt_s)
+    half = 2.0 * (radius + drift + math.dist(centre, wall.point_m))
     (x, y), (nx, ny) = wall.point_m, wall.normal
     place = f"{x - half * nx!r} {y - half * ny!r} 0"
     return [{"type": "box", "size": f"{half!r} {half!r} {half!r}", "pos": place, **facing}]
-
-
-def _compute_half_box(scene: Scene, wall: Wall, dt_s: float) -> float:
-    """Return half the side of a box so large that discs can reach only one of its faces, the one around `point_m`."""
-    centre, radius = reach(scene, dt_s)
-    drift = wall.drive.fastest * (scene.duration_s + dt_s)
-    return 2.0 * (radius + drift + math.dist(centre, wall.point_m))
 
 
 def _find_heaviest(scene: Scene) -> float:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from xml.etree import ElementTree
 
-from carom.engines.api import AdapterError, Scene, Setting, require_supported, wall_index
-from carom_adapters.mujoco.limits import CAPABILITIES, does_solve_in_turn, require_usable
+from carom.engines.api import AdapterError, Scene, Setting, wall_index
+from carom_adapters.mujoco.limits import does_solve_in_turn, require_usable
 from carom_adapters.mujoco.model import build_mjcf, choose_mass_unit, sort_bodies
 from carom_adapters.shared.legs import has_legs
 from carom_adapters.shared.settings_code import count_steps, format_comment
@@ -15,10 +15,9 @@ from carom_adapters.shared.settings_code import count_steps, format_comment
 def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
     """Return the model of `build_mjcf` in a readable form: attributes shared by geoms or pairs are in its defaults."""
     require_usable(scene, settings)
-    require_supported("MuJoCo", scene, CAPABILITIES, float(settings["dt_s"]))
     if has_legs(scene):
         raise AdapterError("MuJoCo: the velocity of a body changes between steps, which a model can't describe")
-    # This adapter has written the text, which contains only numbers and words from its lists of settings.
+    # The text contains only numbers, and words from the lists of settings.
     model = ElementTree.fromstring(build_mjcf(scene, settings))  # noqa: S314 - the adapter has written the text
     ElementTree.indent(_with_start(_with_defaults(model), scene, settings))
     sentences = [heading, f"{count_steps(scene, settings)} steps from the keyframe cover the scene."]

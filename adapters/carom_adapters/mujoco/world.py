@@ -21,9 +21,8 @@ from carom.engines.api import (
     flattened,
     oriented_contact,
     pair_of,
-    require_supported,
 )
-from carom_adapters.mujoco.limits import CAPABILITIES, LARGEST_VALUE, MJCF_INTEGRATORS, require_usable
+from carom_adapters.mujoco.limits import LARGEST_VALUE, MJCF_INTEGRATORS, require_usable
 from carom_adapters.mujoco.model import build_mjcf, choose_mass_unit, list_axis_dampings, parse_body, sort_bodies
 from carom_adapters.shared.legs import Driven, Legs, find_first_velocity
 from carom_adapters.shared.walls import find_walls_in_pieces, sum_contacts
@@ -56,22 +55,19 @@ def _find_flag_bit(mujoco: Any, flag: str) -> int:
     return int(getattr(getattr(mujoco, kind), member, 0))
 
 
-def _drop_missing_flags(mujoco: Any, settings: Mapping[str, Setting]) -> Mapping[str, Setting]:
-    """Return the settings without flags that this release lacks. Missing flags read back as unset."""
-    return {name: value for name, value in settings.items() if name not in _LATER or _find_flag_bit(mujoco, name)}
-
-
 class MujocoWorld:
     """A compiled model with its own data."""
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
         require_usable(scene, settings)
-        require_supported("MuJoCo", scene, CAPABILITIES, float(settings["dt_s"]))
         self._asked = dict(settings)
         self._mujoco: Any = importlib.import_module("mujoco")  # untyped: its classes come from C++ without stubs
         self._mujoco.set_mju_user_warning(_ignore)
         try:
-            self._model = _compile(build_mjcf(scene, _drop_missing_flags(self._mujoco, settings)))
+            # A flag that this release lacks reads back as unset.
+            lacking = {name for name in _LATER if not _find_flag_bit(self._mujoco, name)}
+            known = {name: value for name, value in settings.items() if name not in lacking}
+            self._model = _compile(build_mjcf(scene, known))
             self._data = self._mujoco.MjData(self._model)
         except (ValueError, MemoryError, self._mujoco.FatalError) as error:
             raise AdapterError(f"MuJoCo refuses the scene of {len(scene.discs)} discs: {error}") from error
@@ -220,11 +216,10 @@ class MujocoWorld:
         # Contacts are read as arrays, since MuJoCo's bindings take long to make an object for every contact.
         rows, geoms, frames = data.contact.efc_address, data.contact.geom, data.contact.frame
         for k, (row, (geom1, geom2), frame) in enumerate(zip(rows, geoms, frames, strict=True)):
-            force, tangential = (
-                float(data.efc_force[row]) if row >= 0 else 0.0,
-                None,
-            )  # -1 means that the contact has no row in the solver
-            if self._turns and row >= 0:
+            if row < 0:  # the contact has no row in the solver, and so no force
+                continue
+            force, tangential = float(data.efc_force[row]), None
+            if self._turns:
                 force, tangential = self._compute_impulses(k, frame)
             if force <= 0:
                 continue

@@ -5,17 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from carom.engines.api import Scene, Setting
+from carom_adapters.newton.limits import OF_THE_SOLVER, SPECULATIVE
 from carom_adapters.shared.settings_code import count_steps, format_arguments, format_body_lines, format_comment
-
-SPECULATIVE = "speculative_contact_gap_max"
 
 
 def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
     """Return a program that builds the same model as `NewtonWorld`. Scene and settings are checked before."""
     gap = f", gap={float(settings['gap'])!r}" if "gap" in settings else ""
-    solver = format_arguments(
-        {name: value for name, value in settings.items() if name not in ("dt_s", "gap", SPECULATIVE)}
-    )
+    solver = format_arguments({name: value for name, value in settings.items() if name in OF_THE_SOLVER})
     speculative = f", {SPECULATIVE}={settings[SPECULATIVE]!r}" if SPECULATIVE in settings else ""
     (gx, gy), of_walls = scene.gravity_m_s2, 2.0 * scene.wall_restitution - scene.restitution
     return f"""{format_comment(heading)}

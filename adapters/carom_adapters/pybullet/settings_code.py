@@ -8,7 +8,7 @@ from carom.engines.api import Chain, Ring, Scene, Setting, Wall, is_fast
 from carom_adapters.pybullet.limits import WORLD_SETTINGS, require_usable
 from carom_adapters.pybullet.model import build_dynamics, compute_capsule, compute_moments, compute_resistance
 from carom_adapters.shared.legs import Driven, find_first_velocity, format_program_end, group_legs_by_step
-from carom_adapters.shared.settings_code import count_steps, format_arguments, format_comment
+from carom_adapters.shared.settings_code import count_steps, format_arguments, format_comment, format_disc
 from carom_adapters.shared.walls import compute_thickness, cut_chain, factor_walls
 
 #: Bullet multiplies a wall's rolling friction, metres, by the disc's friction. Discs have no rolling friction.
@@ -36,9 +36,7 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
                 arguments["inertia"] = moments
             if ccd_fraction > 0 and is_fast(disc, dt_s):  # the disc moves by more than its radius in a step
                 arguments["swept_radius"] = ccd_fraction * disc.radius_m
-        lines.append(
-            f"add_disc({disc.position_m!r}, {disc.radius_m!r}{', ' * bool(arguments)}{format_arguments(arguments)})"
-        )
+        lines.append(format_disc(disc, arguments))
         starts += [disc] if disc.driven or not disc.immovable else []
     for wall, material in zip(scene.walls, of_walls, strict=True):
         wall_lines = _format_wall_lines(scene, wall, material, compute_resistance(scene, friction))

@@ -9,7 +9,7 @@ from carom.engines.api import Chain, Ring, Scene, Setting, Wall
 from carom_adapters.pymunk.limits import NEIGHBORS, SPACE_SETTINGS, check_inputs
 from carom_adapters.pymunk.walls import Post, WallShape, build_wall_shapes, compute_surface_velocity
 from carom_adapters.shared.legs import find_first_velocity, format_program_end, group_legs_by_step, has_legs
-from carom_adapters.shared.settings_code import count_steps, format_arguments, format_assignments, format_comment
+from carom_adapters.shared.settings_code import count_steps, format_assignments, format_comment, format_disc
 from carom_adapters.shared.walls import factor_walls
 
 _ADD_WALL = """def add_wall(corners, elasticity, friction, velocity=None):  # a deep polygon has no far side
@@ -87,9 +87,7 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
         options: dict[str, object] = {} if disc.immovable else {"mass": disc.mass_kg, "moment": moment}
         if not disc.immovable or disc.driven:
             options |= {"velocity": find_first_velocity(disc), "spin": disc.spin_rad_s}
-        lines.append(
-            f"add_disc({disc.position_m!r}, {disc.radius_m!r}{', ' * bool(options)}{format_arguments(options)})"
-        )
+        lines.append(format_disc(disc, options))
     shapes = build_wall_shapes(scene, dt_s)
     walls = list(zip(scene.walls, shapes, strict=True))
     lines += [

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from carom.engines.api import AdapterError, Chain, Ring, Scene, Setting, Wall, require_sound, require_supported
 from carom_adapters.rapier.limits import CAPABILITIES, LEAST, MOST, OTHER_SETTINGS, PARAMETERS, SOFTNESSES
 from carom_adapters.shared.legs import Driven, find_first_velocity, format_program_end, group_legs_by_step, has_legs
-from carom_adapters.shared.settings_code import count_steps, format_arguments, format_assignments, format_comment
+from carom_adapters.shared.settings_code import count_steps, format_assignments, format_comment, format_disc
 from carom_adapters.shared.walls import compute_thickness, cut_chain
 
 
@@ -27,9 +27,7 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
         arguments: dict[str, object] = {} if disc.immovable else {"mass": disc.mass_kg}
         if disc.driven or not disc.immovable:
             arguments["velocity"] = find_first_velocity(disc)
-        lines.append(
-            f"add_disc({disc.position_m!r}, {disc.radius_m!r}{', ' * bool(arguments)}{format_arguments(arguments)})"
-        )
+        lines.append(format_disc(disc, arguments))
     for wall, material in zip(scene.walls, scene.arrays.materials, strict=True):
         wins = "MIN" if material.restitution < scene.restitution else "MAX"
         moves = f", velocity={find_first_velocity(wall)!r}" if wall.driven else ""

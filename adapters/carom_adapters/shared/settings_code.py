@@ -5,7 +5,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Mapping, Sequence
 
-from carom.engines.api import Scene, Setting
+from carom.engines.api import Disc, Scene, Setting
 
 #: Last lines of a Python program: it runs all steps and prints one line ``x y vx vy spin`` for each disc.
 PYTHON_END = "for _ in range(steps):\n    {step}\nfor body in discs:\n    print({state})\n"
@@ -35,11 +35,15 @@ def count_steps(scene: Scene, settings: Mapping[str, Setting]) -> int:
     return scene.step_count(float(settings["dt_s"]))
 
 
+def format_disc(disc: Disc, arguments: Mapping[str, object]) -> str:
+    """Return the line that adds a disc, with arguments after its position and radius."""
+    return f"add_disc({disc.position_m!r}, {disc.radius_m!r}{', ' * bool(arguments)}{format_arguments(arguments)})"
+
+
 def format_body_lines(scene: Scene) -> str:
     """Return the lines that add discs that can't turn, with their masses if movable, and half-planes."""
-    lines = []
-    for disc in scene.discs:
-        arguments: dict[str, object] = {} if disc.immovable else {"mass": disc.mass_kg}
-        arguments["velocity"] = disc.velocity_m_s
-        lines.append(f"add_disc({disc.position_m!r}, {disc.radius_m!r}, {format_arguments(arguments)})")
-    return "\n".join([*lines, *(f"add_wall({wall.point_m!r}, {wall.normal!r})" for wall in scene.half_planes())])
+    discs = (
+        format_disc(disc, ({} if disc.immovable else {"mass": disc.mass_kg}) | {"velocity": disc.velocity_m_s})
+        for disc in scene.discs
+    )
+    return "\n".join([*discs, *(f"add_wall({wall.point_m!r}, {wall.normal!r})" for wall in scene.half_planes())])
