@@ -108,9 +108,9 @@ class PybulletWorld(QuietSteps):
     def _start(self, scene: Scene) -> None:
         """Reset every disc to its start. Bullet finds contacts again in every step."""
         bullet, client = self._bullet, self._client
-        for i, (body, disc) in enumerate(zip(self._discs, scene.discs, strict=True)):
-            if not scene.discs[i].immovable:
-                bullet.resetBasePositionAndOrientation(body, [*disc.position_m, 0.0], [0, 0, 0, 1], client)
+        for body, disc in zip(self._discs, scene.discs, strict=True):
+            if not disc.immovable:
+                bullet.resetBasePositionAndOrientation(body, [*disc.position_m, 0.0], NOT_TURNED, client)
                 bullet.resetBaseVelocity(body, [*disc.velocity_m_s, 0.0], [0, 0, disc.spin_rad_s], client)
         for body, scene_body in self._driven:
             spin = scene_body.spin_rad_s if isinstance(scene_body, Disc) else 0.0
@@ -135,7 +135,9 @@ class PybulletWorld(QuietSteps):
                 self._driven.append((body, disc))
             if not disc.immovable:
                 self._movable.append(body)
-                self._set_inertia(scene, body, disc)
+                if (moments := compute_moments(scene, settings, disc)) is not None:
+                    # The mass must be set again, together with the inertia.
+                    bullet.changeDynamics(body, -1, mass=mass, localInertiaDiagonal=moments, physicsClientId=client)
                 if ccd_fraction > 0 and is_fast(disc, self._clock.dt_s):
                     swept = ccd_fraction * disc.radius_m
                     bullet.changeDynamics(body, -1, ccdSweptSphereRadius=swept, physicsClientId=client)
@@ -174,16 +176,6 @@ class PybulletWorld(QuietSteps):
             )
             shapes.append((capsule, middle, turn))
         return shapes
-
-    def _set_inertia(self, scene: Scene, body: int, disc: Disc) -> None:
-        if (moments := compute_moments(scene, self._asked, disc)) is not None:
-            self._bullet.changeDynamics(
-                body,
-                -1,
-                mass=disc.mass_kg,  # the mass must be set again, together with the inertia
-                localInertiaDiagonal=moments,
-                physicsClientId=self._client,
-            )
 
     def _add(
         self,

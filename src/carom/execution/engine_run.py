@@ -290,8 +290,7 @@ class _Run:
         """Return the trace, with the final state advanced to the end of the scene."""
         self._pass_on_states()
         completed, duration_s = self.outcome is Outcome.COMPLETED, self.scene.duration_s
-        impacts, effective = self.collector.finish()
-        states, spins = self.collector.states, self.collector.spins
+        impacts, effective, states, spins = self.collector.finish()
         last = LastStep(self.scene, *self.earlier, self.taken * self.dt_s, self.state)
         missing_s = duration_s - last.end_s if completed else 0.0
         end_s = last.end_s + missing_s

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from dataclasses import replace
+from itertools import count
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,8 +45,6 @@ class ImpactCollector:
 
     Attributes:
         open: Contacts that may continue in the next step.
-        states: After `finish`, the state before each impact.
-        spins: After `finish`, the spins around each impact; None in a scene without spins.
     """
 
     def __init__(self, scene: Scene, start: Observation, float_bits: int = 64) -> None:
@@ -64,9 +63,7 @@ class ImpactCollector:
         self._last_s = 0.0
         self.open: dict[Pair, OpenContact] = {}
         self._done: list[tuple[int, ImpactRecord, float, _State]] = []
-        self._begun = 0
-        self.states = np.zeros(0, STATE_DTYPE)
-        self.spins: NDArray[np.void] | None = None
+        self._numbers = count(1)
 
     def skip_to(self, time_s: float, observation: Observation) -> None:
         """Skip steps without contacts, up to the step that ended at `time_s`. No contact may be open."""
@@ -87,7 +84,7 @@ class ImpactCollector:
                 free = contact.time_s == self._last_s or struck_discs.isdisjoint(pair)
                 struck_discs.update(self._list_movable(pair))
                 state = _build_state(pair, self._last_s, before if free else None)
-                self._done.append((self._take_next_number(), record, contact.time_s, state))
+                self._done.append((next(self._numbers), record, contact.time_s, state))
             elif self._has_effect(contact, before, observation, time_s - self._last_s):
                 active[pair] = contact
         touched = Counter(body for pair in active for body in self._list_movable(pair))
@@ -98,24 +95,19 @@ class ImpactCollector:
             self._extend(pair, contact, motion, touched, time_s, observation)
         self._last, self._last_s = observation, time_s
 
-    def finish(self) -> tuple[NDArray[np.void], NDArray[np.float64]]:
-        """Return the impacts in order of reported time, and the effective time of each.
+    def finish(self) -> tuple[NDArray[np.void], NDArray[np.float64], NDArray[np.void], NDArray[np.void] | None]:
+        """Return the impacts in order of reported time, and for each the effective time, the state before it and spins.
 
-        Also set `states`, and in a scene with spins `spins`, with one row for each impact.
+        Instead of spins, return None in a scene without spins.
         """
         for pair in list(self.open):
             self._close(pair)
         # Impacts with the same time are sorted by the order in which they began.
         ordered = sorted(self._done, key=lambda item: (item[1].time_s, item[0]))
         effective = np.array([effective for _, _, effective, _ in ordered], dtype=np.float64)
-        self.states = np.array([state for _, _, _, state in ordered], dtype=STATE_DTYPE)
+        states = np.array([state for _, _, _, state in ordered], dtype=STATE_DTYPE)
         records = [record for _, record, _, _ in ordered]
-        self.spins = build_spin_array(records) if self._turns else None
-        return build_impact_array(records), effective
-
-    def _take_next_number(self) -> int:
-        self._begun += 1
-        return self._begun
+        return build_impact_array(records), effective, states, build_spin_array(records) if self._turns else None
 
     def _list_movable(self, pair: Pair) -> list[int]:
         return [body for body in pair if body >= 0 and self._inverse_mass[body] > 0.0]
@@ -184,7 +176,7 @@ class ImpactCollector:
             self._close(pair)
             known = None
         if known is None:
-            number, start_s, start = self._take_next_number(), self._last_s, self._last
+            number, start_s, start = next(self._numbers), self._last_s, self._last
             known = OpenContact(number, contact, motions_before, start_s, start, after, time_s, observation)
             self.open[pair] = known
         known.after, known.end_s, known.end = after, time_s, observation

@@ -37,11 +37,6 @@ PR_SET_CHILD_SUBREAPER = 36
 _SIGNALS = (signal.SIGCHLD, signal.SIGCONT, signal.SIGTERM)
 
 
-def main() -> None:
-    """Watch a worker."""
-    watch_worker(os.getppid(), int(sys.argv[1]))
-
-
 def watch_worker(parent: int, memory_bytes: int) -> None:
     """Fork a worker and watch it. The function returns only in the worker, after its last task.
 
@@ -177,4 +172,4 @@ def set_process_option(option: int, value: int) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    watch_worker(os.getppid(), int(sys.argv[1]))

@@ -113,7 +113,7 @@ def test_effective_times_equal_the_known_impact_times() -> None:
             seen = world.observe()
             contacts = tuple(Contact(c.first, c.second, step * dt, c.normal) for c in seen.contacts)
             collector.add(step * dt, Observation(seen.position_m, seen.velocity_m_s, contacts))
-        impacts, effective = collector.finish()
+        impacts, effective, _, _ = collector.finish()
         assert len(impacts) == len(known.impacts)
         for found, answer in zip(effective, known.impacts, strict=True):
             # Positions of order 1 to half an ulp each, over velocity changes of order 1.
