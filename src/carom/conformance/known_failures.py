@@ -215,21 +215,6 @@ _HEAD = re.compile(r"(?:^#.*\n)*^[ \t]*\[\[[ \t]*known_failure[ \t]*\]\]", re.MU
 _NUMBER = re.compile(r"[-+]?\d+(\.\d+)?(e[-+]?\d+)?")
 
 
-@dataclass(frozen=True)
-class WrittenFailures:
-    """Changes to the file of known failures.
-
-    Attributes:
-        added: Added cases.
-        dropped: Removed cases.
-        without_reason: Cases in the file whose reason is not yet written.
-    """
-
-    added: tuple[str, ...]
-    dropped: tuple[str, ...]
-    without_reason: tuple[str, ...]
-
-
 def write_known_failures(
     path: Path,
     entries: Sequence[KnownFailure],
@@ -237,8 +222,8 @@ def write_known_failures(
     passed: Collection[str],
     versions: Mapping[str, str],
     platform: str,
-) -> WrittenFailures:
-    """Update the file of known failures, and return the changes.
+) -> list[str]:
+    """Update the file of known failures, and return the cases whose reason is not yet written.
 
     Unchanged entries keep their text and the comments directly above them. Reasons are kept. New failures are added at
     the end, with one entry for each kind of failure. A case that the file lists only for other releases or platforms is
@@ -274,8 +259,7 @@ def write_known_failures(
         new = "\n".join(map(_render_entry, all_entries))  # an unusual form of TOML is rewritten and loses its comments
     if failed or passed:
         write_file(path, new)
-    bare = (name for entry in all_entries if entry.reason.startswith(TO_BE_WRITTEN) for name in entry.cases)
-    return WrittenFailures(tuple(failed), tuple(sorted(passed)), tuple(bare))
+    return [name for entry in all_entries if entry.reason.startswith(TO_BE_WRITTEN) for name in entry.cases]
 
 
 def _split_entries(text: str, entries: Sequence[KnownFailure]) -> tuple[str, list[str]]:

@@ -13,10 +13,11 @@ import pytest
 from carom.conformance.cases import Case
 from carom.conformance.known_failures import find_platform_name, write_known_failures
 from carom.conformance.suite import EnginePlan, Suite
-from carom.conformance.violation import NotApplicable, Setup, Violation, format_step
+from carom.conformance.violation import NotApplicable, Setup, Violation
 from carom.engines.registry import format_engine_argument
 from carom.errors import CaromError
 from carom.model.scene_file import save_scene
+from carom.support.formatting import format_step_option
 
 if TYPE_CHECKING:
     from _pytest._code.code import TerminalRepr
@@ -87,8 +88,8 @@ class CaseItem(pytest.Item):
             path = cache.mkdir("carom") / f"{scene}.toml"
             save_scene(setup.scene, path)
             scene = str(path.relative_to(Path.cwd())) if path.is_relative_to(Path.cwd()) else str(path)
-        on = ["-e", format_engine_argument(self.engine.info.name), "-p", setup.profile, "--dt", format_step(setup.dt_s)]
-        return shlex.join(["carom", "run", scene, *on])
+        options = ["-e", format_engine_argument(self.engine.info.name), "-p", setup.profile]
+        return shlex.join(["carom", "run", scene, *options, "--dt", format_step_option(setup.dt_s)])
 
 
 def _format_failure(error: CaromError) -> str:
@@ -181,13 +182,13 @@ class ConformanceRun:
     def _update_known_failures(self, path: Path) -> str:
         """Update the file of known failures, and return a line that describes the changes."""
         try:
-            done = write_known_failures(
+            without_reason = write_known_failures(
                 path, self._plan.entries, self._failed, self._passed, self._plan.versions, find_platform_name()
             )
         except CaromError as error:
             return f"known failures were not written: {error}"
-        summary = f"{path}: {len(done.added)} known failures added, {len(done.dropped)} dropped"
-        return f"{summary}; {len(done.without_reason)} entries need a reason" if done.without_reason else summary
+        summary = f"{path}: {len(self._failed)} known failures added, {len(self._passed)} dropped"
+        return f"{summary}; {len(without_reason)} entries need a reason" if without_reason else summary
 
     def pytest_sessionfinish(self) -> None:
         """End the processes of engines."""

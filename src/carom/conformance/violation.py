@@ -7,12 +7,7 @@ from dataclasses import dataclass
 from carom.conformance.suite_scenes import DT_S
 from carom.errors import CaromError
 from carom.model.scene import Scene
-
-
-def format_step(dt_s: float) -> str:
-    """Return a step size as text: ``1/240`` if it is the inverse of a whole number."""
-    rate = round(1 / dt_s)
-    return f"1/{rate}" if rate > 0 and 1 / rate == dt_s else repr(dt_s)
+from carom.support.formatting import format_step_option
 
 
 @dataclass(frozen=True)
@@ -32,7 +27,7 @@ class Setup:
     catalogued: bool = False
 
     def __str__(self) -> str:
-        return f"{self.scene.name!r}, profile {self.profile!r}, dt = {format_step(self.dt_s)} s"
+        return f"{self.scene.name!r}, profile {self.profile!r}, dt = {format_step_option(self.dt_s)} s"
 
 
 class Violation(CaromError):  # noqa: N818 - the result of a check, not an error of the suite

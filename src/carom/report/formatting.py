@@ -30,12 +30,6 @@ def format_time_left(left_s: float) -> str:
     return f", at most {left_s:.0f} s left" if 0.5 < left_s < math.inf else ""
 
 
-def format_step_option(dt_s: float) -> str:
-    """Format a step size for a command-line option, exact to the last bit; as 1/240 if that is the same number."""
-    steps_per_s = round(1.0 / dt_s)
-    return f"1/{steps_per_s}" if steps_per_s and 1.0 / steps_per_s == dt_s else repr(dt_s)
-
-
 def format_fraction(share: float) -> str:
     """Format a part of a whole, as a fraction where possible: 1/16."""
     inverse = round(1.0 / share)

@@ -41,6 +41,12 @@ def format_metres(value: float) -> str:
     return ABSENT if math.isnan(value) else f"{format_number(value, 3)} m"
 
 
+def format_step_option(dt_s: float) -> str:
+    """Format a step size for a command-line option, exact to the last bit; as 1/240 if that is the same number."""
+    steps_per_s = round(1.0 / dt_s)
+    return f"1/{steps_per_s}" if steps_per_s and 1.0 / steps_per_s == dt_s else repr(dt_s)
+
+
 def format_steps(error_s: float, dt_s: float) -> str:
     """Format an error of time in steps, such as 0.9 steps."""
     if math.isnan(error_s) or dt_s <= 0.0:

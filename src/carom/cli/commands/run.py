@@ -121,8 +121,8 @@ def _carry_out_plan(
 def _say_settings(results: Results, scene: str) -> None:
     """Print the command that shows the settings of an engine's best run as code."""
     from carom.engines.registry import format_engine_argument
-    from carom.report import formatting
     from carom.studies.cross_check.grid import build_grid, rank_methods
+    from carom.support.formatting import format_step_option
 
     grid, infos = build_grid(results), {info.name: info for info in results.engines}
     for column in rank_methods(grid, grid.columns.values()):
@@ -131,7 +131,7 @@ def _say_settings(results: Results, scene: str) -> None:
         if column.own or method.tried or not info.code or method.profile in info.located or not steps:
             continue
         words = ("carom", "engines", format_engine_argument(method.engine), "--show", method.profile)
-        command = shlex.join((*words, "--dt", formatting.format_step_option(max(steps)), "--scene", scene))
+        command = shlex.join((*words, "--dt", format_step_option(max(steps)), "--scene", scene))
         common.say(f"To print the settings of {column.name} as code:\n{command}")
         return
 

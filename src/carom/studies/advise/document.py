@@ -34,6 +34,7 @@ from carom.studies.advise.sampling_limit import Cause
 from carom.studies.advise.step_search import CONFIRM, Advised, SearchEnding, StepRange, count_steps_per_frame
 from carom.studies.advise.step_trial import StepTrial
 from carom.support.folders import write_files
+from carom.support.formatting import format_step_option
 
 #: Name of the study in its output folders.
 PURPOSE = "advise"
@@ -211,7 +212,7 @@ def _build_code_blocks(advice: Advice, rows: Sequence[Advised], scene_word: str)
         if code:
             yield Code(code, media)
         words = ("carom", "engines", format_engine_argument(method.engine), "--show", method.profile)
-        options = ("--dt", formatting.format_step_option(trial.dt_s), "--scene", scene_word)
+        options = ("--dt", format_step_option(trial.dt_s), "--scene", scene_word)
         yield Text(f"To print all settings, run: {shlex.join((*words, *options))}", media)
         media = Media.IN_FULL
 
