@@ -9,7 +9,7 @@ from carom_adapters.shared.settings_code import count_steps, format_comment, for
 
 
 def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
-    """Return a program that builds the same plant as `DrakeWorld`; scene and settings are checked before."""
+    """Return a program that builds the same plant as `DrakeWorld`. The caller has checked scene and settings."""
     lines = [
         format_disc(disc, {} if disc.immovable else {"mass": disc.mass_kg, "velocity": disc.velocity_m_s})
         for disc in scene.discs

@@ -10,7 +10,7 @@ from carom_adapters.shared.settings_code import count_steps, format_arguments, f
 
 
 def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
-    """Return a program that builds the same model as `NewtonWorld`. Scene and settings are checked before."""
+    """Return a program that builds the same model as `NewtonWorld`. The caller has checked scene and settings."""
     gap = f", gap={float(settings['gap'])!r}" if "gap" in settings else ""
     solver = format_arguments({name: value for name, value in settings.items() if name in OF_THE_SOLVER})
     speculative = f", {SPECULATIVE}={settings[SPECULATIVE]!r}" if SPECULATIVE in settings else ""

@@ -9,7 +9,7 @@ from carom_adapters.shared.settings_code import PYTHON_END, count_steps, format_
 
 
 def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
-    """Return a program that builds the same world as `OdeWorld`. Scene and settings are checked before."""
+    """Return a program that builds the same world as `OdeWorld`. The caller has checked scene and settings."""
     setters = {"cfm": "setCfm", "erp": "setErp", "quick_step_iterations": "setQuickStepNumIterations"}
     setter_lines = [f"world.{setter}({settings[name]!r})\n" for name, setter in setters.items() if name in settings]
     end = PYTHON_END.format(step="step()", state="*list(body.getPosition())[:2], *list(body.getLinearVel())[:2], 0.0")

@@ -16,7 +16,7 @@ from carom.model.scene import Chain, Disc, Ring, Scene, Wall
 #: Step of the suite's own scenes. The step is a power of two, so that step boundaries are exact floats.
 DT_S = 1 / 128
 
-#: Number of steps after which the bodies of `rubbing` touch.
+#: Number of steps after which the bodies of `build_rubbing` touch.
 TOUCH_STEPS = 8
 
 

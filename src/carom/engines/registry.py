@@ -284,7 +284,7 @@ def load_adapter(name: str) -> Adapter:
 
 
 def has_part(value: object, part: str) -> bool:
-    """Whether an object has an attribute, even if reading it raises an AttributeError of another object."""
+    """Whether an object has an attribute. A property is not read, because it could itself raise an AttributeError."""
     try:
         inspect.getattr_static(value, part)
     except AttributeError:

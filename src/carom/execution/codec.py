@@ -102,7 +102,7 @@ def _build_dataclass_type(kind: type[Any], **carried: Any) -> Any:
     """Return a dataclass type that pydantic can convert, as the JSON text of an object.
 
     A separate JSON text can have NaN and infinities as numbers. As strings, they could not be distinguished from
-    settings that are texts. `carried` is as in `_build_field_type`, by the field's name.
+    settings that are texts. `carried` has the argument `carried` of `_build_field_type` by the field's name.
     """
     known = {"Scene": Scene, "LocalTruth": LocalTruth, "States": States, "np": np, "NDArray": NDArray}
     hints = get_type_hints(kind, localns=known)
@@ -127,7 +127,7 @@ def _build_dataclass_type(kind: type[Any], **carried: Any) -> Any:
 
 
 def _check_shapes(value: Any) -> Any:
-    """Return a value. For a trace, first check the shapes of arrays against scene and impacts."""
+    """Return a value unchanged. For a trace, first check the shapes of arrays against scene and impacts."""
     if not isinstance(value, Trace):
         return value
     discs, impacts = len(value.scene.discs), len(value.impacts)

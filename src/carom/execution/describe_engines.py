@@ -270,7 +270,7 @@ def list_methods(
 def _extract_settings(
     info: EngineInfo, answer: Answer[_Settings] | None, step: int
 ) -> Mapping[str, Setting] | Answer[Any]:
-    """Return the settings of a profile for a step size, or why a method with these can't be run."""
+    """Return the settings of a profile for a step size, or why a method with this profile can't be run."""
     if answer is not None and answer.value is not None and isinstance(settings := answer.value[step], Mapping):
         # Even if an engine is not installed, the settings of its profiles show which profiles are the same method.
         return settings

@@ -123,7 +123,7 @@ def run_pit(scene: Scene, dt_s: float) -> Trace:
 
 
 def choose_kept_steps(steps: int) -> frozenset[int]:
-    """Return the steps of a run after which the state is kept: all, or one from each of `MOST_LOOKS` equal intervals.
+    """Return the steps of a run after which the state is kept: all, or one from each of at most `MOST_LOOKS` intervals.
 
     The step within an interval is quasi-random, because at fixed intervals, a disc that hops every two steps could seem
     to rest.
@@ -205,7 +205,7 @@ class _Run:
                 return
 
     def _take_quiet_steps(self, world: Any, until_s: float) -> Observation | None:
-        """Take steps until one has contacts or a warning, or is near a time. Return the observation of the last step.
+        """Take steps until one has contacts or a warning, or ends near `until_s`. Return the last step's observation.
 
         Add the states of the taken steps, except the last one. If only one step is possible, take no step and return
         None.
@@ -269,7 +269,7 @@ class _Run:
         return True
 
     def _begin_rows(self) -> None:
-        """Begin new rows with the last state."""
+        """Begin new rows. Their first row is the last state."""
         self._pass_on_states()
         if self.rows.time_s[self.row] <= self.scene.duration_s:
             self.before = (float(self.rows.time_s[self.row]), self.state)

@@ -282,7 +282,7 @@ def _become_watchdog(message: bytes, files: Sequence[int], server_files: Sequenc
 
         path = environment["PYTHONPATH"].split(os.pathsep)
         if (path, environment.get(MANIFESTS)) != (list_search_path(), os.environ.get(MANIFESTS)):
-            list_adapter_points.cache_clear()  # adapters have other places than when the server was forked
+            list_adapter_points.cache_clear()  # adapters may be in other places than at the start of the server
         os.chdir(folder)
         os.environ.clear()
         os.environ.update(environment)

@@ -84,7 +84,10 @@ class OpenContact:
         self.length += impulse * math.hypot(*normal)
 
     def compute_normal(self) -> Vector:
-        """Return the direction of the total impulse as a vector of the normals' mean length; the first normal for 0."""
+        """Return the direction of the total impulse, with the mean length of the normals.
+
+        If the contact has one step or no impulse, return its first normal.
+        """
         size = math.hypot(*self.along)
         if self.steps == 1 or not (size > 0.0 and self.impulse > 0.0):
             return self.reported.normal

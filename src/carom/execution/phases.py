@@ -29,9 +29,9 @@ class PhaseSpread:
         phases: Number of phases that ran.
         wrong: Number of phases with a missed or spurious impact.
         missed: Number of phases with a missed impact.
-        velocity_median: Median over phases of the largest velocity error, over the scene's speed; NaN if no velocity
-            error is known.
-        velocity_worst: Largest velocity error of all phases, over the scene's speed.
+        velocity_median: Median over phases of the largest velocity error, divided by the scene's speed; NaN if no
+            velocity error is known.
+        velocity_worst: Largest velocity error of all phases, divided by the scene's speed.
         time_median_s: Median over phases of the magnitude of the largest time error, seconds.
         time_worst_s: Largest time error of all phases in magnitude, seconds.
         pit_miss_probability: Fraction of all phases in which PIT misses the impact, by a closed form; NaN unless the

@@ -227,7 +227,7 @@ class LocalPool(Pool):
             except BaseException as error:  # noqa: BLE001 - raised again in the caller's thread
                 messages.put(error)
 
-        # A lane without an item would start a thread for nothing.
+        # A lane for which there is no item needs no thread.
         lanes = sorted(self._lanes, key=lambda lane: pending.engines.isdisjoint(lane.engines))[: pending.count]
         threads = [threading.Thread(target=serve, args=(lane,), daemon=True) for lane in lanes]
         self._threads += threads
@@ -248,7 +248,10 @@ class LocalPool(Pool):
 
 
 class _PendingItems(Generic[Item]):
-    """Items not yet worked on. A lane first gets items of engines that it has already started.
+    """Items that no lane has taken yet.
+
+    A lane takes items of one engine until none is left. Then the lane prefers an engine from which no lane takes items,
+    among these one that it has already started, and among these the one with the most items.
 
     Attributes:
         engines: Names of the engines that any of the items needs.

@@ -40,7 +40,7 @@ REFINEMENTS = 3
 
 
 def compute_default_dts(scene: Scene) -> tuple[float, ...]:
-    """Return the default step sizes of a scene: its own frame, a quarter and a sixteenth of it."""
+    """Return the default step sizes of a scene: one frame, and a quarter and a sixteenth of a frame."""
     return tuple(1.0 / (scene.frame_rate_hz * REFINEMENT**k) for k in range(REFINEMENTS))
 
 

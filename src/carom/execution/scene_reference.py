@@ -35,7 +35,7 @@ class Reference:
         trace: The PIC trace, or the certified trace.
         certified: Agreement of PIC with the certified run, or why the agreement is unknown; None if no certified run
             was requested.
-        horizon_s: Time up to which `trace` is reliable and no contact lasts; None for the whole trace.
+        horizon_s: Time at which `trace` stops being reliable or lasting contact begins; None if neither happens.
         pic: The PIC trace, if `trace` is the certified trace.
     """
 

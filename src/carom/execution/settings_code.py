@@ -158,9 +158,8 @@ _COMMENT = re.compile(r"<!--.*?-->\s*", re.DOTALL)
 def find_step_lines(code: str, at_another_step: str) -> str:
     """Return the statements of a program, or the lines of a model, that depend on the step size.
 
-    - Python: statements that set or use `dt` or `steps`, or differ with another step size, with the constants that
-    they use.
-      The scene's bodies are left out.
+    - Python: statements that set or use `dt` or `steps`, or differ with another step size, and the constants that these
+      statements use. The scene's bodies are left out.
     - XML: lines that differ with another step size.
     - JavaScript: none, since its world exists only within the written module.
 

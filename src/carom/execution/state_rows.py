@@ -37,6 +37,6 @@ class StateRows:
         return Observation(self.position_m[row], self.velocity_m_s[row], contacts, spin_rad_s=spins)
 
     def states(self, rows: slice) -> States:
-        """Return some rows as states."""
+        """Return a slice of the rows as `States`, with views of its arrays."""
         spins = self.spin_rad_s[rows] if self.has_spins else None
         return States(self.time_s[rows], self.position_m[rows], self.velocity_m_s[rows], spins)

@@ -15,8 +15,8 @@ from carom.solvers.pit.clock import FrameClock
 from carom.solvers.pit.solve import start_pit_run
 from carom.solvers.run import build_trace
 
-#: Rounds of alternating runs for the median of their ratios: the smallest and the largest number, and the seconds after
-#: which no further round begins.
+#: Smallest and largest number of rounds, and the seconds after which no further round begins. A round has one run with
+#: skipping and one without.
 _LEAST_ROUNDS, _ROUNDS, _ENOUGH_S = 3, 25, 0.3
 
 #: Limit of the tests of pairs and walls in a run without skipping. With more tests a run would take too long.

@@ -161,7 +161,7 @@ class Validator:
 
 
 def _check_array(found: object, name: str, shape: tuple[int, ...]) -> None:
-    """Refuse anything except an array of numbers of a shape."""
+    """Raise an error if a value is not an array of numbers with the given shape."""
     if not isinstance(found, np.ndarray) or (found.dtype is not _FLOAT64 and found.dtype.kind not in "fiu"):
         raise build_wrong_value_error(name, "an array of floats", found)
     if found.shape != shape:

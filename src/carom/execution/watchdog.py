@@ -33,7 +33,8 @@ PR_SET_PDEATHSIG = 1
 PR_SET_CHILD_SUBREAPER = 36
 
 
-#: Signals: a child has ended; the parent has ended, or continues a stopped watchdog; the parent requests the end.
+#: The system sends SIGCHLD if a child has ended, and SIGCONT if the parent has ended. The parent sends SIGCONT to
+#: continue a stopped watchdog, and SIGTERM to request its end.
 _SIGNALS = (signal.SIGCHLD, signal.SIGCONT, signal.SIGTERM)
 
 

@@ -107,7 +107,7 @@ def closes_after_errors(subject: Subject) -> None:
 
 
 def lets_go_of_worlds(subject: Subject) -> None:
-    """200 worlds that are created, stepped and closed leak less memory than 200 small worlds take."""
+    """Worlds that are created, stepped and closed leak less memory than as many small worlds take."""
     setup, least_growth = Setup(build_approach()), math.inf
     for _ in range(ROUNDS):
         grown = subject.measure_growth(setup, WORLDS)

@@ -123,7 +123,7 @@ def _read_spins(observation: Observation, setup: Setup) -> list[float]:
 
 
 def _end_by_the_law(subject: Subject, scene: Scene, label: str) -> None:
-    """Run a scene of `rubbing`, and compare its end with the closed form of an impact with friction."""
+    """Run a scene of `build_rubbing`, and compare its end with the closed form of an impact with friction."""
     setup = require_supported(subject, scene)
     first, second, *wall_discs = scene.discs
     expected_motions = [*_compute_motion_after(first, second, (1.0, 0.0), scene.restitution, scene.friction)]
