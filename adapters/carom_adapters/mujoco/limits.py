@@ -20,8 +20,7 @@ OPTION_SETTINGS = (
     "cone",
     "solver",
 )
-FLAG_SETTINGS = ("warmstart", "autoreset")
-ENABLE_SETTINGS = ("speculative",)
+FLAG_SETTINGS = ("warmstart", "autoreset", "speculative")
 
 #: MJCF's names of the members of `mujoco.mjtIntegrator`.
 MJCF_INTEGRATORS = {
@@ -102,7 +101,7 @@ def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
         AdapterError: A capability excludes the scene, a setting has an unknown name or value, or damping, the number of
             discs or the speed is beyond a limit of MuJoCo.
     """
-    known = (*OPTION_SETTINGS, *FLAG_SETTINGS, *ENABLE_SETTINGS, *OTHER_SETTINGS)
+    known = (*OPTION_SETTINGS, *FLAG_SETTINGS, *OTHER_SETTINGS)
     require_sound("MuJoCo", scene, settings, known, {"tolerance": 0.0, "iterations": 1, "stiffness": 0.0}, words=WORDS)
     if scene.damping_per_s > LARGEST_VALUE:
         raise AdapterError(f"MuJoCo: damping_per_s must be at most {LARGEST_VALUE:g}, got {scene.damping_per_s:g}")

@@ -7,13 +7,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from carom.engines.api import Chain, Ring, Scene, Setting, reach, wall_body, wall_index
-from carom_adapters.mujoco.limits import (
-    ENABLE_SETTINGS,
-    FLAG_SETTINGS,
-    OPTION_SETTINGS,
-    does_list_pairs,
-    does_solve_in_turn,
-)
+from carom_adapters.mujoco.limits import FLAG_SETTINGS, OPTION_SETTINGS, does_list_pairs, does_solve_in_turn
 from carom_adapters.shared.walls import compute_thickness, cut_chain
 
 #: `mju_QCQP2`, which fits friction into its cone, has two limits. The function gives no friction if a determinant is
@@ -208,9 +202,7 @@ def _format_option(scene: Scene, settings: Mapping[str, Setting]) -> str:
         gravity="{!r} {!r} 0".format(*scene.gravity_m_s2),
         **{k: v for k, v in values.items() if k in OPTION_SETTINGS},
     )
-    flag = _format_attributes(
-        **{k: "enable" if v else "disable" for k, v in values.items() if k in FLAG_SETTINGS + ENABLE_SETTINGS}
-    )
+    flag = _format_attributes(**{k: "enable" if v else "disable" for k, v in values.items() if k in FLAG_SETTINGS})
     return f"<option {option}><flag {flag}/></option>"
 
 

@@ -42,8 +42,7 @@ adapter = shared.EngineAdapter(
             },
         ),
         "tuned": shared.build_tuned_profile(
-            "contacts are searched as far ahead as discs move in the step, up to 1 m, and no farther",
-            _TUNED,
+            "contacts are searched as far ahead as discs move in the step, up to 1 m, and no farther", _TUNED
         ),
         "located": shared.build_located_profile(
             "Newton's own collision", _OVERLAPPING, LATE, ", without a search ahead"

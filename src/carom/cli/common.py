@@ -50,19 +50,18 @@ def declare_scenes_argument(default: str) -> Any:
 SCENE_NAMES = typer.Argument(help="Scene files (.toml, .json), or names, groups or patterns of catalogue scenes.")
 
 
-def resolve_engines(words: list[str] | None) -> list[str] | None:
-    """Resolve engine names and manifest paths to engine names. Engines of manifests are registered."""
-    from carom.engines.registry import resolve_engine
+def resolve_engine(word: str) -> str:
+    """Return the name of an engine that is given by its name or its manifest. A manifest is registered."""
+    from carom.engines import registry
 
     try:
-        return words and [resolve_engine(word) for word in words]
+        return registry.resolve_engine(word)
     except AdapterError as error:
         raise typer.BadParameter(str(error)) from None
 
 
 Resume = Annotated[
-    bool,
-    typer.Option("--resume", help="Continue an interrupted run from the journal in the output folder."),
+    bool, typer.Option("--resume", help="Continue an interrupted run from the journal in the output folder.")
 ]
 
 Retry = Annotated[

@@ -18,9 +18,7 @@ Asked = TypeVar("Asked", bound=DeclaredOptions)
 Parameters = ParamSpec("Parameters")
 
 
-def add_options(
-    kind: type[Asked],
-) -> Callable[[Callable[Concatenate[Asked, Parameters], None]], Callable[..., None]]:
+def add_options(kind: type[Asked]) -> Callable[[Callable[Concatenate[Asked, Parameters], None]], Callable[..., None]]:
     """Return a decorator that adds a study's declared options to a command, which gets them as its first argument."""
 
     def decorate(body: Callable[Concatenate[Asked, Parameters], None]) -> Callable[..., None]:

@@ -26,6 +26,7 @@ from carom.execution.journal import MemoryJournal
 from carom.execution.pool import Closeable, LocalPool
 from carom.execution.scheduler import TaskRequest, run_tasks
 from carom.execution.shared_options import LimitOptions
+from carom.execution.worker_process import Worker
 from carom.model.scene import Scene
 from carom.model.trace import Setting, Trace
 
@@ -166,13 +167,10 @@ class Subject(Closeable):
             self._scores[profile, name] = CatalogueRun(setup, known, reference, trace, score, pit_score, margin)
         return self._scores[profile, name]
 
-    def read_output(self) -> str:
-        """Return what the worker process has printed so far."""
-        return self._pool.worker_of(self.name).read_output()
-
-    def list_files(self) -> list[str]:
-        """Return the files that the engine has left in its working folder."""
-        return self._pool.worker_of(self.name).list_files()
+    @property
+    def worker(self) -> Worker:
+        """The worker process of the engine."""
+        return self._pool.worker_of(self.name)
 
     def _ask(self, task: Task[T], setup: Setup) -> T:
         ((_, answer),) = run_tasks(

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from carom.comparator.slowing import Slowing
 from carom.comparator.stepwise import StepWatch
-from carom.engines.api import Adapter, Contact, Observation, World
+from carom.engines.api import Adapter, Contact, Observation, QuietWorld, World
 from carom.engines.registry import has_part, load_adapter
 from carom.execution.adapter_profile import load_supported_adapter, prepare_settings
 from carom.execution.codec import CarriedTrace
@@ -182,7 +182,8 @@ class _Run:
         while self.taken < self.steps:
             observed = None
             if takes_quiet_steps and not self.collector.open:
-                observed = self._take_quiet_steps(world, flight.needed_from_s if straight else math.inf)
+                until_s = flight.needed_from_s if straight else math.inf
+                observed = self._take_quiet_steps(cast("QuietWorld", world), until_s)
             step = self.taken + 1
             pieces = _take_step_in_pieces(world, cutter, step, self.dt_s) if observed is None else (step * self.dt_s,)
             for time_s in pieces:
@@ -204,13 +205,11 @@ class _Run:
             if is_needed and flight.has_begun(end_s, self.state):
                 return
 
-    def _take_quiet_steps(self, world: Any, until_s: float) -> Observation | None:
+    def _take_quiet_steps(self, world: QuietWorld, until_s: float) -> Observation | None:
         """Take steps until one has contacts or a warning, or ends near `until_s`. Return the last step's observation.
 
         Add the states of the taken steps, except the last one. If only one step is possible, take no step and return
-        None.
-
-        `world` is a `carom.engines.api.QuietWorld`. No contact may be open.
+        None. No contact may be open.
         """
         if self.row + 1 == len(self.rows.time_s):
             self._begin_rows()
@@ -219,14 +218,12 @@ class _Run:
         if count == 1:
             return None
         part = slice(begin, begin + count)
-        found: object = world.take_quiet_steps(rows.position_m[part], rows.velocity_m_s[part], rows.spin_rad_s[part])
+        found = world.take_quiet_steps(rows.position_m[part], rows.velocity_m_s[part], rows.spin_rad_s[part])
         steps_taken = to_whole_number(found, "the result of take_quiet_steps()", smallest=1)
         if steps_taken > count:
             raise build_adapter_error(f"the result of take_quiet_steps() must be at most {count}, got {steps_taken}")
-        last: Observation
         if steps_taken == 1:
-            last = world.observe()
-            return last
+            return world.observe()
         reliable = np.all(np.abs(rows.numbers[begin : begin + steps_taken]) <= LARGEST, axis=1)
         are_reliable = bool(reliable[: steps_taken - 1].all())
         if not are_reliable:
@@ -241,8 +238,7 @@ class _Run:
             self.positions += [rows.position_m[begin + step - first].copy() for step in sampled]
         self.row += len(steps)
         self.taken += len(steps)
-        last = world.observe() if are_reliable else rows.observation(begin + steps_taken - 1)
-        return last
+        return world.observe() if are_reliable else rows.observation(begin + steps_taken - 1)
 
     def _add_state(self, found: Observation, time_s: float) -> bool:
         """Add a state and its contacts. Return False, and add nothing, if the state is not reliable."""

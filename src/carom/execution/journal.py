@@ -203,10 +203,12 @@ def _describe_difference(stored: Mapping[str, Any], stamp: Mapping[str, Any]) ->
     names = [
         name for name in {**stamp, **stored} if (name in stored, stored.get(name)) != (name in stamp, stamp.get(name))
     ]
+
+    def show(value: object) -> str:
+        return shorten(escape_controls(str(value)))
+
     return "; ".join(
-        f"its {shorten(escape_controls(name))} is {shorten(escape_controls(str(stored.get(name, 'absent'))))}, but "
-        "this study's is "
-        f"{shorten(escape_controls(str(stamp.get(name, 'absent'))))}"
+        f"its {show(name)} is {show(stored.get(name, 'absent'))}, but this study's is {show(stamp.get(name, 'absent'))}"
         for name in names
     )
 

@@ -8,13 +8,7 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
 from carom.errors import InputError
-from carom.execution.shared_options import (
-    LimitOptions,
-    declare_engines,
-    declare_profiles,
-    declare_seed,
-    declare_steps,
-)
+from carom.execution.shared_options import LimitOptions, declare_engines, declare_profiles, declare_seed, declare_steps
 from carom.support.limits import MOST_PHASES
 from carom.support.options import (
     ValueKind,

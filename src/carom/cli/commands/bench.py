@@ -104,9 +104,6 @@ def _run_growth(
     options = GrowthOptions.parse_command_line(given_options)
     require_report_extra()
     path = out / "growth.jsonl"
-    with (
-        common.run_study(out, "bench", path) as progress,
-        growth_journal(path, resume=resume, retry=retry) as journal,
-    ):
+    with common.run_study(out, "bench", path) as progress, growth_journal(path, resume=resume, retry=retry) as journal:
         found = measure_growth(options, notes=journal, progress=progress, command=get_command_line())
     common.print_document(build_growth_document(found), full=verbose, page=write_growth(found, out))

@@ -42,9 +42,9 @@ def engines(
     from carom.execution.describe_engines import engines as known_engines
     from carom.report.engine_and_scene_lists import build_engine_document, format_engine_lines
 
-    names = common.resolve_engines(names)
+    names = [common.resolve_engine(name) for name in names or ()]
     if show is not None:
-        if names is None or len(names) != 1:
+        if len(names) != 1:
             raise InputError("--show needs exactly one engine: carom engines NAME --show PROFILE")
         from carom.execution.settings_code import write_code
 

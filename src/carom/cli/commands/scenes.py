@@ -16,8 +16,7 @@ def scenes(
         list[str] | None, typer.Argument(help="Groups to list, or names or patterns of scenes to print as TOML.")
     ] = None,
     out: Annotated[
-        Path | None,
-        typer.Option("--out", "-o", help="Folder to write the named scenes into, as TOML files to edit."),
+        Path | None, typer.Option("--out", "-o", help="Folder to write the named scenes into, as TOML files to edit.")
     ] = None,
     save: Annotated[Path | None, typer.Option("--save", hidden=True)] = None,
     whole: Annotated[bool, typer.Option("--all", help="List every scene of every group.")] = False,

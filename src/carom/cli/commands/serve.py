@@ -20,8 +20,7 @@ def serve(
         typer.Option("--path", help="Package folder to search first, such as one with another release of the engine."),
     ] = None,
     manifest: Annotated[
-        str | None,
-        typer.Option("--manifest", metavar="NAME", help="Print an engine.toml with this name and exit."),
+        str | None, typer.Option("--manifest", metavar="NAME", help="Print an engine.toml with this name and exit.")
     ] = None,
 ) -> None:
     """Serve a Python adapter over standard input/output using the engine protocol.

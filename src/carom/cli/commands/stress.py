@@ -52,13 +52,7 @@ def stress(
     require_report_extra()
     with common.run_study(out, campaign.PURPOSE, out / campaign.JOURNAL) as progress:
         results = campaign.run_stress_campaign(
-            attacks or [],
-            options,
-            out=out,
-            resume=resume,
-            retry=retry,
-            progress=progress,
-            command=get_command_line(),
+            attacks or [], options, out=out, resume=resume, retry=retry, progress=progress, command=get_command_line()
         )
     common.print_document(build_stress_document(results), full=verbose, report=write_stress(results, out))
     if any(info.unavailable for name, info in results.engines.items() if name in (options.engines or ())):

@@ -90,7 +90,7 @@ def is_silent_and_tidy(subject: Subject) -> None:
         for profile in subject.adapter.profiles:
             setup = Setup(build_crowd(), profile)
             fresh.watch(setup)
-        printed, files = fresh.read_output().strip(), fresh.list_files()
+        printed, files = fresh.worker.read_output().strip(), fresh.worker.list_files()
     require(not printed, "the engine prints", "nothing on stdout or stderr", repr(printed[:200]), setup)
     require(not files, "the engine leaves files in the working folder", "none", ", ".join(files), setup)
 
