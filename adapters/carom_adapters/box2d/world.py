@@ -103,8 +103,8 @@ class Box2dWorld(QuietSteps):
         self._normals: dict[tuple[Any, ...], Point] = {}
         self._listener: Any = None
         self._table = self._world.CreateStaticBody() if scene.table_deceleration_m_s2 else None
-        for i, disc in enumerate(scene.discs):
-            self._add_disc(scene, i, disc.immovable)
+        for i in range(len(scene.discs)):
+            self._add_disc(scene, i)
         centre, radius = reach(scene, self._clock.dt_s)
         for k, wall in enumerate(scene.walls):
             if isinstance(wall, Wall):
@@ -120,9 +120,9 @@ class Box2dWorld(QuietSteps):
         if any(self._belts.values()):  # only a listener can set the speed of a belt for a contact
             self._listen()
 
-    def _add_disc(self, scene: Scene, i: int, immovable: bool) -> None:
+    def _add_disc(self, scene: Scene, i: int) -> None:
         box2d, disc = self._box2d, scene.discs[i]
-        if immovable:
+        if disc.immovable:
             body = self._create_held_body(disc.position_m, disc, disc.spin_rad_s)
         else:
             body = self._world.CreateDynamicBody(
@@ -145,7 +145,7 @@ class Box2dWorld(QuietSteps):
                 categoryBits=category,
                 maskBits=category,
             )
-        if not immovable:  # after the shapes, which would set another mass
+        if not disc.immovable:  # after the shapes, which would set another mass
             # Box2D sets the inverse inertia of a body that does not turn to 0.
             inertia = 1.0 if body.fixedRotation else disc.inertia_factor * disc.mass_kg * disc.radius_m**2
             body.massData = box2d.b2MassData(mass=disc.mass_kg, center=(0, 0), I=inertia)

@@ -8,8 +8,6 @@ from functools import cache, cached_property
 from types import MappingProxyType
 from typing import NamedTuple, TypeVar
 
-import numpy as np
-
 from carom.catalogue import KnownAnswer, all_scenes
 from carom.comparator import Score, compare
 from carom.comparator.thresholds import THRESHOLDS
@@ -17,7 +15,7 @@ from carom.conformance.contact_margin import solve_thickened
 from carom.conformance.known_answers import build_known_trace
 from carom.conformance.probes import Make, Raised, Watch, Watched
 from carom.conformance.violation import Setup, Violation
-from carom.engines.api import Adapter, Capabilities, Observation, unsupported_reason
+from carom.engines.api import Adapter, Capabilities, unsupported_reason
 from carom.engines.registry import load_adapter
 from carom.execution.adapter_profile import capabilities_of, prepare_settings
 from carom.execution.engine_run import ObserveTask, observe_run
@@ -217,9 +215,3 @@ def find_greatest_speed(scene: Scene) -> float:
 def list_masses(scene: Scene) -> list[float]:
     """Return the masses of discs, kg; 0 for an immovable disc, which takes no part in the momentum."""
     return [0.0 if disc.immovable else disc.mass_kg for disc in scene.discs]
-
-
-def compute_momentum(scene: Scene, observation: Observation) -> tuple[float, float]:
-    """Return the momentum of the movable discs, kg m/s."""
-    x, y = np.array(list_masses(scene)) @ observation.velocity_m_s
-    return float(x), float(y)

@@ -299,21 +299,15 @@ def explain_unavailable_engine(engine: Engine) -> str:
     except (ImportError, ValueError):  # the parent package of a dotted name is missing, or a loaded module has no spec
         found = False
     if found:
-        return _explain_too_old(engine) if engine.oldest else ""
-    reason = f"{engine.module} is not installed"
-    version = sys.version_info[:2]
-    if engine.no_wheel_from and version >= engine.no_wheel_from:
-        newest = "{}.{}".format(*engine.no_wheel_from)
-        reason += f", and {engine.name} has no wheel for CPython {newest} and later (this is {version[0]}.{version[1]})"
-    return f"{reason}; {engine.install}" if engine.install else reason
-
-
-def _explain_too_old(engine: Engine) -> str:
-    """Return why the installed release can't be used; empty if it can, or if the release is unknown."""
-    installed = _find_installed_release(engine.distribution)
-    if not (installed and is_older(installed, engine.oldest)):
-        return ""
-    reason = f"{engine.name} {installed} is older than {engine.oldest}, the oldest release that its adapter drives"
+        installed = _find_installed_release(engine.distribution) if engine.oldest else ""
+        if not is_older(installed, engine.oldest):
+            return ""
+        reason = f"{engine.name} {installed} is older than {engine.oldest}, the oldest release that its adapter drives"
+    else:
+        reason, version = f"{engine.module} is not installed", sys.version_info[:2]
+        if engine.no_wheel_from and version >= engine.no_wheel_from:
+            newest, this = ("{}.{}".format(*one) for one in (engine.no_wheel_from, version))
+            reason += f", and {engine.name} has no wheel for CPython {newest} and later (this is {this})"
     return f"{reason}; {engine.install}" if engine.install else reason
 
 

@@ -167,8 +167,8 @@ def test_unknown_velocity_between_impacts_of_a_step_is_no_error() -> None:
             Contact(int(i["first"]), int(i["second"]), float(i["time_s"]), tuple(i["normal"].tolist())) for i in struck
         )
         collector.add(k * dt_s, Observation(place, velocity, contacts))
-    impacts, effective, states, _ = collector.finish()
-    run = dataclasses.replace(reference, impacts=impacts, dt_s=dt_s, effective_time_s=effective, state_before=states)
+    impacts, effective, before, _ = collector.finish()
+    run = dataclasses.replace(reference, impacts=impacts, dt_s=dt_s, effective_time_s=effective, state_before=before)
     assert len(impacts) == 2
     score = compare(reference, run, sampling=solve_pit(scene, frame_rate_hz=30))
     assert score.grade is Grade.EXACT

@@ -65,4 +65,4 @@ def end_with_velocities(
 
 def format_vector(vector: Sequence[float]) -> str:
     """Format a vector as (x, y), as short as possible."""
-    return f"({', '.join(f'{format_number(x, 10)}' for x in vector)})"
+    return f"({', '.join(format_number(x, 10) for x in vector)})"

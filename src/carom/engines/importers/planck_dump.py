@@ -29,9 +29,7 @@ def parse_dump(content: bytes, name: str, duration_s: float) -> Imported:
     if count_values(content) > MOST_VALUES[".json"]:
         raise InputError(f"it has more than {MOST_VALUES['.json']} values")
     try:
-        reading = _Reading(json.loads(content))
-        reading.read()
-        return reading.build_scene(name, duration_s)
+        return _Reading(json.loads(content)).build_scene(name, duration_s)
     except (SceneError, InputError):
         raise
     except RecursionError:
@@ -72,7 +70,7 @@ class _Reading:
         self.discs: list[tuple[Any, Disc]] = []
         self.walls: list[tuple[Any, Wall]] = []
 
-    def read(self) -> None:
+    def build_scene(self, name: str, duration_s: float) -> Imported:
         pairs = [
             (body, fixture, shape, f"body {k}, a {shape['type']}")
             for k, body in enumerate(self.bodies)
@@ -86,6 +84,15 @@ class _Reading:
             if shape["type"] != "circle":
                 self._read_walls(body, fixture, shape, label)
         self.dropped += [f"a {joint}" for joint in self.joints]
+        scene = Scene(
+            name=name,
+            discs=[disc for _, disc in self.discs],
+            walls=[wall for _, wall in self.walls],
+            gravity_m_s2=_parse_point(self.world["gravity"]),
+            duration_s=duration_s,
+            **self._find_coefficients(),
+        )
+        return Imported(scene, tuple(self.dropped))
 
     def _can_keep(self, body: _Body, fixture: Any, shape: Any, label: str) -> bool:
         if fixture["isSensor"]:
@@ -136,35 +143,20 @@ class _Reading:
         if found:
             self.dropped.append(f"{label}: only its face towards the discs is kept, without its ends and its skin")
 
-    def build_scene(self, name: str, duration_s: float) -> Imported:
-        """Return the scene. Box2D uses the larger of two restitutions, and the root of the product of two frictions."""
+    def _find_coefficients(self) -> dict[str, float]:
+        """Return the coefficients of pairs of bodies.
 
-        def list_pairs(which: str, field: str) -> list[tuple[float, float]]:
-            discs = [float(fixture[field]) for fixture, _ in self.discs]
-            if which == "walls":
-                return [(a, float(fixture[field])) for a in discs for fixture, _ in self.walls]
-            return [(a, b) for k, a in enumerate(discs) for b in discs[k + 1 :]] or [(a, a) for a in discs]
-
-        values = {
-            "restitution": [max(pair) for pair in list_pairs("discs", "restitution")],
-            "wall_restitution": [max(pair) for pair in list_pairs("walls", "restitution")],
-            "friction": [math.sqrt(a * b) for a, b in list_pairs("discs", "friction")],
-            "wall_friction": [math.sqrt(a * b) for a, b in list_pairs("walls", "friction")],
-        }
-        one = {
-            key: one_coefficient(key, found, math.inf if "friction" in key else 1.0, self.dropped)
-            for key, found in values.items()
-            if found
-        }
-        scene = Scene(
-            name=name,
-            discs=[disc for _, disc in self.discs],
-            walls=[wall for _, wall in self.walls],
-            gravity_m_s2=_parse_point(self.world["gravity"]),
-            duration_s=duration_s,
-            **one,
-        )
-        return Imported(scene, tuple(self.dropped))
+        Box2D uses the larger of two restitutions, and the root of the product of two frictions.
+        """
+        discs, walls = [fixture for fixture, _ in self.discs], [fixture for fixture, _ in self.walls]
+        pairs = [*itertools.combinations(discs, 2)] or [(disc, disc) for disc in discs]
+        found = {}
+        for field, combine, most in (("restitution", max, 1.0), ("friction", lambda a, b: math.sqrt(a * b), math.inf)):
+            for name, fixtures in ((field, pairs), (f"wall_{field}", [*itertools.product(discs, walls)])):
+                if fixtures:
+                    values = [combine(float(a[field]), float(b[field])) for a, b in fixtures]
+                    found[name] = one_coefficient(name, values, most, self.dropped)
+        return found
 
 
 def _resolve(entries: Any, reference: Any) -> Any:
