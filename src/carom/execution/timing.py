@@ -121,7 +121,8 @@ def time_run(
             try:
                 called.append(_time_empty_call(world) if call else math.nan)
                 advanced.append(_time_steps(world, steps, dt_s, located=located))
-                ends.add(_encode_state(world))
+                end = world.observe()
+                ends.add(b"".join(np.asarray(array).tobytes() for array in (end.position_m, end.velocity_m_s)))
             finally:
                 world.close()
     call_s = math.nan if any(map(math.isnan, called)) else statistics.median(called)
@@ -149,12 +150,6 @@ def _time_steps(world: World, steps: int, dt_s: float, *, located: bool) -> floa
         world.advance(steps)
     passed_s = time.perf_counter() - started
     return _read_own_clock(world, own_clock_s) if isinstance(world, TimedWorld) else passed_s
-
-
-def _encode_state(world: World) -> bytes:
-    """Return positions and velocities of a world as bytes."""
-    state = world.observe()
-    return b"".join(np.ascontiguousarray(array).tobytes() for array in (state.position_m, state.velocity_m_s))
 
 
 def _read_own_clock(world: TimedWorld, before_s: float) -> float:

@@ -24,8 +24,7 @@ class Shown:
     """A result that is displayed in a few lines. Subclasses are dataclasses with ``repr=False``."""
 
     def __repr__(self) -> str:
-        text: str = _view("summary")(self)
-        return escape_controls(text)
+        return escape_controls(_view("summary")(self))
 
     def __str__(self) -> str:
         return repr(self)
