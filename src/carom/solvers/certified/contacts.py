@@ -60,10 +60,7 @@ class BallContacts:
         kinds = [(bodies.scene.discs[k].inertia_factor, g.branch) for k, g in ((i, one), (j, other))]
         rate = ZERO if kinds[0] == kinds[1] else other.rate - one.rate
         (xi, yi), (xj, yj) = bodies.centre(i, instant_s), bodies.centre(j, instant_s)
-        (ui, vi), (uj, vj) = (
-            bodies.velocity(i, arb(instant_s), instant_s),
-            bodies.velocity(j, arb(instant_s), instant_s),
-        )
+        (ui, vi), (uj, vj) = (bodies.velocity(k, arb(instant_s), instant_s) for k in (i, j))
         offset, speed = ground.tangential_part(xj - xi, yj - yi), ground.tangential_part(uj - ui, vj - vi)
         radii = [arb(bodies.scene.discs[k].radius_m) for k in (i, j)]
         along = reach if (radii[0] - radii[1]).is_zero() else 2 * (radii[0] * radii[1]).sqrt()
@@ -95,10 +92,8 @@ class BallContacts:
         If the disc approaches the ground, return an impact instead.
         """
         bodies, k = self._bodies, wall_index(ground.body)
-        place, speed = (
-            ground.tangential_part(bodies.x[i], bodies.y[i]),
-            ground.tangential_part(bodies.vx[i], bodies.vy[i]),
-        )
+        place = ground.tangential_part(bodies.x[i], bodies.y[i])
+        speed = ground.tangential_part(bodies.vx[i], bodies.vy[i])
         normal_speed, rim = ground.normal_part(bodies.vx[i], bodies.vy[i]), bodies.rim_speed(i)
         bodies.x[i], bodies.y[i] = ground.centre_at(place)
         if normal_speed * normal_speed <= 2 * ground.presses * self._gap_resolution(i, k):
@@ -220,18 +215,13 @@ class BallContacts:
         rate = ZERO - turns if frictions.sticks else ground.along - frictions.friction
         if frictions.sticks:
             slip = ZERO
-            if y.is_zero():
-                speed = ZERO - rim
-            else:
-                rim = ZERO - speed
+            speed, rim = (ZERO - rim, rim) if y.is_zero() else (speed, ZERO - speed)
         mode = (Mode.BLOCK if frictions.blocks else Mode.SLIDE) if not frictions.sticks else Mode.ROLL
         if frictions.sticks and speed.is_zero() and rate.is_zero():
             mode = Mode.REST
-        friction_signs = (
-            0 if frictions.sticks else sign_of(frictions.friction),
-            0 if frictions.blocks else sign_of(frictions.rolling),
-        )
-        branch = (friction_signs[0] or 0, friction_signs[1] or 0, frictions.sticks, frictions.blocks)
+        slides = 0 if frictions.sticks else sign_of(frictions.friction) or 0
+        rolls = 0 if frictions.blocks else sign_of(frictions.rolling) or 0
+        branch = (slides, rolls, frictions.sticks, frictions.blocks)
         gliding = Gliding(time, ground, mode, GlideState(place, speed, slip, rim), rate, turns, branch)
         self._states.gliding[i] = gliding._replace(end=self._find_end(i, gliding, resists=resists))
         self._states.barred[i] = ground.never_met
