@@ -116,7 +116,7 @@ def test_located_profile_is_refused_for_falls_onto_fixed_bodies(engine: Adapter)
     load_supported_adapter(replace(job, method=Method(engine.name, "tuned")))
     post = disc_at(0, -1, m=math.inf)
     onto_post = _build_drop_scene().model_copy(update={"walls": (), "discs": (*_build_drop_scene().discs, post)})
-    with pytest.raises(UnsupportedError, match="this profile cuts its steps"):
+    with pytest.raises(UnsupportedError, match="this profile ends steps at impacts"):
         load_supported_adapter(replace(job, scene=onto_post))
 
 

@@ -119,8 +119,8 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
         # cancels this error.
         gained_m_s = math.hypot(*scene.gravity_m_s2) * dt_s
         return (
-            f"discs fall onto bodies that do not fall, and this profile cuts its steps. An engine's step of {dt_s:g} "
-            "s leaves the parabola by g dt^2/2, so each bounce gains or loses up to g dt "
+            "discs fall onto walls or immovable discs, and this profile ends steps at impacts. So the engine's error "
+            "of g dt^2/2 in each step does not cancel, and each bounce gains or loses up to g dt "
             f"({format_number(gained_m_s, 3)} m/s)"
         )
     low, high = capabilities.restitution

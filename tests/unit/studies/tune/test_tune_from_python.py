@@ -44,7 +44,7 @@ def test_tune_compares_with_existing_profiles() -> None:
     text = " ".join(repr(found).split())
     assert [*found.others] == ["tuned", "located"]
     assert [one.grade for one in found.others["located"].judged][1] is None
-    assert "Not run: located (discs fall onto bodies that do not fall" in text
+    assert "Not run: located (discs fall onto walls or immovable discs" in text
     named = ("default ", "tuned ", "located ")
     names = [line.split()[0] for line in repr(found).splitlines() if line.startswith(named) and "equally" not in line]
     assert names[-1] == "located"
