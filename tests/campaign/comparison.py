@@ -211,10 +211,10 @@ class _Comparison:
         k = self._modes[key].popleft()
         row = record.modes[k]
         what = f"mode {k}, of disc {mode.disc} on {body_name(mode.wall)}"
-        if row["after"] != mode.after and not all(_overlaps(0.0, ball, event.speed_m_s) for ball in mode.velocity):
-            yield Difference(
-                Kind.MODE, float(row["time_s"]), f"{what}, is {Mode(row['after']).name}, not {mode.after.name}"
-            )
+        is_still = not (row["velocity"].any() or row["acceleration"].any())
+        if row["after"] != mode.after and is_still != (row["after"] == Mode.REST):
+            text = f"{what}, is {Mode(row['after']).name}, which does not match its velocity and acceleration"
+            yield Difference(Kind.MODE, float(row["time_s"]), text)
             return
         if not _overlaps(row["time_s"], mode.time, event.time_s):
             text = f"{what}, begins at {row['time_s']!r} s, not at {_format_ball(mode.time)} s"

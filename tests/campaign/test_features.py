@@ -187,7 +187,7 @@ def test_fault_beyond_the_envelope_is_found(doctor: Doctor, kind: Kind, monkeypa
 
 
 def test_fault_of_a_contact_mode_is_found() -> None:
-    """A missing mode change, or one that is off by hundreds of roundings, is a finding."""
+    """A mode change is a finding if it is missing, is off by hundreds of roundings, or calls a rolling disc at rest."""
     assert any(isinstance(event, EnvelopeMode) for event in compute_envelope(SLIDE, solve_pic(SLIDE), 9).events)
 
     def without_mode(trace: Trace) -> Trace:
@@ -198,7 +198,13 @@ def test_fault_of_a_contact_mode_is_found() -> None:
         modes["time_s"][-1] *= 1.0 + 1e-13
         return replace(trace, modes=modes)
 
-    for doctor in (without_mode, late):
+    def at_rest(trace: Trace) -> Trace:
+        modes = require_value(trace.modes).copy()
+        assert modes["after"][-1] == Mode.ROLL
+        modes["after"][-1] = Mode.REST
+        return replace(trace, modes=modes)
+
+    for doctor in (without_mode, late, at_rest):
         assert list_kinds(check_scene(SLIDE, solve_with(doctor)), Check.CERTIFIED) == {Kind.MODE.value}
 
 

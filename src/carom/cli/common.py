@@ -50,7 +50,7 @@ def declare_scenes_argument(default: str) -> Any:
 SCENE_NAMES = typer.Argument(help="Scene files (.toml, .json), or names, groups or patterns of catalogue scenes.")
 
 
-def resolve_engine(word: str) -> str:
+def parse_engine(word: str) -> str:
     """Return the name of an engine that is given by its name or its manifest. A manifest is registered."""
     from carom.engines import registry
 

@@ -165,7 +165,7 @@ def _check_knobs(adapter: Adapter) -> Mapping[str, Knob]:
 
 def _check_capabilities(found: object, where: str) -> Capabilities:
     capabilities = _check_fields(found, Capabilities, where)
-    for name, value in vars(capabilities).items():
+    for name, value in ((field.name, getattr(capabilities, field.name)) for field in fields(capabilities)):
         numbers = value if isinstance(value, tuple) else (value,)
         if any(isinstance(number, float) and math.isnan(number) for number in numbers) or (
             isinstance(value, tuple) and not value[0] <= value[1]

@@ -126,7 +126,7 @@ class ModeRecord(NamedTuple):
 
 #: One impact. If the second body is a wall, `second` is its `wall_body`. `normal` is the unit vector from first to
 #: second.
-IMPACT_DTYPE = build_dtype(ImpactRecord)
+IMPACT_DTYPE = build_dtype(ImpactRecord, omitted=("spins", "edge"))
 
 #: A disc's motion from the instant at which lasting contact begins, changes or ends: see `Mode`. `wall` is the body
 #: number of the wall, `impacts` the number of earlier impacts in the trace. The acceleration applies until the disc's

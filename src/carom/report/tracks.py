@@ -181,7 +181,8 @@ def build_observed_tracks(trace: Trace, extent_m: float) -> tuple[Track, ...]:
     impact_tracks = build_reference_tracks(trace)
     if (sampled := list_sampled_positions(trace)) is None:
         return tuple(map(_cut_at_non_finite, impact_tracks))
-    (times, places), near = sampled, SHARPNESS * extent_m
+    times, places = sampled
+    near = SHARPNESS * extent_m
     if all(_does_pass_through(track, times, places[:, disc], near) for disc, track in enumerate(impact_tracks)):
         return impact_tracks
     return tuple(

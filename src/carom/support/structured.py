@@ -1,5 +1,6 @@
 """Structured NumPy arrays whose rows are records."""
 
+from collections.abc import Collection
 from enum import IntEnum
 from typing import Any, get_type_hints
 
@@ -8,14 +9,14 @@ import numpy as np
 _FORMATS: dict[Any, str] = {bool: "?", int: "i8", float: "f8", tuple[float, float]: "2f8"}
 
 
-def build_dtype(record: type[Any]) -> np.dtype[np.void]:
-    """Return the dtype of a structured array with a row per record.
+def build_dtype(record: type[Any], omitted: Collection[str] = ()) -> np.dtype[np.void]:
+    """Return the dtype of a structured array with a row per record, without the fields named in `omitted`.
 
-    Only numbers, flags, integer enumerations and pairs of floats have a field.
+    Raises:
+        KeyError: Another field is no number, flag, integer enumeration or pair of floats.
     """
-    hints = get_type_hints(record).items()
-    formats = ((name, _FORMATS.get(int if _is_enumeration(hint) else hint)) for name, hint in hints)
-    return np.dtype([(name, found) for name, found in formats if found is not None])
+    hints = ((name, hint) for name, hint in get_type_hints(record).items() if name not in omitted)
+    return np.dtype([(name, _FORMATS[int if _is_enumeration(hint) else hint]) for name, hint in hints])
 
 
 def _is_enumeration(hint: Any) -> bool:

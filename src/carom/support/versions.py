@@ -17,12 +17,11 @@ VersionCondition = Callable[[tuple[int, ...]], bool]
 #: ranges.
 _VERSION = re.compile(r"[0-9][0-9A-Za-z.+!_-]{0,63}")
 
-#: Comparison of a limit, the first operand, with a release, the second.
 _SIGNS: dict[str, Callable[[tuple[int, ...], tuple[int, ...]], bool]] = {
-    ">=": operator.le,
-    "<=": operator.ge,
-    ">": operator.lt,
-    "<": operator.gt,
+    ">=": operator.ge,
+    "<=": operator.le,
+    ">": operator.gt,
+    "<": operator.lt,
 }
 
 
@@ -49,9 +48,10 @@ def parse_version_condition(word: str) -> VersionCondition | None:
     if dots:
         first, last = parse_release_numbers(require_version(low)), parse_release_numbers(require_version(high))
         return lambda one: first <= one <= last
-    for sign, compare in _SIGNS.items():
+    for sign, meets in _SIGNS.items():
         if word.startswith(sign):
-            return partial(compare, parse_release_numbers(require_version(word.removeprefix(sign).strip())))
+            limit = parse_release_numbers(require_version(word.removeprefix(sign).strip()))
+            return lambda release, meets=meets, limit=limit: meets(release, limit)  # type: ignore[misc]
     return None
 
 

@@ -98,6 +98,10 @@ def test_documented_job_is_short_and_calls_carom() -> None:
     (block,) = re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)
     assert len(block.partition("    steps:\n")[2].splitlines()) <= 10
     assert "- uses: ./.github/actions/carom\n" in block
+    used = re.findall(r"(\w+): ", block.partition("with: {engine")[2])
+    action = (ROOT / "action.yml").read_text(encoding="utf-8")
+    assert used == ["releases", "records"]
+    assert all(f"\n  {name}:\n" in action for name in ("engine", *used))
 
 
 @each("option", ["--page", "--markdown"])

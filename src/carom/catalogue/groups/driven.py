@@ -39,8 +39,9 @@ def _racket() -> Staged:
     normal = 0.8 + 0.6j  # the direction of the racket is (-0.6, 0.8)
     foot = 0.25j  # the point of the racket that the disc touches when they meet
     ends = [foot + offset * 1j * normal - drive * time for offset in (-0.75, 0.5)]
-    walls, times = [edges(*ends, velocity_m_s=to_vector(drive))], {"time_s": time, "duration_s": 1.25}
-    return stage_at_wall(velocity, 0.125, normal, walls, LAW, point=foot, drive=drive, restitution=0.8, **times)
+    walls = [edges(*ends, velocity_m_s=to_vector(drive))]
+    laws = {"restitution": 0.8, "time_s": time, "duration_s": 1.25}
+    return stage_at_wall(velocity, 0.125, normal, walls, LAW, point=foot, drive=drive, **laws)
 
 
 def _swatter() -> Staged:
@@ -62,8 +63,9 @@ def _tip_of_a_racket() -> Staged:
 
 def _mallet() -> Staged:
     """A mallet meets a puck off centre, and moves on unchanged."""
-    source, times = f"{LAW}, which is the line of centres", {"time_s": 0.8125, "duration_s": 2.0}
-    return stage_at_mallet(0.5 - 1j, -1 + 1j, complex(0.6, -0.8), (0.5, 0.5), source, **times)
+    source = f"{LAW}, which is the line of centres"
+    normal = complex(0.6, -0.8)
+    return stage_at_mallet(0.5 - 1j, -1 + 1j, normal, (0.5, 0.5), source, time_s=0.8125, duration_s=2.0)
 
 
 def stage_at_mallet(

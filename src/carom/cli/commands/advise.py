@@ -37,7 +37,8 @@ def advise(
     from carom.studies.advise.run import advise as find
     from carom.support.folders import claim_while_writing
 
-    loaded_scene, page = common.load_one_scene(scene, "SCENE"), None
+    loaded_scene = common.load_one_scene(scene, "SCENE")
+    page = None
     with claim_while_writing(out, PURPOSE, "--out") if out is not None else nullcontext():
         if out is not None:  # errors must come before the search, which takes minutes
             require_report_extra()

@@ -42,7 +42,7 @@ def engines(
     from carom.execution.describe_engines import engines as known_engines
     from carom.report.engine_and_scene_lists import build_engine_document, format_engine_lines
 
-    names = [common.resolve_engine(name) for name in names or ()]
+    names = [common.parse_engine(name) for name in names or ()]
     if show is not None:
         if len(names) != 1:
             raise InputError("--show needs exactly one engine: carom engines NAME --show PROFILE")

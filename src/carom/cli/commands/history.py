@@ -55,7 +55,7 @@ def history(
     from carom.studies.history.release_cache import open_release_cache
     from carom.studies.history.run import list_releases
 
-    name = common.resolve_engine(engine)
+    name = common.parse_engine(engine)
     with open_release_cache(options.kept_mb * 1e6) as cache:
         if listed:
             common.say_lines(describe_listing(*list_releases(name, options, cache)))

@@ -44,7 +44,7 @@ def tune(
     from carom.studies.tune.search import require_tune_extra
 
     require_tune_extra()
-    name = common.resolve_engine(engine)
+    name = common.parse_engine(engine)
     scene_names = scenes or [search.SCENES]
     loaded_scenes = common.load_plain_scenes(scene_names)
     path = out / search.JOURNAL

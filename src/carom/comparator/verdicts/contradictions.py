@@ -22,12 +22,12 @@ def report_drifts(run: MeasuredRun) -> Iterator[Finding]:
         return
     if consistency.strayed > run.place_rounding:
         position = consistency.position
-        reason = f"by up to {format_number(position.size, 3)} of the largest radius, {_format_since(position)}"
+        reason = f"by up to {format_number(position.size, 3)} times the largest radius, {_format_since(position)}"
         if consistency.strayed_excess > run.place_rounding:
             reason += f"; {format_number(consistency.excess.size, 3)} more than the overlap gained in a step explains"
         yield Finding(Verdict.DRIFTS, reason)
     if consistency.angular > run.rounding:
-        reason = f"by up to {format_number(consistency.angular, 3)} of the scene's rim speed"
+        reason = f"by up to {format_number(consistency.angular, 3)} times the scene's rim speed"
         if math.isfinite(consistency.arm):
             distance, excess = f"{format_number(consistency.arm, 4)} times its radius", consistency.arm - 1.0
             if abs(excess) < _NEAR_THE_RIM:
@@ -47,7 +47,11 @@ def report_contradictions(run: MeasuredRun) -> Iterator[Finding]:
     consistency, rounding = run.consistency, run.rounding
     if consistency is None:
         return
-    speed, rims, degrees = "of the scene's speed", "of the scene's rim speed", math.degrees(consistency.normal_rad)
+    speed, rims, degrees = (
+        "times the scene's speed",
+        "times the scene's rim speed",
+        math.degrees(consistency.normal_rad),
+    )
     for verdict, size, reason in (
         (Verdict.TURNS, consistency.velocity.size, f"{speed}, {_format_since(consistency.velocity)}"),
         (Verdict.SPINS, consistency.spin.size, f"{rims}, {_format_since(consistency.spin)}"),

@@ -201,10 +201,10 @@ def _report_velocities(judged: JudgedRun) -> Iterator[Finding]:
     ]
     worst = max(wrong_errors, key=lambda error: error.velocity, default=None)
     if worst is not None:
-        reason = f"by up to {format_number(worst.velocity, 3)} of the scene's speed"
+        reason = f"by up to {format_number(worst.velocity, 3)} times the scene's speed"
         if own_speeds[worst.reference] < 0.5 * scales.speed_m_s:
             part = worst.velocity * scales.speed_m_s / own_speeds[worst.reference]
-            reason += f", or {format_number(part, 3)} of the greatest speed that led to the impact"
+            reason += f", or {format_number(part, 3)} times the greatest speed that led to the impact"
         if worst.normal_rad > judged.rounding:
             reason += (
                 f", at an impact whose normal is wrong by {format_number(math.degrees(worst.normal_rad), 3)} degrees"
@@ -238,7 +238,7 @@ def _report_spins(judged: JudgedRun) -> Iterator[Finding]:
     ]
     if wrong_spins:
         worst = max(wrong_spins)
-        yield Finding(Verdict.WRONG_SPIN, f"by up to {format_number(worst, 3)} of the scene's rim speed")
+        yield Finding(Verdict.WRONG_SPIN, f"by up to {format_number(worst, 3)} times the scene's rim speed")
     for verdict, wrong in ((Verdict.SLID, judged.branches.slid), (Verdict.STUCK, judged.branches.stuck)):
         if wrong:
             yield Finding(verdict, f"{len(wrong)} of {len(impacts)}, {_format_first(wrong, impacts)}")

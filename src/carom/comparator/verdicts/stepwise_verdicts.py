@@ -59,7 +59,7 @@ def report_sinking(judged: JudgedRun) -> Iterator[Finding]:
     if local is not None and (local.sinks or local.sunk_radii > judged.rounding):
         speed_text = f"{'faster than' if local.sinks else 'as'} a fall from rest in each step explains"
         yield Finding(
-            Verdict.SINKS, f"by up to {format_number(local.sunk_radii, 3)} of the contact distance, {speed_text}"
+            Verdict.SINKS, f"by up to {format_number(local.sunk_radii, 3)} times the contact distance, {speed_text}"
         )
 
 

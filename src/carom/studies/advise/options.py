@@ -20,7 +20,7 @@ def _parse_angle(text: str) -> float:
 
 _SAID = "an angle such as 1deg or 0.02rad, above 0 and below 180 degrees"
 _ANGLES = build_measure_kind(_SAID, "ANGLE", 0.0, math.nextafter(math.pi, 0.0), read=_parse_angle)
-_LIMITS = (math.nextafter(0.0, -1.0), math.nextafter(1.0, 0.0))
+_LIMITS = (math.nextafter(0.0, -1.0), math.nextafter(1.0, 0.0))  # the lower limit is excluded, the upper one is not
 _FRACTIONS = build_measure_kind("0 or more and below 1", "NUMBER", *_LIMITS, span="0 to below 1")
 
 

@@ -44,7 +44,7 @@ class ErrorKind(StrEnum):
 
     @property
     def in_percent(self) -> bool:
-        """Whether the error is shown in percent. Angles are shown in radians."""
+        """Whether the error is shown in per cent. Angles are shown in radians."""
         return self is not ErrorKind.DIRECTION
 
     @property

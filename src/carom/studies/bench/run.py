@@ -100,7 +100,9 @@ def _build_jobs(
     steps = {scene.name: sorted(set(plan.dts or compute_default_steps(scene)), reverse=True) for scene in plain}
     found = list_methods(infos, profiles, [dt_s for scene_steps in steps.values() for dt_s in scene_steps], pool)
     added = list_own_methods(plan.engines)
-    methods_at_step = {at: [added[at[0]]] if at[0] in added else methods for at, methods in found.at.items()}
+    methods_at_step = {
+        (name, dt_s): [added[name]] if name in added else methods for (name, dt_s), methods in found.at.items()
+    }
     jobs = [
         Job(scene, method, dt_s, refinement, phase)
         for scene in plain

@@ -34,7 +34,7 @@ TABLE_NOTE = (
 TABLE_SHORT = "ms is the run time, -n and +n are missed and spurious impacts, and the error grows as (step size)^order."
 EXACT = "exact"
 
-#: Smallest error that is shown in percent, because 0.0009 % is hard to read.
+#: Smallest error that is shown in per cent, because 0.0009 % is hard to read.
 LEAST_PERCENT = 1e-4
 
 #: Number of targets that a terminal shows: the finest targets.

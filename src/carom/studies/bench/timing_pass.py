@@ -260,7 +260,7 @@ class TimeScene(DependentTasks[SceneTiming]):
         probe.take()
         timed = {method_step: found for method_step, found in visits.items() if method_step not in untimed}
         timings = tuple(
-            ((method, dt_s), _summarize_visits(scene.step_count(dt_s), found, timed.get((PIT_METHOD, dt_s))))
+            ((method, dt_s), _summarise_visits(scene.step_count(dt_s), found, timed.get((PIT_METHOD, dt_s))))
             for (method, dt_s), found in timed.items()
             if (method, dt_s) in requested
         )
@@ -320,7 +320,7 @@ def _count_fitting_rounds(visit_costs_s: dict[At, float], untimed: dict[At, str]
     return max(LEAST_ROUNDS, int(min(rounds, left_s / compute_round_time())))
 
 
-def _summarize_visits(steps: int, visits: Sequence[Visit], pit: Sequence[Visit] | None) -> CellTiming:
+def _summarise_visits(steps: int, visits: Sequence[Visit], pit: Sequence[Visit] | None) -> CellTiming:
     calls = [visit.call_s for visit in visits if not math.isnan(visit.call_s)]
     # The k-th visits of all methods are in round k, so both times of a ratio were measured under the same conditions.
     rounds = list(zip(visits, pit, strict=True)) if pit else []

@@ -21,8 +21,8 @@ from carom.studies.cross_check.grid import RANKING_NOTE, Grid, GridCell, GridCol
 MOST_IMPACTS, MOST_BESIDE, MOST_ACROSS = 40, 4, 3
 
 METHOD_NOTE = (
-    "Impacts are missed (-) and invented (+) over all scenes. The error is the median over scenes of a method's "
-    "largest error in a scene, divided by PIT's."
+    "The numbers after - and + count missed and invented impacts over all scenes. In each scene, a method's largest "
+    "error is divided by PIT's. The error in the table is the median over scenes."
 )
 METHOD_DETAIL = (
     "The error is the largest velocity or spin error, divided by PIT's largest over the phases of the step. "
@@ -32,7 +32,8 @@ METHOD_DETAIL = (
     "group. "
 )
 METHOD_SHORT = (
-    "Impacts are missed (-) and invented (+). The error is the largest velocity or spin error divided by PIT's{median}."
+    "The numbers after - and + count missed and invented impacts. The error is the largest velocity or spin error, "
+    "divided by PIT's{median}."
 )
 SCENE_NOTE = (
     "Each error is the largest of its run. Times with + are late. n/a is a missed or parted impact. "

@@ -59,7 +59,7 @@ def _describe_run(cell: GridCell) -> str:
 
 
 def _describe_scenes(grid: Grid, columns: Sequence[GridColumn]) -> str:
-    """Summarize several scenes: missed impacts with default settings, and errors within PIT's with tuned settings."""
+    """Summarise several scenes: missed impacts with default settings, and errors within PIT's with tuned settings."""
     by_profile = formatting.group_by((column.profile, column) for column in columns)
     first = SHIPPED if SHIPPED in by_profile else next(iter(by_profile))
     other_profiles = [profile for profile in by_profile if profile != first]
@@ -150,7 +150,7 @@ def _describe_counts(grid: Grid, columns: Sequence[GridColumn]) -> str:
         number, rest = scored[0].split(" ", 1)
         first = f"{number} of {formatting.format_count(run_count, noun)} at {grid.step_phrase} {rest}"
         sentence = f"{formatting.join_words((first, *scored[1:]))}."
-    return f"{sentence} Runs without a score: {', '.join(unscored)}." if unscored else sentence
+    return f"{sentence} Other runs have no score: {', '.join(unscored)}." if unscored else sentence
 
 
 def _describe_phase_dependence(grid: Grid) -> Iterator[str]:

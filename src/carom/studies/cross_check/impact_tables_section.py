@@ -63,7 +63,8 @@ def build_impact_tables_section(grid: Grid) -> Section:
     ]
     tables = []
     for cell, job, trace, score in scored_runs if len(scored_runs) <= MOST_TABLES else ():
-        reference, step = grid.results.references[cell.scene], formatting.format_instant(job.dt_s)
+        reference = grid.results.references[cell.scene]
+        step = formatting.format_instant(job.dt_s)
         left_out = len(reference.impacts) - MOST_IMPACTS
         omission = [f"{left_out} more impacts are not shown"] if left_out > 0 else []
         table = Table(

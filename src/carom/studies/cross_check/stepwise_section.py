@@ -23,16 +23,16 @@ DETAIL_NOTE = (
     "Steps in which several bodies meet are compared together as a window. 'Missed' counts bodies that passed "
     "through each other; the number in brackets counts those that PIT also misses from the same state. 'Invented' "
     "counts changes of velocity with no other body near. 'Late' is the lateness in steps. The error is the velocity "
-    "or spin error, divided by PIT's largest from the same state; checking once per step explains an error of up to "
-    "1. 'Energy' is the energy gained or lost beyond PIT's steps, divided by the scene's energy. 'Late' and 'error' "
-    "include only impacts that are alone in their window. 'Entangled' is the fraction of windows with several "
-    "impacts, which have no unique answer. Methods are ranked by misses that PIT does not have, then by inventions, "
-    "early impacts, largest error and energy. Runs that ended early are last. A run is listed if it continues beyond "
+    "or spin error, divided by PIT's largest error from the same state. Checking once per step explains an error of up "
+    "to 1. 'Energy' is the energy gained or lost in addition to PIT's gains and losses from the same states, divided "
+    "by the scene's energy. 'Late' and 'error' include only impacts that are alone in their window. 'Entangled' is "
+    "the fraction of windows with several impacts, which have no unique answer. Methods are ranked by misses that PIT "
+    "does not have, then by inventions, early impacts, largest error and energy. Runs that ended early are last. A run is listed if it continues beyond "
     "the horizon or after a disc comes to rest, if its trajectory diverged, or if a verdict is about its steps."
 )
 SHORT_NOTE = (
-    "Impacts are missed (in brackets: also by PIT) and invented (+). The error is the largest, "
-    "divided by PIT's from the same state. The best run is first, and runs that ended early are last."
+    "The table counts missed impacts (in brackets: those that PIT also misses) and invented impacts (+). The error is "
+    "the run's largest, divided by PIT's from the same state. The best run is first. Runs that ended early are last."
 )
 #: Verdicts that only steps show.
 _OF_STEPS = (Verdict.PASSED_THROUGH, Verdict.TURNED_ALONE, Verdict.SINKS, Verdict.WORSE_STEPS)

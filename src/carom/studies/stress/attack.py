@@ -192,12 +192,13 @@ def build_closed_form_judge(
         greatest = max(math.hypot(*disc.velocity_m_s) for disc in trace.scene.discs)
         scale = np.where(change > 0, change, change.max() or greatest or 1.0)
         error = float(np.max(np.hypot(*(trace.final_velocity_m_s - final).T) / scale))
-        found, is_wrong = len(trace.impacts), not error <= TOLERANCE  # NaN is wrong
+        found = len(trace.impacts)
+        is_wrong = not error <= TOLERANCE  # NaN is wrong
         if is_wrong and found == 0 and impacts:
             return Judgement(error, "no impact is found: the discs pass through each other")
         if is_wrong:
             counted = f"{found} impact{'' if found == 1 else 's'}" + (f" of {impacts}" if impacts else "")
-            wrong = f"a velocity is wrong by {format_number(error)} of the change by {cause}"
+            wrong = f"a velocity is wrong by {format_number(error)} times the change by {cause}"
             return Judgement(error, f"{counted}, and {wrong}")
         if final_rim_m_s is None:
             return Judgement(error, note=note)
@@ -207,7 +208,7 @@ def build_closed_form_judge(
         rim_error = float(np.max(np.abs(rims - np.array(final_rim_m_s)) / scale))
         if rim_error <= TOLERANCE:
             return Judgement(max(rim_error, error), note=note)
-        return Judgement(rim_error, f"a rim speed is wrong by {format_number(rim_error)} of the change by {cause}")
+        return Judgement(rim_error, f"a rim speed is wrong by {format_number(rim_error)} times the change by {cause}")
 
     return judge
 

@@ -77,10 +77,14 @@ def find_symptom(complaint: Complaint, trace: Trace) -> tuple[bool, float, str]:
         is_seen, reason = energy < -threshold, f"{format_number(-energy)} of the energy is lost"
     elif symptom in {Symptom.WRONG_VELOCITY, Symptom.NEVER_RESTS}:
         is_seen = velocity > threshold
-        reason = f"velocities are wrong by {format_number(velocity)} of the scene's speed"
+        reason = f"velocities are wrong by {format_number(velocity)} times the scene's speed"
     if is_seen:
         return True, figure, reason
-    return False, figure, f"off by {format_number(figure)} of the scene's {quantity}" if abs(figure) > NOTICED else ""
+    return (
+        False,
+        figure,
+        f"off by {format_number(figure)} times the scene's {quantity}" if abs(figure) > NOTICED else "",
+    )
 
 
 def _compute_velocity_error(trace: Trace, known: KnownAnswer, scene: Scene) -> float:

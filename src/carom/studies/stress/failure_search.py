@@ -44,7 +44,8 @@ class _Tried(NamedTuple):
 
 def find_failure(attack: Attack, method: Method, runner: TaskRunner, *, quick: bool) -> UnsavedResult:
     """Find the value at which an attack makes a method fail. Return the result, with the scene that shows it."""
-    ladder, runs = iter(attack.build_ladder(quick)), 0
+    ladder = iter(attack.build_ladder(quick))
+    runs = 0
     resolution = QUICK_RESOLUTION if quick else RESOLUTION
     cell = partial(CellResult, "attack", attack.name, method.name)
     passed: _Tried | None = None

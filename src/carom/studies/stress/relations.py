@@ -305,7 +305,7 @@ def check_relation(relation: Relation, method: Method, runner: TaskRunner) -> Un
     value, status = None, Status.RAN
     try:
         value = relation.deviation(relation.base(), run)
-        reason = "" if value <= HOLDS else f"it deviates by {format_number(value)} of the scene's length or speed"
+        reason = "" if value <= HOLDS else f"it deviates by {format_number(value)} times the scene's length or speed"
     except NotRunError as error:
         return UnsavedResult(cell(CellEnding.NOT_RUN, reason=str(error), status=error.status))
     except _StoppedError as error:

@@ -6,6 +6,7 @@ import math
 import shlex
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
+from itertools import starmap
 from pathlib import Path
 from typing import NamedTuple
 
@@ -36,6 +37,13 @@ MERIT_NOTE = (
 )
 #: Name of the profile in the code to paste.
 FOUND = "found"
+
+
+class _Row(NamedTuple):
+    """A profile, or the found settings, with results."""
+
+    name: str
+    found: Found
 
 
 class _Line(NamedTuple):
@@ -144,17 +152,17 @@ def _format_error(judged: Judged) -> str:
 
 def _build_profile_section(found: Tuning) -> Section:
     """Return a table of the found settings and all profiles, best first. Profiles whose steps Carom cuts are last."""
-    rows = [(found.options.profile, found.first), *found.others.items()]
+    rows = [_Row(found.options.profile, found.first), *starmap(_Row, found.others.items())]
     if found.best is not found.first:
-        rows.insert(0, (FOUND, found.best))
-    rows.sort(key=lambda row: (row[0] in found.located, row[1].merit.respects))
+        rows.insert(0, _Row(FOUND, found.best))
+    rows.sort(key=lambda row: (row.name in found.located, row.found.merit.respects))
     columns = (
-        Column("", lambda row: row[0]),
+        Column("", lambda row: row.name),
         _count_column("wrong", lambda one: one.grade is Grade.WRONG),
         _count_column("exact or close", lambda one: not one.behind),
         _count_column("between", lambda one: one.behind and not one.wrong),
         _count_column("not run", lambda one: one.grade is None),
-        Column("error, 0 to 100", lambda row: str(row[1].merit.error), number=True),
+        Column("error, 0 to 100", lambda row: str(row.found.merit.error), number=True),
     )
     refused = formatting.group_by(
         (reason, name)
@@ -166,7 +174,7 @@ def _build_profile_section(found: Tuning) -> Section:
 
 
 def _count_column(head: str, is_counted: Callable[[Judged], bool]) -> Column:
-    return Column(head, lambda row: str(sum(map(is_counted, row[1].judged)) or ""), number=True)
+    return Column(head, lambda row: str(sum(map(is_counted, row.found.judged)) or ""), number=True)
 
 
 def _build_setting_section(found: Tuning) -> Section:
