@@ -170,7 +170,7 @@ def test_unchanged_spin_of_rolling_disc_fails() -> None:
         trace = solve_pic(trial.scene)
         unturned = dataclasses.replace(trace, final_spin_rad_s=np.array([trial.scene.discs[0].spin_rad_s]))
         assert "a rim speed is wrong by" in trial.judge(unturned).broken
-        assert trial.judge(unturned).broken.endswith("of the change by contact")
+        assert trial.judge(unturned).broken.endswith("times the change by contact")
 
 
 def test_slope_attacks_end_at_threshold_and_one_rounding_beside() -> None:
