@@ -123,9 +123,8 @@ def _needs(methods: Sequence[Method]) -> Table:
         note="Each cell names an engine with its best profile for the need, and the time step in frames of the "
         "scene. A cell with *19 of 26* means that the need is met in 19 of 26 scenes. The last number, such as "
         "*179 x*, is the "
-        "run time with one step per frame, divided by PIT's. If several are equally good, larger steps come first, "
-        "then shorter run times. The profile `located` "
-        "takes about 48 steps per impact.",
+        "run time with one step per frame, divided by PIT's run time. Among equally good choices, larger steps come "
+        "first, then shorter run times. The profile `located` takes about 48 steps per impact.",
     )
 
 
@@ -180,12 +179,12 @@ def crowd_table(methods: Sequence[Method]) -> Table:
         note=f"The scene is `{CHAOTIC}` at its own frame rate, from one start: 25 discs in a box for 20 s. It is "
         "chaotic, so another build gives other numbers. Trajectories differ from any reference within a second, "
         "so each step is "
-        "compared with PIC from the run's own state. *Missed*: two discs passed through each other; in brackets is how "
-        "many of these impacts PIT also misses from the same state. *Worst error / PIT's*: up to 1, checking once per "
-        "step explains the error. *Energy error*: energy gained or lost in addition to PIT's steps, divided by the "
-        "energy of the scene. The best method is first. The rank depends on misses that PIT does not have, then on "
-        "invented impacts, early impacts, the worst error, and energy errors above a millionth. Runs that ended early "
-        "are last.",
+        "compared with PIC from the run's own state. *Missed* counts impacts in which two discs passed through each "
+        "other; the number in brackets counts those that PIT also misses from the same state. If *worst error / PIT's* "
+        "is at most 1, checking once per step explains the error. *Energy error* is the energy gained or lost beyond "
+        "what PIT gains or loses in the same steps, divided by the energy of the scene. The best method is first. The "
+        "rank depends on impacts that only the method misses, then on invented impacts, early impacts, the worst "
+        "error, and energy errors above a millionth. Runs that ended early are last.",
     )
 
 
@@ -198,8 +197,8 @@ def _limits(stress: dict[str, Any], methods: Sequence[Method]) -> Table:
         [Column("method", lambda method: method.name)]
         + [Column(head, partial(say, attack), number=True) for attack, head in ATTACKS.items()],
         [method for method in methods if (method.engine, method.profile) in shown],
-        note="Each cell is the value at which the method first fails. *Passes to* means that it passes up to the most "
-        "extreme value tested. *From* means that it fails at the harmless end already.",
+        note="Each cell is the value at which the method first fails. *Passes to* means that the method passes up to "
+        "the most extreme value tested. *From* means that the method already fails at the least extreme value.",
     )
 
 

@@ -27,7 +27,7 @@ ATTACKS = {
     "tunnelling": "speed x dt / radius from which discs are missed",
     "slow": "slow impacts do not bounce below, m/s",
     "mass-ratio": "mass ratio",
-    "grazing": "misses grazes from 1 - b/R",
+    "grazing": "grazes are missed from 1 - offset / contact distance",
     "duration": "number of impacts before errors grow too large",
 }
 RIGHT_ANGLE = math.degrees(1.0)

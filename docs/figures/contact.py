@@ -147,7 +147,7 @@ def rest_table(figures: list[Figure]) -> str:
         momentum = max((s["momentum_m_s"] for s in scenes if s["momentum_m_s"] is not None), default=None)
         if rest is not None or momentum is not None:
             rows.append([titled(figure), millimetres(rest), millimetres(momentum)])
-    return lines_of(["engine", "still moves at, mm/s", "angular momentum, mm/s"], rows)
+    return lines_of(["engine", "speed at rest, mm/s", "change of angular momentum, mm/s"], rows)
 
 
 def titled(figure: Figure) -> str:

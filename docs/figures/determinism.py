@@ -36,10 +36,10 @@ HEAD = f"""# Determinism: are repeated runs bit-identical?
 `make determinism` runs `{SCENE}` at its own frame rate on one machine. The command repeats the run in the following ways, and compares all bits of each position and velocity at the end, and of each impact.
 
 - **again**: a second run in the same process.
-- **after another**: a second run in the same process, with a run of another scene in between.
+- **after another**: a second run in the same process, after a run of another scene.
 - **another process**: a run in its own process.
-- **two threads**: two runs at once, in two threads of one process (engines from npm: in two processes). *Ended* means that the engine ended the process. *Same* says only that the runs were identical in this test.
-- **order**: the discs are listed in the opposite order. A difference is no fault, because the order of additions changes rounding.
+- **two threads**: two runs at once, in two threads of one process (engines from npm: in two processes). *Ended* means that the engine ended the process. *Same* means only that the runs were identical in this test.
+- **order**: the discs are listed in the opposite order. A difference is not a fault, because the order of additions changes rounding.
 
 The score counts all tests except *order*. [Another page](history.md) compares releases.
 """

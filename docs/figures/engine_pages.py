@@ -77,16 +77,15 @@ def hazards_of(engine: str) -> str:
     scenes = list(_cells("The group engines, as shipped", engine))
     bounces = list(_cells("How slow discs still bounce", engine))
     lines = [(f"`engines/{of}`: {all_scenes()[f'engines/{of}'].shows}", cell, pit) for of, cell, pit in scenes]
-    parts = "speed after the impact divided by that before, where 1 is right"
-    lines += [(f"head-on at {of}: {parts}", cell, pit) for of, cell, pit in bounces]
+    parts = "speed after the impact divided by the speed before it (1 is right)"
+    lines += [(f"head-on impact at {of}: {parts}", cell, pit) for of, cell, pit in bounces]
     off = [(what, *cell.partition(": ")[::2], pit) for what, cell, pit in lines if not _NONE_OFF.match(cell)]
     rows = [(what, starts, spread or "-", "-" if _NONE_OFF.match(pit) else pit) for what, starts, spread, pit in off]
     text = rows_of(("scene", "starts with an error", "smallest to largest error", "PIT: starts and errors"), rows)
-    text = f"With default settings these scenes go wrong from some of {STARTS} starts.\n\n{text}"
+    text = f"With default settings these scenes go wrong from some or all of {STARTS} starts.\n\n{text}"
     text += (
-        "\nErrors of scenes are velocity errors at the end, divided by the scene's greatest speed. PIT, which only "
-        "checks "
-        "for overlap once per step, shows the errors that follow from this alone.\n"
+        "\nErrors of scenes are velocity errors at the end, divided by the scene's greatest speed. All errors of PIT "
+        "come from checking for overlap only once per step.\n"
     )
     fine = [f"`{of}`" for of, cell, _ in scenes if _NONE_OFF.match(cell)]
     speeds = [of.removesuffix(" m/s") for of, cell, _ in bounces if _NONE_OFF.match(cell)]
@@ -97,7 +96,7 @@ def hazards_of(engine: str) -> str:
     spans = [
         f"{least} to {most} (`{method.split()[1]}`, {off} starts with an error)" for method, least, _, most, off in gas
     ]
-    return text + f"\nThe energy of 25 discs changes in 20 s, depending on the start, by {join_words(spans)}.\n"
+    return text + f"\nDepending on the start, the energy of 25 discs changes in 20 s by {join_words(spans)}.\n"
 
 
 def profiles_of(engine: str) -> str:
@@ -131,16 +130,13 @@ def walls_of(engine: str) -> str:
         lines = [[cell.strip() for cell in line.split("|")[1:-1]] for line in part.splitlines() if line[:1] == "|"]
         made.append(rows_of(lines[0][1:], [line[1:] for line in lines[2:] if line[0] == name]))
     said = (
-        "[Walls in engines](../results/walls.md) describes the tests. The first table counts from how many of 32 "
-        "starts a "
-        "disc passes through a thin wall; in one step the disc moves by q times the sum of its radius and the wall's "
-        "half "
-        "width.",
-        "The next table is about floors. It counts how many of 48 flights end with another velocity on ten pieces "
-        "than on "
-        "one piece. Differences and errors are in m/s.",
-        "The last table shows direction errors at the end of a wall in degrees (median / worst of 16 starts), and the "
-        "worst velocity error in a corner in m/s.",
+        "[Walls in engines](../results/walls.md) describes the tests. The first table shows from how many of 32 "
+        "starts a disc passes through a thin wall. In one step the disc moves by q times the sum of its radius and "
+        "the wall's half width.",
+        "The next table shows how many of 48 flights over a floor of ten pieces end with another velocity than over a "
+        "floor of one piece. Differences and errors are in m/s.",
+        "The last table shows the median and the largest direction error of 16 starts at the end of a wall, in "
+        "degrees, and the largest velocity error in a corner, in m/s.",
     )
     if not any(line[:1] == "|" and line[2:5] != "---" for table in made for line in table.splitlines()[2:]):
         return "Walls of this engine were not measured.\n"
@@ -205,9 +201,9 @@ def version() -> str:
     later = f"These engines were measured later on the same scenes, without run times: {joined}.\n" if joined else ""
     later += f"This engine was measured alone and is not in the tables that rank engines: {alone}.\n" if alone else ""
     return (
-        f"Measured on {here['date'][:10]} with Carom {here['carom']}, {here['python']}, {here['processor']}, "
-        f"{here['system']}, on {here['scenes']} scenes: {versions}. Run times were measured on "
-        f"{here['timed']}.\n{later}"
+        f"The tables were measured on {here['date'][:10]} with Carom {here['carom']}, {here['python']}, "
+        f"{here['processor']}, {here['system']}, on {here['scenes']} scenes. The versions were {versions}. Run times "
+        f"were measured on {here['timed']}.\n{later}"
     )
 
 

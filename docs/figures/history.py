@@ -64,8 +64,8 @@ ENTRIES = (
     Entry(
         "pymunk",
         "5.7.0,6.3.0,6.6.0,6.9.0,6.11.1,7.0.0,7.2.0,7.3.1",
-        "Version 7 changed the interface, but no result. All cells are bit-identical since 6.3.0, and 5.7.0 "
-        "differs from 6.3.0 only by rounding. A test runs the engine without Carom's adapter, from 32 starts "
+        "Version 7 changed the interface, but no result. All results are bit-identical since 6.3.0, and those "
+        "of 5.7.0 differ only by rounding. A test runs the engine without Carom's adapter, from 32 starts "
         "within a step (`tests/engines/test_engine_releases.py`). The final states of all scenes are "
         "bit-identical in 6.3.0 and 7.3.1. The final states in 5.7.0 differ from these by at most 1e-14. "
         "Release 5.4.1 computes bounces correctly, but is not run, because it reports no contact to the "
@@ -91,20 +91,21 @@ ENTRIES = (
     Entry(
         "rapier2d",
         ">=0.18",
-        "Release 0.20.0 changed nearly every cell. It changed the default prediction distance from 2 mm to 20 "
-        "mm, so Carom calls `default` neither better nor worse. A test runs the engine without Carom's "
-        "adapter, from 32 starts within a step, with the default settings of each release "
-        "(`tests/engines/test_engine_releases.py`). Since 0.12 and 0.13 slow bodies bounced with a part of "
-        "their speed only, and since 0.20.0 they bounce correctly. Since 0.20.0 equal discs in a row exchange "
-        "their velocities from each start. Before, the velocities of such discs were wrong by up to 0.19 of "
-        "the greatest speed, and in `cradle-gaps` by up to 0.11. In `perfectly-inelastic` the final positions "
-        "are wrong by 0.50 mm in 0.19.3, and by at most 0.03 mm since 0.20.0. In the profile `tuned` the "
-        "prediction distance is 0. Before 0.20.0, discs of `tuned` overlapped before their velocities "
-        "changed. Since 0.20.0 some velocities change 0.9 to 1.2 steps before the discs meet, from each "
-        "start. Release 0.20.0 also reports each contact a second time in the next step, with half the "
-        "impulse. Release 0.21.0 corrects this, and its motion is bit-identical to that of 0.20.0. Carom's "
-        "adapter ignores contacts of bodies that separate, so it does not count such an impact twice. "
-        "Releases before 0.18 are not run, because they remove contacts before an adapter can read them.",
+        "Release 0.20.0 changed nearly all results. The default prediction distance grew from 2 mm to 20 mm, "
+        "so Carom calls `default` neither better nor worse. A test runs the engine without Carom's adapter, "
+        "from 32 starts within a step, with the default settings of each release "
+        "(`tests/engines/test_engine_releases.py`). Before 0.20.0 slow bodies could bounce with only a part "
+        "of their speed, which became smaller in 0.12 and in 0.13. Since 0.20.0 slow bodies bounce correctly. "
+        "Since 0.20.0 equal discs in a row exchange their velocities from each start. Before 0.20.0, the "
+        "velocities of such discs were wrong by up to 0.19 times the greatest speed, and in `cradle-gaps` by "
+        "up to 0.11 times this speed. In `perfectly-inelastic` the final positions are wrong by 0.50 mm in "
+        "0.19.3, and by at most 0.03 mm since 0.20.0. In the profile `tuned` the prediction distance is 0. "
+        "Before 0.20.0, discs of `tuned` overlapped before their velocities changed. Since 0.20.0 some "
+        "velocities change 0.9 to 1.2 steps before the discs meet, from each start. Release 0.20.0 also "
+        "reports each contact a second time in the next step, with half the impulse. Release 0.21.0 corrects "
+        "this, and its motion is bit-identical to that of 0.20.0. Carom's adapter ignores contacts of bodies "
+        "that separate, so the adapter does not count such an impact twice. Releases before 0.18 are not run, "
+        "because they remove contacts before an adapter can read them.",
     ),
     Entry(
         "rapier",
@@ -118,7 +119,7 @@ ENTRIES = (
         "pointed out of the plane. Since 6.20.0 spheres are spheres. A test runs the engine without Carom's "
         "adapter, from 32 starts within a step (`tests/engines/test_engine_releases.py`). In `sorting` the "
         "final velocities were wrong by up to 1.2 times the greatest speed; since 6.20.0 the largest error is "
-        "4.6e-5. In `cradle-gaps` the error was 0.2 to 0.38, and is now 4e-5. In `head-on` the error was at "
+        "4.6e-5. In `cradle-gaps` this error was 0.2 to 0.38, and is now 4e-5. In `head-on` this error was at "
         "most 7.3e-6, and is now 1.7e-5. In `box` a disc must change its velocity 13 times. In 6.16.2 the "
         "disc leaves the box without a bounce, from 6.17 to 6.19 its velocity changes 22 to 30 times, and "
         "since 6.20.0 it changes 13 times. In `restitution-ladder` the velocity must change 8 times. It "
@@ -145,7 +146,7 @@ ENTRIES = (
         "The releases 0.14 and 0.19 changed results. Until 0.12 a body kept its moment of inertia when "
         "`Body.setMass` changed its mass. Since 0.14.0 the moment of inertia changes with the mass. This "
         "changes bounces, because discs are polygons that turn. A test runs the engine without Carom's "
-        "adapter, from 32 starts within a step, and with one threshold for slow bounces "
+        "adapter, from 32 starts within a step, and with the same threshold for slow bounces "
         "(`tests/engines/test_engine_releases.py`). Errors of velocities are divided by the greatest speed. "
         "From 0.12 to 0.14 the error of the final velocities falls from 0.206 to 0.109 in `sorting` and from "
         "0.094 to 0.074 in `cradle-gaps`. The error grows from at most 0.083 to 0.087 in `oblique-3-4-5`, "
@@ -173,8 +174,8 @@ ENTRIES = (
     Entry(
         "cannon",
         "0.9.1,0.10.0,0.12.0,0.15.1,0.16.0,0.17.1,0.19.0,0.20.0",
-        "All results are bit-identical. Releases before 0.9.1 are not run, because they need a package that "
-        "they do not declare and cannot be loaded.",
+        "All results are bit-identical. Releases before 0.9.1 are not run. They cannot be loaded, because they need a "
+        "package that they do not declare.",
     ),
 )
 

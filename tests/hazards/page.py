@@ -128,19 +128,18 @@ def parse_ranges(text: str, heading: str) -> dict[str, tuple[float, float]]:
 #: What is said under each table.
 NOTES = {
     "The group engines, as shipped": "A cell shows the velocity error at the end, divided by the greatest speed of "
-    "the scene. The profile is default, at each scene's own frame rate.",
+    "the scene. Engines run with the profile default. Each scene has its own frame rate.",
     "How slow discs still bounce": "Two equal discs of radius 0.5 m meet head-on. A cell shows their speed after the "
-    "impact divided by that before, which must be 1.",
+    "impact divided by their speed before it. The correct value is 1.",
     "What is driven": "A driven edge strikes a disc head-on. A cell shows the disc's speed relative to the edge "
-    "after the impact, divided by that before, which must be 1. At 1 m/s the edge meets a disc of radius 0.5 m that "
-    "approaches at 2 m/s. At 65 m/s it meets a disc of radius 2 m at rest. In the last test a disc of radius 0.25 m "
-    "is between a wall and a piston that moves at 0.5 m/s, and after 3 s the gap is too small for the disc. The cells "
-    "show the largest speed of the disc until 3.5 s, and by how far its centre is beyond the wall or the piston, "
-    "which must be 0.",
-    "A gas": f"The table shows by how much the energy of the 25 discs of {GAS} changes in 20 s at 60 steps a second, "
-    "from "
-    f"{GAS_STARTS} starts. Because the scene is chaotic, another build of an engine gives other numbers of the same "
-    f"size.",
+    "after the impact, divided by this speed before the impact. The correct value is 1. The edge of 1 m/s meets a disc "
+    "of radius 0.5 m that approaches at 2 m/s. The edge of 65 m/s meets a disc of radius 2 m at rest. In the last test "
+    "a disc of radius 0.25 m is between a wall and a piston that moves at 0.5 m/s, and after 3 s the gap is too small "
+    "for the disc. The cells show the largest speed of the disc until 3.5 s, and how far the disc's centre is beyond "
+    "the wall or the piston. The correct distance is 0.",
+    "A gas": f"The table shows by how much the energy of the 25 discs of {GAS} changes in 20 s at 60 steps per "
+    f"second, from {GAS_STARTS} starts. Because the scene is chaotic, another build of an engine gives other numbers "
+    "of the same size.",
     "Findings": "Each row is one finding about an engine. The column 'right' has the correct value, and the next "
     "three columns show the measured values over all starts.",
 }
@@ -149,13 +148,11 @@ NOTES = {
 def render_page(figures: Sequence[Figure], adapters: Sequence[Adapter], versions: str) -> str:
     """Return the page; `versions` are of the engines measured."""
     lead = (
-        "This page shows scenes in which engines go wrong. Each scene runs from many starts, which shift it within a "
-        f"step. A cell shows from how many of {STARTS} starts the value is wrong by more than {format_percent(OFF)}, "
-        "and the "
-        "smallest and largest value of all starts. Steps are 1/60 s unless stated otherwise. The rows 'pit' show "
-        "PIT, whose errors all come from checking for overlap once per step. Values within "
-        f"{format_number(SHOWN_TO)} of a "
-        "whole number are shown as this number.",
+        "This page shows scenes in which engines go wrong. Each scene runs from many starts. A start shifts the scene "
+        f"by a fraction of a step. A cell shows from how many of {STARTS} starts the value is wrong by more than "
+        f"{format_percent(OFF)}, and the smallest and largest value of all starts. Steps are 1/60 s unless stated "
+        "otherwise. The rows 'pit' show PIT. All errors of PIT come from checking for overlap once per step. Values "
+        f"within {format_number(SHOWN_TO)} of a whole number are shown as this number.",
         f"The measured versions are {versions}. 'make hazards' writes this page. "
         "'make test-engines' compares this page with new measurements.",
     )
@@ -166,7 +163,7 @@ def render_page(figures: Sequence[Figure], adapters: Sequence[Adapter], versions
 
 
 CHANGES = (
-    "The table lists everything that the profile default changes in the shipped settings. It does not list the scene "
-    "itself (shapes, masses, states, gravity). Tests read each shipped value from the engine, and compare the profile "
-    "with the engine without Carom."
+    "The table lists everything that the profile default changes in the shipped settings. It does not list what "
+    "describes the scene (shapes, masses, states, gravity). Tests read each shipped value from the engine, and compare "
+    "the profile with the engine without Carom."
 )
