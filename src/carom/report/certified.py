@@ -1,4 +1,4 @@
-"""Document of `carom certify`, and catalogue scenes as files."""
+"""Document of `carom certify`, and TOML files of catalogue scenes."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def format_scene_file(entry: CatalogueScene) -> str:
 
 
 def build_certified_document(certified: CertifiedTrace, max_rows: int) -> Document:
-    """Return a document of the first impacts, with their proven digits, and of the certified part of the run."""
+    """Return a document with the first impacts, their proven digits, and a description of the certified part."""
     left_out = len(certified) - max_rows
     columns = [
         Column("#", str, number=True),
@@ -83,7 +83,7 @@ def _build_modes_table(certified: CertifiedTrace, modes: NDArray[np.void], max_r
 
 
 def list_decimals(certified: CertifiedTrace, k: int) -> Sequence[str]:
-    """Return the proven digits of an impact: its time, both velocities after it, and its discs' spins."""
+    """Return the proven digits of an impact's time, and of its bodies' velocities and spins after the impact."""
     if certified.decimals:
         return certified.decimals[k]
     from carom.solvers.certified.result import proven_decimal

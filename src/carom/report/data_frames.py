@@ -38,7 +38,7 @@ def to_pandas(result: object) -> DataFrame:
 
 
 def _format_error_column(metric: str) -> str:
-    """Return the column name of a metric. A column without a unit is relative to the scene's own scales."""
+    """Return the column name of a metric. An error without a unit is relative to a scale of the scene."""
     name, _, unit = metric.rpartition("_")
     return f"{name}_error_{unit}" if unit in {"s", "rad"} else f"{metric}_error"
 

@@ -1,7 +1,7 @@
 """Document model of reports, independent of the medium: sections, tables, figures and lines.
 
 The modules of `carom.studies` build documents, and `carom.report.render` shows them as HTML, as Markdown and on a
-terminal. A block names the media that show it in `only`; every other block appears in all media.
+terminal. The attribute `only` of a block contains the media that show the block.
 """
 
 from __future__ import annotations
@@ -103,7 +103,7 @@ class Column:
 
 @dataclass(frozen=True)
 class Table:
-    """A table. Each item is a row, and the first column contains its name.
+    """A table. Each item is a row. The first column contains the names of the items.
 
     Attributes:
         columns: The columns.
@@ -113,8 +113,8 @@ class Table:
         folded: Label that opens the table on a page; empty if the table is open from the start.
         css: CSS class for the layout on a page.
         only: Media that show the table.
-        packed: Whether a page stores the rows in compressed form until the table is opened, because there are many
-            rows.
+        packed: Whether a page stores the rows in compressed form until a reader opens the table. This is for tables
+            with many rows.
     """
 
     columns: Sequence[Column]
@@ -172,7 +172,7 @@ class Facts:
 
 @dataclass(frozen=True)
 class Legend:
-    """Legend of a table: each mark as a cell of symbol and word, with its meaning."""
+    """Legend of a table: pairs of a mark and its meaning. The mark is a cell with symbol and word."""
 
     items: tuple[tuple[Cell, str], ...]
     only: Media = Media.EVERYWHERE
@@ -191,8 +191,8 @@ class Figure:
     """A drawing that is made as SVG when a page needs it.
 
     Attributes:
-        draw: Function that returns the drawing or, with the argument True, its version for a phone.
-        caption: Sentences below it.
+        draw: Function that returns the drawing. If its argument is True, it returns the version for a phone.
+        caption: Sentences below the drawing.
         title: A heading above the drawing; empty if the drawing or the section has a heading.
     """
 
@@ -203,7 +203,10 @@ class Figure:
 
 @dataclass(frozen=True)
 class Figures:
-    """Drawings: side by side, or large and one below the other. Media without drawings show tables instead."""
+    """Drawings.
+
+    Large drawings are one below the other, other drawings are side by side. Media without drawings show tables.
+    """
 
     items: tuple[Figure, ...]
     large: bool = False
@@ -218,8 +221,8 @@ class Pair:
         heading: The subject.
         badge: The outcome.
         sides: The content of each drawing, in a few words.
-        draw: Returns both drawings.
-        caption: Sentences below them.
+        draw: Function that returns both drawings.
+        caption: Sentences below the drawings.
     """
 
     heading: str
@@ -239,9 +242,9 @@ class Pairs:
 
 @dataclass(frozen=True)
 class Replays:
-    """Data for the replay script of a page: the runs of each scene by name.
+    """Data for the replay script of a page: pairs of a scene's name and its packed runs.
 
-    The runs are packed when a page needs them.
+    `pack` is called when a page needs the data.
     """
 
     pack: Callable[[], Iterable[tuple[str, str]]]

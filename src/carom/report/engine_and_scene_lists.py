@@ -24,7 +24,7 @@ def format_engine_lines(infos: Sequence[EngineInfo]) -> list[str]:
 
 def _build_engine_row(info: EngineInfo, capabilities: Capabilities) -> tuple[str, ...]:
     version = info.version or "unavailable"
-    # The adapter's general declaration is that of `tuned`.
+    # The adapter's general capabilities are those of the profile `tuned`.
     kinds = {"tuned": capabilities, **info.own}
     return (
         info.name,
@@ -51,7 +51,7 @@ _GROUPS = {
 
 
 def format_group_lines(entries: Sequence[CatalogueScene]) -> list[str]:
-    """Return a table of groups with their numbers of scenes, and the commands that list scenes."""
+    """Return a table of groups and their numbers of scenes, and below it the commands that list scenes."""
     counts = Counter(entry.group for entry in entries)
     rows = [("group", "scenes", "content"), *((name, str(n), _GROUPS.get(name, "")) for name, n in counts.items())]
     return [
@@ -82,7 +82,7 @@ def _align_columns(rows: Sequence[tuple[str, ...]], numbers: tuple[int, ...] = (
 
 
 def build_engine_document(info: EngineInfo) -> Document:
-    """Return a document of everything that an adapter declares about its engine, and of the engine's reported bugs."""
+    """Return a document with all that an adapter declares about its engine, and with the engine's reported bugs."""
     sections = [Section(info.name, (Facts(tuple(_list_facts(info)), only=Media.EVERYWHERE),))]
     if info.profiles:
         table = Table(
@@ -122,7 +122,7 @@ def _list_facts(info: EngineInfo) -> Iterator[tuple[str, str]]:
         yield "settings to paste", f"carom engines {info.name} --show tuned"
 
 
-#: The values of `Capabilities` that are shown, each with its name and unit.
+#: The displayed fields of `Capabilities`, each with its displayed name and its unit.
 _SAID = {
     "walls": ("walls", ""),
     "segments": ("walls of straight edges", ""),
@@ -164,7 +164,10 @@ _SAID = {
 
 
 def _build_capabilities(kinds: Mapping[str, Capabilities]) -> Section:
-    """Return the capabilities of an engine and of each profile that differs, without infinite limits."""
+    """Return a table of an engine's capabilities, with a column for each profile that differs.
+
+    Absent limits are omitted.
+    """
     rows = []
     for name, (word, unit) in _SAID.items():
         values = [getattr(capabilities, name) for capabilities in kinds.values()]

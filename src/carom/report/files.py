@@ -1,4 +1,4 @@
-"""Files of reports: format versions, requirements, and conversion of results to JSON."""
+"""Files of reports: format versions, required packages, and conversion of results to JSON."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def require_report_extra() -> None:
 
 
 def pack_data(data: object) -> str:
-    """Pack data as text for the script of a page: JSON, gzip, base64."""
+    """Pack data as text for the script of a page: JSON that is compressed with gzip and encoded as base64."""
     text = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     return base64.b64encode(gzip.compress(text.encode(), mtime=0)).decode()
 

@@ -19,35 +19,35 @@ WHOLE = 1e-9
 
 
 def format_step(dt_s: float) -> str:
-    """Format a step size, as a fraction of a second where possible: 1/240 s."""
+    """Format a step size, as a fraction of a second where possible, such as 1/240 s."""
     if 0.0 < dt_s < 1.0 and abs(1.0 / dt_s - round(1.0 / dt_s)) < WHOLE / dt_s:
         return f"1/{round(1.0 / dt_s)} s"
     return format_seconds(dt_s)
 
 
 def format_time_left(left_s: float) -> str:
-    """Format the rest of a budget for a progress line; an empty text without a limit, or if the budget is used up."""
+    """Format the rest of a time budget for a progress line; empty if there is no limit or the budget is used up."""
     return f", at most {left_s:.0f} s left" if 0.5 < left_s < math.inf else ""
 
 
 def format_fraction(share: float) -> str:
-    """Format a part of a whole, as a fraction where possible: 1/16."""
+    """Format a part of a whole, as a fraction where possible, such as 1/16."""
     inverse = round(1.0 / share)
     return f"1/{inverse}" if inverse > 1 and math.isclose(share * inverse, 1.0, rel_tol=WHOLE) else format_number(share)
 
 
 def format_percent(share: float) -> str:
-    """Format a fraction in per cent; with the sign for an absent number if it is NaN."""
+    """Format a fraction in per cent. NaN becomes the sign for an absent number."""
     return ABSENT if math.isnan(share) else f"{format_number(100.0 * share)} %"
 
 
 def format_percent_or_blank(part: float) -> str:
-    """Format a fraction in per cent; NaN as an empty text."""
+    """Format a fraction in per cent. NaN becomes an empty text."""
     return "" if math.isnan(part) else format_percent(part)
 
 
 def format_ratio(value: float | None) -> str:
-    """Format a ratio of times."""
+    """Format a ratio of times. None becomes the sign for an absent number."""
     return ABSENT if value is None else f"{format_number(value)} ×"  # noqa: RUF001 - the multiplication sign is meant
 
 
@@ -69,7 +69,7 @@ def join_words(words: Sequence[str], last: str = "and") -> str:
 
 
 def group_by(pairs: Iterable[tuple[K, V]]) -> dict[K, list[V]]:
-    """Group values by key, in the order of the first value of each key."""
+    """Group values by key. The keys are in the order of their first values."""
     found: dict[K, list[V]] = {}
     for key, value in pairs:
         found.setdefault(key, []).append(value)

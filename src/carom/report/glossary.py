@@ -21,7 +21,7 @@ class Meaning:
     Attributes:
         word: The word.
         kind: "verdict", "grade" or "mark".
-        sentence: The sentence that a report shows for it.
+        sentence: The sentence that a report shows for the word.
         when: The condition under which a report uses the word.
     """
 

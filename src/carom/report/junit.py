@@ -36,7 +36,7 @@ def render_junit(results: Results, fail_on: Grade | None = Grade.INACCURATE) -> 
 
 
 def _classify_row(row: Row, fail_on: Grade | None) -> str:
-    """Return JUnit's element for the outcome of a row; an empty text if it passes."""
+    """Return the name of JUnit's element for the outcome of a row; an empty text if the row passes."""
     if fail_on is not None and is_violation(row, fail_on):
         return "failure"
     mark = mark_of(row)

@@ -77,7 +77,7 @@ def plot(result: object, axes: Axes | None = None) -> Axes:
 
 
 def plot_beside(*traces: Trace) -> list[Axes]:
-    """Draw traces of one scene next to each other on a new figure, to one scale, and return its axes.
+    """Draw traces of one scene next to each other on a new figure, to the same scale, and return the figure's axes.
 
     Args:
         traces: At least one trace. Parts far outside the picture of the first trace are cut off.
@@ -137,7 +137,10 @@ def _require_finite(trace: Trace) -> None:
 
 
 def _draw_results(result: Results, axes: Axes) -> None:
-    """Draw one bar per method with its number of runs by mark. The best mark is on the left."""
+    """Draw one bar per method.
+
+    The parts of a bar are the numbers of runs with each mark, with the best mark on the left.
+    """
     marks = [mark_of(row) for row in result.rows]
     methods = list(dict.fromkeys(row.job.method.name for row in result.rows))
     ended = dict.fromkeys(methods, 0)

@@ -1,4 +1,4 @@
-"""Results of studies in notebooks: a drawing above the lines of the terminal."""
+"""Results of studies in notebooks: a drawing above the text that a terminal shows."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _NARROW_IN = (3.9, 4.6)
 
 
 class ShownResult:
-    """Base of a study's result that can be printed, shown in a notebook with a picture, and plotted."""
+    """Base class of study results that can be printed, plotted, and shown in a notebook with a picture."""
 
     def _show(self) -> tuple[Document, str, Callable[[Axes], None]]:
         """Return the document of the result, and the title and the drawing function of its picture."""

@@ -11,7 +11,7 @@ from carom.report.document import Cell
 
 
 class Mark(Enum):
-    """The outcome of a cell. Each mark has its own symbol, so that marks do not differ in colour only."""
+    """The outcome of a cell. Symbols distinguish the marks without colours, except for two pairs of similar marks."""
 
     EXACT = ("exact", "✓", "equal to PIC except for rounding", "green")
     EXACT_32 = ("exact (float32)", "✓", "equal to PIC except for rounding of 32-bit floats", "green")
@@ -82,7 +82,7 @@ _OF_GRADE = {grade: Mark[grade.name] for grade in Grade}
 #: The grade of each mark that has a grade.
 GRADED = {mark: grade for grade, mark in _OF_GRADE.items()} | {Mark.EXACT_32: Grade.EXACT}
 _RANKS = {mark: list(Grade).index(grade) for mark, grade in GRADED.items() if grade is not Grade.UNGRADED}
-#: Marks of runs without the errors of checking once per step.
+#: Marks of runs that avoid the errors of checking once per step.
 RIGHT = frozenset({Mark.EXACT, Mark.EXACT_32, Mark.CLOSE})
 #: Marks of runs in which the engine returned no complete result.
 BROKEN = frozenset({Mark.CRASHED, Mark.TIMED_OUT, Mark.FAILED})

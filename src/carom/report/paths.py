@@ -56,7 +56,7 @@ class Paths:
 
 
 def build_exact_paths(trace: Trace) -> Paths:
-    """Return the paths from impact to impact that follow from the trace's velocities.
+    """Return the paths between impacts, computed from the trace's velocities.
 
     The paths are exact for a trace without steps.
 
@@ -87,7 +87,7 @@ def _list_turns(trace: Trace, time_s: NDArray[np.float64]) -> Iterator[tuple[int
 
 
 def build_observed_paths(trace: Trace) -> Paths:
-    """Return lines through the sampled states, with a corner at each impact. Without samples, return exact paths."""
+    """Return lines through the sampled states, with each impact on these lines. Without samples, return exact paths."""
     if (sampled := list_sampled_positions(trace)) is None:
         return build_exact_paths(trace)
     times, positions = sampled

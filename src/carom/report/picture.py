@@ -31,10 +31,11 @@ _WIDTH_IN = 3.3
 #: Smallest and largest height of a picture, as a fraction of its width. Empty space fills the rest.
 _FLATTEST, _TALLEST = 0.28, 1.0
 _MARGIN = 0.06
-#: Largest size of a picture, over the extent of the reference. An engine may throw discs far away, and the picture must
-#: not shrink the scene to a dot.
+#: Largest size of a picture, divided by the extent of the reference. An engine may throw discs far away, and the
+#: picture must not shrink the scene to a dot.
 _WIDEST = 1.6
-#: Largest number of impacts that are drawn as circles. More circles would hide the paths, so they are drawn as dots.
+#: Largest number of impacts that are drawn as circles. More circles would hide the paths, so a larger number of impacts
+#: is drawn as dots.
 _MOST_IMPACT_POSITIONS = 8
 #: Largest number of frames that are drawn as dots. More dots would merge into a line.
 _MOST_FRAMES = 40
@@ -50,7 +51,7 @@ _SOLID: dict[str, Any] = {"facecolor": "none", "edgecolor": WALL, "hatch": "////
 
 
 def draw_pair(reference: Trace, observed: Trace, missed: Sequence[int], labels: tuple[str, str]) -> tuple[str, str]:
-    """Draw a run next to its reference, to one scale, and return both pictures as SVG.
+    """Draw a run next to its reference, to the same scale, and return both pictures as SVG.
 
     Args:
         reference: The reference trace.
@@ -75,9 +76,10 @@ def draw_pair(reference: Trace, observed: Trace, missed: Sequence[int], labels: 
 
 
 def draw_traces(several: Sequence[Axes], traces: Sequence[Trace]) -> None:
-    """Draw the paths, impacts and walls of each trace of a scene on its own axes, to one scale.
+    """Draw traces of one scene, each on separate axes, to the same scale: paths, impacts and walls.
 
-    The drawings are in the plane. If all motion of the first trace is along a line, they are against time.
+    The drawings show the plane. If all discs of the first trace move along one line, the drawings show positions on
+    this line against time.
     """
     scene, paths = traces[0].scene, [build_observed_paths(trace) for trace in traces]
     corners = [compute_limits(scene, paths[0], other) for other in paths]
@@ -103,7 +105,7 @@ def draw_start(axes: Axes, scene: Scene) -> None:
 
 
 def _find_axis_of_motion(paths: Paths, scene: Scene) -> int | None:
-    """Return the axis along which everything moves; None if the motion or a wall needs the plane."""
+    """Return the axis along which all discs move; None if they move in the plane or a wall is not a half-plane."""
     if not all(isinstance(wall, Wall) for wall in scene.walls):
         return None
     movable = [k for k, disc in enumerate(scene.discs) if not disc.immovable]
@@ -130,7 +132,7 @@ def compute_limits(scene: Scene, reference: Paths, observed: Paths) -> Limits:
 def _find_missed_frames(
     reference: Trace, observed: Paths, missed: Sequence[int]
 ) -> list[tuple[int, NDArray[np.float64]]]:
-    """Return the discs of each missed impact at the frames just before and just after it."""
+    """Return the discs of each missed impact, with their positions in the frames just before and after the impact."""
     if observed.frame_times is None or observed.frame_positions is None:
         return []
     found = []
@@ -192,7 +194,7 @@ def _draw_paths(
         axes.add_artist(Circle(tuple(centre), radius, fill=False, **edge))
 
     def mark(disc: int, centre: NDArray[np.float64], time_s: float) -> None:
-        """Draw a line from a turning disc's centre to its rim."""
+        """Draw the outer part of a turning disc's radius, which shows the disc's angle."""
         if not paths.turned or not np.isfinite(centre).all():
             return
         angle = paths.turned[disc].angle_at(time_s)
@@ -253,7 +255,7 @@ def _draw_number(axes: Axes, disc: int, centre: NDArray[np.float64]) -> None:
 
 
 def draw_walls(axes: Axes, scene: Scene, limits: Limits, *, ends: bool = True) -> list[list[Artist]]:
-    """Set the limits of a picture with equal scales of both axes, draw the walls, and return the artists of each.
+    """Draw the walls of a picture that has the given limits and equal scales, and return the artists of each wall.
 
     Walls are drawn at their initial position. With `ends`, driven walls are also drawn faintly at their final position.
     """
@@ -276,7 +278,7 @@ def _draw_wall(axes: Axes, wall: AnyWall, limits: Limits, alpha: float) -> Itera
         yield from _draw_outline(axes, wall.outline, alpha)
         return
     low, high = limits
-    reach = 4.0 * float(np.max(high - low))  # the ends of the line are outside of the picture on every side
+    reach = 4.0 * float(np.max(high - low))  # both ends of the line are outside the picture
     normal = np.array(wall.normal)
     along = np.array([-normal[1], normal[0]])
     # Use the wall's point nearest to the picture's middle, because the given point may be far away.
@@ -320,7 +322,10 @@ def _render_over_time(scene: Scene, paths: Paths, axis: int, limits: Limits, lab
 
 
 def _draw_over_time(axes: Axes, scene: Scene, paths: Paths, axis: int, limits: Limits) -> None:
-    """Draw position along the line against time. Each disc is a band of its own width, so that touching is visible."""
+    """Draw positions on the line of motion against time.
+
+    Each disc is a band as wide as the disc, so that touching is visible.
+    """
     from matplotlib.ticker import MaxNLocator
 
     low, high = limits[0][axis], limits[1][axis]

@@ -30,11 +30,12 @@ from carom.report.results_file.lines_from_rows import build_line, list_reasons
 from carom.report.tracks import Track, build_observed_tracks, build_reference_tracks, compute_turnings
 from carom.support.escaping import escape_controls
 
-#: Decimal digits of positions, relative to the scene's extent. The last digit is a tenth of the largest error of a
-#: track.
+#: Decimal digits of positions, relative to the scene's extent. One unit of the last digit is a tenth of the largest
+#: error of a track.
 _SHARP = 6
-#: Largest error of the exact path while a disc slides, rolls or rests, over the scene's extent: a hundredth of a pixel
-#: in a picture of a hundred pixels. A path in contact consists of many flights of constant acceleration.
+#: Largest error of the exact path while a disc slides, rolls or rests, divided by the scene's extent. This is a
+#: hundredth of a pixel in a picture of a hundred pixels. A path in contact consists of many flights of constant
+#: acceleration.
 _NEAR_IN_CONTACT = 1e-4
 
 #: Text for an unknown cause.
@@ -50,7 +51,8 @@ _MODES = {
     Mode.BLOCK: "slides without turning",
 }
 
-#: Largest number of discs on the page of `carom play`. For other scenes, a replay shows no command for that page.
+#: Largest number of discs on the page of `carom play`. For scenes with more discs, a replay shows no command for that
+#: page.
 _MOST_THROWN = 10
 
 #: A pair has missed an impact if the bodies pass through each other at most this number of steps before or after the
@@ -59,7 +61,7 @@ _NEAR_STEPS = 2.0
 
 
 def build_replay_key(job: Job) -> str:
-    """Return the key of a replay on a page, with the scene's name as shown."""
+    """Return the key of a replay on a page. The key contains the scene's name as the page shows it."""
     return f"{escape_controls(job.scene.name)}/{job.method.name}"
 
 
@@ -130,7 +132,7 @@ def build_replay_data(reference: Trace, runs: Iterable[tuple[Trace, Score, Mappi
 def _build_sampler(reference: Trace, trace: Trace) -> Json | None:
     """Return data with which the page runs PIT at other step sizes; None if the run is not PIT's, or is too complex.
 
-    The page can run two discs that fly straight, without walls or driven discs, and have a single impact without
+    The page can run scenes without walls in which two undriven discs fly straight and have a single impact without
     friction.
     """
     scene = trace.scene
@@ -192,10 +194,10 @@ def _build_impacts(reference: Trace, trace: Trace, score: Score) -> Json:
 def find_pause_time(row: Json, overlap_s: float | None, trace: Trace) -> float:
     """Return the instant at which a replay shows a fault, seconds.
 
-    This is the reported time or, for a missed impact, the instant at which the miss is seen best.
+    This is the reported time or, for a missed impact, the instant at which the miss is most visible.
 
-    A miss is best seen half-way through the overlap, when the overlap is deepest, but at most one step after the true
-    instant, because a longer overlap does not cause a miss.
+    A miss is most visible half-way through the overlap, when the overlap is deepest. The instant is at most one step
+    after the true instant, because checks once per step do not miss longer overlaps.
     """
     if row.get("reported") is not None:
         return float(row["reported"])
@@ -204,9 +206,9 @@ def find_pause_time(row: Json, overlap_s: float | None, trace: Trace) -> float:
 
 
 def find_first_fault(rows: list[Json]) -> int | None:
-    """Return the row at which a replay pauses: the first missed or invented impact, otherwise the largest error.
+    """Return the row at which a replay pauses: the first missed or invented impact, or else the least exact impact.
 
-    The first inexact impact would be a poor choice, because it may be only a twentieth of a step late.
+    The first inexact impact is not chosen, because it may be only a twentieth of a step late.
     """
     for k, row in enumerate(rows):
         if row["flag"] == "missed" or (row["flag"] == "invented" and row["reported"] is not None):
@@ -253,7 +255,7 @@ def _build_track(track: Track, places: int | None) -> list[list[float]]:
     columns = (track.time_s, *track.position_m.T)
     if places is None:
         return [column.tolist() for column in columns]
-    # This is not NumPy's rounding, which first multiplies and so overflows for a large number.
+    # NumPy's rounding is not used, because it first multiplies and so overflows for a large number.
     return [columns[0].tolist(), *([round(value, places) for value in column.tolist()] for column in columns[1:])]
 
 
@@ -312,7 +314,7 @@ def build_impact_rows(reference: Trace, trace: Trace, score: Score) -> Iterator[
 
 
 def _explain_invented(k: int, local: LocalErrors) -> str:
-    """Describe the cause of a spurious impact, if the run's own state before it shows a cause."""
+    """Describe the cause of a spurious impact, if the run's own state before the impact shows a cause."""
     if k in local.spurious:
         return "from the run's own state before the impact, the bodies do not collide"
     if math.isnan(local.velocity[k]):
@@ -340,7 +342,10 @@ def _describe_unmatched(k: int, impact: np.void, trace: Trace, score: Score) -> 
 
 
 def _explain_missed(k: int, impact: np.void, trace: Trace, score: Score) -> str:
-    """Describe why an impact is missed: by the run's own states if they were checked, otherwise by PIT."""
+    """Describe why an impact is missed.
+
+    If the run's own states were not checked, state whether PIT also misses the impact.
+    """
     if trace.local_truth is None:
         pit = {True: "PIT also misses this impact", False: "PIT finds this impact"}
         return "" if score.pit_missed is None else pit[k in score.pit_missed]
@@ -357,7 +362,7 @@ def _explain_missed(k: int, impact: np.void, trace: Trace, score: Score) -> str:
 
 
 def _describe_delay(time_s: float, dt_s: float, score: Score) -> Json:
-    """Describe the error of the time of a matched impact: in one word, and with its size."""
+    """Describe the time error of a matched impact by one word, and by a text with its size."""
     if abs(time_s) <= THRESHOLDS.time_rounding_of(score.float_bits, score.scales.time_s, dt_s):
         return {"flag": "found", "became": "found"}
     flag = "late" if time_s > 0 else "early"
@@ -366,7 +371,7 @@ def _describe_delay(time_s: float, dt_s: float, score: Score) -> Json:
 
 
 def _explain_error(error: ImpactError, score: Score) -> str:
-    """Describe the cause of a velocity or spin error, by the run's own state before the impact."""
+    """Describe the cause of a velocity or spin error, which follows from the run's own state before the impact."""
     rounding = THRESHOLDS.rounding_of(score.float_bits)
     kind = "spin" if error.spin > rounding and not error.velocity > rounding else "velocity"
     if not getattr(error, kind) > rounding:

@@ -26,9 +26,9 @@ _NAME_WIDTH = 40
 
 
 def summary(result: object) -> str:
-    """Return a scene, trace, score, certified trace or results as a text of at most `MOST_LINES` lines of `WIDTH`.
+    """Return a scene, trace, score, certified trace or results as at most `MOST_LINES` lines of text.
 
-    A list of engines has one line per engine.
+    A line has at most `WIDTH` characters. A list of engines has one line per engine.
     """
     lines = next(_OF[kind.__name__] for kind in type(result).__mro__ if kind.__name__ in _OF)(result)
     return "\n".join(format_printable(line, WIDTH) for line in lines)
@@ -165,7 +165,7 @@ def _format_score(score: Score) -> list[str]:
 
 
 def _format_steps(score: Score) -> str:
-    """Return the stepwise score of all steps in one line."""
+    """Return the score of the single steps as one line."""
     local = score.local_truth
     if local is None:
         return ""

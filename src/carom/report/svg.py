@@ -26,7 +26,7 @@ MUTED = "#66707f"
 GRID = "#d8dde4"
 SURFACE = "#fefefd"
 WALL = "#8b94a1"
-#: Colours that colour-blind people can distinguish in light and dark mode, which a test simulates. The first three
+#: Colours that colour-blind people can distinguish in light and dark mode. A test simulates this. The first three
 #: (green, blue, red) are the colours of the source paper's figures.
 SERIES = ("#00805c", "#0068a8", "#cc3d1e", "#d94fd0", "#4b2d00", "#0f3c69", "#6a1fe0", "#74777c")
 
@@ -37,7 +37,8 @@ _MARKERS = "osD^vP*X"
 _PNG_DPI = 144
 #: Space above the axes, with and without a title.
 _HEAD_IN, _BARE_IN = 0.5, 0.15
-#: Fraction of an axis for errors within rounding, in which two labels fit; and largest number of ticks on a phone.
+#: Fraction of an axis that shows errors within rounding and has space for two labels. Largest number of ticks on a
+#: phone.
 _STRIP, _MOST_TICKS = 0.14, 4
 #: Space for the numbers and the label of the y axis, and height of a line below the diagram.
 _LEFT_IN, _FOOT_IN = 0.87, 0.16
@@ -52,7 +53,7 @@ _VARIABLES = {
 }
 
 _STYLE = {
-    "svg.fonttype": "none",  # text is not converted to paths, so that it is small, and can be searched and read aloud
+    "svg.fonttype": "none",  # text that is not converted to paths is small and can be searched and read aloud
     "text.parse_math": False,  # a name may contain a dollar sign
     "font.family": "sans-serif",
     "font.size": 9.0,
@@ -144,7 +145,8 @@ def _choose_look(engine: str) -> tuple[str, str]:
 def choose_line_style(engine: str, *, profile: str = "tuned") -> dict[str, Any]:
     """Return the line style of an engine: a colour and a mark per engine, a dash pattern per profile.
 
-    PIT's line is broad and below the other lines, which stay visible on it. Default settings have hollow marks.
+    PIT's line is broad and drawn below the other lines, so that they stay visible. Marks of default settings are
+    hollow.
     """
     hollow, pit = profile in {"default", "frame-by-frame"}, engine == "pit"
     colour, marker = _choose_look(engine)
@@ -160,8 +162,7 @@ def choose_line_style(engine: str, *, profile: str = "tuned") -> dict[str, Any]:
     }
 
 
-#: Size of a diagram for a phone, its margins at the left and for names at the right, and the height of a legend line,
-#: inches.
+#: Sizes for a phone, inches: the diagram, its left margin, its right margin for names, and the height of a legend line.
 _NARROW_IN, _NARROW_LEFT_IN, _NAMES_IN, _ENTRY_IN = (3.9, 3.9), 0.8, 1.3, 0.18
 
 
@@ -200,7 +201,7 @@ def build_framed_figure(
 
 
 def draw_link_target(axes: Axes, x: float, y: float, anchor: str) -> None:
-    """Draw an invisible disc that links to a part of the page, large enough to click."""
+    """Draw an invisible disc, large enough to click, that links to a part of the page."""
     clear = (0.0, 0.0, 0.0, 0.0)
     axes.plot([x], [y], "o", markersize=_AIM_PT, color=clear, markeredgecolor=clear, zorder=5, url=f"#{anchor}")
 
@@ -210,11 +211,11 @@ def finish(axes: Axes, below: Figure | None = None) -> None:
 
     Args:
         axes: The axes.
-        below: The figure below which the legend is drawn, instead of next to the axes.
+        below: If given, the legend is drawn at the bottom of this figure instead of next to the axes.
     """
     from matplotlib.ticker import NullFormatter
 
-    # On a short axis, matplotlib would label minor ticks as formulas, which `use_drawing_style` disables.
+    # On a short axis, matplotlib would label minor ticks with formulas, but `use_drawing_style` disables formulas.
     for each in (axes, *axes.child_axes):
         each.xaxis.set_minor_formatter(NullFormatter())
         each.yaxis.set_minor_formatter(NullFormatter())
@@ -311,8 +312,8 @@ def render(figure: Figure, label: str, links: Mapping[str, str] = MappingProxyTy
     Args:
         figure: The figure.
         label: Accessible name of the drawing.
-        links: Accessible names of the links in the figure, by their targets in the page.
-        narrow: Whether this is the version for a phone of a figure that is also on the page.
+        links: Accessible names of the links in the figure, by the links' targets in the page.
+        narrow: Whether the figure is the phone version of another figure on the page.
     """
     import matplotlib as mpl
 

@@ -1,7 +1,8 @@
 """Paths of the discs of a trace, compressed to few knots. A disc flies freely between two knots.
 
 Between two knots, a disc moves on the straight line or, under gravity, on the parabola through both knots: ``p(t) = p_a
-+ (p_b - p_a) (t - a) / (b - a) + g (t - a) (t - b) / 2``. So a knot is a time and a position, and paths never jump.
++ (p_b - p_a) (t - a) / (b - a) + g (t - a) (t - b) / 2``. So a knot consists of a time and a position, and paths never
+jump.
 """
 
 from __future__ import annotations
@@ -21,8 +22,8 @@ Array = NDArray[np.float64]
 #: extent. This is a thousandth of a pixel in a picture of a hundred pixels, and a fiftieth of a pixel in the largest
 #: picture.
 SHARPNESS = 1e-5
-#: Number of pieces of a slide. The spin is constant in each piece. If the change of spin turns the disc by some angle,
-#: this causes an error of 1/576 of that angle.
+#: Number of pieces of a slide. The drawn spin is constant in each piece. The error of the angle is at most 1/576 of the
+#: angle that the change of spin adds.
 _PIECES_OF_A_SLIDE = 12
 
 
@@ -58,7 +59,7 @@ class Track:
         return found
 
     def convert_to_pull(self, pull_m_s2: Array, near_m: float) -> Track:
-        """Return the track as flights that have the same acceleration, with a position error of at most `near_m`."""
+        """Return a track whose flights all have the given acceleration, with a position error of at most `near_m`."""
         if self.pull_m_s2.ndim == 1:
             return self
         durations_s = np.diff(self.time_s)
@@ -72,10 +73,10 @@ class Track:
 
 @dataclass(frozen=True)
 class Turning:
-    """The angle of one disc, which changes at a constant rate between two given times.
+    """The angle of one disc. Between two successive times, the angle changes at a constant rate.
 
     Attributes:
-        time_s: The start, the disc's impacts, times within contacts at which its spin changes, and the end; shape
+        time_s: Times of the start, of the disc's impacts, of changes of its spin within contacts, and of the end; shape
             ``(k,)``, ascending.
         angle_rad: The angle at these times relative to the start, counterclockwise, shape ``(k,)``.
     """
@@ -154,8 +155,9 @@ def build_reference_tracks(trace: Trace) -> tuple[Track, ...]:
 def _compute_knot_times(flight: Flight) -> list[float]:
     """Return the times of a flight's knots, up to its end. With damping, a flight needs several knots.
 
-    Between two knots at a distance h in time, a disc has an error of up to c v h^2 / 8. The error must be at most
-    `SHARPNESS` of the flight's length. When a smaller part of the flight remains, the disc is drawn at rest.
+    With a damping rate c and a time h between two knots, a disc of speed v has an error of up to c v h^2 / 8. The error
+    must be at most `SHARPNESS` of the flight's length. When a smaller part of the flight's length remains, the disc is
+    drawn at rest.
     """
     duration_s, rate = flight.end_s - flight.begin_s, flight.damping.per_s
     undamped_s, begin_s = flight.damping.to_undamped(duration_s), flight.begin_s
@@ -171,8 +173,8 @@ def build_observed_tracks(trace: Trace, extent_m: float) -> tuple[Track, ...]:
 
     If no states are recorded, or if the impacts explain all states, return tracks from the impacts.
 
-    If a method advances to the instants of impacts, discs turn between two states. The impacts of such a method show
-    more than its states.
+    If a method advances to the instants of impacts, discs change direction between two states. So the impacts of such a
+    method describe the paths better than the states.
 
     Args:
         trace: The run.
@@ -192,9 +194,9 @@ def build_observed_tracks(trace: Trace, extent_m: float) -> tuple[Track, ...]:
 
 
 def list_sampled_positions(trace: Trace) -> tuple[Array, Array] | None:
-    """Return the times and positions of the samples of a trace and of its end; None if there are no samples.
+    """Return the times and positions of a trace's samples and of its end; None if there are no samples.
 
-    The last step may end after the scene. The final state is the state at the end of the scene.
+    The last step may end after the end of the scene, but the final state is the state at the end.
     """
     samples = trace.samples
     if samples is None or not len(samples.time_s):
@@ -212,7 +214,7 @@ def _cut_at_non_finite(track: Track) -> Track:
 
 
 def _does_pass_through(track: Track, times: Array, places: Array, near: float) -> bool:
-    """Whether a track passes through the states. Return False for a track that is not finite."""
+    """Return whether a track passes through the states; False for a track that is not finite."""
     away = np.abs(track.positions_at(times) - places)
     return bool(np.isfinite(away).all() and away.max() <= near)
 

@@ -1,6 +1,7 @@
 """Renderer of documents as one HTML file.
 
-The file loads nothing from elsewhere, escapes every name, and allows only the report's own script, by its hash.
+The file loads nothing from elsewhere and escapes every name. By a hash, its content policy allows only the report's
+script.
 """
 
 from __future__ import annotations
@@ -27,9 +28,10 @@ _SCRIPTS = {Replays: (*_REPLAY, "table.js"), Figures: ("chart.js",), Table: ("ro
 #: Number of table columns that fit on a phone.
 _MOST_ACROSS = 3
 
-#: Export keywords of modules. Imports are removed, because a page joins all scripts into one.
+#: Export keywords of modules. They are removed, because a page joins all scripts into one.
 _EXPORT = re.compile(r"^export (?:\{[^}]*\};\n)?", re.MULTILINE)
-#: Imports, comment lines and indents of modules. These lines are removed from pages. No string spans several lines.
+#: Imports, comment lines and indents of modules. They are removed from pages. No string of a module spans several
+#: lines, so strings do not change.
 _IMPORT = re.compile(r'^import \{[^}]*\} from "\./\w+\.js";\n|^ *//[^\n]*\n|^ +', re.MULTILINE)
 
 
@@ -95,7 +97,7 @@ def _load_template(name: str) -> Template:
 def build_page_script(*names: str) -> str:
     """Return several scripts as one, with the code that unpacks their data."""
     templates = resources.files("carom.report") / "templates"
-    shared = resources.files("carom") / "web"  # these modules are shared with the play page
+    shared = resources.files("carom") / "web"  # this module is shared with the play page
     file_names = ("unpack.js", *names) if names else ()
     texts = (
         ((shared if name == "drawing.js" else templates) / name).read_text(encoding="utf-8") for name in file_names
@@ -112,7 +114,7 @@ def build_content_policy(script: str) -> str:
 
 
 def _pack_rows(table: Table) -> str:
-    """Return packed data for a table by `rows.js`. A cell is a text, or an object if it has other fields."""
+    """Return a table's packed data for `rows.js`. A cell is a text, or an object if it has other fields."""
     columns, rows = table.select_for(Media.PAGE)
     heads = [[column.line, column.number] for column in columns]
     return pack_data({"columns": heads, "rows": [[_pack_cell(cell) for cell in row] for row in rows]})
@@ -120,7 +122,7 @@ def _pack_rows(table: Table) -> str:
 
 def _pack_cell(cell: Cell) -> str | dict[str, str]:
     """Return a cell for `rows.js`, which shows words and symbols, but no bars or links."""
-    # Control characters are escaped here, because the writer of the page's file can't see into packed data.
+    # Control characters are escaped here, because the code that writes the page's file can't escape packed data.
     attributes = {
         name: escape_controls(getattr(cell, name)) for name in ("css", "symbol", "note", "title") if getattr(cell, name)
     }

@@ -55,7 +55,7 @@ def render_terminal(document: Document, width: int, *, full: bool = False) -> It
 
 
 def render_plain_text(document: Document, width: int = 80) -> str:
-    """Return a document as plain text of a terminal, without colours."""
+    """Return a document as the text that a terminal shows, without colours."""
     buffer = io.StringIO()
     console = Console(file=buffer, width=width, highlight=False, markup=False)
     for item in render_terminal(document, width):
@@ -97,7 +97,7 @@ def _fit_column(column: Column, cells: Sequence[Cell], *, first: bool) -> _Fitte
     is_unbroken = first or any(cell.shares for cell in cells)  # names and bars are not broken
     heads, rows = heading.plain.splitlines(), [line for text in rendered for line in text.plain.splitlines()]
     words = heads if is_unbroken else _list_words(heads)
-    words += rows if is_unbroken or column.number else _list_words(rows)  # a number keeps its unit
+    words += rows if is_unbroken or column.number else _list_words(rows)  # a number and its unit stay together
     min_width, max_width = (max(map(cell_len, parts), default=0) for parts in (words, heads + rows))
     return _Fitted(heading, rendered, column.number, is_unbroken, min_width, max_width)
 
@@ -131,7 +131,7 @@ def _render_cell(cell: Cell) -> RichText:
 
 
 def _render_bar(shares: Sequence[Share]) -> RichText:
-    """Return a bar that consists of each share's own symbol, so that it is readable without colours.
+    """Return a bar in which each share consists of its symbol, so that the bar is readable without colours.
 
     Every share is visible.
     """

@@ -167,7 +167,7 @@ def _build_file_type(hint: Any) -> Any:
     if dataclasses.is_dataclass(hint):
         return Annotated[hint, _Fields()]
     if origin in (Union, UnionType):
-        if type(None) in parts:  # here, null has a meaning of its own, other than NaN
+        if type(None) in parts:  # here, null does not mean NaN
             parts = tuple(_FINITE if part is float else part for part in parts if part is not type(None))
             return Union[tuple(map(_build_file_type, parts))] | None  # noqa: UP007 - the number of types varies
         return Union[tuple(map(_build_file_type, parts))]  # noqa: UP007 - the number of types varies
@@ -209,7 +209,7 @@ def _build_enum_type(kind: type[Enum]) -> Any:
 
 @dataclass(frozen=True)
 class _Fields:
-    """Schema of a dataclass, with each field in its written form."""
+    """Schema of a dataclass, in which each field has its type in the file."""
 
     def __get_pydantic_core_schema__(self, kind: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         hints = get_type_hints(kind, include_extras=True)

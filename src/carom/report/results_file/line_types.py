@@ -19,7 +19,7 @@ from carom.execution.timing import Timing
 from carom.model.trace import Outcome, Setting
 from carom.support.limits import LARGEST, SMALLEST
 
-#: Type of a step: seconds, in the range that a run can have.
+#: Type of a step size: seconds, in the range that a run can have.
 Step = Annotated[float, Field(ge=SMALLEST, le=LARGEST)]
 
 
@@ -39,7 +39,8 @@ class Summary:
 
     Attributes:
         rows: Number of the following lines.
-        verdicts: Meaning of each verdict by name, because other versions of Carom may have other verdicts.
+        verdicts: Meaning of each verdict by name. The file contains the meanings, because other versions of Carom may
+            have other verdicts.
         scenes: Values of each scene by name.
         sampling: PIT's errors with each step size of each scene. Every cell with the same scene and step size is
             compared with these errors.
@@ -80,9 +81,9 @@ class RowLine:
     If the cell was not run, the values of its run are null.
 
     Attributes:
-        tried: Settings that replace the profile's own.
+        tried: Settings that replace settings of the profile.
         reason: Reason why there is no score; empty if the run has a score.
-        matched: Number of found impacts. In contrast, `missed`, `spurious` and `undecided` are indices.
+        matched: Number of found impacts. In contrast, `missed`, `spurious` and `undecided` contain indices of impacts.
         price_paid: Velocity error divided by PIT's velocity error; "inf" if PIT has no error.
         local: Median and largest local error of each kind. Kinds of error that no impact has are omitted.
         counts: Work counters that the method reports.

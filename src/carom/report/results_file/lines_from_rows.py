@@ -1,4 +1,4 @@
-"""Lines of results.jsonl from the rows of a cross-check, and their verdicts as sentences."""
+"""Conversion of a cross-check's rows to lines of results.jsonl, and of verdicts to sentences."""
 
 from __future__ import annotations
 
@@ -38,7 +38,10 @@ def build_summary(results: Results) -> Summary:
 
 
 def _build_pit_errors(scene: str, dt_s: float, score: Score) -> dict[str, str | int | float | None]:
-    """Return PIT's errors for a scene and step size, with which all rows of that scene and step size are compared."""
+    """Return PIT's errors for a scene and step size.
+
+    All rows with this scene and step size are compared with these errors.
+    """
     errors = dataclasses.asdict(score.sampling) if score.sampling else {}
     missed = None if score.pit_missed is None else len(score.pit_missed)
     return {"scene": scene, "dt_s": dt_s, "missed": missed, **errors}
@@ -85,7 +88,7 @@ def build_line(row: Row) -> RowLine:
 
 
 def list_reasons(line: RowLine, verdicts: Mapping[str, str] = _VERDICTS) -> tuple[str, ...]:
-    """Return every verdict with its numbers, or why the row has no verdict, as sentences without a full stop.
+    """Return a sentence for every verdict, or the reason why the row has no verdict. The sentences have no full stop.
 
     Args:
         line: The line of a row.

@@ -1,4 +1,4 @@
-"""The file results.jsonl: every number of a cross-check as JSON lines, written and read.
+"""Writer and reader of results.jsonl, which contains every number of a cross-check as JSON lines.
 
 The first line describes the machine, versions and command of all rows.
 """
@@ -48,12 +48,12 @@ def read_records(path: Path) -> tuple[Summary, list[RowLine]]:
 
 
 def stream_records(path: Path) -> tuple[Summary, Iterator[RowLine]]:
-    """Read a file written by `format_records` row by row, so that it need not fit into memory.
+    """Read a file by `format_records`, and yield its rows one by one, so that the file need not fit into memory.
 
     The iterator checks the number of rows.
 
     Raises:
-        InputError: The same errors as `read_records`. The iterator raises the same errors.
+        InputError: The same errors as in `read_records`. The iterator also raises these errors.
     """
     texts = _read_lines(path)
     head = _parse_head(path, next(texts, b"{}"))
@@ -120,7 +120,7 @@ def _parse_object(path: Path, number: int, text: bytes) -> dict[str, Any]:
 
 
 def _read_lines(path: Path) -> Iterator[bytes]:
-    """Yield the lines of a file, within the limits of a line and of the file."""
+    """Yield the lines of a file. Raise an error if a line or the file exceeds its limit."""
     size = values = 0
     try:
         with path.open("rb") as file:
@@ -141,9 +141,9 @@ def _read_lines(path: Path) -> Iterator[bytes]:
 
 
 def _summarise_local_errors(score: Score) -> dict[str, int | float]:
-    """Return the median and the largest of each local error. The errors of all impacts would make lines too long.
+    """Return the median and the largest local error of each kind. The errors of all impacts would make lines too long.
 
-    Kinds that no impact has are omitted, such as spin errors if no disc spins.
+    Kinds of error that no impact has are omitted, such as spin errors if no disc spins.
     """
     local = score.local
     sampled = ("sampling_velocity", "solver_velocity", "sampling_spin", "solver_spin")

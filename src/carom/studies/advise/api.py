@@ -45,13 +45,13 @@ def advise(
 ) -> ShownAdvice:
     """Find the largest step sizes at which each engine misses no impact of a scene and meets an accuracy target.
 
-    The result prints like `carom advise`, is displayed in a notebook, and has `plot()` for the error against the step
-    size.
+    The result prints the text of `carom advise`, and is displayed in a notebook. Its `plot()` draws the error against
+    steps per second.
 
     Args:
         scene: The scene, or its name in the catalogue.
         engine_names: Names of adapters (default: all installed ones).
-        progress: Called with (done, all, what).
+        progress: Called with the number of finished tasks, the number of all tasks, and a description.
         pool: Worker pool, which stays open. By default, a new pool is used and closed.
         options: ``direction_error_rad``, ``profiles``, ``scheduler`` and the other fields of
             `carom.studies.advise.options.AdviceOptions`.

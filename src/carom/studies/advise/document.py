@@ -79,7 +79,7 @@ def build_advice_document(advice: Advice, scene_word: str = "") -> Document:
 
 
 def _list_questions(advice: Advice) -> Iterator[tuple[str, Callable[[Advised], StepRange]]]:
-    """Yield the heading of each accuracy criterion, and the function that reads the step sizes that meet it."""
+    """Yield the heading of each accuracy criterion, and a function that returns the step sizes that meet it."""
     yield "no miss", lambda answer: answer.never_misses
     yield f"≤ {_format_target_angle(advice)}", lambda answer: answer.demand
 
@@ -157,8 +157,8 @@ def _format_target_angle(advice: Advice) -> str:
 def _describe_longest_step(advice: Advice, question: Callable[[Advised], StepRange]) -> str:
     """Describe the largest step size that passes, and its method.
 
-    A method whose steps Carom cuts is named only if no other method passes, because an engine has no setting that cuts
-    steps.
+    Methods whose steps Carom cuts are considered only if there are no other methods, because an engine has no setting
+    that cuts steps.
     """
     candidates = [one for one in advice.answers if one.method not in advice.located] or list(advice.answers)
     passing = [(found, answer) for answer in candidates if (found := question(answer)).passes]
@@ -191,7 +191,7 @@ def _count_steps_per_frame(advice: Advice, found: StepRange) -> int | None:
 
 
 def _build_code_blocks(advice: Advice, rows: Sequence[Advised], scene_word: str) -> Iterator[Block]:
-    """Yield the steps per frame of each method, the engine's code for a frame, and the command for all settings.
+    """Yield each method's steps per frame, the engine's code for a frame, and the command that prints all settings.
 
     A terminal shows only the first method.
     """
@@ -248,7 +248,7 @@ def _describe_pit_steps(advice: Advice) -> str:
 
 
 def _build_notes(advice: Advice) -> Iterator[str]:
-    """Yield notes on methods that fail at a smaller step size, on early ends of searches, and on the hardest impact."""
+    """Yield notes on methods that fail below a passing step size, on unfinished searches, and on the hardest impact."""
     for answer in advice.answers:
         never_misses = answer.never_misses
         for found, result in ((never_misses, "misses none"), (answer.demand, "meets the target")):
@@ -293,7 +293,7 @@ def _format_rate(dt_s: float) -> str:
 
 
 def _format_rates(trials: Iterable[StepTrial]) -> str:
-    """Return rates as a list. If there are many, return the first rate, the last rate and their number."""
+    """Return rates as a list. If there are many, return the first rate, the last rate and the number of rates."""
     rates = [_format_rate(trial.dt_s) for trial in trials]
     if len(rates) < _MANY:
         return formatting.join_words(rates)

@@ -1,4 +1,4 @@
-"""Diagram of the advice: error against step size, with a line for each method and one for the target."""
+"""Diagram of the advice: error against steps per second, with a line for each method and a line for the target."""
 
 from __future__ import annotations
 

@@ -32,10 +32,10 @@ class AdviceOptions(LimitOptions):
         engines: Names of adapters; None for all. PIC and PIT get no recommendation.
         profiles: Names of profiles.
         direction_error_rad: Largest allowed error of a disc's direction after any impact.
-        miss_probability: Fraction of start positions at which an impact may be missed or invented.
+        miss_probability: Allowed fraction of start positions from which an impact is missed or invented.
         phases: Number of start positions, evenly spread over a step, from which each step size is tested.
         budget_steps: Largest number of engine steps in the search for one method. The search ends with its present
-            result if the next step size would exceed this number.
+            result if the test of the next step size would exceed this number.
 
     Raises:
         InputError: A value is invalid.

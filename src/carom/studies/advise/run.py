@@ -1,9 +1,8 @@
 """Search for the largest step sizes at which each engine misses no impact and meets an accuracy target.
 
 For two smooth discs, the largest step size of checking once per step (PIT) has a closed form; see
-`carom.studies.advise.sampling_limit`. All other step sizes are found by trials on a grid. The trials of a step size
-have start positions that are evenly spread over one step, and start positions with a check just before the hardest
-impacts.
+`carom.studies.advise.sampling_limit`. All other step sizes are found by trials on a grid. Each step size is tested from
+two kinds of start positions: evenly spread over one step, and with a check just before one of the hardest impacts.
 """
 
 from __future__ import annotations
@@ -37,7 +36,7 @@ AIMED = 3
 
 
 class ReferenceCut(Enum):
-    """Reason why only the beginning of a scene is searched. The value is the phrase shown."""
+    """Reason why only the beginning of a scene is searched. The value is the phrase that the report shows."""
 
     TIE = "a disc meets two others at once, so the scene has no unique answer"
     CHAOS = "rounding decides what happens"
@@ -76,17 +75,17 @@ class Advice:
     Attributes:
         scene: The scene, up to the end of its reliable reference.
         demand: Required accuracy.
-        impacts: Impacts of the reference.
+        impacts: Number of impacts of the reference.
         hardest: Some of the hardest impacts, beginning with the hardest one.
-        closed_form: The steps of PIT; None if they have no closed form.
+        closed_form: The largest step sizes for PIT; None if they have no closed form.
         sampling: Search result of PIT, for comparison, if there is no closed form.
         answers: One entry per engine and profile.
         unable: Engines and profiles that can't run the scene.
-        phases: Number of evenly spread starts at which each step was tested.
+        phases: Number of evenly spread starts from which each step size was tested.
         budget_steps: Budget of each search, in engine steps.
         swept: Methods whose engine sweeps fast bodies, so that no body passes through another in a step.
         located: Methods whose steps Carom cuts. No setting of the engine cuts steps.
-        code: The engine's code for one frame at the recommended step, by method, if the adapter writes code.
+        code: The engine's code for one frame at the recommended step size, by method, if the adapter writes code.
         environment: Machine and versions.
         command: The command that repeats the study; empty if it was called from Python.
         elapsed_s: Elapsed seconds.
@@ -121,7 +120,7 @@ def advise(
         scene: The scene.
         options: Options of the study.
         pool: Worker pool, which stays open.
-        progress: Called with (done, all, what).
+        progress: Called with the number of finished searches, the number of all searches, and a description.
         command: The command that repeats the study, for the result.
 
     Raises:
@@ -199,7 +198,7 @@ def _write_frame_code(scene: Scene, answer: Advised, pool: Pool) -> str:
 
 
 def _cut_reference(scene: Scene) -> tuple[Trace, ReferenceCut | None]:
-    """Return the reliable part of a scene's reference. If the part ends before the scene, return the reason, too."""
+    """Return the reliable part of a scene's reference, and why this part ends before the scene; None if it does not."""
     reference = solve_reference(scene)
     if not isinstance(reference, Trace):
         raise InputError(f"there is no reference to compare with: {reference}")
@@ -237,7 +236,7 @@ def _find_closed_form(scene: Scene, hardest: Sequence[HardImpact]) -> ClosedForm
 def _run_searches(
     scene: Scene, searches: Mapping[Method, StepSearch], aimed_s: Sequence[float], pool: Pool, progress: Progress
 ) -> None:
-    """Run the steps that the searches request, one step of each search at a time, until all searches have ended."""
+    """Test the step sizes that the searches request, one per search at a time, until all searches have ended."""
     tested_count = 0
     while requests := {method: search.wanted for method, search in searches.items() if search.wanted is not None}:
         starts = {method: list_start_phases(one.dt_s, one.even, aimed_s) for method, one in requests.items()}

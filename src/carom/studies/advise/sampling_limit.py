@@ -1,8 +1,8 @@
-"""Accuracy target, and the largest step size at which checking once per step meets it for one impact, in closed form.
+"""Closed form of the largest step size at which checking once per step meets an accuracy target for one impact.
 
-A method that checks at t = k dt finds the impact of two discs at the first check in [enter, closest approach), while
-the discs overlap and still approach. So if dt is at most the length of this window, the method finds the impact at
-every phase, with a delay of less than dt. The direction error that a delay causes follows from geometry. While the
+A method that checks at t = k dt finds the impact of two discs at the first check in [first contact, closest approach),
+while the discs overlap and still approach. So if dt is at most the length of this window, the method finds the impact
+at every phase, with a delay of less than dt. The direction error that a delay causes follows from geometry. While the
 discs slide into one another, their line of centres turns, and the velocity of each disc after the impact moves on a
 circle. Let u be the relative velocity, ``k = (1 + e) mu / m``, and n the unit line of centres. Then a disc's velocity
 changes by ``k (u . n) n = (k / 2) (u + |u| w)``. Here w is the unit vector whose angle is twice the angle of n, minus
@@ -25,7 +25,7 @@ class Demand:
 
     Attributes:
         direction_error_rad: Largest allowed error of a disc's direction after any impact.
-        miss_probability: Fraction of start positions at which an impact may be missed or invented; below 1.
+        miss_probability: Allowed fraction of start positions from which an impact is missed or invented; below 1.
     """
 
     direction_error_rad: float
@@ -54,14 +54,14 @@ class ContactWindow:
     @property
     def length_s(self) -> float:
         """Seconds from contact to the closest approach, if there were no impact."""
-        # The difference of squares is computed as a product of two sums. For a graze, the difference of the two rounded
-        # squares would be mostly rounding error.
+        # The difference of squares is computed as the product of a difference and a sum. For a graze, the difference of
+        # the two rounded squares would be mostly rounding error.
         inside = (self.reach_m - abs(self.miss_m)) * (self.reach_m + abs(self.miss_m))
         return math.sqrt(max(inside, 0.0)) / self.speed_m_s
 
     @property
     def share(self) -> float:
-        """The impact parameter over the contact distance: 0 for a head-on impact, 1 for a graze."""
+        """The impact parameter divided by the contact distance: 0 for a head-on impact, 1 if the discs only touch."""
         return abs(self.miss_m) / self.reach_m
 
     @classmethod
@@ -75,11 +75,11 @@ class ContactWindow:
 def compute_direction_limit(
     window: ContactWindow, velocity_before: Vector, sign: float, push: float, angle_rad: float
 ) -> float:
-    """Return the largest delay of an impact that changes a disc's direction after the impact by at most an angle.
+    """Return the largest delay of an impact at which a disc's direction after the impact is wrong by at most an angle.
 
     Args:
         window: The two discs at contact.
-        velocity_before: Velocity of the disc before, metres a second.
+        velocity_before: Velocity of the disc before the impact, metres a second.
         sign: 1 for the first disc, whose velocity changes by ``+push (u . n) n``; -1 for the second.
         push: ``(1 + e) mu / m`` of this disc; 0 if it is immovable.
         angle_rad: The angle, above 0 and below pi.
@@ -138,7 +138,7 @@ class PairLimit:
 
     Attributes:
         window: The two discs at contact; None for a wall.
-        miss_dt_s: Largest step size that finds the impact with the required probability.
+        miss_dt_s: Largest step size at which the method finds the impact with the required probability.
         direction_dt_s: Largest step size at which no disc's direction is wrong by more than the required angle.
     """
 
@@ -186,15 +186,14 @@ class Cause(Enum):
 
 @dataclass(frozen=True)
 class HardImpact:
-    """An impact of the reference, with the largest step sizes of a method that checks for overlap once per step.
+    """An impact of the reference, with the largest step sizes at which checking once per step is accurate enough.
 
     Attributes:
         time_s: Time of the impact.
         first: The disc.
         second: The other disc, or a wall.
-        limit: The largest step sizes. Friction is ignored, because the limits only serve to choose start positions if
-            discs have friction.
-        cause: Reason why the impact needs a small step.
+        limit: The largest step sizes, without friction. If discs have friction, these step sizes only guide the search.
+        cause: Reason why the impact needs a small step size.
     """
 
     time_s: float

@@ -13,34 +13,35 @@ from carom.model.scene import Scene
 from carom.studies.advise.sampling_limit import Demand
 from carom.studies.advise.step_trial import StepTrial, compute_step_limit
 
-#: Number of evenly spread starts at which a result is confirmed.
+#: Number of evenly spread starts from which a result is confirmed.
 CONFIRM = 64
 
-#: The grid has two steps per octave: 1, 1.5, 2, 3, 4, 6 ... steps per frame. From half a frame down, these are whole
-#: numbers.
+#: The grid has two steps per octave: 1, 1.5, 2, 3, 4, 6 ... steps per frame. For steps of half a frame or less, these
+#: numbers are whole.
 IN_AN_OCTAVE = (1.0, 1.5)
 
-#: A step is a result only if all smaller steps of the grid also pass, down to this number of octaves below. One more
-#: octave is required if the error is not proportional to the step in these octaves.
+#: A step size is a result only if all smaller step sizes of the grid also pass, down to this number of octaves below
+#: it. One more octave is required if the error is not proportional to the step size in these octaves.
 OCTAVES_BELOW = 2
 LONGEST = OCTAVES_BELOW + 1
 
 #: All steps down to one step per frame are tested, because one step per frame is usual. If checking once per step needs
-#: smaller steps, tests continue down to this number of octaves below a frame. An engine that sweeps only fast discs
-#: does not sweep at small steps, so it may miss impacts that it finds at larger steps.
+#: smaller steps, tests continue down to these steps, but at most this number of octaves below a frame. An engine that
+#: sweeps only fast discs does not sweep at small steps, so it may miss impacts that it finds at larger steps.
 OCTAVES_COVERED = 3
 
-#: Numbers within this factor count as equal. An error is proportional to the step if the ratios of error and step are
-#: equal over the octaves above; the order of convergence is then within 0.16 of 1. An error does not depend on the
-#: step size if the errors are equal; the order is then within 0.11 of 0.
+#: Numbers within this factor count as equal. An error is proportional to the step size if the ratio of both is equal
+#: over `OCTAVES_BELOW` octaves; the order of convergence is then within 0.16 of 1. An error does not depend on the step
+#: size if it is equal over `LONGEST` octaves; the order is then within 0.11 of 0.
 SAME = 1.25
 
-#: The smallest tested step size, as a fraction of a frame or of the step that the hardest impact allows.
+#: The smallest tested step size, as a fraction of the shortest of these times: a frame, the whole run, and the step
+#: size that the hardest impact allows.
 FINEST = 1 / 64
 
 
 class SearchEnding(Enum):
-    """Reason why no further step size was tested. The value is the phrase shown."""
+    """Reason why no further step size was tested. The value is the phrase that the report shows."""
 
     FOUND = "both step sizes were found"
     BUDGET = "its budget of engine steps was used up"
@@ -54,7 +55,7 @@ class StepRange:
     """Passing step sizes: every tested step size from `passes` down to `down_to_s`.
 
     Attributes:
-        passes: The largest passing step size, confirmed at `CONFIRM` starts; None if there is none.
+        passes: The largest passing step size, confirmed from `CONFIRM` starts; None if there is none.
         in_frame: The largest passing step size that divides a frame, confirmed like `passes`; None if there is none.
         down_to_s: The smallest tested step size, seconds; NaN if none was tested.
         fails: The smallest failing step size, which is the tested step just above the passing ones; None if no step
@@ -78,7 +79,7 @@ class StepRange:
 
 @dataclass(frozen=True)
 class Advised:
-    """Result of a method's search.
+    """Result of the search for one method.
 
     Attributes:
         method: Engine and profile.
@@ -101,7 +102,7 @@ class Advised:
 
     @property
     def steps(self) -> int:
-        """Engine steps of these trials."""
+        """Number of engine steps in all trials."""
         return sum(trial.steps for trial in self.trials)
 
     @property
@@ -157,12 +158,13 @@ class StepSearch:
         scene: The scene.
         method: Engine and profile.
         demand: Required accuracy.
-        guess_s: Largest step size with which a check for overlap once per step finds the hardest impact.
-        phases: Number of evenly spread starts at which each step is tested.
+        guess_s: Largest step size at which checking once per step is accurate enough for the hardest impact.
+        phases: Number of evenly spread starts from which each step size is tested.
         aimed: Number of additional starts with a check just before a hard impact.
         budget_steps: Budget of engine steps. A step size is tested only if its estimated cost is within the rest of the
-            budget. The estimate assumes that its runs end as early as those of the previous step size.
-        refusal: Returns the reason why the method refuses a step; an empty text if it accepts the step.
+            budget. The estimate assumes that the runs end as early as those with the previous step size.
+        refusal: Function that returns the reason why the method refuses a step size; an empty text if it accepts the
+            step size.
     """
 
     def __init__(
@@ -196,7 +198,10 @@ class StepSearch:
         return all(self._refusal(dt_s) for dt_s in self._grid)
 
     def take(self, trial: StepTrial | str) -> None:
-        """Store the result of the requested step, or the reason why it could not be tested, and request the next."""
+        """Store the result of the requested step size, or the reason why it could not be tested.
+
+        Then request the next step size.
+        """
         try:
             self.wanted = self._requests.send(trial)
         except StopIteration:
@@ -234,7 +239,7 @@ class StepSearch:
                 return
 
     def _test(self, dt_s: float, even: int) -> Generator[Wanted, StepTrial | str, bool]:
-        """Request a step, and return whether the search continues."""
+        """Request a step size, and return whether the search continues."""
         max_steps = compute_step_limit(self._duration_s, dt_s, even + self._aimed)
         # Expect this step's runs to end after the last impact, like the runs of the previous step.
         if max_steps * self._used_part > self._budget_left:
@@ -256,7 +261,7 @@ class StepSearch:
         return True
 
     def _find_unconfirmed(self) -> StepTrial | None:
-        """Return a step that needs only more starts to be a result; None if there is none."""
+        """Return a step size that becomes a result if it also passes from more starts; None if there is none."""
         for passes in self._questions:
             run = _select_finest_passing(self._tested, passes)
             for trial in (*run[:1], *self._select_frame_divisor(run)) if self._spans_enough(run) else ():
@@ -269,7 +274,7 @@ class StepSearch:
         return [trial for trial in run if count_steps_per_frame(trial.dt_s, self._rate_hz)][:1]
 
     def _spans_enough(self, run: Sequence[StepTrial]) -> bool:
-        """Whether the first step of `run` is a result: enough smaller steps were tested."""
+        """Whether enough smaller step sizes were tested for the first step size of `run` to be a result."""
         falling = _are_equal([trial.direction_error_rad / trial.dt_s for trial in run])
         return _spans_octaves(run, OCTAVES_BELOW if falling else LONGEST) and run[-1].dt_s <= self._coarsest_end_s
 

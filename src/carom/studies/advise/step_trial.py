@@ -33,7 +33,7 @@ JUST_BEFORE = 1e-3
 #: end.
 BEYOND_STEPS = LATEST_STAMP_STEPS + 1
 
-#: Number of references that a worker caches. The next method reuses the references of the starts of one step.
+#: Number of references that a worker caches. Methods that are tested with the same step size reuse these references.
 REFERENCES_KEPT = 128
 
 
@@ -85,7 +85,7 @@ _reference = lru_cache(maxsize=REFERENCES_KEPT)(solve_reference)
 
 @dataclass(frozen=True)
 class StepTrial:
-    """Result of one step size at all its starts.
+    """Result of one step size from all its starts.
 
     Attributes:
         dt_s: The step size, seconds.
@@ -93,7 +93,7 @@ class StepTrial:
         starts: Number of all starts.
         lost_even: Number of evenly spread starts that missed or invented an impact or ended early.
         lost: Number of all starts, evenly spread or chosen, that missed or invented an impact or ended early.
-        direction_error_rad: Largest direction error at any start; NaN if no impact was found.
+        direction_error_rad: Largest direction error from any start; NaN if no impact was found.
         steps: Number of engine steps.
         reason: Error of the engine or its adapter, because of which the step size fails; empty if there is no error.
     """
@@ -149,12 +149,12 @@ def list_start_phases(dt_s: float, even: int, aimed_s: Iterable[float]) -> tuple
 
 def compute_step_limit(duration_s: float, dt_s: float, starts: int) -> int:
     """Return the largest number of engine steps for a number of starts."""
-    # A start can be up to a step before the scene's start.
+    # A run can begin up to a step before the scene's start.
     return starts * (math.ceil(duration_s / dt_s) + 1 + BEYOND_STEPS)
 
 
 def try_starts(jobs: Iterable[Job], pool: Pool) -> Mapping[tuple[Method, float], Answer[Started]]:
-    """Run the jobs of one step size per method, and return the results by method and phase."""
+    """Run jobs that have one step size per method, and return the results by method and phase."""
     asks = [
         TaskRequest((job.method, job.phase), build_job_key(job), StartTask(job), steps=estimate_steps(job))
         for job in sort_by_start(jobs)

@@ -26,9 +26,9 @@ from carom.studies.bench.result import Bench, Point
 from carom.studies.bench.tables import format_error, format_point_name
 from carom.studies.bench.timing_pass import At
 
-#: A run time has changed if the whole confidence interval of its ratio to the earlier one is farther from 1 than this.
-#: Smaller differences between two sessions have other causes, such as the program's position in memory and other work
-#: of the machine.
+#: A run time has changed if the whole confidence interval of its ratio to the earlier run time differs from 1 by more
+#: than this number. Smaller differences between two sessions have other causes, such as the program's position in
+#: memory and other work of the machine.
 LEAST_CHANGE = 0.05
 
 
@@ -58,7 +58,8 @@ class Compared:
         before: The same point in the earlier bench.
         ratio: The point's run time divided by PIT's, divided by the same quotient of the earlier bench; NaN if a bench
             has too few rounds.
-        low: Lower end of the ratio's confidence interval, whose confidence level is for all points together.
+        low: Lower end of the ratio's confidence interval. The confidence level holds for the intervals of all points
+            together.
         high: Upper end of the interval.
     """
 
@@ -78,7 +79,7 @@ class Compared:
 
     @property
     def accuracy(self) -> BaselineChange:
-        """Change of the point's lost impacts and of its error, rounded to two digits.
+        """Change of the point's lost impacts, and of its error rounded to two digits.
 
         A change is never noise, because repeated runs of one version have equal errors.
         """
@@ -96,7 +97,7 @@ def read_baseline(path: Path, environment: Environment) -> dict[tuple[str, At], 
         environment: Description of this machine.
 
     Raises:
-        InputError: The bench does not exist, or it ran on another machine.
+        InputError: The bench can't be read, has another format, or ran on another machine.
     """
     file = path / "bench.json" if path.is_dir() else path
     try:
@@ -147,9 +148,10 @@ def compare_points(bench: Bench, before: dict[tuple[str, At], Before]) -> list[C
 
 
 def _compute_ratio(point: Point, before: Before, points: int) -> tuple[float, float, float]:
-    """Return the geometric mean of a point's run times over the earlier one, and its confidence interval.
+    """Return the geometric mean of a point's run times divided by the earlier mean, and the quotient's interval.
 
-    The interval is that of Welch's t-test, widened so that it holds for the given number of points together.
+    The confidence interval is that of Welch's t-test, widened so that the intervals of the given number of points hold
+    together.
     """
     times = (point.timing.ratios if point.timing else (), before.ratios)
     one, other = ([math.log(value) for value in values if value > 0.0] for values in times)
@@ -169,7 +171,7 @@ def _round_error(error: float) -> float:
 
 
 def describe_baseline(found: Sequence[Compared]) -> Iterator[str]:
-    """Yield sentences with the numbers of points that regressed, improved and did not change, and the worst point."""
+    """Yield sentences on the numbers of points that regressed, improved or did not change, and on the worst point."""
     if not found:
         yield "The baseline has none of these points. Run the baseline with the same scenes, engines and steps."
         return

@@ -50,7 +50,7 @@ class ConvergenceOrder:
 
 
 def fit_order(dts_s: Sequence[float], errors: Sequence[float]) -> ConvergenceOrder:
-    """Fit the order of convergence of errors (without unit) against step sizes.
+    """Fit the order of convergence to errors without unit and their step sizes.
 
     Errors that are infinite, unknown or within rounding are omitted. If all known errors are within rounding, the
     verdict is `EXACT`.

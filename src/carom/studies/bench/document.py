@@ -1,4 +1,4 @@
-"""Document of `carom bench`: accuracy against run time, with diagrams, and all numbers as files."""
+"""Document and files of `carom bench`: diagrams of accuracy against run time, tables, and all numbers."""
 
 from __future__ import annotations
 

@@ -59,7 +59,7 @@ def _draw_figure(
 
 @dataclass
 class _Drawing:
-    """A diagram under construction. Points within rounding are drawn at the height `floor`."""
+    """A diagram under construction. Points with errors within rounding are drawn at the height `floor`."""
 
     axes: Axes
     bench: SceneBench
@@ -104,7 +104,7 @@ class _Drawing:
         self.ends.append(svg.LineEnd(*end, name, style["color"]))
 
     def draw_exact(self, drawn_points: Sequence[tuple[tuple[float, float], Point]], style: dict[str, object]) -> None:
-        """Draw PIC: a line across the diagram, with its run time at the mark."""
+        """Draw PIC as a line across the diagram. If the diagram shows run times, also draw a mark at PIC's run time."""
         (x, y), point = drawn_points[0]
         self.axes.axhline(y, color=style["color"], linewidth=1.8, zorder=2)
         if self.kind is not Diagram.ERROR_DT:
@@ -127,7 +127,7 @@ class _Drawing:
             axes.set_xlim(min(times) / 1.6, 1.6 * max(times))
         else:
             steps = sorted({point.dt_s for point in points}, reverse=True)
-            axes.set_xlim(max(steps) * 1.2, min(steps) / 1.2)  # the left end of the axis has the coarse steps
+            axes.set_xlim(max(steps) * 1.2, min(steps) / 1.2)  # the left end of the axis has the large step sizes
             axes.set_xticks(steps, [formatting.format_step(dt_s).removesuffix(" s") for dt_s in steps], fontsize=7.5)
             axes.set_xlabel("step, s")
             axes.minorticks_off()

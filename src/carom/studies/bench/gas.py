@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def build_hard_disc_gas(discs: int, packing: float, seed: int = 1) -> DiscArrays:
-    """Return equal discs of 0.5 m and 1 kg on a hexagonal lattice in a square box, with a total momentum of 0.
+    """Return discs of radius 0.5 m and mass 1 kg on a hexagonal lattice in a square box, with a total momentum of 0.
 
     Args:
         discs: Number of discs.

@@ -214,9 +214,9 @@ def measure_growth(
 
     Args:
         options: Options of the bench.
-        notes: Journal of finished runs, to which new ones are added. Runs that were omitted for lack of time are tried
+        notes: Journal of finished runs, to which new runs are added. Runs that were omitted for lack of time are tried
             again.
-        progress: Called with (done, all, what).
+        progress: Called with the number of finished runs, the number of all runs, and a description.
         command: The command line to print.
 
     Raises:
@@ -227,7 +227,7 @@ def measure_growth(
     with options.open_local_pool(1) as pool:
         infos = select_engines(describe_engines(engine_names, pool), engine_names)
         infos = add_own_methods(infos, engine_names, pool, needs_own_methods=options.own)
-        own_methods = list_own_methods(engine_names)  # these do not run with the requested profile
+        own_methods = list_own_methods(engine_names)  # these methods do not use the requested profile
         methods = {info.name: own_methods.get(info.name, Method(info.name, options.profile)) for info in infos}
         environment = describe_environment(infos)
         planned_runs = [

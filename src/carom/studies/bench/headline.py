@@ -1,4 +1,4 @@
-"""Headline of a bench: the run time of exact results, and the error and run time of each engine."""
+"""Headline of a bench: the run time of exact results, and the errors and run times of the best engines."""
 
 from __future__ import annotations
 

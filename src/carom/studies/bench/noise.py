@@ -1,4 +1,4 @@
-"""Noise of a machine, from fixed work that is timed repeatedly between the measurements."""
+"""Noise of a machine, measured by fixed work that is timed repeatedly between the measurements."""
 
 from __future__ import annotations
 

@@ -68,7 +68,7 @@ class BenchPlan(LimitOptions):
         profiles: Names of profiles.
         phases: Number of starts, evenly spread over a step, from which each job is scored.
         error: Kind of error.
-        target: Error for which the fastest engine is named.
+        target: The document names the fastest engine with at most this error.
         rounds: Number of rounds of the timing pass.
         seed: Seed of the random order within a round.
         budget_s: Budget of a scene, seconds: half for scoring, half for timing. Jobs that do not fit are omitted with a

@@ -110,10 +110,10 @@ class SceneBench:
     Attributes:
         scene: The scene.
         curves: One entry per engine and profile.
-        front: The points that no other point beats in both error and run time, from fast to exact. PIC's points are not
-            included.
+        front: The points that no other point beats in both error and run time, from the fastest to the most accurate.
+            PIC's points are not included.
         cheapest: The point of smallest run time that meets the target; None if there is none.
-        noise: Spread of fixed work while this scene was timed; None if it was not timed.
+        noise: Spread of the run times of fixed work while this scene was timed; None if the scene was not timed.
         rounds: Number of rounds of the timing pass.
         timed_at: Time of the timing pass, UTC. If the bench was resumed, this may be the time of an earlier session.
     """
@@ -175,7 +175,10 @@ def read_run_time(point: Point | None) -> float:
 
 
 def find_pareto_front(points: Sequence[Point]) -> tuple[Point, ...]:
-    """Return the sound, timed points that no other point beats in both run time and error, from fast to exact."""
+    """Return the sound, timed points that no other point beats in both run time and error.
+
+    The fastest point is first.
+    """
     front: list[Point] = []
     for point in sorted((p for p in points if p.sound and p.timing), key=lambda p: (read_run_time(p), p.error)):
         # Differences within rounding are no gain in accuracy.

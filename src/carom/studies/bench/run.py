@@ -47,9 +47,9 @@ def measure_work_precision(
         scenes: Scenes with different names.
         plan: Options of the bench.
         pool: Worker pool of the scoring pass. The pool is closed before the timing pass.
-        notes: Journal of scoring results, to which new ones are added.
-        timings: Journal of timed scenes, to which new ones are added.
-        progress: Called with (done, all, what).
+        notes: Journal of scoring results, to which new results are added.
+        timings: Journal of timed scenes, to which new scenes are added.
+        progress: Called with the number of finished tasks, the number of all tasks, and a description.
         command: The command line to print.
 
     Raises:
@@ -94,7 +94,7 @@ def _build_jobs(
     """Return all jobs of the scoring pass, and the descriptions of their methods.
 
     PIC runs only at the largest step size, because its error and run time do not depend on the step size. PIC and PIT
-    use the requested profiles only if the user names them.
+    use the requested profiles only if the user requests PIC and PIT by name.
     """
     plain, _ = resolve_scenes(scenes)
     steps = {scene.name: sorted(set(plan.dts or compute_default_steps(scene)), reverse=True) for scene in plain}
@@ -116,7 +116,7 @@ def _build_jobs(
 
 
 def _build_point(method_step: At, found: Sequence[Answer[Measures] | None], unscored: str, kind: ErrorKind) -> Point:
-    """Return the point of a method and a step size from its answers, one per start; None for a job that was omitted."""
+    """Return the point of a method and a step size from one answer per start. The answer of an omitted job is None."""
     method, dt_s = method_step
     answers = [answer for answer in found if answer is not None]
     measured = [answer.value for answer in answers if answer.value is not None]

@@ -26,8 +26,8 @@ class ScoringPass:
         methods: Descriptions of the jobs' methods.
         budget_s: Budget of the pass, seconds. The largest step size is always scored.
         pool: Worker pool, which stays open.
-        notes: Journal of results, to which new ones are added.
-        progress: Called with (done, all, what).
+        notes: Journal of results, to which new results are added.
+        progress: Called with the number of finished jobs, the number of all jobs, and a description.
         before: Number of finished jobs of other scenes.
         total: Number of jobs of all scenes.
     """
@@ -75,7 +75,7 @@ class ScoringPass:
         return results, unscored
 
     def _build_progress(self, done: int, left_s: float, step: str) -> Progress:
-        """Return a progress function that adds the step and the time left."""
+        """Return a progress function that adds the step size and the remaining time to each description."""
         until_s = time.perf_counter() + left_s
 
         def show(done_at_level: int, _all: int, description: str) -> None:
@@ -92,7 +92,7 @@ class ScoringPass:
     ) -> list[Method]:
         """Return the best profile of each engine, then the second best profile of each engine, and so on.
 
-        Profiles are ranked by lost impacts, and then by error, with the smallest step size that was scored.
+        Profiles are ranked by their lost impacts and then by their errors with the smallest scored step size.
         """
 
         def badness(method: Method) -> tuple[int, float]:

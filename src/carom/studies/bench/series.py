@@ -10,7 +10,7 @@ from carom.errors import InputError
 if TYPE_CHECKING:
     from carom.model.scene import Scene
 
-#: Smallest step of the default series as a fraction of the scene's frame, and number of steps.
+#: Default series: its smallest step size as a fraction of the scene's frame, and its number of step sizes.
 FINEST = 60 / 10_000
 STEPS = 6
 

@@ -37,7 +37,7 @@ EXACT = "exact"
 #: Smallest error that is shown in per cent, because 0.0009 % is hard to read.
 LEAST_PERCENT = 1e-4
 
-#: Number of targets that a terminal shows: the finest targets.
+#: Number of targets that a terminal shows. These are the smallest targets.
 TARGETS_SHOWN = 3
 
 #: The first column of every table of a bench.
@@ -105,7 +105,7 @@ def _select_media(targets: Sequence[float], exact: Media = Media.EVERYWHERE) -> 
 
 
 def build_suite_table(bench: Bench, targets: Sequence[float]) -> Table:
-    """Return a table with one row per method: its numbers of scenes without lost impacts and within each target."""
+    """Return a table with one row per method: numbers of scenes without lost impacts and within each target."""
     curves = [(scene, curve) for scene in bench.scenes for curve in scene.curves]
     by_method = formatting.group_by(((curve.engine, curve.profile), (scene, curve)) for scene, curve in curves)
     kind = bench.plan.error
@@ -241,11 +241,11 @@ def _timing_column(head: str, say: Callable[[CellTiming], str], only: Media = Me
 
 
 def _step_column(head: str, read_s: Callable[[CellTiming], float]) -> Column:
-    """Return a column of a part of the run time, in microseconds per step."""
+    """Return a column with a part of the run time, in microseconds per step."""
     return _timing_column(head, lambda timing: formatting.format_number(read_s(timing) / timing.steps * 1e6, 3))
 
 
-#: Columns of the table of all points, except for the point's name and its command.
+#: Columns of the table of all points, except for the columns with the point's name and command.
 _POINT_COLUMNS = (
     Column("error", _format_point_error, number=True),
     Column("smallest over starts", lambda p: formatting.format_number(p.error_least), number=True, only=Media.ON_PAPER),
@@ -300,7 +300,7 @@ def build_point_anchor(scene: str, point: Point) -> str:
 
 
 def _format_command(scene: str, plan: BenchPlan, point: Point) -> str:
-    """Return the command that repeats a point, with the bench's options that are not the defaults."""
+    """Return the command that repeats a point, with those options of the bench that differ from the defaults."""
     words = ["carom", "bench", scene, "-e", format_engine_argument(point.engine), "-p", point.profile]
     words += ["--dt", repr(point.dt_s)]
     usual = {field.name: field.default for field in fields(BenchPlan)}
@@ -311,7 +311,7 @@ def _format_command(scene: str, plan: BenchPlan, point: Point) -> str:
 
 
 def format_milliseconds(found: Spread) -> str:
-    """Return the median of a run time, without its unit."""
+    """Return the median of a run time in milliseconds, without the unit."""
     return formatting.format_number(found.median * 1e3, 3)
 
 

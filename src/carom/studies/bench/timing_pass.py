@@ -1,8 +1,8 @@
 """Timing pass: unobserved runs, one at a time, in several rounds of random order.
 
-A ratio compares two times of the same round. The main time is that of all steps, in as few calls as the adapter
-allows. The preparation of the world is timed separately. Two more times show costs that do not depend on the scene:
-Python's call into the world, and the same number of steps of an empty world.
+A ratio compares two times of the same round. The main time is that of all steps, in as few calls as the adapter allows.
+The preparation of the world is timed separately. Two more times show costs that do not depend on the scene: the time of
+Python's call into the world, and the time of the same number of steps of an empty world.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ class Visit:
 
     @property
     def net_s(self) -> float:
-        """Time of this scene's own work."""
+        """Time of all steps, without the times of the call and of an empty world."""
         return self.advance_s - self.empty_s - (0.0 if math.isnan(self.call_s) else self.call_s)
 
 
@@ -115,9 +115,10 @@ class CellTiming:
         advance_s: Time of all steps.
         prepare_s: Time to build the world.
         whole_s: The sum of `advance_s` and `prepare_s`.
-        call_s: Part of `advance_s` for Python's call into the world; NaN if the adapter accepts no call with no steps.
+        call_s: Part of `advance_s` for Python's call into the world; NaN if the adapter does not accept a call without
+            steps.
         empty_s: Part of `advance_s` for the same number of steps of an empty world.
-        net_s: Part of `advance_s` for this scene's own work.
+        net_s: Rest of `advance_s`, without `call_s` and `empty_s`.
         ratio: `advance_s` divided by PIT's with the same step size in the same round; None if PIT was not timed.
         whole_ratio: The same for `whole_s`.
         ratios: `advance_s` divided by PIT's for each round; empty in files of an earlier version.
@@ -164,9 +165,9 @@ class SceneTiming:
     Attributes:
         date: Time of the pass, UTC.
         timings: Timings by method and step size.
-        untimed: Reasons for methods and step sizes that were not timed.
+        untimed: Reasons why methods and step sizes were not timed.
         rounds: Number of rounds.
-        noise: Spread of fixed work during the pass.
+        noise: Spread of the run times of fixed work during the pass.
     """
 
     date: str
@@ -206,7 +207,7 @@ class TimeScene(DependentTasks[SceneTiming]):
         rounds: Largest number of rounds. If the budget is short, there are fewer rounds, but at least three.
         seed: Seed of the order of visits.
         budget_s: Budget of the pass, seconds. Methods that exceed the budget are omitted with a reason.
-        progress: Called with (done, all, what).
+        progress: Called with the number of finished visits, the number of all visits, and a description.
     """
 
     scene: Scene
@@ -281,7 +282,7 @@ def _measure_visit_costs(
         if method in last:
             coarser_s, cost = last[method]
             expected_s = cost * coarser_s / dt_s * LEAST_ROUNDS
-            # Omit a method that would use most of the budget alone.
+            # Omit a method that alone would use more than a quarter of the budget.
             if expected_s > budget_s / 4:
                 budget = f"a budget of {budget_s:.0f} s for this scene; raise --budget"
                 untimed[method_step] = f"its {LEAST_ROUNDS} rounds would take about {expected_s:.0f} s of {budget}"

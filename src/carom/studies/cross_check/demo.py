@@ -95,7 +95,7 @@ def _find_missing_replay() -> Replay:
 def _list_methods() -> Iterator[str]:
     """Yield methods in the order in which they are tried.
 
-    The other engines are only looked up if the first one misses no impact, because this takes time.
+    The other engines are only looked up if the first one misses no impact, because the look-up takes time.
     """
     yield _FIRST
     yield from (info.name for info in engines() if info.available and info.engine != "Carom" and info.name != _FIRST)

@@ -136,7 +136,7 @@ def _render_report(results: Results, fail_on: Grade | None) -> Report:
 
 
 def _replace_unreportable(results: Results) -> Results:
-    """Replace each row that can't be written or replayed by a failure with the reason."""
+    """Replace each row that can't be written or replayed. The new row is a failure with the reason."""
     from carom.report.results_file.records import format_record
 
     def check(row: Row) -> Row:

@@ -80,7 +80,7 @@ def _list_skipped(scene: Scene, reference: Trace, dt_s: float) -> str:
 def _count_needed_steps(scene: Scene, reference: Trace, dt_s: float) -> int:
     """Return the number of steps until, according to PIC, only free flight remains.
 
-    This is the number of all steps if forces act, if there is no impact, or if impacts follow after the duration.
+    This is the number of all steps if forces act, if there is no impact, or if impacts follow after the scene's end.
     """
     steps = scene.step_count(dt_s)
     forces = any(scene.gravity_m_s2) or scene.damping_per_s or scene.table_deceleration_m_s2
@@ -90,7 +90,7 @@ def _count_needed_steps(scene: Scene, reference: Trace, dt_s: float) -> int:
 
 
 def describe_pic(scene: Scene, trace: Trace) -> str:
-    """Describe the form of PIC that runs a scene, with its numbers of impacts and predictions."""
+    """Describe the form of PIC that runs a scene, and the run's numbers of impacts and predictions."""
     predicted = format_count(trace.counts.get("predictions", 0), "prediction")
     found = f"{format_count(len(trace.impacts), 'impact')} in {predicted}"
     walls = "" if scene.walls else ", no walls to test"
@@ -118,7 +118,7 @@ def describe_pit(scene: Scene, dt_s: float) -> str:
 
 
 def _describe_saving(saved: time_saved.SkippedTime | None, plain: str) -> str:
-    """Describe the time that skipping saves; an empty text if it was not measured, because that takes too long."""
+    """Describe the time that skipping saves; an empty text if the measurement would take too long."""
     if saved is None:
         return ""
     takes = f"{plain} takes {format_number(saved.ratio)} times as long"

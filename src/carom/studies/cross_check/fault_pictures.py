@@ -56,7 +56,7 @@ def _build_pair(entry: Divergence) -> Pair:
 
 
 def find_divergences(grid: Grid) -> tuple[tuple[Divergence, ...], tuple[Divergence, ...]]:
-    """Find the paper's cases with PIT, and the worst run of each other scene, the worst first.
+    """Find the paper's cases with PIT, and the worst runs of other scenes, one run per scene, the worst first.
 
     Scenes with too many discs for a picture are omitted.
     """
@@ -80,7 +80,7 @@ def find_divergences(grid: Grid) -> tuple[tuple[Divergence, ...], tuple[Divergen
 def _compute_badness(cell: GridCell) -> tuple[int, float, bool, float, float]:
     """Return a sort key that is largest for the worst run.
 
-    The key is the grade, the fraction of wrong impacts, whether it is an engine's run, the velocity error and the
+    The key is the grade, the fraction of wrong impacts, whether the run is an engine's, the velocity error and the
     energy error.
     """
     velocity = 0.0 if math.isnan(cell.errors.velocity) else cell.errors.velocity

@@ -29,9 +29,9 @@ if TYPE_CHECKING:
 
     from carom.comparator import Score
 
-#: Durations as in the page's replay, seconds: a whole film at normal speed, the slow part before the first fault at
-#: normal speed, and the pause at the fault. The last constant is the frame rate. A GIF measures time in hundredths of a
-#: second, and a frame lasts four of them.
+#: Durations as in the page's replay, seconds: the film at normal speed, the part before the first fault that is slowed
+#: down (its duration at normal speed), and the pause at the fault. The last constant is the frame rate. A GIF measures
+#: time in hundredths of a second, and a frame lasts four of them.
 _FILM_S, _LEAD_S, _HELD_S, FRAMES_PER_S = 6, 0.6, 1.5, 25
 #: Smallest speed of the slow part, relative to normal speed.
 _SLOWEST = 1.0 / 8.0
@@ -60,8 +60,8 @@ class _Moving(NamedTuple):
 def build_film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation:
     """Return the reference and the run side by side as an animation, with the same times and the same scale.
 
-    On the side of the run, the discs of the run are solid, exact positions are grey, and positions at the last frame of
-    the run are dashed. Discs flash at each frame. A cross marks a missed impact, and text states the outcome of each
+    On the side of the run, the discs of the run are solid, exact positions are grey, and positions in the run's latest
+    frame are dashed. Discs flash at each frame. A cross marks a missed impact, and text states the outcome of each
     impact.
     """
     from matplotlib.animation import FuncAnimation
@@ -93,7 +93,7 @@ def build_film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation
     crosses: list[tuple[float, Artist]] = []
     driven: list[tuple[Axes, Drive, Artist]] = []
     for axes, region in pictures:
-        axes.set(xticks=(), yticks=())  # no tick labels, which would take most of the drawing time
+        axes.set(xticks=(), yticks=())  # tick labels would take most of the drawing time
         drawn = zip(scene.walls, draw_walls(axes, scene, region, ends=False), strict=True)
         driven += [(axes, wall.drive, artist) for wall, artists in drawn if wall.driven for artist in artists]
         moving += _draw_discs(axes, scene, exact if axes is left else run_tracks, times)
@@ -150,7 +150,7 @@ def _compute_frame_times(scene: Scene, held_s: float | None) -> Array:
 
 
 def _compute_lead_time(scene: Scene) -> float:
-    """Return the duration of the slow part of a film before the first fault, in seconds of the scene."""
+    """Return the duration of the slow part of a film before the first fault, in simulated seconds."""
     return scene.duration_s * _LEAD_S / _FILM_S
 
 
@@ -175,8 +175,12 @@ def _draw_discs(
 def _draw_frames(
     axes: Axes, scene: Scene, tracks: Sequence[Track], times: Array, dt_s: float, failing: Sequence[int]
 ) -> Iterator[_Moving]:
-    """Draw the discs at the last frame of the run before each time, and flashes of the last few frames, which fade."""
-    # The number of the run's last frame at each frame of the film. The added 1e-9 keeps rounding from losing a frame.
+    """Draw the discs in the run's latest frame before each time.
+
+    Also draw fading flashes of the discs in the last few frames.
+    """
+    # For each frame of the film, the number of the run's latest frame. Without the added 1e-9, rounding could lose a
+    # frame.
     looks, frames = np.floor(times / dt_s + 1e-9), np.arange(len(times))
     yield from _draw_discs(axes, scene, tracks, looks * dt_s, fill=False, linestyle="--", path=False)
     is_failing_only = len(scene.discs) > _CROWD and bool(failing)
@@ -191,12 +195,15 @@ def _draw_frames(
 
 
 def _compute_inset_side(limits: Limits) -> float:
-    """Return the side of the inset, metres on the scale of its picture."""
+    """Return the side of the inset in metres, on the scale of the surrounding picture."""
     return float(np.min(np.array(_ASIDE) * (limits[1] - limits[0])))
 
 
 def _draw_inset(axes: Axes, region: Limits, limits: Limits) -> tuple[Axes, Artist]:
-    """Draw a frame around the magnified region, and an inset in the corner that is farthest from it. Return both."""
+    """Draw an inset in the corner that is farthest from the magnified region, and a frame around this region.
+
+    Return both.
+    """
     from matplotlib.patches import Rectangle
 
     (low, high), side = limits, _compute_inset_side(limits)

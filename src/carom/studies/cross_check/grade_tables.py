@@ -16,7 +16,7 @@ from carom.report.outcome_marks import RIGHT, Mark
 from carom.report.replay import build_impact_rows
 from carom.studies.cross_check.grid import RANKING_NOTE, Grid, GridCell, GridColumn, compute_standing
 
-#: Largest number of impacts in the table of impacts, of impacts in the table of methods, and of methods whose columns
+#: Three largest numbers: impacts in the table of impacts, impacts in the table of methods, and methods whose columns
 #: fit on a terminal.
 MOST_IMPACTS, MOST_BESIDE, MOST_ACROSS = 40, 4, 3
 
@@ -52,7 +52,10 @@ _COUNTED = {
 
 
 def build_methods_section(grid: Grid) -> Section:
-    """Return a section with all methods, best first. For a single scene, add the errors of each run."""
+    """Return a section with all methods, best first.
+
+    For a single scene, the section also has the errors of each run.
+    """
     methods, is_single_scene = grid.compared, len(grid.rows) == 1
     impacts = _find_impacts(grid, methods)
     heading = f"{grid.rows[0].name}: every" if is_single_scene else "Every"
@@ -72,7 +75,7 @@ def build_methods_section(grid: Grid) -> Section:
 
 
 def _build_method_table(grid: Grid, methods: Sequence[GridColumn], impacts: Sequence[_Impact]) -> Table:
-    """Return one row per method: grades, missed and invented impacts, error divided by PIT's, and groups of scenes.
+    """Return a table with one row per method: grades, lost impacts, error divided by PIT's, and groups of scenes.
 
     For a single scene, the table also has a column for each given impact.
     """
@@ -128,7 +131,8 @@ def _format_cost(cells: Sequence[GridCell]) -> str:
 def _find_worst(cells: Sequence[GridCell]) -> GridCell | None:
     """Find the cell with the worst grade; None if no cell is graded.
 
-    Among cells with the same grade, more missed and invented impacts are worse, and then a larger cost.
+    Among cells with the same grade, the cell with more missed and invented impacts is worse, then the cell with the
+    larger cost.
     """
 
     def badness(cell: GridCell) -> tuple[int, int, float]:
@@ -154,7 +158,7 @@ def _build_group_column(grid: Grid, name: str, scenes: Sequence[str]) -> Column:
 
 
 def _build_group_cell(grid: Grid, names: Sequence[str], method: GridColumn) -> Cell:
-    """Return a cell with the number of a group's scenes that a method gets right, and a link to the worst scene."""
+    """Return a cell with the number of a group's scenes with an exact or close grade, and a link to the worst scene."""
     cells = [cell for cell in grid.list_cells(method) if cell.scene in names]
     worst, graded = _find_worst(cells), [cell.mark for cell in cells if cell.mark.rank is not None]
     if worst is None:
@@ -272,7 +276,7 @@ def build_impacts_section(grid: Grid) -> Section:
     if len(grid.rows) != 1 or not methods:
         return Section("", ())
     impacts = _find_impacts(grid, methods)
-    # A page shows a few impacts already in the table of methods. A terminal has space for a few methods only.
+    # If there are few impacts, a page shows them in the table of methods. A terminal has space for few methods only.
     media = Media.DETAIL if len(impacts) <= MOST_BESIDE else Media.IN_FULL
     media |= Media.TERMINAL if len(methods) <= MOST_ACROSS else Media.DETAIL
     columns = [
@@ -291,12 +295,12 @@ def build_impacts_section(grid: Grid) -> Section:
 
 
 def _format_verdict_lines(grid: Grid, *, full: bool) -> tuple[str, ...]:
-    """Return one line with the verdicts of each run that is not exact, best first.
+    """Return one line with verdicts for each run that is not exact. The best run is first.
 
     Args:
         grid: The grid.
         full: Whether to include all step sizes, and the numbers of the verdicts. Otherwise only the runs at the largest
-            step size have lines.
+            step size have lines, without numbers.
     """
     runs = _list_scored_runs(grid)
     coarsest = max((cell.line.dt_s for cell in runs), default=0.0)
@@ -312,7 +316,7 @@ def _format_verdict_lines(grid: Grid, *, full: bool) -> tuple[str, ...]:
 
 
 class _Impact(NamedTuple):
-    """An impact of the reference, or a spurious one, with its outcome by method."""
+    """An impact of the reference or a spurious impact, with its outcome by method."""
 
     bodies: str
     time_s: float | None

@@ -40,7 +40,7 @@ _BROKEN_RANK = 1 + max(mark.rank for mark in Mark if mark.rank is not None)
 
 
 class GridColumn(NamedTuple):
-    """A method, and whether it is one of Carom's own."""
+    """A method, and whether it is one of Carom's own methods."""
 
     method: Method
     own: bool
@@ -52,7 +52,7 @@ class GridColumn(NamedTuple):
 
     @property
     def profile(self) -> str:
-        """The profile as shown, with settings that replace its own."""
+        """The profile as reports show it, with the settings that replace settings of the profile."""
         return self.method.profile_shown
 
     @property
@@ -168,7 +168,7 @@ class GridCell:
 
     @property
     def has_miss(self) -> bool:
-        """Whether the run has a verdict of a missed impact.
+        """Whether a verdict of the run states that an impact was missed.
 
         After a divergence, only the comparison of steps can show a missed impact.
         """
@@ -212,7 +212,7 @@ class GridRow(NamedTuple):
     Attributes:
         name: Name of the scene.
         description: Topic of the scene.
-        certified: The certified part of its reference; empty if unknown.
+        certified: The certified part of the scene's reference; empty if unknown.
         cells: Cells of the scene, in the order of columns.
     """
 
@@ -269,14 +269,15 @@ def build_grid(results: Results) -> Grid:
 
 
 def read_grid(summary: Summary, lines: Sequence[RowLine]) -> Grid:
-    """Build the grid of a cross-check from its records, which contain no traces and references."""
+    """Build the grid of a cross-check from its records, which contain neither traces nor references."""
     results = Results((), {}, {}, (), summary.environment, summary.command, summary.elapsed_s)
     return _assemble_grid(summary, lines, [None] * len(lines), results)
 
 
 def _assemble_grid(summary: Summary, lines: Sequence[RowLine], rows: Sequence[Row | None], results: Results) -> Grid:
     methods = list(dict.fromkeys(map(_build_method, lines)))
-    # Sort the profiles of each engine, because the first step may not have all profiles.
+    # Put the profiles of each engine together. They can be apart, because the first step size may not have all
+    # profiles.
     engines = list(dict.fromkeys(method.engine for method in methods))
     methods.sort(key=lambda method: engines.index(method.engine))
     columns = {method: GridColumn(method, method.engine in _OWN) for method in methods}
@@ -314,9 +315,9 @@ def _build_method(line: RowLine) -> Method:
 
 
 def merge_own_profiles(contents: Mapping[GridColumn, object]) -> list[list[GridColumn]]:
-    """Put the profiles of each of Carom's own methods that have equal content into one group.
+    """Group those profiles of each of Carom's own methods that have equal content.
 
-    Each other column is a group of its own, because the profiles of an engine differ in settings.
+    Every column of an engine is a separate group, because the profiles of an engine differ in settings.
 
     Args:
         contents: Content of each column, in the order of columns.

@@ -20,7 +20,7 @@ MOST_NAMES = 4
 
 
 def build_headline(grid: Grid) -> Headline:
-    """Return the result in one sentence, and further sentences on the reference, counts, and chance."""
+    """Return a sentence with the result, and further sentences on the reference, on counts, and on phases."""
     compared = grid.compared
     columns = [column for column in compared if not column.own] or compared
     if not columns:
@@ -44,7 +44,7 @@ def _describe_scene(grid: Grid, columns: Sequence[GridColumn]) -> str:
 
 
 def _describe_run(cell: GridCell) -> str:
-    """Describe the worst fault of a run: missed or invented impacts, velocity error, or lateness."""
+    """Describe the worst fault of a run: missed or invented impacts, velocity error, or time error."""
     if cell.has_verdict(Verdict.PARTED):
         return cell.mark.word if cell.mark is not Mark.WRONG else "wrong, with a diverged trajectory"
     losses = [f"{cell.missed} missed"] * bool(cell.missed) + [f"{cell.invented} invented"] * bool(cell.invented)
@@ -59,7 +59,7 @@ def _describe_run(cell: GridCell) -> str:
 
 
 def _describe_scenes(grid: Grid, columns: Sequence[GridColumn]) -> str:
-    """Summarise several scenes: missed impacts with default settings, and errors within PIT's with tuned settings."""
+    """Summarise several scenes: impacts that default settings miss, and tuned settings' errors compared with PIT's."""
     by_profile = formatting.group_by((column.profile, column) for column in columns)
     first = SHIPPED if SHIPPED in by_profile else next(iter(by_profile))
     other_profiles = [profile for profile in by_profile if profile != first]
@@ -78,7 +78,7 @@ def _format_profile(profile: str) -> str:
 
 
 def _describe_misses(grid: Grid, columns: Sequence[GridColumn]) -> str:
-    """Describe in how many scenes all methods miss an impact; if in none, in how many scenes each method does."""
+    """Describe in how many scenes all methods miss an impact; if in none, in how many scenes each method misses one."""
     scenes = len(grid.rows)
     counts = [sum(cell.has_miss for cell in grid.list_cells(column)) for column in columns]
     scored_cells = [[cell for cell in row.cells if cell.column in columns and cell.scored] for row in grid.rows]
@@ -95,7 +95,7 @@ def _describe_misses(grid: Grid, columns: Sequence[GridColumn]) -> str:
 
 
 def _describe_sampled(grid: Grid, columns: Sequence[GridColumn]) -> str:
-    """Describe the number of scenes in which methods find all impacts with errors within sampling error."""
+    """Describe in how many scenes each method finds all impacts and has no larger errors than PIT can have."""
     good = RIGHT | {Mark.SAMPLED}
     counts = [sum(cell.mark in good for cell in grid.list_cells(column)) for column in columns]
     names, does = _join_names([column.label for column in columns]), "is" if len(columns) == 1 else "are"
@@ -154,7 +154,7 @@ def _describe_counts(grid: Grid, columns: Sequence[GridColumn]) -> str:
 
 
 def _describe_phase_dependence(grid: Grid) -> Iterator[str]:
-    """Describe grades that depend on the phase of the step at which an impact falls."""
+    """Describe how often PIT's grade depends on the phase of the step."""
     for column in grid.columns.values():
         scores = [cell.row.score for cell in grid.list_cells(column) if cell.row and cell.row.score]
         found = [score.lucky_phase for score in scores if score.lucky_phase]

@@ -18,7 +18,7 @@ MOST_IMPACTS = 40
 
 
 class _Impact(NamedTuple):
-    """An impact of the reference, or a spurious one, with its errors in a run."""
+    """An impact of the reference or a spurious impact, with its errors in a run."""
 
     bodies: str
     time_s: float | None

@@ -1,4 +1,4 @@
-"""The play page of a report, on which readers can throw the discs of the report's scenes, and links to this page."""
+"""The play page of a report, and links to it. Readers can throw the discs of the report's scenes on this page."""
 
 from __future__ import annotations
 

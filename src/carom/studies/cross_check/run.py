@@ -41,7 +41,7 @@ from carom.model.trace import Setting, Trace
 from carom.support.limits import DEFAULT_TIME_LIMIT_S, MOST_DISCS_DRAWN
 from carom.support.options import build_step_kind, check_value
 
-#: The form of a job with states for drawing; see `carom.execution.cache_key.JobKey`.
+#: The form of a job that stores states for drawing; see `carom.execution.cache_key.JobKey`.
 DRAWN = "drawn"
 
 #: Opens the journal of a cross-check. Callers pass `Options.stamp` as the stamp. The journal contains no run times,
@@ -72,7 +72,7 @@ def run(
         engine: Name of an adapter, as listed by `carom.engines()`, or the ``engine.toml`` of a program.
         dt: Step size, seconds (default: the scene's frame).
         profile: Name of one of the engine's profiles.
-        settings: Settings by name that replace the profile's own.
+        settings: Settings by name, which replace settings of the profile.
         time_limit_s: Seconds after which the engine is terminated.
         scheduler: Address of a Dask scheduler whose cluster runs the engine (default: this machine).
 
@@ -116,7 +116,7 @@ def cross_check(
     Args:
         scenes: Scene objects, or scenes of the catalogue by name, group or pattern. Names must differ.
         engine_names: Names of adapters, or manifests (default: all installed ones).
-        progress: Called with (done, all, what) as jobs finish.
+        progress: Called with the number of finished jobs, the number of all jobs, and a description.
         command: The command line to print in the report.
         pool: Worker pool, which stays open. By default, a new pool is used and closed.
         options: ``dts``, ``profiles``, ``settings``, ``phases``, ``scheduler`` and the other fields of
@@ -152,8 +152,8 @@ def execute(
     Args:
         plan: The jobs to run.
         pool: Worker pool, which stays open.
-        notes: Journal of finished runs, to which new ones are added.
-        progress: Called with (done, all, what) as jobs finish.
+        notes: Journal of finished runs, to which new runs are added.
+        progress: Called with the number of finished jobs, the number of all jobs, and a description.
         command: The command line to print in the report.
     """
     started, options = time.perf_counter(), plan.options
@@ -173,7 +173,7 @@ def execute(
             rows[_build_key(job)] = Row(job, Status.UNSUPPORTED, reason)
     skipped = {}
     if options.samples:  # needed for a report only
-        steps = {job.scene.name: job.dt_s for job in timed}  # each scene once, although several jobs time it
+        steps = {job.scene.name: job.dt_s for job in timed}  # each scene once, although several of its jobs are timed
         skipped = {name: measure_skips(usable[name].trace, dt_s) for name, dt_s in steps.items()}
     return Results(
         rows=tuple(rows[_build_key(job)] for job in plan.jobs),
@@ -210,7 +210,7 @@ class _Observer:
     def observe_traces(self, jobs: Iterable[Job], *, shifted: bool = False) -> Iterator[tuple[Job, Answer[Trace]]]:
         """Yield the result of each job as it arrives.
 
-        States are kept for drawing, at the largest step size of scenes that fit a picture.
+        For drawing, states are kept at the largest step size if the scene has few enough discs for a picture.
         """
         asks = []
         for job in jobs:
@@ -221,7 +221,7 @@ class _Observer:
             yield job, check_own_scene(job, answer)
 
     def measure_timings(self, jobs: Iterable[Job]) -> Iterator[tuple[Job, Answer[Timing]]]:
-        """Yield the run time of each job, one after another with nothing else running."""
+        """Time the jobs one after another with nothing else running, and yield their run times."""
         asks = [TaskRequest(job, build_job_key(job), TimeTask(job)) for job in jobs]
         with self._pool.to_local_pool() as pool:
             yield from self._count_each(run_tasks(asks, pool, MemoryJournal[JobKey, Timing](), one_at_a_time=True))
@@ -257,7 +257,7 @@ def _build_pit_job(job: Job) -> Job:
 
 
 def _score_jobs(jobs: Sequence[Job], usable: Mapping[str, Reference], observer: _Observer) -> dict[Key, Row]:
-    """Score all jobs against the reference and PIT of their scene and step size.
+    """Score all jobs by comparison with the reference and with PIT's run of the same scene and step size.
 
     PIT always runs first on each scene with each step size, even if it was not requested.
     """
@@ -338,7 +338,7 @@ def _run_phases(
         if answer.value is not None:
             try:
                 scores[key].append(compare(reference, answer.value, horizon=usable[key[0]].horizon_s))
-            except Exception as error:  # noqa: BLE001 - as in a row at the scene's own start
+            except Exception as error:  # noqa: BLE001 - one bad run must not affect other rows, as above
                 failed[key] = _build_failed_row(rows[key].job, error)
     return {
         key: failed.get(key) or replace(rows[key], spread=compute_spread(found, rows[key].job.scene, key[2]))

@@ -16,7 +16,7 @@ from carom.report.document import Cell, Column, Media, Section, Table, Text
 from carom.report.results_file.line_types import RowLine
 from carom.studies.cross_check.grid import Grid, GridCell, GridColumn, keep_worst, omission_note
 
-#: Largest number of listed cells: a browser takes seconds for this many.
+#: Largest number of listed cells. A browser takes seconds to show this many.
 MOST_CELLS = 10_000
 
 SPREAD_NOTE = (
@@ -69,7 +69,7 @@ def build_spread_section(grid: Grid) -> Section:
 
 
 class _RunTimes(NamedTuple):
-    """Run times of a method divided by PIT's, and the numbers of different final states of its timed runs."""
+    """Run times of a method divided by PIT's, and for each scene the number of different final states of timed runs."""
 
     column: GridColumn
     ratios: list[float]
@@ -126,7 +126,7 @@ def build_settings_section(grid: Grid) -> Section:
 
 
 def _describe_profile(column: GridColumn, profiles: Mapping[str, Mapping[str, str]]) -> str:
-    """Describe a profile, and the settings that replace its own."""
+    """Describe a profile, and the settings that replace settings of the profile."""
     method = column.method
     profile_text = profiles.get(method.engine, {}).get(method.profile, "")
     if not method.tried:

@@ -37,7 +37,7 @@ SHORT_NOTE = "error / PIT's is the largest velocity or spin error, divided by PI
 
 @dataclass(frozen=True)
 class EngineCost:
-    """An engine's profile at each scene's largest step size, compared with PIT there.
+    """An engine and profile, compared with PIT at each scene's largest step size.
 
     Attributes:
         column: The engine and profile.
@@ -59,7 +59,7 @@ class EngineCost:
 
     @property
     def worse_than_pit(self) -> int:
-        """Number of scenes with errors above PIT's largest."""
+        """Number of scenes with errors above PIT's largest error."""
         return sum(cell.cost > 1 and cell.scene in self.scenes_unlike_pit for cell in self.cells)
 
     @property
@@ -74,9 +74,9 @@ class EngineCost:
 
     @property
     def local_own_errors(self) -> list[float]:
-        """Velocity errors of single impacts that sampling does not explain, in scenes with a horizon.
+        """The part of each impact's velocity error that sampling does not explain, in scenes with a horizon.
 
-        Each error is measured from the engine's own state before the impact.
+        Each error is measured from the engine's own state before this impact.
         """
         scores = [cell.row.score for cell in self.cells if cell.row and cell.row.score]
         return [
@@ -143,7 +143,7 @@ def draw_sampling_costs(found: Sequence[EngineCost], narrow: bool = False) -> st
 
 
 def _build_median_formatter(numbers: Callable[[EngineCost], list[float]]) -> Callable[[EngineCost], Cell | str]:
-    """Return a column's function that formats several numbers: their median, and the smallest and largest value."""
+    """Return a function for a column that formats several numbers: their median, smallest and largest value."""
 
     def say(cost: EngineCost) -> Cell | str:
         known = numbers(cost)

@@ -21,7 +21,7 @@ from carom.support.escaping import escape_controls
 #: Largest number of scenes in the table.
 MOST_SCENES = 500
 
-#: Marks that a user can act on: install an engine, report a crash, or raise a limit.
+#: Marks whose cause a user can remove: install an engine, report a crash, or raise a limit.
 _ACTIONABLE = (Mark.UNAVAILABLE, Mark.CRASHED, Mark.TIMED_OUT, Mark.FAILED)
 
 FIGURE_NOTE = (
@@ -110,7 +110,9 @@ def build_unscored_section(grid: Grid) -> Section:
 
 
 def _list_reasons(grid: Grid) -> Iterator[tuple[str, bool]]:
-    """Yield each reason why cells were not run or scored, with their methods and scenes, and whether it is important.
+    """Yield each reason why cells were not run or scored, with their methods and scenes.
+
+    State if the reason is important.
 
     A reason is important if it concerns all scenes, or if a user can remove its cause.
     """

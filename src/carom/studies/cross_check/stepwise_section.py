@@ -35,7 +35,7 @@ SHORT_NOTE = (
     "The table counts missed impacts (in brackets: those that PIT also misses) and invented impacts (+). The error is "
     "the run's largest, divided by PIT's from the same state. The best run is first. Runs that ended early are last."
 )
-#: Verdicts that only steps show.
+#: Verdicts that follow only from the comparison of single steps.
 _OF_STEPS = (Verdict.PASSED_THROUGH, Verdict.TURNED_ALONE, Verdict.SINKS, Verdict.WORSE_STEPS)
 _OFF_PAPER: Media = Media.TERMINAL | Media.DETAIL
 
@@ -48,7 +48,10 @@ class _Steps(NamedTuple):
 
 
 def build_steps_section(grid: Grid) -> Section:
-    """Return a section with one row per method and scene, best first. A terminal shows it only for a single scene."""
+    """Return a section with one row per method and scene, best first.
+
+    A terminal shows the section only for a single scene.
+    """
     found = list(_find_listed_runs(grid))
     if not found:
         return Section("", ())
@@ -134,7 +137,7 @@ def _format_impacts(local: LocalScore) -> str:
 
 
 def _compute_entangled_fraction(local: LocalScore) -> float:
-    """Return the fraction of compared windows that are entangled; NaN if there is none."""
+    """Return the fraction of compared windows that are entangled; NaN if no window was compared."""
     compared = local.entangled + local.judged
     return local.entangled / compared if compared else math.nan
 

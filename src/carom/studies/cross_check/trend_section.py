@@ -65,7 +65,7 @@ class Trend:
         coarsest_s: Smallest and largest of the scenes' largest step sizes, seconds.
         series: One series per column of the grid. Equal profiles of Carom's own methods share one series.
         scenes: Names of the scenes in the velocity medians.
-        left_out: Names of the other scenes, by reason.
+        left_out: Names of the omitted scenes, by reason.
     """
 
     parts: tuple[float, ...]
@@ -110,7 +110,7 @@ def build_trend(grid: Grid) -> Trend:
 
 
 def _find_omission_reason(cells: Sequence[GridCell]) -> str:
-    """Return the reason to omit the scene of these cells; an empty text if it is used."""
+    """Return the reason to omit the scene of these cells; an empty text if the scene is used."""
     scored = [cell for cell in cells if cell.scored]
     if not scored or any(cell.mark is Mark.UNGRADED for cell in cells):
         return _OTHER
@@ -133,7 +133,7 @@ def _build_point(cells: Sequence[GridCell], chosen: Sequence[str]) -> TrendPoint
 
 
 def build_trend_section(grid: Grid) -> Section:
-    """Return a section with charts of error and of wrong scenes against the step size, and their numbers."""
+    """Return a section with charts of the error and of the number of wrong scenes against step size, and a table."""
     trend = build_trend(grid)
     if not any(point.graded for series in trend.series for point in series.points):
         return Section("", ())
@@ -218,7 +218,7 @@ def _set_x_axis(axes: Axes, trend: Trend, below: Drawn | None) -> None:
     low, high = (formatting.format_step(dt_s) for dt_s in trend.coarsest_s)
     between = high if low == high else f"{high} to {low}"
     axes.set(xscale="log", xlabel=f"step size, as a fraction of the largest ({between})")
-    # The left end of the axis has the coarse steps.
+    # The left end of the axis has the large step sizes.
     axes.set_xlim(max(trend.parts) * 1.25, min(trend.parts) / 1.25)
     axes.set_xticks(trend.parts, [formatting.format_fraction(part) for part in trend.parts])
     axes.minorticks_off()

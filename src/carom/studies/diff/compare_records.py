@@ -124,8 +124,8 @@ class Change:
     def badness(self) -> tuple[float, ...]:
         """Sort key that is largest for the worst change.
 
-        The key is whether the change is graded, its kind, the new and the old grade, the growth of missed and spurious
-        impacts, and the largest growth of an error.
+        The key contains whether the change is graded, its kind, the new and the old grade, the growth of missed and
+        spurious impacts, and the largest growth of an error.
         """
         impacts = sum(measure.growth for measure in self.measures if measure.counts)
         # Compare only errors relative to the scene's scales, because seconds and degrees are not comparable.
@@ -139,7 +139,7 @@ class Change:
 
         A number that changed in the same direction as the cell (better or worse) is preferred. Then missed and spurious
         impacts come first, errors relative to the scene's scales next, errors with a unit after them, and verdicts
-        last. Among equal numbers, the first is returned, because errors of impacts cause the later errors.
+        last. Among equally important numbers, the first is returned, because errors of impacts cause the later errors.
         """
         direction = -1.0 if self.kind is Kind.BETTER else 1.0
 
@@ -195,7 +195,7 @@ def compare_records(old: Path, new: Path, match: Sequence[tuple[str, str]] | Non
     def key(cell: DiffCell) -> tuple[object, ...]:
         if len(methods[0]) == len(methods[1]) == 1:
             return (cell.scene, cell.dt_s)
-        # A run with changed settings is compared with the run of its profile.
+        # The key ignores replaced settings, so that a run with replaced settings is compared with a run of its profile.
         return (cell.scene, cell.dt_s, cell.method.profile, cell.pair or cell.method.engine)
 
     olds, news = {key(cell): cell for cell in old_cells}, {key(cell): cell for cell in new_cells}
@@ -335,7 +335,7 @@ def _list_causes(old: DiffCell | None, new: DiffCell | None, versions: Mapping[s
         if old.settings and new.settings:
             for name, values in _find_differences(old.settings, new.settings).items():
                 yield f"settings: {name}", values
-        # The header has versions by engine name. In lower case, this is usually the adapter's name.
+        # The header contains versions by engine name. In lower case, an engine's name is usually the adapter's name.
         for name in versions:
             if name.casefold() in (new.method.engine.casefold(), "carom"):
                 yield f"version: {name}", versions[name]

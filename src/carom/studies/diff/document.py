@@ -12,8 +12,8 @@ from carom.studies.diff.compare_records import Change, Diff, Kind
 
 #: Largest number of rows. A comment on a pull request has a limited length.
 MOST_ROWS = 50
-#: Numbers of groups that fit into 25 lines of a terminal: worse, mixed or vanished; other changes; and not graded. The
-#: first numbers are for cells of one method, with two lines per group, and the second for several methods, with three.
+#: Numbers of groups that fit into 25 lines of a terminal, for three kinds of changes: worse, mixed or vanished; other
+#: changes; not graded. A group takes two lines if all cells are of one method, and three lines otherwise.
 MOST_ALONE, MOST_OF_SEVERAL = (4, 2, 1), (3, 1, 1)
 #: Largest number of settings on a terminal, and of characters of a value.
 MOST_SETTINGS, MOST_LETTERS = 4, 40
@@ -26,12 +26,12 @@ _COLUMNS = (
 )
 
 
-#: Changes of equal kind and grades in which the same settings and versions changed. The first is the worst.
+#: Changes of equal kind and grades in which the same settings and versions changed. The first change is the worst.
 _Group = list[Change]
 
 
 def build_diff_document(found: Diff, old: str, new: str) -> Document:
-    """Return a document of the cells that changed, with their numbers.
+    """Return a document with the changed cells and their numbers.
 
     A terminal shows the most important of these cells in 25 lines.
 
@@ -84,7 +84,7 @@ def _build_summary_tables(changes: Sequence[Change]) -> Iterator[Table]:
 
 
 def _group_changes(changes: Sequence[Change]) -> list[_Group]:
-    """Put changes of the same kind, grades and changed settings into groups.
+    """Group changes that have the same kind, the same grades and the same changed settings.
 
     Groups are in the order of their worst changes.
     """

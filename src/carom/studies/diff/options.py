@@ -27,9 +27,10 @@ class DiffOptions(DeclaredOptions):
     """Options of a comparison, except for the two reports.
 
     Attributes:
-        match: Pairs of old and new engines ("pymunk") or methods ("pymunk/tuned") to compare. Others are omitted. By
-            default, methods with the same name are compared; or, if each report has one method, these two.
-        fail_on: The best grade that counts as a violation if a run has become worse.
+        match: Pairs of old and new engines ("pymunk") or methods ("pymunk/tuned") to compare. Other engines and methods
+            are omitted. By default, methods with the same name are compared; or, if each report has one method, these
+            two.
+        fail_on: The comparison fails if a run became worse and now has this grade or a worse one.
 
     Raises:
         InputError: A value is invalid.

@@ -21,14 +21,14 @@ from carom.report.outcome_marks import Mark, parse_mark
 from carom.report.results_file.line_types import RowLine, Summary
 from carom.report.results_file.records import stream_records
 
-#: Verdicts that are compared without a number: present or not.
+#: Verdicts of which only the presence is compared, not a number.
 _FLAGS = (
     *(Verdict.NOT_FINITE, Verdict.CUT_SHORT, Verdict.WRONG_ORDER, Verdict.DRIFTS, Verdict.TURNS),
     *(Verdict.SPINS, Verdict.WRONG_STAMP, Verdict.WRONG_NORMAL, Verdict.MOMENTUM, Verdict.ANGULAR),
     *(Verdict.SLID, Verdict.STUCK),
 )
 _NAMES: dict[str, str] = {field.name: field.metadata["name"] for field in fields(Errors)}
-#: The errors that decide a grade, and the direction, which is visible in pictures.
+#: The errors that decide a grade, and the direction error, which is visible in pictures.
 _ERRORS = ("time_s", "velocity", "spin", "direction_rad", "energy", "final_position", "final_velocity", "final_spin")
 
 
@@ -57,7 +57,7 @@ class DiffCell:
 
 
 def read_cells(path: Path) -> tuple[Summary, list[DiffCell]]:
-    """Return the first line and the cells of a results.jsonl, which may be given by the folder of its report.
+    """Return the first line and the cells of a results.jsonl. The path may also be the folder of a report.
 
     Raises:
         InputError: The file can't be read, or a line is not a cell of a cross-check.
@@ -93,7 +93,7 @@ def _build_cell(
         measures=_read_measures(line, summary) if mark.ran else (),
         numbers=tuple(_list_numbers(line, found)) if mark.ran else (),
         verdicts=verdict_texts or (line.reason,) * bool(line.reason),
-        # The keys are texts, because 1, 1.0 and True are equal but different settings.
+        # The keys are texts, because the different settings 1, 1.0 and True are equal as values.
         settings=shared.setdefault(repr(settings), settings),
         reference=references[line.scene] if mark.ran else {},
     )
@@ -123,10 +123,10 @@ def _list_measures(bits: int, dt_s: float, scales: Scales) -> tuple[Measure, ...
 
 
 def _read_float_width(line: RowLine) -> int:
-    """Return the width of a line's floats, bits. A line of a run must have a width and errors.
+    """Return the width of a line's floats in bits. A line of a run must have a width, errors and lost impacts.
 
     Raises:
-        ValueError: The line lacks them.
+        ValueError: The line lacks one of these values.
     """
     if line.float_bits is None or line.total is None or line.missed is None or line.spurious is None:
         lacking = [name for name in ("float_bits", "total", "missed", "spurious") if getattr(line, name) is None]
@@ -135,9 +135,9 @@ def _read_float_width(line: RowLine) -> int:
 
 
 def _list_numbers(line: RowLine, found: Mapping[str, str]) -> Iterator[float | bool | None]:
-    """Yield the numbers that rate a cell, in the order of `_list_measures`."""
+    """Yield the numbers of a cell to compare, in the order of `_list_measures`."""
     missed, invented = len(line.missed or ()), len(line.spurious or ())
-    # After a divergence, impacts match only by chance, so use the steps.
+    # After a divergence, impacts match only by chance, so use the comparison of single steps.
     if line.parted_s is not None and line.local_truth:
         missed, invented = line.local_truth.missed, line.local_truth.invented
     yield float(missed)

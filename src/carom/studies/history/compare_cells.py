@@ -47,10 +47,10 @@ class ReleaseRun:
         expected: Number of impacts of the reference.
         found: Number of impacts found from the engine's contacts.
         lost: Number of missed and invented impacts.
-        velocity: Largest velocity error over the scene's speed; NaN if no impact was matched.
+        velocity: Largest velocity error divided by the scene's speed; NaN if no impact was matched.
         late_steps: Largest time error, in steps; NaN if no impact was matched.
-        off_m: Errors of positions at `PLACES` evenly spread instants up to the end: x and y of each disc, metres.
-            Infinite if the run or the reference ends earlier.
+        off_m: Errors of positions at `PLACES` evenly spread instants up to the end: x and y of each disc, metres. An
+            error is infinite if the run or the reference ends before its instant.
         off_m_s: Errors of final velocities: x and y of each disc, metres a second.
         place_rounding_m: Rounding error of a position, metres.
         speed_m_s: The scene's speed, metres a second.
@@ -74,12 +74,12 @@ class ReleaseRun:
 
     @property
     def observes_no_contact(self) -> bool:
-        """Whether velocities changed but no impact at all was reported, so that the adapter observes no contacts."""
+        """Whether velocities changed but no impact was reported, which shows that the adapter observes no contacts."""
         return self.expected > 0 and self.found == 0 and self.misses_contacts
 
     @property
     def misses_contacts(self) -> bool:
-        """Whether velocities changed without a reported impact, so that the adapter does not observe all contacts."""
+        """Whether a velocity changed without a reported impact, which shows that the adapter misses contacts."""
         return Verdict.TURNS.name in self.verdicts
 
 
@@ -122,7 +122,7 @@ class HistoryTask(JobTask):
 
 
 def _compute_largest_error(coordinates: Sequence[float]) -> float:
-    """Return the length of the longest vector, from alternating x and y; infinite if a coordinate is infinite."""
+    """Return the length of the longest vector. The argument contains x and y of each vector in turn."""
     return max(map(math.hypot, coordinates[::2], coordinates[1::2]))
 
 
@@ -134,7 +134,7 @@ def _compute_state_errors(
     Errors after `until_s` or the end of a run are infinite. Errors of a state that is not a number are NaN.
     """
     scene, flights, samples = trace.scene, list(free_flights(reference)), trace.samples
-    assert samples is not None  # noqa: S101 - the run was asked for samples
+    assert samples is not None  # noqa: S101 - samples were requested
     places = np.full((PLACES, len(scene.discs), 2), np.inf)
     velocities = np.full((len(scene.discs), 2), np.inf)
     until_s = min(until_s, reference.end_time_s)
@@ -190,7 +190,7 @@ class ChangeKind(Enum):
 
     @property
     def real(self) -> bool:
-        """Whether the engine's motion changed, and not only phase, settings, adapter or reported contacts."""
+        """Whether the change is one of the engine's motion, and not only of settings, adapter or reported contacts."""
         return self in {ChangeKind.WORSE, ChangeKind.BETTER, ChangeKind.NEITHER}
 
 
@@ -213,8 +213,8 @@ class _Measure:
 
     Attributes:
         name: Name of the number.
-        of: Returns the number.
-        rounding: Returns the largest change by rounding.
+        of: Function that returns the number.
+        rounding: Function that returns the largest change that rounding can cause.
     """
 
     name: str
@@ -279,9 +279,9 @@ def classify_change(old: SeenCell, new: SeenCell) -> CellChange:
     A change is attributed to the engine if the settings read back are equal and the motion differs. The motion is
     described by coordinates and by the errors of positions and final velocities. The motion differs if the ranges of
     one of these numbers over at least `FEWEST_PHASES` phases do not overlap. The gap between the ranges must exceed
-    rounding and the effect of phases in between. So contact listeners and the phase can't explain the change. Otherwise
-    the reported contacts changed, or the phase explains the change. If velocities change without a reported impact, the
-    adapter does not observe every contact, and the change is not judged.
+    rounding and the estimated effect of untested phases. So contact listeners and the phase can't explain the change.
+    Otherwise the reported contacts changed, or the phase explains the change. If velocities change without a reported
+    impact, the adapter does not observe every contact, and the change is not judged.
     """
     a, b = old.own.value, new.own.value
     if a is None or b is None:
@@ -323,10 +323,10 @@ def _find_separated_measures(
 
 
 def _compute_range_gaps(before: NDArray[np.float64], after: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the gaps above and below between the ranges of two sets of runs, along the first axis.
+    """Return by how much the new range is above the old range, and by how much below. The first axis has the runs.
 
-    Untested phases may extend a range. So each end of a range is moved outwards by the difference of the two outermost
-    numbers.
+    Untested phases may extend a range. So each end of a range is moved outwards by the difference of the two numbers
+    that are nearest to this end.
     """
 
     def reach(values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

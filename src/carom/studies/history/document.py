@@ -50,7 +50,7 @@ _HEADINGS = {
 
 
 class _Row(NamedTuple):
-    """A release, and its changes since the previous release that ran; None for the first."""
+    """A release, and the changes since the previous release that ran (None for the first release)."""
 
     release: Release
     since: Transition | None
@@ -83,7 +83,7 @@ def build_history_document(found: History) -> Document:
 
 
 def write_history(found: History, folder: Path) -> Path:
-    """Write ``history.md`` and ``history.svg`` into a folder, and return the path of the former.
+    """Write ``history.md`` and ``history.svg`` into a folder, and return the path of ``history.md``.
 
     Raises:
         InputError: The folder contains foreign files.
@@ -94,7 +94,7 @@ def write_history(found: History, folder: Path) -> Path:
 
 
 def describe_listing(origin: Origin, versions: tuple[str, ...]) -> Iterator[str]:
-    """Yield a line for each release that a registry lists, newest first: whether the adapter supports the release."""
+    """Yield a line for each release that a registry lists, newest first, with notes such as "installed"."""
     for version in reversed(versions):
         notes = []
         if is_older(version, origin.oldest):
@@ -215,8 +215,8 @@ _CHANGE_COLUMNS = (
 def render_error_chart(found: History) -> str:
     """Return a chart of the median and the largest velocity error by release for each profile, as SVG.
 
-    Only cells with a known error in every release are included. A mark shows each release in which a bit of a result
-    changed.
+    Only cells with a known error in every release are included. A vertical line shows each release in which a bit of a
+    result changed.
     """
     with use_drawing_style():
         figure, axes = build_framed_figure(_WIDTH_IN, _HEIGHT_IN, f"{found.origin.engine}: velocity error by release")
@@ -241,7 +241,7 @@ def render_error_chart(found: History) -> str:
 
 
 def _list_errors(releases: list[Release], profile: str) -> list[list[float]]:
-    """Return the velocity errors of each release, in the cells of a profile with an error in every release."""
+    """Return each release's velocity errors in those cells of a profile that have an error in every release."""
 
     def read_error(release: Release, cell: RunCell) -> float:
         seen_cell = release.seen.get(cell)

@@ -1,4 +1,4 @@
-"""Cache of installed releases, each in its own folder, with a limited size.
+"""Cache of installed releases, with a limited size. Each release has a separate folder.
 
 A folder is filled under a temporary name and renamed when it is complete, so an interrupted installation is never used.
 Each running history holds a shared lock, and removal needs the exclusive lock, so folders in use are never removed.

@@ -1,4 +1,4 @@
-"""Releases of an engine as engines of one run: a manifest for each release, with the present adapter."""
+"""Manifests with which each release of an engine runs as a separate engine, driven by the present adapter."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ class OriginTask(AdapterTask):
 
 @dataclass(frozen=True)
 class ServedManifestTask(AdapterTask):
-    """Builds the manifest, as TOML, that serves an adapter in Python with a release of its engine."""
+    """Builds a TOML manifest that runs an adapter in Python with a given release of its engine."""
 
     name: str
     version: str

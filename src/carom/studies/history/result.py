@@ -129,7 +129,7 @@ class Bisection:
         cell: The cell.
         last: The last release that agrees with the oldest release.
         first: The next release, which differs from the oldest release.
-        change: Kind of the change.
+        change: The change, with its kind and numbers.
         asked: The releases that were run, in order.
     """
 

@@ -75,7 +75,10 @@ def _find_origin(engine: str, pool: Pool) -> Origin:
 
 
 def _list_versions(origin: Origin, options: HistoryOptions, cache: ReleaseCache) -> Sequence[str]:
-    """Return the registry's list. If the registry is unreachable, return cached releases if they suffice."""
+    """Return the registry's list.
+
+    If the registry is unreachable, return the cached releases if they include all requested ones.
+    """
     try:
         return CLIENTS[origin.registry].list_versions(origin.package)
     except ClientError as error:
@@ -209,8 +212,8 @@ def run_history(
         scenes: Scenes to run.
         cache: The cache of releases, into which missing releases are installed.
         options: Options of the history.
-        notes: Journal of results, to which new ones are added.
-        progress: Called with (done, all, what) as jobs finish.
+        notes: Journal of results, to which new results are added.
+        progress: Called with the number of finished jobs, the number of all jobs, and a description.
         command: The command that repeats the history, for the result.
 
     Raises:
@@ -315,7 +318,10 @@ LATEST = "latest"
 
 
 def sort_versions(versions: Iterable[str]) -> tuple[str, ...]:
-    """Return versions from the oldest to the newest by number, with pre-releases before final releases."""
+    """Sort versions by number, from the oldest to the newest.
+
+    A pre-release is before the final release of its number.
+    """
 
     def order(version: str) -> tuple[object, ...]:
         post = re.search(r"\.post([0-9]+)$", version)
@@ -332,8 +338,8 @@ def select_versions(listed: Sequence[str], terms: Sequence[str] | None, max_rele
         listed: All listed releases.
         terms: Versions, "latest", and conditions that must all be met (default: all final releases). A pre-release must
             be named by its version.
-        max_releases: Largest number of releases that meet the conditions. The newest ones are used. Named versions are
-            additional.
+        max_releases: Largest number of releases that meet the conditions. The newest ones are used. Named versions do
+            not count.
 
     Raises:
         UnknownNameError: A named version is not listed.

@@ -1,4 +1,4 @@
-"""Attacks (stress tests): scenes in which one quantity varies from harmless to absurd values, and a judge of traces."""
+"""Attacks (stress tests): scenes in which one quantity varies from harmless to absurd values, and judges of traces."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from carom.studies.stress.result import STRESS
 from carom.studies.stress.true_motion import TrueMotion
 from carom.support.formatting import format_number
 
-#: Error at which a method fails: a tenth of the change of velocity by impacts. An error of this size is too large for
-#: any purpose, and above the usual error of every engine at a sensible step. So an attack finds where a method fails
-#: and not how accurate it is. The error before the failure is shown separately.
+#: Error at which a method fails: a tenth of the velocity change that impacts cause. An error of this size is too large
+#: for any purpose, and above the usual error of every engine at a sensible step. So an attack finds where a method
+#: fails and not how accurate it is. Reports show the error before the failure separately.
 TOLERANCE = 0.1
 
 #: Phases of the impact. A method can be lucky at one phase, so each value is tried at several phases.
@@ -53,7 +53,7 @@ Judge = Callable[[Trace], Judgement]
 
 @dataclass(frozen=True)
 class Trial:
-    """A scene of an attack, which runs at its own frame rate, and the judge of its traces."""
+    """A scene of an attack, and the judge of the scene's traces. The scene runs at its own frame rate."""
 
     scene: Scene
     judge: Judge
@@ -72,7 +72,8 @@ class Attack:
             must pass all of them.
         truth: Source of the true answer.
         gives_way: Criterion of failure, with its reason.
-        quick_absurd: Value at the absurd end in the quick form, which is nearer.
+        quick_absurd: Value at the absurd end in the quick form, nearer to the harmless end; None if both forms have the
+            same end.
         whole: Whether the axis has whole numbers only.
         rungs: Number of values per decade that are tried up to the first failure. The number is larger if a method can
             pass at single values by luck.
@@ -108,7 +109,7 @@ class Attack:
         return values if self.last is None else [*values, self.last]
 
     def find_middle_value(self, passes: float, fails: float, resolution: float) -> float | None:
-        """Return the value half-way between two on a logarithmic scale; None if their ratio is at most `resolution`."""
+        """Return the value half-way between two values on a logarithmic scale; None if they are within `resolution`."""
         if min(passes, fails) <= 0 or max(passes, fails) / min(passes, fails) <= resolution:
             return None
         middle = float(f"{math.sqrt(passes * fails):.4g}")
@@ -119,7 +120,7 @@ class Attack:
 
 
 def build_attack(name: str, trials: Callable[[float], Iterable[Trial]]) -> Attack:
-    """Return the attack of ``attacks.json`` with a name, such as "mass-ratio" or "_mass_ratio".
+    """Return the attack that ``attacks.json`` lists under a name, such as "mass-ratio" or "_mass_ratio".
 
     Names in braces within the file's sentences are replaced by common sentences. All scenes get the attack's name.
     """
@@ -141,20 +142,28 @@ def _read_attacks() -> tuple[dict[str, dict[str, Any]], dict[str, str]]:
 
 
 def attack(trials: Callable[[float], Iterable[Trial]]) -> Attack:
-    """Turn a function that makes or yields the trials of a value into the attack with the function's name."""
+    """Decorator: make an attack from a function that returns the trials of a value.
+
+    The attack has the function's name.
+    """
     return build_attack(trials.__name__, trials)
 
 
 def attack_at_phases(stage: Callable[[float, float], Trial]) -> Attack:
-    """Turn a function that makes a trial of a value and a phase into the attack with its name, with all `PHASES`."""
+    """Decorator: make an attack from a function that returns the trial of a value and a phase.
+
+    The attack has the function's name, and tries each value at all `PHASES`.
+    """
     return build_attack(stage.__name__, lambda value: [stage(value, phase) for phase in PHASES])
 
 
 def build_velocity_judge(truth: TrueMotion) -> Judge:
-    """Return a judge of final velocities. The error of each disc is divided by its greatest change by one impact.
+    """Return a judge of final velocities.
 
-    The error of a disc that is never hit is divided by the greatest change of any disc. So errors have no unit, and the
-    error of a graze is relative to the graze's small change of velocity.
+    The error of each disc is divided by the disc's greatest change of velocity by one impact.
+
+    The error of a disc that is never hit is divided by the greatest change of all discs. So errors have no unit, and
+    the error of a graze is relative to the graze's small change of velocity.
     """
     note = "by convention" if truth.convention else ""
     return build_closed_form_judge(truth.final_velocity_m_s, len(truth.impacts), truth.greatest_change_m_s, note)
@@ -174,7 +183,7 @@ def build_closed_form_judge(
     final_rim_m_s: Sequence[float] | None = None,
     cause: str = "an impact",
 ) -> Judge:
-    """Return a judge of final velocities, and of rim speeds if known, relative to each disc's change by impacts.
+    """Return a judge of final velocities, and of rim speeds if known. Errors are divided by each disc's change.
 
     Args:
         final_velocity_m_s: The known velocities, metres a second.
@@ -227,7 +236,9 @@ def judge_energy(trace: Trace) -> Judgement:
 
 
 def build_pressure_judge(compressibility: float) -> Judge:
-    """Return a judge of ``Z = p V / N k T``, from the virial of disc impacts in the last four fifths of the run.
+    """Return a judge of ``Z = p V / N k T``.
+
+    The judge uses the virial of disc impacts in the last four fifths of the run.
 
     The virial is the sum, over all impacts, of impulse times distance of the centres. The first fifth of the run is
     omitted, because the initial lattice still has an effect.

@@ -26,7 +26,7 @@ NOTICED = 0.01
 
 
 def check_complaint(complaint: Complaint, method: Method, runner: TaskRunner) -> UnsavedResult:
-    """Check whether a method shows a reported bug. Return the result with its scene."""
+    """Check whether a method shows a reported bug. Return the result with the scene of the report."""
     scene, line = complaint.scene, complaint.name.partition("/")[2]
     answer = observe_job(Job(scene, method, 1.0 / scene.frame_rate_hz), runner)
     cell = partial(CellResult, "complaint", line, method.name, status=answer.status)
@@ -44,9 +44,10 @@ def check_complaint(complaint: Complaint, method: Method, runner: TaskRunner) ->
 def find_symptom(complaint: Complaint, trace: Trace) -> tuple[bool, float, str]:
     """Return whether a trace shows the reported bug, the deviation, and the reason in words.
 
-    The deviation is the energy error if the report is about energy or nothing else is known. For other reports it is
-    the error of final velocities, and of rim speeds if spins are known. The deviation is relative to the scene's energy
-    or speed. If a trace does not show the bug but is wrong by a per cent or more, the reason mentions this error.
+    The deviation is the energy error if the report is about energy or if only the energy is known. For other reports it
+    is the error of final velocities, and of rim speeds if spins are known. The deviation is relative to the scene's
+    energy or speed. If a trace does not show the bug but is wrong by a per cent or more, the reason mentions this
+    error.
     """
     symptom, known, scene = complaint.symptom, complaint.known, complaint.scene
     finite = bool(np.isfinite(trace.final_velocity_m_s).all() and np.isfinite(trace.final_position_m).all())
@@ -100,7 +101,7 @@ def _compute_velocity_error(trace: Trace, known: KnownAnswer, scene: Scene) -> f
 
 
 def _compute_energy_error(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
-    """Return the error of the final mechanical energy, over the energy at the start."""
+    """Return the error of the final mechanical energy, divided by the energy at the start."""
     weight = np.array([0.0 if disc.immovable else disc.mass_kg for disc in scene.discs])
     floor = min(map(_find_height, scene.walls), default=0.0)
 

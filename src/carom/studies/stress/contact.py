@@ -1,8 +1,8 @@
 """Attacks with a disc on a wall under gravity: restitution, friction, rolling resistance, and slopes at thresholds.
 
 Each scene is a disc of unit mass on the wall y = 0. A slope is made by tilting gravity, because a rotated scene would
-have rounded positions. The motion depends continuously on the slope, so its limit at a threshold is the same from both
-sides.
+have rounded positions. The motion depends continuously on the slope, so the motion at a threshold is the limit from
+both sides.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ _G, _K = 10.0, 0.5
 #: Duration of a contact. In this time, gravity and friction change the motion by far more than an integrator's error.
 _LASTS_S = 0.5
 
-#: Friction of all slopes and of the floor with rolling resistance; and the tangents of the threshold slopes. Up to its
-#: threshold, a slope holds a block, lets a disc roll without slipping, holds a disc by rolling resistance, or stops the
-#: slip of a disc that bounces with e = 1/2.
+#: Friction of all slopes and of the floor with rolling resistance, and the tangent of each slope at its threshold. Up
+#: to the threshold, the slope holds a block, lets a disc roll without slipping, holds a disc by rolling resistance, or
+#: stops the slip of a disc that bounces with e = 1/2.
 _FRICTION = 0.3
 _STEEPEST = {
     "sliding-slope": _FRICTION,
@@ -44,7 +44,7 @@ def _build_floor_trial(
     tangent: float = 0.0,
     **of: Any,
 ) -> Trial:
-    """Make a trial of a disc `up` metres above the line y = 0, with gravity tilted by a tangent."""
+    """Make a trial of a disc `up` metres above the line y = 0, with gravity tilted by the angle of a tangent."""
     fields = {key: of.pop(key) for key in ("spin_rad_s", "inertia_factor") if key in of}
     long = math.hypot(1.0, tangent)
     discs = [build_disc(complex(0.0, RADIUS_M + up), velocity, RADIUS_M, **fields)]
@@ -53,7 +53,7 @@ def _build_floor_trial(
 
 
 def _build_contact_judge(along: float, rim: float, change: float) -> Judge:
-    """Return a judge of a disc's final velocity along the wall and its rim speed, relative to `change`."""
+    """Return a judge of a disc's final velocity along the wall and final rim speed. Errors are divided by `change`."""
     return build_closed_form_judge([(along, 0.0)], 0, [change], final_rim_m_s=[rim], cause="contact")
 
 
@@ -79,7 +79,7 @@ def _rests(value: float, phase: float) -> Trial:
 
 
 def _build_slope_trial(kind: str, value: float, side: float) -> Trial:
-    """Make a trial of a disc on a slope that differs from a threshold by a fraction of it."""
+    """Make a trial of a disc on a slope that differs from a threshold by a fraction of the threshold."""
     steepest, e = _STEEPEST[kind], 0.5
     tangent = steepest * (1.0 + side * value)
     normal_pull, pull = (_G * part / math.hypot(1.0, tangent) for part in (1.0, tangent))
@@ -97,9 +97,9 @@ def _build_slope_trial(kind: str, value: float, side: float) -> Trial:
         along = slip / (1.0 + _K)
         rim, fields = 0.0 - along, {"wall_rolling_resistance": steepest}
     elif kind == "bouncing-slope":
-        # Bounces that start at this speed last until the end of the scene. Each hop adds 2 tan w to the slip. A bounce
-        # reduces the slip by f (1 + e)(1 + 1/k) w, which is 2 tan w at the threshold. In total, bounces change the slip
-        # as much as lasting contact would.
+        # If the bounces start at this speed, they last until the end of the scene. A hop with take-off speed w adds 2 w
+        # tan(slope) to the slip. The next bounce reduces the slip by f (1 + e)(1 + 1/k) w, which is equal at the
+        # threshold. In total, bounces change the slip as much as lasting contact would.
         hits = 0.5 * _LASTS_S * normal_pull * (1.0 - e) / e
         fields = {"velocity": complex(0.0, -hits), "wall_restitution": e}
     judge = _build_contact_judge(along, rim, pull * _LASTS_S)
@@ -112,7 +112,7 @@ def _build_slope_trials(kind: str, value: float) -> Sequence[Trial]:
 
 @attack
 def _slide_friction(value: float) -> Iterator[Trial]:
-    """Make trials of a disc that is thrown along a floor with equal backspin: it slides, then rolls."""
+    """Make trials of a disc that is thrown along a floor with equally fast backspin. The disc slides, then rolls."""
     for friction in _list_with_reciprocal(value):
         description = f"A disc with backspin is thrown along a floor with friction of {format_number(friction, 3)}."
         moving = {"velocity": SPEED_M_S, "spin_rad_s": SPEED_M_S / RADIUS_M}
@@ -123,7 +123,10 @@ def _slide_friction(value: float) -> Iterator[Trial]:
 
 @attack
 def _rolling_resistance(value: float) -> Iterator[Trial]:
-    """Make trials of a disc that rolls along a floor. Resistance c slows it by c g/(1 + k), at most by friction."""
+    """Make trials of a disc that rolls along a floor.
+
+    A resistance c slows the disc by c g/(1 + k), but at most by friction.
+    """
     for resists in _list_with_reciprocal(value):
         description = f"A disc rolls along a floor with rolling resistance of {format_number(resists, 3)}."
         moving = {"velocity": SPEED_M_S, "spin_rad_s": -SPEED_M_S / RADIUS_M}

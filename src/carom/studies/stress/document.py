@@ -57,7 +57,8 @@ _SHOWN = {
     CellEnding.FAILS_AT_SIZE: _WAY,
     CellEnding.NOT_RUN: _NOT,
 }
-#: The number in a method's row for each kind of test, in the order of `HEADINGS`.
+#: For each kind of test, in the order of `HEADINGS`: heading of the number in a method's row, and what the number
+#: counts.
 _COUNTED = (("passed", CellEnding.PASSES), ("hold", CellEnding.HOLDS), ("seen", CellEnding.SEEN))
 _MEANINGS = (
     (_GOOD, "passes", "passes the whole range, keeps the invariance, or does not show the bug"),
@@ -80,7 +81,7 @@ def write_stress(results: StressResults, folder: Path) -> Path:
 
 
 def build_stress_document(results: StressResults) -> Document:
-    """Return a document of results by method, a table for each kind of line, and the evidence for each cell."""
+    """Return a document with the results by method, a table for each kind of line, and the evidence for each cell."""
     kinds = {kind: _sort_worst_first(results, [one for one in results.lines if one.kind == kind]) for kind in HEADINGS}
     sections = (
         Section("Results by method", tuple(_build_method_blocks(results, kinds))),
@@ -91,7 +92,10 @@ def build_stress_document(results: StressResults) -> Document:
 
 
 def _sort_worst_first(results: StressResults, lines: list[StressTest]) -> list[StressTest]:
-    """Sort stress tests by the part of their axes that methods pass, smallest first. Other lines keep their order."""
+    """Sort stress tests by the mean part of the axis that methods pass, smallest first.
+
+    Other lines keep their order.
+    """
 
     def compute_passed_part(line: StressTest) -> float:
         depths = [line.compute_depth(result) for _, result in _list_cells(results, line)]
@@ -102,7 +106,7 @@ def _sort_worst_first(results: StressResults, lines: list[StressTest]) -> list[S
 
 
 def _build_method_blocks(results: StressResults, kinds: Mapping[str, list[StressTest]]) -> Iterator[Block]:
-    """Yield a table with a row per method: a heat map of its stress tests, and numbers passed."""
+    """Yield a table with a row per method: a heat map of its stress tests, and the numbers of passed tests."""
     attacks = kinds["attack"]
     columns = [Column("method", lambda method: method.label)]
     for group, group_lines in formatting.group_by((line.group, line) for line in attacks).items():
@@ -142,7 +146,7 @@ def _format_count_of(results: StressResults, lines: list[StressTest], ending: Ce
 
 
 def _build_heat_cell(results: StressResults, lines: list[StressTest], method: Method) -> Cell:
-    """Return the number of tests of a group that a method passes. A terminal gets a character for each test."""
+    """Return the number of tests of a group that a method passes. A terminal shows a character for each test."""
     run_endings = _list_endings(results, lines, method)
     passed = run_endings.count(CellEnding.PASSES)
     _, css = _NOT if not run_endings else _GOOD if passed == len(run_endings) else _WAY if passed else _BAD
@@ -160,7 +164,7 @@ def _format_sign(line: StressTest, result: CellResult) -> str:
 
 
 def _describe_method(results: StressResults, lines: list[StressTest], method: Method, *, short: bool = False) -> str:
-    """Describe the number of stress tests that a method passes, and its first failure with the varied quantity."""
+    """Describe how many stress tests a method passes, and the first failed test with the varied quantity."""
     run_endings = _list_endings(results, lines, method)
     if not run_endings:
         return f"{method.phrase}: none of {formatting.format_count(len(lines), WORDS['attack'])} could be run."
@@ -178,7 +182,7 @@ def _describe_method(results: StressResults, lines: list[StressTest], method: Me
 def _find_first_failure(
     results: StressResults, lines: list[StressTest], method: Method
 ) -> tuple[StressTest | None, Cell]:
-    """Return the stress test that a method fails after the smallest part of its axis, and a cell that names it."""
+    """Return the failed test in which a method passes the smallest part of the axis, and a cell that names it."""
     cells = [(line, results.cells[line.name, method.name]) for line in lines]
     failed = [one for one in cells if one[1].ending not in {CellEnding.PASSES, CellEnding.NOT_RUN}]
     if not failed:
@@ -301,7 +305,7 @@ def _describe_results(results: StressResults, kinds: Mapping[str, list[StressTes
 
 
 def _describe_ranking(results: StressResults, kind: str, lines: list[StressTest], good: CellEnding) -> Iterator[str]:
-    """Yield a sentence on the best and the worst methods, and one on those that could not run every test."""
+    """Yield a sentence on the best and the worst methods, and a sentence on methods that could not run every test."""
     passed: dict[int, list[str]] = {}
     partly: list[str] = []
     for method in results.methods:

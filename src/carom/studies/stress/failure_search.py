@@ -1,4 +1,4 @@
-"""Search for the value at which a method fails under an attack: values up to the first failure, then bisection."""
+"""Search for the value at which a method fails under an attack: try values up to the first failure, then bisect."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from carom.model.scene import Scene
 from carom.studies.stress.attack import Attack, Judgement, Trial
 from carom.studies.stress.result import STRESS, CellEnding, CellResult, UnsavedResult
 
-#: The bisection ends at this ratio of the failing value to the passing value.
+#: The bisection ends when the larger of the failing and the passing value is at most this number times the smaller.
 RESOLUTION, QUICK_RESOLUTION = 1.1, 3.2
 
 
@@ -43,7 +43,7 @@ class _Tried(NamedTuple):
 
 
 def find_failure(attack: Attack, method: Method, runner: TaskRunner, *, quick: bool) -> UnsavedResult:
-    """Find the value at which an attack makes a method fail. Return the result, with the scene that shows it."""
+    """Find the value at which an attack makes a method fail. Return the result with the scene that reproduces it."""
     ladder = iter(attack.build_ladder(quick))
     runs = 0
     resolution = QUICK_RESOLUTION if quick else RESOLUTION
@@ -63,7 +63,7 @@ def find_failure(attack: Attack, method: Method, runner: TaskRunner, *, quick: b
     except NotRunError as error:
         return UnsavedResult(cell(CellEnding.NOT_RUN, reason=str(error), runs=runs, status=error.status))
     reported = failed or passed
-    assert reported is not None  # noqa: S101 - a ladder has a first rung
+    assert reported is not None  # noqa: S101 - a ladder has at least one value
     description = f"{reported.trial.scene.description} Here {method.name} {'fails' if failed else 'passes'}."
     scene = rename_scene(f"{attack.name}/{method.engine}/{method.profile}", reported.trial.scene, description)
     broke = CellEnding.FAILS_AT_SIZE if passed else CellEnding.FAILS_AT_START

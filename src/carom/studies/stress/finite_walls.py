@@ -18,8 +18,8 @@ from carom.support.formatting import format_metres, format_number
 
 #: Half the length of a wall. Discs reach the ends of a wall only in attacks on ends.
 _HALF_LENGTH_M = 4.0
-#: Initial distance of a disc from a corner, and its speed. The disc is back after 30 steps. In each step the disc moves
-#: an eighth of its radius.
+#: Initial distance of a disc from a corner, and the disc's speed. The disc is back after 30 steps. In each step the
+#: disc moves an eighth of its radius.
 _CORNER_M, _CORNER_SPEED_M_S = 0.5, 2 * 0.5 / (30 * DT_S)
 
 
@@ -69,7 +69,7 @@ def _wall_width(value: float, phase: float) -> Trial:
 def _wall_end(value: float, phase: float) -> Trial:
     """Make a trial of a disc that grazes the end of a wall. The normal points from the end to the disc's centre."""
     height = RADIUS_M * (1.0 - value)
-    offset = Decimal(height) / Decimal(RADIUS_M)  # of the stored, rounded height
+    offset = Decimal(height) / Decimal(RADIUS_M)  # computed from the stored, rounded height
     along = (1 - offset * offset).sqrt()
     after = complex(float(2 * offset * offset - 1), float(2 * offset * along)) * SPEED_M_S
     description = f"A disc grazes the end of a thin wall, {format_number(value, 3)} radii from a miss."
@@ -91,7 +91,7 @@ def _seam(value: float, phase: float) -> Trial:
 
 @attack_at_phases
 def _corner(value: float, phase: float) -> Trial:
-    """Make a trial of a disc that is thrown into a corner and aimed past its apex.
+    """Make a trial of a disc that is thrown into a corner and aimed past the corner's apex.
 
     The true motion is computed with a half-plane for each side. The scene has sides of finite length.
     """
@@ -100,7 +100,7 @@ def _corner(value: float, phase: float) -> Trial:
     # The centre moves in a smaller corner at a distance of one radius from both sides.
     apex = RADIUS_M / math.sin(0.5 * angle) * inwards
     start = apex + (_CORNER_M + phase * _CORNER_SPEED_M_S * DT_S) * inwards
-    # The disc aims an eighth of the angle past the apex, so it never meets both sides at once.
+    # The velocity points past the apex by an eighth of the angle, so the disc never meets both sides at once.
     velocity = -_CORNER_SPEED_M_S * inwards * cmath.exp(0.125j * angle)
     side = abs(apex) + _HALF_LENGTH_M
     description = f"A disc is thrown into a corner of {format_number(value, 3)} degrees. Phase {phase:g} of a step."
@@ -113,7 +113,7 @@ def _corner(value: float, phase: float) -> Trial:
 
 @attack_at_phases
 def _legs(value: float, phase: float) -> Trial:
-    """Make a trial of a wall that moves three steps forwards and one back, and strikes a disc on its last leg.
+    """Make a trial of a wall that repeatedly moves forwards and a third as far back. The last leg strikes a disc.
 
     The impact is half-way through the last leg, where the wall is farther forward than ever before.
     """

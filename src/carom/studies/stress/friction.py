@@ -28,7 +28,7 @@ def _compute_tangential_impulse(
 
 
 def _build_wall_trial(description: str, phase: float, friction: float, inertia: float) -> Trial:
-    """Make a trial of a disc of unit mass without spin that hits a floor at 45 degrees."""
+    """Make a trial of a disc with unit mass and no spin that hits a floor at 45 degrees."""
     speed, before_s = SPEED_M_S, (STEPS_BEFORE + phase) * DT_S
     place = complex(-speed * before_s, RADIUS_M + speed * before_s)
     discs = [build_disc(place, complex(speed, -speed), RADIUS_M, inertia_factor=inertia)]
@@ -98,8 +98,8 @@ def _rolling(value: float) -> Iterator[Trial]:
     """Make a trial of a disc that is thrown along a floor and bounces until it rolls."""
     speed, pull, drop_s, k = 1.0, 10.0, 0.1, 0.5
     fall = pull * drop_s
-    # The normal impulse of all bounces is (1 + e)/(1 - e) times that of the first fall. The coefficient of friction is
-    # a fifth larger than needed for rolling.
+    # The sum of the normal impulses of all bounces is (1 + e)/(1 - e) times the momentum of the first fall. The
+    # coefficient of friction is a fifth larger than needed for rolling.
     needed = speed / (1.0 + 1.0 / k)
     friction = 1.2 * needed / fall * (1.0 - value) / (1.0 + value)
     bounces_s = 2.0 * drop_s * value / (1.0 - value)

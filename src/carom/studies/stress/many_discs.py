@@ -30,11 +30,11 @@ from carom.support.formatting import format_metres, format_number
 #: Fluids A 4, 496 (1992).
 CRITICAL_RESTITUTION = 7.0 - 4.0 * math.sqrt(3.0)
 
-_TURN = math.pi * (3.0 - math.sqrt(5.0))  # the golden angle spreads directions evenly, and no two are equal
+_TURN = math.pi * (3.0 - math.sqrt(5.0))  # multiples of the golden angle are evenly spread, and no two are equal
 
 
 def _build_row_trial(description: str, gaps: Sequence[float], phase: float, steps_after: int) -> Trial:
-    """Make a trial of a striker and a row of equal discs at rest with the given gaps."""
+    """Make a trial of a disc that strikes a row of equal discs at rest. The discs of the row have the given gaps."""
     places = [-(2 * RADIUS_M + SPEED_M_S * DT_S * (4 + phase)), 0.0]
     for gap in gaps:
         places.append(places[-1] + 2 * RADIUS_M + gap)
@@ -62,7 +62,10 @@ def _crowded_frame(impacts: float) -> Iterator[Trial]:
 
 @attack
 def _at_once(pairs: float) -> Iterator[Trial]:
-    """Make a trial of distant pairs that meet at the same instant. Each pair is a rotated copy of the first pair."""
+    """Make a trial of pairs of discs, far from each other.
+
+    The discs of all pairs meet at the same instant. Each pair is a rotated copy of the first pair.
+    """
     count = round(pairs)
     side, pitch = math.ceil(math.sqrt(count)), 8.0 * RADIUS_M
     along = 2 * RADIUS_M + SPEED_M_S * DT_S * 4.52
@@ -102,8 +105,8 @@ def _duration(impacts: float) -> Iterator[Trial]:
     side, radius, pitch, speed, rate = 3, 0.1, 0.3, 1.0, 120.0
     gas = stage_boxed_gas(side, radius_m=radius, pitch_m=pitch, speed=speed, duration_s=1.0).scene
     n, free = len(gas.discs), side * pitch - 2 * radius
-    # Estimate the rate of impacts by the kinetic theory of a thin gas, which is accurate to a factor of two. The gas
-    # has four walls, and a disc hits other discs in a strip of four radii.
+    # Estimate the rate of impacts by the kinetic theory of a thin gas. The estimate is accurate to a factor of two. The
+    # gas has four walls, and a disc hits other discs whose centres are in a strip that is four radii wide.
     a_second = n * (2 / math.pi) * speed * 2 / free + n / 2 * 4 * radius * (n / free**2) * (4 / math.pi) * speed
     duration_s = max(1.0, round(impacts / a_second * rate)) / rate
     description = f"Nine discs in a box for the time of approximately {format_number(impacts, 3)} impacts."
@@ -125,7 +128,8 @@ def _gas_pressure(advance: float) -> Iterator[Trial]:
     """Make a trial of a hard-disc gas with known pressure. `advance` is the mean path in a step, in radii."""
     side, radius, speed = 12, 0.05, 1.0
     count = side * side
-    # The packing refers to the box of the centres, where a gas with walls is most similar to an unbounded gas.
+    # The packing is that of the box in which the centres move, because then a gas with walls is most similar to an
+    # unbounded gas.
     free = math.sqrt(count * math.pi * radius**2 / PACKING)
     rate = speed / (advance * radius)
     pitch = free / (side - 1)
@@ -135,7 +139,7 @@ def _gas_pressure(advance: float) -> Iterator[Trial]:
     ]
     width = free + 2 * radius
     description = f"{count} discs at packing {PACKING} in a box, moving {format_number(advance, 3)} radii per step."
-    # About fifteen impacts per disc. The virial of a thousand impacts is accurate to 3 %.
+    # A disc has about fifteen impacts. The virial of a thousand impacts is accurate to 3 %.
     duration_s = round(1.25 * rate) / rate
     fields = {"frame_rate_hz": rate, "walls": build_box_walls(width, width)}
     yield build_trial(description, discs, build_pressure_judge(COMPRESSIBILITY), duration_s, **fields)
@@ -167,7 +171,7 @@ def _galperin(mass_ratio: float) -> Iterator[Trial]:
     count = math.ceil(math.pi / angle) - 1
     # In the plane (root V, v) the initial direction has the angle pi. If reflections are unfolded, the direction is
     # constant. After an even number of impacts, the angle of the velocities is pi - count angle; after an odd number,
-    # it is mirrored.
+    # this angle is mirrored.
     final_angle = math.pi - count * angle if count % 2 == 0 else (count + 1) * angle - math.pi
     final = [(root * math.sin(final_angle) * speed, 0.0), (math.cos(final_angle) * speed, 0.0)]
     # At its greatest speed the light disc has all the energy. The heavy disc reverses its velocity.

@@ -21,8 +21,8 @@ class StressOptions(LimitOptions):
         engines: Names of adapters; None for all.
         profiles: Names of profiles.
         quick: Whether to use the quick form, with fewer values, nearer ends, and a coarser bisection.
-        time_limit_s: Time limit of a run, seconds, after which an engine fails (the default differs between quick and
-            full form).
+        time_limit_s: Time limit of a run, seconds. A longer run is a failure. The quick form and the full form have
+            different defaults.
 
     Raises:
         InputError: A value is invalid.

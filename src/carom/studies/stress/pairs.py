@@ -33,7 +33,7 @@ def build_trial(
     duration_s: float = MEETING_S,
     **fields: Any,
 ) -> Trial:
-    """Make a trial of an attack. By default, the scene lasts `MEETING_S`, and the judge compares with its true motion.
+    """Make a trial of an attack. By default, the scene lasts `MEETING_S`, and the judge uses the true motion.
 
     Args:
         description: Description of the scene.
@@ -68,7 +68,7 @@ def _build_meeting_trial(
 def _build_attack(name: str, template: str, **functions: Callable[[float], float]) -> Attack:
     """Return an attack whose trials are meetings of two discs, one at each phase.
 
-    The keywords are functions from the attack's value to the arguments of `_build_meeting_trial`.
+    Each keyword is an argument of `_build_meeting_trial`. Its function computes the argument from the attack's value.
     """
 
     def trials(value: float) -> Sequence[Trial]:

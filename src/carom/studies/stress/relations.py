@@ -61,11 +61,11 @@ class Relation:
         name: Short name, as on the command line.
         states: The relation in one sentence.
         deviation: Function that runs a base scene and a second scene with a method, and returns how much the second
-            result deviates from the expected one. The number is the larger of two deviations: of positions, relative
-            to the largest radius, and of velocities and rim speeds, relative to the largest speed. Raises SceneError if
-            the final state of the first run is not a valid start.
-        base: Makes the base scene.
-        of_runs: Whether the second scene is made from the method's own first run.
+            result deviates from the expected one. The number is the larger of two deviations: of positions, relative to
+            the largest radius, and of velocities and rim speeds, relative to the largest speed. The function raises
+            SceneError if a scene can't start from the final state of the first run.
+        base: Function that makes the base scene.
+        of_runs: Whether the second scene starts from the result of the method's first run.
     """
 
     name: str
@@ -146,8 +146,9 @@ def _build_invariance(
     Args:
         name: Name of the relation.
         states: The relation in one sentence.
-        change: Changes a scene.
-        undo: Converts a final state of the changed scene to that of the unchanged scene.
+        change: Function that returns a changed copy of a scene.
+        undo: Function that converts a final state of the changed scene to the corresponding state of the unchanged
+            scene.
     """
 
     def deviation(base: Scene, run: Run) -> float:

@@ -62,7 +62,7 @@ DRIVEN = ("paddle", "legs")
 
 def list_attacks() -> list[tuple[str, Attack]]:
     """Return all attacks with their groups, in the order of the table."""
-    # Methods are tested at similar values, so cache the true results, which take longer than a run.
+    # Methods are often tested at equal values, so cache the trials. True motions take longer to compute than a run.
     return [
         ("driven" if attack.name in DRIVEN else group, replace(attack, trials=cache(attack.trials)))
         for group, of_group in GROUPS.items()
@@ -92,14 +92,15 @@ def run_stress_campaign(
             empty.
         options: Options of the campaign.
         out: Folder for the journal and for the scenes that reproduce the numbers.
-        resume: Continue from the finished cells in the journal in `out`.
-        retry: Repeat runs in which an engine failed.
-        progress: Called with (done, all, what) as cells finish.
+        resume: If true, continue from the finished cells of the journal in `out`.
+        retry: If true, repeat runs in which an engine failed.
+        progress: Called with the number of finished cells, the number of all cells, and a description.
         command: The command that repeats the campaign, for the results.
 
     Raises:
         UnknownNameError: An attack, engine or profile does not exist.
-        InputError: `out` contains foreign files, a journal without `resume`, or the journal of another campaign.
+        InputError: `out` contains foreign files, the journal of another campaign, or a journal although `resume` is
+            false.
     """
     started = time.perf_counter()
     lines = _select_lines(names, options.quick)
@@ -131,7 +132,7 @@ def run_stress_campaign(
 
 @dataclass(frozen=True)
 class TableCell(DependentTasks[CellResult]):
-    """Computes a cell of the table, from the line's kind and name and a method, and saves its scenes into `out`."""
+    """Computes the cell of a method and a line (given by kind and name), and saves the cell's scenes into `out`."""
 
     kind: str
     name: str
@@ -153,7 +154,7 @@ class TableCell(DependentTasks[CellResult]):
 
     def complete(self, answer: Answer[UnsavedResult]) -> Answer[CellResult]:
         """Save the scenes, and return the cell with their file names."""
-        assert answer.value is not None  # noqa: S101 - `run` returns one
+        assert answer.value is not None  # noqa: S101 - `run` always returns a value
         return Answer(answer.status, value=answer.value.save(self.out))
 
 

@@ -32,7 +32,7 @@ AGREEMENT = Decimal("1e-30")
 
 
 class UndecidedError(InputError):
-    """The true motion can't be computed: there are too many impacts, or no number of digits decides their order."""
+    """The true motion can't be computed: there are too many impacts, or the digits do not decide their order."""
 
 
 class TrueImpact(NamedTuple):
@@ -101,7 +101,7 @@ class _Motion:
         with localcontext(self.context):
             self.weight = [Decimal(0) if disc.immovable else 1 / Decimal(disc.mass_kg) for disc in scene.discs]
             normals = [_convert_exactly(wall.normal) for wall in scene.half_planes()]
-            # Stored normals have length 1 to a float's rounding only.
+            # The length of a stored normal is 1 only to a float's rounding.
             units = [normal / (normal @ normal).sqrt() for normal in normals]
         points = [_convert_exactly(wall.point_m) for wall in scene.half_planes()]
         self.walls = list(zip(points, units, strict=True))
@@ -141,7 +141,7 @@ class _Motion:
         return TrueMotion(impacts, velocity, tuple(map(float, self.change)), self.convention)
 
     def _predict(self, changed: Collection[int]) -> None:
-        """Predict the next impact of each pair of bodies with a changed disc."""
+        """Predict the next impact of each pair of bodies that contains a changed disc."""
         pairs = [(i, j) for i, j in combinations(range(len(self.place)), 2) if i in changed or j in changed]
         pairs += [(i, wall_body(k)) for i in changed for k in range(len(self.walls))]
         for first, second in pairs:

@@ -41,14 +41,14 @@ class ShownTuning(ShownResult, Tuning):
 def tune(
     engine: str, scenes: Sequence[Scene | str] | None = None, *, progress: Progress | None = None, **options: Any
 ) -> ShownTuning:
-    """Search for the settings of an engine with the smallest error, over the knobs that its adapter declares.
+    """Search for the settings with which an engine has the smallest error, over the knobs that its adapter declares.
 
-    The result prints like `carom tune`, is displayed in a notebook, and has `plot()` for the error by scene.
+    The result prints the text of `carom tune`, and is displayed in a notebook. Its `plot()` draws the error by scene.
 
     Args:
         engine: Name of the adapter.
         scenes: Scenes, or their names in the catalogue (default: the group `classics`).
-        progress: Called with (done, all, what) after each trial.
+        progress: Called after each trial with the number of trials, the expected number of trials, and a description.
         options: ``trials``, ``profile``, ``scheduler`` and the other fields of
             `carom.studies.tune.options.TuneOptions`.
 

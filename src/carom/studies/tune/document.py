@@ -47,7 +47,7 @@ class _Row(NamedTuple):
 
 
 class _Line(NamedTuple):
-    """A scene with the first profile and with the best settings."""
+    """Results of a scene with the first profile and with the best settings."""
 
     scene: str
     first: Judged
@@ -55,7 +55,7 @@ class _Line(NamedTuple):
 
 
 def build_tune_document(found: Tuning, scene_words: Sequence[str]) -> Document:
-    """Return the document of a search. `scene_words` are the command-line arguments that name its scenes."""
+    """Return the document of a search. `scene_words` are the command-line arguments that name the scenes."""
     better = found.best is not found.first
     judged = zip(found.scenes, found.first.judged, found.best.judged, strict=True)
     lines = [_Line(scene.name, first, best) for scene, first, best in judged]

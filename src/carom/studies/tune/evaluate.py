@@ -40,7 +40,7 @@ def judge_score(score: Score) -> Judged:
 
 @dataclass(frozen=True)
 class JudgeTask(JobTask):
-    """Runs a job in a worker process and evaluates it.
+    """Runs a job in a worker process and evaluates the run.
 
     Attributes:
         horizon_s: Time up to which the reference is reliable; None for the whole reference.
@@ -57,7 +57,8 @@ class JudgeTask(JobTask):
             UnsupportedError: There is no reference.
         """
         job, overrides = self.job, self.job.method.tried
-        # The limits of a profile apply only to its own settings, so a scene is run even if the profile refuses it.
+        # The limits of a profile apply only to the profile's own settings. Other settings may support a scene that the
+        # profile refuses, so the scene is run.
         adapter = load_adapter(job.engine)
         reference = require_reference(_reference(job.scene))
         observed = observe_run(adapter, job.scene, job.profile, job.dt_s, overrides=overrides)
@@ -84,8 +85,8 @@ class Jury:
         horizons: Time up to which a scene's reference is reliable, by the scene's name. References of other scenes are
             reliable to their end.
         pool: Worker pool, which stays open.
-        notes: Journal of results, to which new ones are added.
-        timed: Whether steps are timed, which requires that only one job runs at a time.
+        notes: Journal of results, to which new results are added.
+        timed: Whether steps are timed. If so, only one job runs at a time.
     """
 
     def __init__(

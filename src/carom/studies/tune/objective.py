@@ -10,7 +10,7 @@ before it:
 3. **the error divided by PIT's**, as the mean over scenes on a logarithmic scale. Errors differ by decades, so on a
    linear scale only the worst scene would count. The mean is rounded to hundredths of that scale. So criterion 4
    decides between settings with almost equal errors;
-4. **the run time**: the time of all steps over the first profile's time, as the median over scenes.
+4. **the run time**: the time of all steps divided by the first profile's time, as the median over scenes.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class Judged:
         spurious: Number of invented impacts.
         reason: Reason why the scene was not run.
         seconds: Run time of all steps, seconds; NaN if they were not timed.
-        float_bits: Width of the floats that the method declares. *Exact* allows their rounding.
+        float_bits: Width of the floats that the method declares. The grade *exact* allows the rounding of these floats.
     """
 
     grade: Grade | None
@@ -62,7 +62,7 @@ class Judged:
 
 @dataclass(frozen=True, order=True)
 class Merit:
-    """Rank of settings. A smaller value is better, and earlier fields count more.
+    """Rank of settings. A smaller value is better. A field decides only if all earlier fields are equal.
 
     Attributes:
         wrong: Number of scenes that are wrong or did not run.
@@ -93,10 +93,10 @@ class Merit:
 
 
 def compute_error_on_scale(judged: Judged) -> float:
-    """Return a scene's error divided by PIT's on a logarithmic scale from 0 (rounding) over 1/2 (PIT's error) to 1.
+    """Return a scene's error divided by PIT's on a logarithmic scale: 0 is rounding, and 1/2 is PIT's error.
 
-    The result for a wrong scene is 1. If there is no error to measure, it is 0 for an exact or close scene, and 1 for
-    any other scene.
+    The largest result is 1, which is the result for a wrong scene. If there is no error to measure, the result is 0 for
+    an exact or close scene, and 1 for any other scene.
     """
     if judged.wrong or math.isnan(judged.price):
         return 1.0 if judged.behind else 0.0
@@ -106,7 +106,7 @@ def compute_error_on_scale(judged: Judged) -> float:
 
 
 def compute_merit(judged: Sequence[Judged], first: Sequence[Judged] = ()) -> Merit:
-    """Return the merit of the results of scenes.
+    """Return the merit of settings from their results on scenes.
 
     Args:
         judged: Results of at least one scene.

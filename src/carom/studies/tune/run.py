@@ -48,10 +48,10 @@ class Tuning:
         best: Results of the best settings, or `first` if nothing was better.
         others: Results of the engine's other profiles on the same scenes, by name.
         located: Names of the profiles whose steps Carom cuts. No setting of the engine cuts steps.
-        code: Lines of the engine's code at the first scene's step that the best settings change. Empty if nothing was
-            better, or if the adapter writes no code.
-        own: The first profile's settings at the first scene's step, by name.
-        settings: The best settings at that step, by name.
+        code: Those lines of the engine's code that the best settings change, for the first scene's step size. Empty if
+            nothing was better, or if the adapter writes no code.
+        own: The first profile's settings at the first scene's step size, by name.
+        settings: The best settings at this step size, by name.
         varying: Names of the settings that vary with the step size.
         time_ratio: Median over scenes of the run time, divided by the first profile's run time; NaN if no scene was
             timed.
@@ -99,8 +99,8 @@ def tune(
         engine: Name of an adapter.
         scenes: Scenes of the search.
         options: Options of the search.
-        notes: Journal of results, to which new ones are added.
-        progress: Called with (done, all, what) after each trial.
+        notes: Journal of results, to which new results are added.
+        progress: Called after each trial with the number of trials, the expected number of trials, and a description.
         on_improvement: Called with the best settings so far, whenever they improve.
         command: The command that repeats the search, for the result.
 
@@ -199,7 +199,7 @@ def _read_settings(
 
 
 def _measure_time_ratio(pool: Pool, first: Method, overrides: SettingOverrides, steps: Mapping[Scene, float]) -> float:
-    """Return the run time of the best settings over the first profile's, both timed alternately; NaN if neither ran."""
+    """Return the median ratio of the best settings' run time to the first profile's; NaN if no scene could be timed."""
     ratios = []
     for scene, dt_s in steps.items():
         methods = (first, Method(first.engine, first.profile, overrides))

@@ -1,4 +1,4 @@
-"""Search for the best settings, from an engine's default settings, within a number of trials.
+"""Search for the best settings of an engine within a number of trials.
 
 1. Each knob is tested at its ends, with all other knobs at their default.
 2. An optimiser (Optuna's tree-structured Parzen estimator, Bergstra et al., NeurIPS 2011) requests trials. In a trial,
@@ -24,11 +24,12 @@ from carom.studies.tune.evaluate import Jury
 from carom.studies.tune.objective import Judged, Merit, compute_merit
 from carom.studies.tune.search_space import Point, Space
 
-#: Number of parts into which a trial's scenes are divided, beginning with the scenes that were worst with the first
-#: profile. After each part, a trial is abandoned if some finished trial dominates even its best possible result.
+#: Number of parts into which a trial's scenes are divided. The first part contains the scenes with the worst results of
+#: the first profile. After each part, a trial is abandoned if some finished trial dominates even its best possible
+#: result.
 PARTS = 3
 
-#: Limit of trials, as a multiple of the requested number, up to which trials other than the best are refined.
+#: Trials other than the best are refined until the number of trials reaches this multiple of the requested number.
 MOST_TRIALS = 4
 
 
@@ -52,7 +53,7 @@ class Found:
     """Settings that were tested on all scenes.
 
     Attributes:
-        tried: Settings that replace the first profile's own.
+        tried: Settings that replace settings of the first profile.
         merit: Rank of the settings.
         judged: Results of the scenes, in the requested order.
         trial: Number of the trial; 0 is the first profile itself.
@@ -77,7 +78,7 @@ class KnobSearch:
         space: The points that may be tested.
         scenes: Scenes of the search.
         jury: Evaluates methods on scenes.
-        progress: Called with (done, all, what) after each trial.
+        progress: Called after each trial with the number of trials, the expected number of trials, and a description.
         on_improvement: Called with the best settings so far, whenever they improve.
 
     Attributes:
@@ -121,7 +122,7 @@ class KnobSearch:
         return self._refine(MOST_TRIALS * trials)
 
     def _judge_first_profile(self) -> None:
-        """Evaluate the first profile, and sort the scenes from its worst to its best."""
+        """Evaluate the first profile, and sort the scenes from the worst to the best result."""
         judged = self.jury.judge(self.method, self.scenes)
         first = Found((), compute_merit(judged, judged), tuple(judged), 0)
         worst = {k: compute_merit([one]) for k, one in enumerate(judged)}
