@@ -40,11 +40,11 @@ class Cell:
 
     Attributes:
         text: The text.
-        note: A note in smaller letters after the text, such as the number that a word is based on.
+        note: A note in smaller letters after the text, such as a number that explains the text.
         short: Shorter text for a terminal, instead of text and note.
         title: The full explanation, which a page shows as a tooltip.
         css: CSS class for colours on a page.
-        symbol: A sign before the text, so that cells do not differ in colour only.
+        symbol: A sign before the text, so that colours are not the only difference between cells.
         style: Colours on a terminal.
         link: Link target of the text on a page; empty for none.
         shares: Parts of a bar below the text. A terminal shows the bar instead of the text.

@@ -14,7 +14,7 @@ from carom.report.document import Block, Cell, Column, Document, Facts, Headline
 
 
 def format_engine_lines(infos: Sequence[EngineInfo]) -> list[str]:
-    """Return a table of engines, one line each."""
+    """Return a table with one line per engine."""
     rows = {info.name: _build_engine_row(info, info.capabilities) for info in infos if info.capabilities is not None}
     heading, *lines = _align_columns([("name", "version", "swept in", "friction", "spin", "floats"), *rows.values()])
     line_of = dict(zip(rows, lines, strict=True))
@@ -166,7 +166,7 @@ _SAID = {
 def _build_capabilities(kinds: Mapping[str, Capabilities]) -> Section:
     """Return a table of an engine's capabilities, with a column for each profile that differs.
 
-    Absent limits are omitted.
+    Limits that no profile has are omitted.
     """
     rows = []
     for name, (word, unit) in _SAID.items():

@@ -14,7 +14,7 @@ __all__ = ["ABSENT", "format_instant", "format_metres", "format_number", "format
 K = TypeVar("K")
 V = TypeVar("V")
 
-#: Largest relative difference between a step and 1/n if the step is written as 1/n.
+#: Largest relative difference between 1/n and a number that is written as 1/n.
 WHOLE = 1e-9
 
 

@@ -139,7 +139,7 @@ def _require_finite(trace: Trace) -> None:
 def _draw_results(result: Results, axes: Axes) -> None:
     """Draw one bar per method.
 
-    The parts of a bar are the numbers of runs with each mark, with the best mark on the left.
+    Each part of a bar is the number of runs with one mark. The best mark is on the left.
     """
     marks = [mark_of(row) for row in result.rows]
     methods = list(dict.fromkeys(row.job.method.name for row in result.rows))

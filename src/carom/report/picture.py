@@ -76,7 +76,7 @@ def draw_pair(reference: Trace, observed: Trace, missed: Sequence[int], labels: 
 
 
 def draw_traces(several: Sequence[Axes], traces: Sequence[Trace]) -> None:
-    """Draw traces of one scene, each on separate axes, to the same scale: paths, impacts and walls.
+    """Draw the paths, impacts and walls of traces of one scene, each trace on separate axes, to the same scale.
 
     The drawings show the plane. If all discs of the first trace move along one line, the drawings show positions on
     this line against time.
@@ -105,7 +105,7 @@ def draw_start(axes: Axes, scene: Scene) -> None:
 
 
 def _find_axis_of_motion(paths: Paths, scene: Scene) -> int | None:
-    """Return the axis along which all discs move; None if they move in the plane or a wall is not a half-plane."""
+    """Return the axis along which all discs move; None if there is no such axis or a wall is not a half-plane."""
     if not all(isinstance(wall, Wall) for wall in scene.walls):
         return None
     movable = [k for k, disc in enumerate(scene.discs) if not disc.immovable]
@@ -255,7 +255,7 @@ def _draw_number(axes: Axes, disc: int, centre: NDArray[np.float64]) -> None:
 
 
 def draw_walls(axes: Axes, scene: Scene, limits: Limits, *, ends: bool = True) -> list[list[Artist]]:
-    """Draw the walls of a picture that has the given limits and equal scales, and return the artists of each wall.
+    """Set the limits and equal scales of a picture, draw the walls, and return the artists of each wall.
 
     Walls are drawn at their initial position. With `ends`, driven walls are also drawn faintly at their final position.
     """

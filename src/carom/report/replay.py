@@ -194,10 +194,10 @@ def _build_impacts(reference: Trace, trace: Trace, score: Score) -> Json:
 def find_pause_time(row: Json, overlap_s: float | None, trace: Trace) -> float:
     """Return the instant at which a replay shows a fault, seconds.
 
-    This is the reported time or, for a missed impact, the instant at which the miss is most visible.
+    The instant is the reported time or, for a missed impact, the instant at which the miss is most visible.
 
-    A miss is most visible half-way through the overlap, when the overlap is deepest. The instant is at most one step
-    after the true instant, because checks once per step do not miss longer overlaps.
+    A miss is most visible half-way through the overlap, when the overlap is deepest. The chosen instant is at most one
+    step after the true instant, because checks once per step do not miss longer overlaps.
     """
     if row.get("reported") is not None:
         return float(row["reported"])
@@ -208,7 +208,8 @@ def find_pause_time(row: Json, overlap_s: float | None, trace: Trace) -> float:
 def find_first_fault(rows: list[Json]) -> int | None:
     """Return the row at which a replay pauses: the first missed or invented impact, or else the least exact impact.
 
-    The first inexact impact is not chosen, because it may be only a twentieth of a step late.
+    The least exact impact has the largest velocity error. The first inexact impact is not chosen, because it may be
+    only a twentieth of a step late.
     """
     for k, row in enumerate(rows):
         if row["flag"] == "missed" or (row["flag"] == "invented" and row["reported"] is not None):

@@ -37,8 +37,8 @@ _MARKERS = "osD^vP*X"
 _PNG_DPI = 144
 #: Space above the axes, with and without a title.
 _HEAD_IN, _BARE_IN = 0.5, 0.15
-#: Fraction of an axis that shows errors within rounding and has space for two labels. Largest number of ticks on a
-#: phone.
+#: The first number is the fraction of an axis that shows errors within rounding, with space for two labels. The second
+#: number is the largest number of ticks on a phone.
 _STRIP, _MOST_TICKS = 0.14, 4
 #: Space for the numbers and the label of the y axis, and height of a line below the diagram.
 _LEFT_IN, _FOOT_IN = 0.87, 0.16
@@ -53,7 +53,7 @@ _VARIABLES = {
 }
 
 _STYLE = {
-    "svg.fonttype": "none",  # text that is not converted to paths is small and can be searched and read aloud
+    "svg.fonttype": "none",  # keep text as text, which is smaller than paths and can be searched and read aloud
     "text.parse_math": False,  # a name may contain a dollar sign
     "font.family": "sans-serif",
     "font.size": 9.0,

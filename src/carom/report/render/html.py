@@ -1,7 +1,7 @@
 """Renderer of documents as one HTML file.
 
-The file loads nothing from elsewhere and escapes every name. By a hash, its content policy allows only the report's
-script.
+The file loads nothing from elsewhere and escapes every name. The content policy of the page allows only the report's
+script, which it identifies by a hash.
 """
 
 from __future__ import annotations

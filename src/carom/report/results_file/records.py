@@ -48,7 +48,7 @@ def read_records(path: Path) -> tuple[Summary, list[RowLine]]:
 
 
 def stream_records(path: Path) -> tuple[Summary, Iterator[RowLine]]:
-    """Read a file by `format_records`, and yield its rows one by one, so that the file need not fit into memory.
+    """Read a file written by `format_records`. Rows are read one by one, so that the file need not fit into memory.
 
     The iterator checks the number of rows.
 

@@ -175,7 +175,7 @@ GRAZE = math.cos(math.pi / 6)
 
 
 class Cause(Enum):
-    """Reason why an impact is hard to find. The value is the phrase shown."""
+    """Reason why an impact is hard to find. The value is the phrase that the report shows."""
 
     GRAZE = "a graze"
     FAST = "a fast small disc"

@@ -39,7 +39,7 @@ REFERENCES_KEPT = 128
 
 @dataclass(frozen=True)
 class Started:
-    """Result of one start.
+    """Result of a run from one start.
 
     Attributes:
         lost: Whether an impact was missed or invented, or the run ended early.
@@ -57,10 +57,10 @@ class StartTask(JobTask):
     """Runs a job in a worker process and compares its impacts up to the scene's end with PIC's."""
 
     def carry_out(self) -> Started:
-        """Return the result of the start.
+        """Return the result of the run.
 
         Raises:
-            UnsupportedError: There is no such start, or it has no reference.
+            UnsupportedError: The scene has no such start, or no reference from this start.
         """
         job = self.job
         adapter = load_supported_adapter(job)
@@ -91,8 +91,8 @@ class StepTrial:
         dt_s: The step size, seconds.
         even: Number of evenly spread starts that did not fail.
         starts: Number of all starts.
-        lost_even: Number of evenly spread starts that missed or invented an impact or ended early.
-        lost: Number of all starts, evenly spread or chosen, that missed or invented an impact or ended early.
+        lost_even: Number of evenly spread starts from which an impact was missed or invented, or the run ended early.
+        lost: The same number for all starts, evenly spread or chosen.
         direction_error_rad: Largest direction error from any start; NaN if no impact was found.
         steps: Number of engine steps.
         reason: Error of the engine or its adapter, because of which the step size fails; empty if there is no error.
@@ -109,7 +109,7 @@ class StepTrial:
 
     @property
     def never_misses(self) -> bool:
-        """Whether no start missed or invented an impact."""
+        """Whether no impact was missed or invented from any start."""
         return not self.reason and self.lost == 0
 
     def is_within(self, demand: Demand) -> bool:

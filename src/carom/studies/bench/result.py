@@ -146,7 +146,7 @@ class SceneBench:
         return []
 
     def find_cheapest_engine(self, target: float) -> Point | None:
-        """Return the cheapest point of all engines that reaches a target; None if no point does."""
+        """Return the cheapest point that reaches a target with any engine; None if no point does."""
         return find_cheapest([point for curve in self.engines for point in curve.points], target)
 
 

@@ -105,7 +105,7 @@ def _select_media(targets: Sequence[float], exact: Media = Media.EVERYWHERE) -> 
 
 
 def build_suite_table(bench: Bench, targets: Sequence[float]) -> Table:
-    """Return a table with one row per method: numbers of scenes without lost impacts and within each target."""
+    """Return a table with one row per method: how many scenes lose no impact, and how many reach each target."""
     curves = [(scene, curve) for scene in bench.scenes for curve in scene.curves]
     by_method = formatting.group_by(((curve.engine, curve.profile), (scene, curve)) for scene, curve in curves)
     kind = bench.plan.error

@@ -16,7 +16,7 @@ from carom.report.outcome_marks import RIGHT, Mark
 from carom.report.replay import build_impact_rows
 from carom.studies.cross_check.grid import RANKING_NOTE, Grid, GridCell, GridColumn, compute_standing
 
-#: Three largest numbers: impacts in the table of impacts, impacts in the table of methods, and methods whose columns
+#: Largest numbers of impacts in the table of impacts, of impacts in the table of methods, and of methods whose columns
 #: fit on a terminal.
 MOST_IMPACTS, MOST_BESIDE, MOST_ACROSS = 40, 4, 3
 
@@ -158,7 +158,7 @@ def _build_group_column(grid: Grid, name: str, scenes: Sequence[str]) -> Column:
 
 
 def _build_group_cell(grid: Grid, names: Sequence[str], method: GridColumn) -> Cell:
-    """Return a cell with the number of a group's scenes with an exact or close grade, and a link to the worst scene."""
+    """Return a cell that counts the exact and close scenes of a group, and links to the worst scene."""
     cells = [cell for cell in grid.list_cells(method) if cell.scene in names]
     worst, graded = _find_worst(cells), [cell.mark for cell in cells if cell.mark.rank is not None]
     if worst is None:
@@ -271,7 +271,7 @@ def _format_grade(cell: GridCell) -> str:
 
 
 def build_impacts_section(grid: Grid) -> Section:
-    """Return a section with the impacts of a single scene by method, and each run's verdicts; empty for more scenes."""
+    """Return a section with a single scene's impacts by method, and each run's verdicts; empty for several scenes."""
     methods = grid.compared
     if len(grid.rows) != 1 or not methods:
         return Section("", ())

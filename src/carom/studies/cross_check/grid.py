@@ -315,7 +315,7 @@ def _build_method(line: RowLine) -> Method:
 
 
 def merge_own_profiles(contents: Mapping[GridColumn, object]) -> list[list[GridColumn]]:
-    """Group those profiles of each of Carom's own methods that have equal content.
+    """For each of Carom's own methods, put the profiles with equal content into one group.
 
     Every column of an engine is a separate group, because the profiles of an engine differ in settings.
 

@@ -20,7 +20,7 @@ MOST_NAMES = 4
 
 
 def build_headline(grid: Grid) -> Headline:
-    """Return a sentence with the result, and further sentences on the reference, on counts, and on phases."""
+    """Return a sentence with the result, and further sentences on the reference, grades and the effect of phases."""
     compared = grid.compared
     columns = [column for column in compared if not column.own] or compared
     if not columns:

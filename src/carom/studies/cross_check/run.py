@@ -321,7 +321,7 @@ def _shift_references(
 def _run_phases(
     rows: Mapping[Key, Row], shifted: Mapping[Key, list[Trace]], usable: Mapping[str, Reference], observer: _Observer
 ) -> dict[Key, Row]:
-    """Run every successful job again at each phase, and return its row with the spread of its errors."""
+    """Run every successful job again at each phase, and return the job's row with the spread of the errors."""
     references_by_key = {key: references for key, references in shifted.items() if rows[key].status is Status.RAN}
     if omitted := sum(len(references) for key, references in shifted.items() if key not in references_by_key):
         observer.count("phases", omitted)

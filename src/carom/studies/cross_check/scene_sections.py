@@ -112,7 +112,7 @@ def build_unscored_section(grid: Grid) -> Section:
 def _list_reasons(grid: Grid) -> Iterator[tuple[str, bool]]:
     """Yield each reason why cells were not run or scored, with their methods and scenes.
 
-    State if the reason is important.
+    Also yield whether the reason is important.
 
     A reason is important if it concerns all scenes, or if a user can remove its cause.
     """

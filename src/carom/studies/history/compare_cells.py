@@ -175,7 +175,7 @@ class SeenCell:
 
 
 class ChangeKind(Enum):
-    """Change of a cell from one release to the next. The value is the phrase shown."""
+    """Change of a cell from one release to the next. The value is the phrase that the report shows."""
 
     NOTHING = "same bits"
     ROUNDING = "other bits, but equal to rounding at this phase"
@@ -323,7 +323,9 @@ def _find_separated_measures(
 
 
 def _compute_range_gaps(before: NDArray[np.float64], after: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return by how much the new range is above the old range, and by how much below. The first axis has the runs.
+    """Return by how much the new range is above the old range, and by how much it is below.
+
+    The first axis has the runs.
 
     Untested phases may extend a range. So each end of a range is moved outwards by the difference of the two numbers
     that are nearest to this end.

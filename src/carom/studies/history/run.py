@@ -132,7 +132,10 @@ class _ReleaseRuns:
         self._progress(self._done, max(self._total, self._done), description)
 
     def seen(self, names: Sequence[str], cells: Sequence[RunCell], pool: Pool) -> dict[str, dict[RunCell, SeenCell]]:
-        """Return the results of each engine in each cell. If consecutive engines differ, all phases are run."""
+        """Return the results of each engine in each cell.
+
+        If consecutive engines differ in a cell, all phases are run.
+        """
         answers = self.run_jobs((self.job(name, cell) for name in names for cell in cells), pool)
         seen_cells = {name: {cell: SeenCell(answers[self.job(name, cell)]) for cell in cells} for name in names}
         todo = {

@@ -109,7 +109,7 @@ class Attack:
         return values if self.last is None else [*values, self.last]
 
     def find_middle_value(self, passes: float, fails: float, resolution: float) -> float | None:
-        """Return the value half-way between two values on a logarithmic scale; None if they are within `resolution`."""
+        """Return the middle of two values on a logarithmic scale; None if their ratio is at most `resolution`."""
         if min(passes, fails) <= 0 or max(passes, fails) / min(passes, fails) <= resolution:
             return None
         middle = float(f"{math.sqrt(passes * fails):.4g}")

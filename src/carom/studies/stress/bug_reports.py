@@ -44,10 +44,10 @@ def check_complaint(complaint: Complaint, method: Method, runner: TaskRunner) ->
 def find_symptom(complaint: Complaint, trace: Trace) -> tuple[bool, float, str]:
     """Return whether a trace shows the reported bug, the deviation, and the reason in words.
 
-    The deviation is the energy error if the report is about energy or if only the energy is known. For other reports it
-    is the error of final velocities, and of rim speeds if spins are known. The deviation is relative to the scene's
-    energy or speed. If a trace does not show the bug but is wrong by a per cent or more, the reason mentions this
-    error.
+    The deviation is the energy error if the report is about energy or if the final velocities are unknown. For other
+    reports it is the error of final velocities, and of rim speeds if spins are known. The deviation is relative to the
+    scene's energy or speed. If a trace does not show the bug but is wrong by a per cent or more, the reason mentions
+    this error.
     """
     symptom, known, scene = complaint.symptom, complaint.known, complaint.scene
     finite = bool(np.isfinite(trace.final_velocity_m_s).all() and np.isfinite(trace.final_position_m).all())

@@ -44,7 +44,7 @@ def _build_floor_trial(
     tangent: float = 0.0,
     **of: Any,
 ) -> Trial:
-    """Make a trial of a disc `up` metres above the line y = 0, with gravity tilted by the angle of a tangent."""
+    """Make a trial of a disc `up` metres above the line y = 0, with gravity tilted by an angle of a given tangent."""
     fields = {key: of.pop(key) for key in ("spin_rad_s", "inertia_factor") if key in of}
     long = math.hypot(1.0, tangent)
     discs = [build_disc(complex(0.0, RADIUS_M + up), velocity, RADIUS_M, **fields)]
@@ -98,8 +98,8 @@ def _build_slope_trial(kind: str, value: float, side: float) -> Trial:
         rim, fields = 0.0 - along, {"wall_rolling_resistance": steepest}
     elif kind == "bouncing-slope":
         # If the bounces start at this speed, they last until the end of the scene. A hop with take-off speed w adds 2 w
-        # tan(slope) to the slip. The next bounce reduces the slip by f (1 + e)(1 + 1/k) w, which is equal at the
-        # threshold. In total, bounces change the slip as much as lasting contact would.
+        # tan(slope) to the slip. The next bounce reduces the slip by f (1 + e)(1 + 1/k) w, and both numbers are equal
+        # at the threshold. In total, bounces change the slip as much as lasting contact would.
         hits = 0.5 * _LASTS_S * normal_pull * (1.0 - e) / e
         fields = {"velocity": complex(0.0, -hits), "wall_restitution": e}
     judge = _build_contact_judge(along, rim, pull * _LASTS_S)

@@ -133,7 +133,7 @@ def _compute_deviation(base: Scene, found: State, expected: State) -> float:
 
 
 def _final_state_of(trace: Trace) -> State:
-    spin = trace.final_spin_rad_s  # if a disc turns, the harness rejects a trace without spins
+    spin = trace.final_spin_rad_s  # if a disc turns, the validation of runs rejects a trace without spins
     resting = np.zeros(len(trace.scene.discs))
     return State(trace.final_position_m, trace.final_velocity_m_s, resting if spin is None else spin)
 

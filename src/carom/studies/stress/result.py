@@ -29,7 +29,7 @@ _EARLIER = {
 
 
 class CellEnding(StrEnum):
-    """Outcome of a cell. The value is the phrase shown."""
+    """Outcome of a cell. The value is the phrase that the report shows."""
 
     FAILS_AT_SIZE = "fails at this size"
     PASSES = "passes to the end"

@@ -57,7 +57,10 @@ class Space:
         return [{name: k} for name, values in self.values.items() for k in dict.fromkeys((0, len(values) - 1))]
 
     def neighbours(self, point: Point) -> Iterator[dict[str, int]]:
-        """Yield points that differ in one knob. The knob is at its default, at a stop, or near its present value."""
+        """Yield the points that differ from `point` in one knob.
+
+        This knob is at its default, at a stop, or near its present value.
+        """
         for name, values in self.values.items():
             last, current_index = len(values) - 1, point.get(name)
             without = {other: k for other, k in point.items() if other != name}
