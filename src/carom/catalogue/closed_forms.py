@@ -1,10 +1,10 @@
 """Closed forms from which known answers are computed.
 
 Vectors of the plane are complex numbers here: ``a * b`` rotates a vector, and ``abs(a)`` is its length. This module,
-and those that use it, contain no physics and no solvers of Carom: an answer computed by the tested code would prove
-nothing. Most scenes are computed backwards from their impacts: the normal and the instant of an impact are chosen, and
-the start follows from straight lines back in time. With this method, no equation has to be solved for the time of
-impact.
+and the modules that use it, call neither the physics code nor the solvers of Carom: an answer computed by the tested
+code would prove nothing. Most scenes are computed backwards from their impacts: the normal and the instant of an impact
+are chosen, and the starting state follows from straight motion back in time. With this method, no equation has to be
+solved for the time of impact.
 """
 
 from __future__ import annotations
@@ -80,9 +80,9 @@ def compute_after_impact(
 
     Args:
         m1: Mass of the first disc, kilograms.
-        v1: Velocity of the first disc before.
-        m2: Mass of the second disc; infinity is immovable.
-        v2: Velocity of the second disc before.
+        v1: Velocity of the first disc before the impact.
+        m2: Mass of the second disc, kilograms; infinity for an immovable disc.
+        v2: Velocity of the second disc before the impact.
         normal: Unit vector from first to second.
         restitution: Coefficient of restitution e.
     """
@@ -162,7 +162,7 @@ class WedgeImpact(NamedTuple):
 def compute_wedge_impacts(start: complex, velocity: complex, angle: float) -> list[WedgeImpact]:
     """Compute, by unfolding, all impacts of a point that moves in a wedge and is reflected by the wedge's two sides.
 
-    If the wedge is reflected about its sides instead of the path, the path is a straight line. This line crosses the
+    If at each impact the wedge is reflected instead of the path, the path is a straight line. This line crosses the
     rays at 1, 2, 3, ... times the wedge's angle. The n-th crossing is at the time at which ``(start + t velocity)
     exp(-i n angle)`` is real. In the original wedge, the velocity after the n-th impact is ``velocity exp(-i n angle)``
     for even n, and ``conj(velocity) exp(i (n + 1) angle)`` for odd n.
@@ -176,8 +176,8 @@ def compute_wedge_impacts(start: complex, velocity: complex, angle: float) -> li
     """
     impacts = []
     n = 1
-    # Far away, the points of the straight line are in the direction of the velocity. So the line crosses only rays at
-    # smaller angles.
+    # Far away, the points of the straight line are in the direction of the velocity. So the line crosses only rays
+    # whose angles are smaller than that of the velocity.
     while n * angle < cmath.phase(velocity) % math.tau:
         turn = cmath.exp(-1j * n * angle)
         time = -(start * turn).imag / (velocity * turn).imag
@@ -227,7 +227,7 @@ def build_staged(
         scene: The scene.
         impacts: All impacts of the scene.
         source: Source of the answer.
-        convention: Why the answer is not unique; empty if it is.
+        convention: Why the answer is not unique; empty if it is unique.
         final: Position and velocity of each disc at the end; None if all discs move in straight lines between impacts,
             so that both can be computed.
         spins: Spin of each disc at the end; None if unknown.

@@ -65,7 +65,7 @@ class KnownImpact:
 
 @dataclass(frozen=True)
 class KnownAnswer:
-    """Answer of mathematics or a cited source. The tested code never computes it.
+    """Answer from mathematics or from a cited source. The tested code never computes it.
 
     Every answer also requires that no two bodies overlap at the end of the scene.
 
@@ -97,8 +97,8 @@ class Staged(NamedTuple):
     known: KnownAnswer
 
 
-#: Function that builds a scene without its name, and its known answer. The function's name is the scene's name within
-#: the group, and its docstring is the scene's description, one sentence.
+#: Function that builds a scene, without a name, and the scene's known answer. The function's name is the scene's name
+#: within the group, and its docstring is the scene's description, one sentence.
 Builder = Callable[[], Staged]
 
 
@@ -107,9 +107,9 @@ class CatalogueScene:
     """A scene of the catalogue. Scene, answer and tags are built at their first use, so listing scenes is fast.
 
     Attributes:
-        name: Full name, ``group/name``; the scene's own name.
+        name: Full name, ``group/name``; `scene` has the same name.
         shows: The scene's description, in one sentence.
-        build: Makes the scene without its name, and its answer.
+        build: Function that makes the scene, without a name, and the scene's answer.
         marks: Tags that can't be derived from the scene and its answer.
     """
 
@@ -177,7 +177,7 @@ def add_tags(*marks: Tag) -> Callable[[Builder], Builder]:
 
 
 def list_scenes(module: ModuleType) -> Iterator[CatalogueScene]:
-    """Yield the scenes of a module in the order of their definition, which reports use.
+    """Yield the scenes of a module in the order of their definition. Reports use the same order.
 
     Each private function without parameters that returns `Staged` is the builder of a scene. The first word of the
     module's name is the group.
@@ -195,8 +195,8 @@ def deviation(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
 
     The deviation has no unit. Times are divided by the scene's duration, and velocities by the greatest speed at the
     start or in the answer. Positions, and the deepest overlap at the end, are divided by the greatest extent of the
-    start; energies by the known energy. The deviation of a value that is not a number is infinite. If the answer
-    depends on a convention, a deviation may only mean another convention.
+    scene at the start; energies by the known energy. The deviation of a value that is not a number is infinite. If the
+    answer depends on a convention, a deviation may only mean that the trace follows another convention.
     """
     if known.count is not None and len(trace.impacts) != known.count:
         return math.inf

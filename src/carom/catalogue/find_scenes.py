@@ -37,7 +37,7 @@ _ON_REQUEST = (spin, tables, driven, contact_damping, contact, engines)
 
 @cache
 def catalogue() -> Mapping[str, CatalogueScene]:
-    """Return the catalogue's suite by full name, in the order of reports. The suite runs by default."""
+    """Return the scenes that run by default (the suite), by full name, in the order of reports."""
     return MappingProxyType({entry.name: entry for module in _SUITE for entry in list_scenes(module)})
 
 

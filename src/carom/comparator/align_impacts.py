@@ -84,7 +84,7 @@ def _find_parting(
 def _find_shown_by_states(
     reference: Trace, missed: Sequence[int], truth: LocalTruth | None, dt_s: float
 ) -> frozenset[int]:
-    """Return the missed impacts that the states show in windows with several impacts.
+    """Return those unreported impacts that the run's states show in windows with several impacts.
 
     An engine may report only the combined outcome if a disc has several impacts in one step.
     """
@@ -110,7 +110,7 @@ def _sort_bodies(rows: NDArray[np.void]) -> NDArray[np.int64]:
 def _drop_contact_starts(reference: Trace, observed: Trace, invented: Sequence[int]) -> tuple[int, ...]:
     """Remove the spurious impacts that are the start of a lasting contact in the reference.
 
-    An engine reports such a contact as an impact, and may stamp it with the start of its step.
+    An engine reports the start of such a contact as an impact. The time stamp may be the start of the engine's step.
     """
     if reference.modes is None:
         return tuple(invented)
@@ -144,7 +144,7 @@ def _sort_by_reference(
 
     Return the pairs that stay inverted.
 
-    An insertion sort is used, because nearly all impacts are in order. Each of these needs one comparison.
+    An insertion sort is used, because nearly all impacts are in order. An impact that is in order needs one comparison.
     """
     slack = LATEST_STAMP_STEPS * observed.dt_s
     stamp, time = observed.impacts["time_s"], reference.impacts["time_s"]
@@ -178,8 +178,8 @@ def compute_edit_distance(a: Sequence[Pair], b: Sequence[Pair]) -> int:
     """Return the smallest number of insertions, deletions and swaps of neighbours that turn `a` into `b`.
 
     This is the restricted Damerau-Levenshtein distance without replacements (G. Navarro, A guided tour to approximate
-    string matching, ACM Computing Surveys 33(1), 2001). The distance is computed in a band about the diagonal, which is
-    doubled until the result fits (E. Ukkonen, 1985). The result is at most `MOST_EDITS`.
+    string matching, ACM Computing Surveys 33(1), 2001). The distance is computed in a band around the diagonal. The
+    width of the band is doubled until the result fits (E. Ukkonen, 1985). The result is at most `MOST_EDITS`.
     """
     start = 0
     while start < min(len(a), len(b)) and a[start] == b[start]:
@@ -197,7 +197,7 @@ def compute_edit_distance(a: Sequence[Pair], b: Sequence[Pair]) -> int:
 
 
 def _compute_edit_distance_within(a: Sequence[Pair], b: Sequence[Pair], band: int) -> int:
-    """Return the edit distance if it is at most `band`, and any number above `band` if it is larger."""
+    """Return the edit distance if it is at most `band`; otherwise return any number above `band`."""
     beyond = band + 1
     width = 2 * band + 1
     rows = np.full((len(a) + 1, width + 2), beyond, np.int64)  # column k of row r: position r + k - 1 - band in b

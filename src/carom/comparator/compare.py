@@ -30,7 +30,8 @@ def compare(reference: Trace, observed: Trace, *, sampling: Trace | None = None,
         sampling: The trace of PIT with the same step size. With this trace, the cost of sampling is separated from
             other errors.
         horizon: The part of the reference that is reliable: a number of impacts (an int) or a time in seconds (a
-            float). Later steps are only compared stepwise, from the trace's own states. None for the whole run.
+            float). Later steps are only compared one by one, each from the trace's own state. None if the whole
+            reference is reliable.
 
     Raises:
         InputError: The traces are of different scenes, a trace is impossible in its scene (see
@@ -47,7 +48,7 @@ def compare(reference: Trace, observed: Trace, *, sampling: Trace | None = None,
 
 
 class Scorer:
-    """Scores many runs against one reference, and PIT with one step size. The arguments are those of `compare`."""
+    """Scores many runs against one reference and one PIT run. The arguments are those of `compare`."""
 
     def __init__(self, reference: Trace, sampling: Trace | None, horizon: float | None) -> None:
         check_instance("reference", reference, Trace)
@@ -73,7 +74,7 @@ class Scorer:
                 f"the step size of the observed trace is {step_s:g} s, but that of sampling is {pit_s:g} s: run PIT "
                 "with the step size of the observed trace"
             )
-        # NaN and infinities have a verdict. NumPy's warnings would only repeat that verdict.
+        # A verdict reports NaN and infinities, so NumPy's warnings are not needed.
         with np.errstate(all="ignore"):
             return _run_stages(self._baseline, observed, self._horizon)
 
@@ -95,7 +96,7 @@ def _run_stages(baseline: Baseline, observed: Trace, horizon: float | None) -> S
 
 
 def _grade_before_tie(compared: ComparedRun) -> Grade | None:
-    """Return the grade of the part before the first instant without a unique answer, because a fault there counts."""
+    """Return the grade up to the first instant without a unique answer, because faults before that instant count."""
     if compared.before_tie_s is None:
         return None
     before = find_range(compared.baseline.unique, compared.observed, compared.before_tie_s)

@@ -1,8 +1,8 @@
 """First stage of a comparison: the part of a run that can be compared with its reference.
 
-The range ends at the horizon, when a disc starts to rest, slide or roll, or when a disc is crushed. Before a disc rests
-or is crushed, it may bounce infinitely often. In such a run, the range ends as soon as a step can no longer separate
-the bounces.
+The range ends at the earliest of three times: the horizon, the time when a disc starts to rest, slide or roll, and the
+time when a disc is crushed. Before a disc rests or is crushed, it may bounce infinitely often. In such a run, the range
+ends as soon as a step can no longer separate the bounces.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ class ComparedRun:
         pit_range: The range in which the run is compared with PIT; None without PIT.
         truth: Each step of the run compared with PIC from the run's own state; None if states were not checked.
         before_tie_s: End of the range before the first instant without a unique answer; None if the range has no such
-            instant, or no impact before it.
+            instant, or no impact before that instant.
     """
 
     baseline: Baseline
@@ -100,7 +100,7 @@ class ComparedRun:
 
     @property
     def is_cut_short(self) -> bool:
-        """Whether the run ended before the scene's duration, even if it reports to be complete."""
+        """Whether the run ended before the scene's end, even if the run reports to be complete."""
         completed = self.observed.outcome is Outcome.COMPLETED
         return not completed or self.observed.end_time_s < self.scales.time_s * (1.0 - THRESHOLDS.rounding)
 
@@ -157,7 +157,7 @@ def find_range(baseline: Baseline, observed: Trace, horizon: float | None) -> Co
 
 
 def comparison_range(reference: Trace, horizon: float | None) -> ComparisonRange:
-    """Return the range up to a horizon, which is given as in `carom.compare`.
+    """Return the range up to a horizon. The horizon is given as in `carom.compare`.
 
     Raises:
         InputError: The horizon is negative or not a number.
@@ -175,12 +175,12 @@ def comparison_range(reference: Trace, horizon: float | None) -> ComparisonRange
 def clip_before_rest(
     reference: Trace, compared: ComparisonRange, dt_s: float, pit: Trace | None = None
 ) -> ComparisonRange:
-    """End a range before a disc starts to rest, slide or roll, as seen with steps of a given size.
+    """End a range where steps of a given size can no longer distinguish a disc from one that rests, slides or rolls.
 
     Often a disc has infinitely many impacts just before it rests. In the last impacts, the closing speed is at most
     the speed that a disc gains by falling for a step or two. A method that checks once per step can't distinguish such
-    a disc from a resting one. PIT misses or invents bounces a few hops earlier. If PIT is given, the range ends there,
-    because no method with these steps can show more.
+    a disc from a resting one. PIT misses or invents bounces a few hops earlier. If PIT is given, the range ends at the
+    first of these bounces, because no method with these steps can show more.
     """
     impacts, times = reference.impacts, reference.impacts["time_s"]
     if reference.scene.gravity_m_s2 == (0.0, 0.0) and reference.contact_s == math.inf:
@@ -207,8 +207,8 @@ def _find_crush_limit(reference: Trace, dt_s: float, pit: Trace | None) -> float
     """Return the time after which steps can't separate the impacts of a disc on two walls that crush it.
 
     The times between these impacts become ever shorter. From some time on, each impact follows the previous one within
-    two steps. A method that checks once per step then finds at most one of them, and finds it late. If PIT is given,
-    and misses or invents an impact of the disc even earlier, return one step before that impact.
+    two steps. A method that checks once per step then finds at most one of these impacts, and finds it late. If PIT is
+    given and misses or invents an earlier impact of the disc, the result is one step before that impact.
     """
     impacts, times = reference.impacts, reference.impacts["time_s"]
     disc = int(impacts["first"][-1])
@@ -225,7 +225,7 @@ def _find_crush_limit(reference: Trace, dt_s: float, pit: Trace | None) -> float
 
 
 def _find_last_bounces(reference: Trace) -> dict[Pair, list[int]]:
-    """Return the last impacts, by pair, of each disc that hops on a fixed body ever lower under gravity."""
+    """Return, by pair, the last impacts of each disc whose hops on a fixed body become ever lower under gravity."""
     scene, impacts = reference.scene, reference.impacts
     found = {}
     for disc in np.flatnonzero(scene.arrays.movable).tolist():
@@ -247,8 +247,8 @@ def _find_end_of_pit_bounces(reference: Trace, pair: Pair, first_row: int, pit: 
     """Return the time up to which PIT finds the final bounces of a pair; infinity if PIT finds all of them.
 
     PIT finds each bounce late, so the following hops are slightly shorter or longer. Hops get ever shorter. So at some
-    time, PIT is ahead by a whole hop, which is a spurious impact. Or PIT finds the disc so deep in the body that
-    gravity pulls the disc back before it has left the body.
+    time, PIT is ahead by a whole hop. The impact of this hop is spurious. Or PIT finds the disc so deep in the body
+    that gravity pulls the disc back before it has left the body.
     """
     expected_s, found_s = reference.impacts["time_s"], pit.impacts["time_s"]
     expected = group_by_pair(reference.impacts)[pair]
@@ -269,7 +269,7 @@ def _find_end_of_pit_bounces(reference: Trace, pair: Pair, first_row: int, pit: 
 
 
 def _find_falling_back(trace: Trace, impacts: list[int]) -> NDArray[np.bool_]:
-    """Return, for each given impact of one pair, whether gravity pulls the disc back before it has separated.
+    """Return, for each given impact of one pair, whether gravity pulls the disc back before the bodies separate.
 
     The pair overlaps by `depth` when the impact is found, and separates at the speed `parting`. The disc gets out only
     if ``parting^2 > 2 pull depth``.

@@ -1,4 +1,4 @@
-"""Fifth stage of a comparison: the grade of a run, and its errors relative to the cost of sampling."""
+"""Fifth stage of a comparison: the grade of a run, and the run's errors relative to the cost of sampling."""
 
 from __future__ import annotations
 
@@ -57,12 +57,12 @@ def grade_run(judged: JudgedRun) -> Score:
 
 
 def grade_trajectory(judged: JudgedRun) -> Grade:
-    """Return the grade from the reference's trajectory alone, unless the run has diverged from it."""
+    """Return the grade from the reference's trajectory alone; PARTED if the run has diverged from that trajectory."""
     return Grade.PARTED if judged.has_diverged else _grade_by_trajectory(judged)
 
 
 def _add_phase_dependence(found: tuple[Finding, ...], as_right: int, phases: int) -> tuple[Finding, ...]:
-    """Add the finding that a run with PIT's results is as accurate as this only at some phases of the step.
+    """Add the finding that PIT, whose results the run shares, is this accurate only at some phases of the step.
 
     If the run conforms, the existing reason is extended instead, because nothing is wrong with the run.
     """
@@ -149,8 +149,8 @@ def _grade_by_trajectory(judged: JudgedRun) -> Grade:
         return Grade.UNGRADED
     if close and _has_good_end(judged, judged.sampling_cost, THRESHOLDS.close):
         return Grade.CLOSE
-    # If all steps are *sampled* or better, sampling alone explains the final state, and the limit is PIT's error at its
-    # worst phase.
+    # If all steps are *sampled* or better, sampling alone explains the final state, and the limit is PIT's error at
+    # PIT's worst phase.
     local = judged.local_truth
     is_only_sampled = local is not None and find_worst_grade(local.grade, Grade.SAMPLED) is Grade.SAMPLED
     has_good_end = _has_good_end(judged, judged.sampling_cost if is_only_sampled else judged.sampling.largest)
@@ -198,7 +198,7 @@ def _is_within_rounding(judged: JudgedRun, measured: Measured, rounding_s: float
 
 
 def _has_close_impacts(judged: JudgedRun, cost: SamplingCost) -> bool:
-    """Whether errors are at most a small fraction of a step, or of PIT's errors up to the same impact."""
+    """Whether each time error is a small fraction of a step at most, and each other error that fraction of PIT's."""
     step_s = judged.observed.dt_s or cost.dt_s
     scale_of_impacts, scales = judged.measured.own, judged.scales
     reliable_impacts = judged.compared.impacts
@@ -218,7 +218,7 @@ def _has_sampled_impacts(judged: JudgedRun, sampling: Measured, cost: SamplingCo
 
     Errors propagate from impact to impact. So the limit is PIT's largest error up to this impact: at this phase, at
     another phase, or at the phase at which PIT is as late as the run. If PIT misses an impact at this phase, both discs
-    keep their old paths. PIT's velocity error is then the whole change.
+    keep their old paths. PIT's velocity error is then the whole change of velocity in the impact.
     """
     own_scales, scales, rounding_s = judged.measured.own, judged.scales, judged.rounding * judged.scales.time_s
     known_ratio, dt_s = 1.0 + THRESHOLDS.ratio_known_of(judged.observed.float_bits), judged.observed.dt_s
@@ -247,8 +247,8 @@ def _has_sampled_impacts(judged: JudgedRun, sampling: Measured, cost: SamplingCo
         if not (error.velocity <= velocity and error.time_s <= latest_s + rounding_s) or error.spin > spin:
             return False
         if error.time_s < -rounding_s:
-            # From the run's own state, sampling never finds an impact before it happens. An impact that is early only
-            # against the reference was shifted by late impacts before it, by at most their lateness.
+            # From the run's own state, sampling never finds an impact before it happens. If an impact is early only
+            # relative to the reference, late impacts before it shifted it, by at most their lateness.
             forward_s = earliest_s if math.isnan(local_s) else max(latest_s, earliest_s)
             if local_s < -rounding_s or not -error.time_s <= forward_s + rounding_s:
                 return False
@@ -281,7 +281,7 @@ def _has_good_end(judged: JudgedRun, cost: SamplingCost | Errors, part: float = 
 
 
 def _compute_price_paid(judged: JudgedRun) -> float:
-    """Return the run's largest error over the largest error of sampling."""
+    """Return the run's largest error divided by the largest error of sampling."""
     cost, errors = judged.sampling_cost, judged.measured.errors
     if cost is None or judged.convention is not None:
         return math.nan
@@ -299,8 +299,8 @@ def _compute_price_paid(judged: JudgedRun) -> float:
             ratios.append(largest_error / largest_cost if largest_cost > THRESHOLDS.rounding else math.inf)
     step_s = judged.observed.dt_s or cost.dt_s
     if max(largest_costs) <= THRESHOLDS.rounding and max(ratios) == 0.0 and step_s:
-        # Here, late detection changes times, but no velocities. PIT is late by up to a step per impact, and these
-        # delays add up.
+        # In this scene, late detection changes times, but no velocities. PIT is late by up to a step per impact, and
+        # these delays add up.
         late_s = abs(find_largest([error.time_s for error in errors], default=0.0))
         return 0.0 if late_s <= judged.rounding_s else late_s / max(step_s, cost.late_s)
     return max(ratios)

@@ -1,6 +1,6 @@
 """Horizons: the part of a run in which a reference is reliable.
 
-A horizon is certified, or estimated from perturbed starts.
+A horizon is certified, or estimated by a slight change of the starting state.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from carom.solvers.certified.result import CertifiedTrace
 from carom.solvers.pic import solve_pic
 
 # Largest error of a reliable reference. Errors of times are divided by the scene's duration, errors of velocities by
-# its speed. It is a thousand times the rounding threshold of the verdicts, and a thousandth of the cost of sampling at
-# any usual step. So verdicts and costs do not depend on its exact value.
+# the scene's speed. The value is a thousand times the rounding threshold of the verdicts, and a thousandth of the cost
+# of sampling at any usual step. So verdicts and costs do not depend on the exact value.
 RELIABLE_ERROR = 1e-9
 
 
@@ -31,8 +31,9 @@ class Horizon:
     """The number of impacts for which a float64 trace agrees with the certified trace.
 
     Attributes:
-        tolerance: Largest error of a time over the scene's duration, and of a velocity or rim speed over the greatest
-            speed. The greatest speed includes speeds at the start and, under gravity, speeds after impacts.
+        tolerance: Largest error: of a time divided by the scene's duration, and of a velocity or rim speed divided by
+            the greatest speed. The greatest speed includes speeds at the start and, under gravity, speeds after
+            impacts.
         agreed: Number of impacts, counted from the first, that agree to the tolerance.
         order_differs: Index of the first impact whose bodies differ from those of the certified impact; None if there
             is none.
@@ -104,7 +105,7 @@ def horizon(
     """
     scene = to_scene(scene)
     trace = solve_pic(scene, max_impacts=max_impacts)
-    if trace.outcome is Outcome.CRUSHED:  # the certified run may not end there by itself
+    if trace.outcome is Outcome.CRUSHED:  # limits the certified run, which may not end there by itself
         max_impacts = len(trace.impacts)
     certified = certify(scene, max_impacts=max_impacts, time_budget_s=time_budget_s)
     return compute_horizon(certified, trace, tolerance=tolerance)
@@ -157,7 +158,7 @@ def compute_horizon(certified: CertifiedTrace, trace: Trace, *, tolerance: float
 def _compute_largest_differences(
     one: NDArray[np.void], two: NDArray[np.void], time_s: float, speed_m_s: float, radii: NDArray[np.void] | None = None
 ) -> NDArray[np.float64]:
-    """Return the larger relative difference of each two impacts, in time or in velocities after them; NaN stays NaN."""
+    """Return, for each two matched impacts, the largest relative difference of times and later velocities; keep NaN."""
     found = np.zeros(len(one))
     for name, scale in (("time_s", time_s), ("velocity_first_after", speed_m_s), ("velocity_second_after", speed_m_s)):
         difference = np.abs(one[name] - two[name]) + (0.0 if radii is None else radii[name])
@@ -166,7 +167,7 @@ def _compute_largest_differences(
 
 
 def _sort_as_certified(certified: CertifiedTrace, trace: Trace, alike_s: float) -> NDArray[np.intp]:
-    """Return a trace's impacts as indices in the order of the certified run; only impacts that commute are swapped.
+    """Return the indices of a trace's impacts in the certified run's order. Only impacts that commute are swapped.
 
     Bounces that the certified run replaces by a landing at nearly the same time are omitted.
     """
@@ -207,7 +208,7 @@ def estimate_horizon(reference: Trace) -> float | None:
         return None
     try:
         nudged = _nudge(scene, positions=True)
-    except SceneError:  # discs that touch may overlap after the move
+    except SceneError:  # discs that touch may overlap after the change
         nudged = _nudge(scene, positions=False)
     other = solve_pic(nudged, max_impacts=len(reference.impacts))
     if not len(other.impacts):
@@ -219,7 +220,7 @@ def estimate_horizon(reference: Trace) -> float | None:
     for pair, indices in group_by_pair(one).items():
         found = other_rows.get(pair, [])[: len(indices)]
         matching_rows[indices[: len(found)]] = found
-    # An impact at the end, to rounding, may be missing from one run.
+    # An impact whose time equals the end to rounding may be missing from one run.
     last = times > scene.duration_s * (1.0 - RELIABLE_ERROR)
     speed = float(np.max(np.abs([velocities(one, "before"), velocities(one, "after")])))
     # NaN counts as a difference.

@@ -5,7 +5,7 @@ as many matches as possible and, among such alignments, the smallest sum of time
 match a reference impact only within that impact's *window*, which extends between the neighbouring reference impacts of
 its bodies. Outside of this window, the bodies are on other paths in the reference. A frame-sampled method stamps an
 impact up to two steps late: one step until the method notices the impact, and one more if the stamp is the end of the
-step. So the window is longer by two steps at either end.
+step. So the window is two steps longer at each end.
 """
 
 from __future__ import annotations
@@ -151,7 +151,7 @@ def _align_pair(
     observed_time: NDArray[np.float64],
     windows: list[tuple[float, float]],
 ) -> list[tuple[int, int]]:
-    """Align one pair's impacts in order by dynamic programming; the cost is (unmatched, total time difference).
+    """Align one pair's impacts in order by dynamic programming. The cost is (unmatched impacts, sum of time errors).
 
     ``cost(r, c)`` is the smallest cost for the reference's impacts from r on and the observed impacts from c on.
     Windows begin and end in the order of the impacts. So each row is computed only for the columns in its window.

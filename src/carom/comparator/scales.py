@@ -22,13 +22,13 @@ class Scales:
     Attributes:
         length_m: Radius of the largest disc.
         speed_m_s: Greatest speed of any disc in the reference; 1 m/s if nothing moves.
-        rim_m_s: Scale of spin errors times the radius: the greatest speed of any disc, or of any rim relative to its
-            centre. The slip of a contact is the sum of both speeds, so the rounding error of a spin follows from the
-            larger speed. The speed of a rim does not reduce the accuracy of velocities.
+        rim_m_s: Scale of errors of spin times radius: the greatest speed of any disc, or, if larger, of any rim
+            relative to the disc's centre. The slip of a contact is the sum of both speeds, so the rounding error of a
+            spin follows from the larger speed. The speed of a rim does not reduce the accuracy of velocities.
         time_s: The scene's duration.
-        energy_j: Kinetic energy of the movable discs at the start, including rotation, or, if that is larger, the sum
-            over the reference's impacts of the magnitude of the work of driven bodies.
-        reach_m: Largest distance of a coordinate from the origin, to which rounding is proportional.
+        energy_j: The larger of two energies: the kinetic energy of the movable discs at the start, including rotation;
+            and the work of driven bodies, whose magnitude is summed over the reference's impacts.
+        reach_m: Upper bound on the magnitude of a coordinate. The rounding of positions is proportional to it.
     """
 
     length_m: float
@@ -65,16 +65,16 @@ def compute_scales(scene: Scene, reference: Trace) -> Scales:
 class OwnScales:
     """Scales of rounding for each impact and for each disc's final state.
 
-    The scale of a body is its greatest speed, or the greatest speed of any body from which errors may have propagated
-    to it by impacts. A disc may be slow because two speeds cancel. The rounding of those two speeds is then the error
-    of the disc's velocity. Bodies without such a link are ignored.
+    The scale of a body is its greatest speed, or the greatest speed of any body whose errors may have propagated to it
+    by impacts. A disc may be slow because two speeds cancel. The rounding of those two speeds is then the error of the
+    disc's velocity. Bodies without such a link are ignored.
 
     Attributes:
         speed_m_s: Speed scale of each impact of a trace, shape ``(m,)``.
         rim_m_s: Scale of speeds and rim speeds of each impact, shape ``(m,)``.
         final_speed_m_s: Speed scale of each disc at the end, shape ``(n,)``.
         final_rim_m_s: Scale of speeds and rim speeds of each disc at the end, shape ``(n,)``.
-        reach_m: Largest distance of a coordinate of each disc's rim from the origin, shape ``(n,)``.
+        reach_m: Upper bound on the magnitude of a coordinate of each disc's rim, shape ``(n,)``.
     """
 
     speed_m_s: Array
@@ -122,7 +122,7 @@ def compute_median(values: Array) -> float:
 
 
 def find_largest(values: ArrayLike, default: float = math.nan) -> float:
-    """Return the value of the largest magnitude, with its sign; NaN if a value is NaN. In contrast, `max` ignores NaN.
+    """Return the signed value with the largest magnitude; NaN if a value is NaN. In contrast, `max` ignores NaN.
 
     Args:
         values: The values, shape ``(k,)``.

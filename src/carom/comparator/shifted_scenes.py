@@ -135,7 +135,7 @@ def _shift_scene(scene: Scene, shift_s: float) -> Scene:
 def _replace_states(
     scene: Scene, states: Iterable[tuple[Vector, Vector, float, tuple[Leg, ...]]], walls: list[AnyWall], **fields: float
 ) -> Scene:
-    """Return the scene with new positions, velocities, spins and legs of moving discs, new walls and fields."""
+    """Return the scene with new walls, new fields, and new positions, velocities, spins and legs of moving discs."""
     discs = [
         disc
         if disc.immovable and not disc.driven

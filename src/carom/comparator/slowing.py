@@ -24,7 +24,7 @@ _Speed = TypeVar("_Speed", float, Array)
 
 @dataclass(frozen=True, slots=True)
 class Slowing:
-    """The law that slows the discs of a scene down.
+    """The law by which the discs of a scene slow down.
 
     Attributes:
         damping: The scene's damping; no damping on a table.
@@ -94,7 +94,7 @@ _NEWTON = 6
 
 
 def find_nearest_time(compute_offset: Callable[[float], tuple[Array, Array]], begin_s: float) -> float:
-    """Return when two paths are nearest, by least squares; NaN if they do not separate.
+    """Return the time at which two paths are nearest, by least squares; NaN if they do not separate.
 
     Paths that meet are nearest when they meet.
 

@@ -22,8 +22,8 @@ class Thresholds:
         phases: Number of evenly spread phases of a step at which PIT is run for the cost of sampling. At one of these
             phases, each impact is found at most a sixteenth of a step before the latest possible instant. Misses are
             noticed if they occur at more than a sixteenth of all phases.
-        ratio_known: Rounding error of an error divided by the cost of sampling, in a run whose only errors are those of
-            sampling. An error of 1e-13 was observed in 64 bits.
+        ratio_known: Rounding error of the ratio of an error to the cost of sampling, in a run whose only errors are
+            those of sampling. An error of 1e-13 was observed in 64 bits.
         ratio_known_32: This rounding error for a method that declares 32-bit floats: 5e-4 was observed.
         direction_rad: Smallest error of a direction that gets a verdict: a degree, which is just visible in a picture.
         energy: Energy error over the energy at the start. Rounding causes 1e-13 in float64 engines and 1e-7 in float32
@@ -44,7 +44,7 @@ class Thresholds:
         return {32: self.rounding_32, 64: self.rounding}[float_bits]
 
     def ratio_known_of(self, float_bits: int) -> float:
-        """Return the rounding error of an error over the cost of sampling, in floats of 32 or 64 bits."""
+        """Return the rounding error of the ratio of an error to the cost of sampling, in floats of 32 or 64 bits."""
         return {32: self.ratio_known_32, 64: self.ratio_known}[float_bits]
 
     def time_rounding_of(self, float_bits: int, duration_s: float, dt_s: float) -> float:

@@ -18,7 +18,7 @@ def require_possible_trace(trace: Trace) -> None:
 
     Raises:
         InputError: The trace declares floats of other than 32 or 64 bits. An impact has a body that the scene does not
-            have. A wall turns or moves differently from the scene. Spins are missing although discs turn. The run
+            have. A wall turns or moves differently than in the scene. Spins are missing although discs turn. The run
             continues beyond the scene.
     """
     scene, impacts, spins = trace.scene, trace.impacts, trace.spins

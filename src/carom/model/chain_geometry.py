@@ -102,8 +102,8 @@ class Stretch(NamedTuple):
         """Return the power of a point: its squared distance from an arc's centre minus the squared radius.
 
         The power is computed from the arc's ends, so that a huge radius does not reduce accuracy. For every circle
-        through both ends it is ``(p - a).(p - b)`` plus a multiple of the cross product of the chord and ``p - a``. The
-        cross product is 0 on the line through the ends.
+        through both ends, the power is ``(p - a).(p - b)`` plus a multiple of the cross product of the chord and ``p -
+        a``. The cross product is 0 on the line through the ends.
         """
         (ax, ay), (bx, by), bulge = self.edge
         across = (bx - ax) * (y - ay) - (by - ay) * (x - ax)
@@ -164,7 +164,7 @@ class Outline:
 
     @cached_property
     def lengths(self) -> tuple[float, ...]:
-        """All coordinates, radii and widths of the shape, from which solvers choose units. Some are negative."""
+        """All coordinates, radii and widths of the shape, some of them negative. Solvers choose units from these."""
         arcs = [(*stretch.centre, stretch.radius) for stretch in self.stretches if stretch.centre is not None]
         return (*(c for point in self.points for c in point), self.half_width, *(c for arc in arcs for c in arc))
 
@@ -236,7 +236,7 @@ class Outline:
             yield b
 
     def scale_lengths(self, exponent: int) -> Outline:
-        """Return the shape with all lengths divided by ``2**exponent``, which changes no digit."""
+        """Return the shape with all lengths divided by ``2**exponent``. This division changes no digit."""
         points = tuple((math.ldexp(x, -exponent), math.ldexp(y, -exponent)) for x, y in self.points)
         radius = None if self.radius is None else math.ldexp(self.radius, -exponent)
         return replace(self, points=points, half_width=math.ldexp(self.half_width, -exponent), radius=radius)

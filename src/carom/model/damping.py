@@ -43,19 +43,19 @@ class Damping:
         return damped_time.damped(self.per_s, undamped_s)
 
     def to_undamped_array(self, seconds: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return `to_undamped` for each time, 0 or more."""
+        """Return the result of `to_undamped` for each time. Times must be 0 or more."""
         exponent = self.per_s * seconds
         return np.where(exponent >= _NOTHING, -np.expm1(-exponent) / (self.per_s or 1.0), seconds)
 
     def to_damped_array(self, undamped_s: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return `to_damped` for each time, with the same bits."""
+        """Return the result of `to_damped` for each time, with the same bits."""
         return damped_time.all_damped(self.per_s, np.ravel(undamped_s)).reshape(np.shape(undamped_s))
 
     def find_latest_undamped(self, seconds: float) -> float:
         """Return the greatest undamped time that `to_damped` converts to at most `seconds`; both are 0 or more.
 
-        So a time that is converted back is never later than the given time. The result differs from `to_undamped` by a
-        few floats, because both functions round.
+        So a time that is converted back is never later than the given time. The result differs from the result of
+        `to_undamped` by a few units in the last place, because both functions round.
         """
         return damped_time.latest_undamped(self.per_s, seconds)
 

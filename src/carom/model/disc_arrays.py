@@ -244,9 +244,9 @@ class DiscArrays:
         """Whether friction can act at all."""
         return self.rubs_discs or self.rubs_walls
 
-    @cached_property  # without the cache, this takes a quarter of the time of solving two discs
+    @cached_property  # computing this takes a quarter of the time for solving two discs
     def turns(self) -> bool:
-        """Whether discs spin or can start to spin. If no disc does, a run stores no spins."""
+        """Whether discs spin or can start to spin. If no disc can, a run stores no spins."""
         return self.rubs or bool(np.any(self.spins))
 
     @cached_property
@@ -276,7 +276,7 @@ class DiscArrays:
         return (Material(self.wall_restitution, self.wall_friction),) * len(self.walls)
 
     def restitution_of(self, second: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the coefficient of restitution of each impact, which depends on its second body.
+        """Return the coefficient of restitution of each impact, which depends on the impact's second body.
 
         The number of a wall is negative.
         """
@@ -284,7 +284,7 @@ class DiscArrays:
         return np.where(second < 0, walls[np.maximum(-1 - second, 0)], self.restitution)
 
     def friction_of(self, second: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the coefficient of friction of each impact, which depends on its second body."""
+        """Return the coefficient of friction of each impact, which depends on the impact's second body."""
         walls = np.array([material.friction for material in self.materials] or [math.nan])
         return np.where(second < 0, walls[np.maximum(-1 - second, 0)], self.friction)
 

@@ -1,4 +1,4 @@
-"""Shorthand of scene files: lengths in pixels, and a disc's moment of inertia by its shape.
+"""Shorthand of scene files: lengths in pixels, and a disc's moment of inertia given by the disc's shape.
 
 The shorthand is expanded when a file is read. A scene itself contains only metres and moments of inertia.
 """
@@ -15,7 +15,7 @@ from carom.support.escaping import format_value
 SHAPES = {"disc": 0.5, "sphere": 0.4}
 
 UNITS = ("m", "px")
-#: Fields that are lengths, or lengths over powers of seconds.
+#: Fields that contain lengths, or lengths divided by powers of seconds.
 _LENGTHS = {
     "": ("gravity_m_s2",),
     "discs": ("position_m", "velocity_m_s", "radius_m"),

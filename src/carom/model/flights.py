@@ -69,7 +69,7 @@ def free_flights(trace: Trace) -> Iterator[Flight]:
         return Flight(disc, impact, since[disc], end_s, place[disc], velocity[disc], pull[disc], damping)
 
     def build_disc_flights(disc: int, impact: int, end_s: float) -> Iterator[Flight]:
-        """Yield a disc's flights up to a time: a flight for each leg of a driven disc, or up to the stop on a table."""
+        """Yield a disc's flights up to a time. Legs of a driven disc, and a stop on a table, also end flights."""
         for leg in drives[disc].legs_from(since[disc])[1:] if disc in drives else ():
             if leg.begin_s >= end_s:
                 break
@@ -85,7 +85,7 @@ def free_flights(trace: Trace) -> Iterator[Flight]:
         yield build_flight(disc, impact, end_s)
 
     def build_mode_flights(impacts: int) -> Iterator[Flight]:
-        """Yield the flights that end with a mode, for all modes before the impact with this index."""
+        """Yield the flights that end because a mode begins, for all modes before the impact with this index."""
         while modes and modes[-1]["impacts"] <= impacts:
             mode = modes.pop()
             disc = int(mode["disc"])

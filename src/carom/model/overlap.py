@@ -25,7 +25,7 @@ Numbers = NDArray[np.intp]
 #: Most overlaps of each kind that a message names. Many overlapping discs would fill pages.
 NAMED = 10
 
-#: With reaches that are larger by this factor, the search misses no overlap because of rounding. The factor adds 16
+#: The search multiplies reaches by this factor, so that rounding does not make it miss an overlap. The factor adds 16
 #: units of relative rounding (2^-52): the rounding of a gap needs 4 units, and the search's comparison needs 8 units.
 _ROUNDED_UP = 1.0 + 2.0**-48
 
@@ -47,9 +47,9 @@ class Overlap(NamedTuple):
 def compute_input_rounding(size: Floats) -> Floats:
     """Return the largest overlap that rounding of the input can explain.
 
-    The gap of two discs depends on six numbers. Each number is rounded to a float, by half a unit in the last place of
-    the largest: 3 units in all. The computation of the gap rounds five times, by less than 3 units. If discs touch
-    according to the decimal numbers of a file, they must not be refused because of binary rounding.
+    The gap of two discs depends on six numbers. Each number is rounded to a float, by at most half a unit in the last
+    place of the largest number: 3 units in all. The computation of the gap rounds five times, by less than 3 units. If
+    discs touch according to the decimal numbers of a file, they must not be refused because of binary rounding.
 
     Args:
         size: Magnitude of the largest number in the computation of a gap, metres.
@@ -59,7 +59,7 @@ def compute_input_rounding(size: Floats) -> Floats:
 
 
 class _Discs(NamedTuple):
-    """The arguments of `find_overlaps` of each disc, and the magnitude of its largest number."""
+    """The arguments of `find_overlaps` for each disc, and the magnitude of the disc's largest number."""
 
     position: Floats
     radius: Floats
@@ -107,8 +107,8 @@ def find_overlaps(
 
 def _find_disc_overlaps(discs: _Discs, name: str) -> Iterator[Overlap]:
     position, radius, movable, size = discs
-    # The tolerance of a pair of discs is at least the mean of two tolerances: for each disc, the tolerance with a disc
-    # of its own size.
+    # A disc's own tolerance is that of a pair of two discs of its size. The tolerance of any pair is at least the mean
+    # of both discs' own tolerances.
     reach = radius * _ROUNDED_UP - compute_input_rounding(size) / 2.0
     for first, second in find_near_pairs(position, reach, movable):
         if not len(first):  # most scenes are small, and the following steps take longer than the search

@@ -45,7 +45,7 @@ def _require_disc(discs: tuple[Disc, ...]) -> tuple[Disc, ...]:
 
 
 class Need(StrEnum):
-    """A feature that a scene requires of a method; its value is its name in reports."""
+    """A feature that a scene requires of a method. The value is the feature's name in reports."""
 
     WALLS = "walls"
     SEGMENTS = "walls of straight edges"

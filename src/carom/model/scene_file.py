@@ -1,4 +1,4 @@
-"""Scene files: load and save scenes as TOML or JSON, and their JSON Schema."""
+"""Functions that load and save scene files as TOML or JSON, and the JSON Schema of these files."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def build_scene_schema() -> dict[str, Any]:
     schema = Scene.model_json_schema()
     for name, limit in MOST_BODIES.items():
         schema["properties"][name]["maxItems"] = limit
-    for part in (schema, *schema["$defs"].values()):  # remove the examples of docstrings, which are Python
+    for part in (schema, *schema["$defs"].values()):  # remove the examples of docstrings, which are Python code
         if "description" in part:
             part["description"] = part["description"].partition("\n\nExamples:")[0]
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **add_shorthand(schema)}
@@ -76,7 +76,7 @@ def _build_ending_problem(path: Path) -> Problem:
 
 
 def _limit_problems(content: dict[str, Any]) -> dict[str, Any]:
-    """Return the content of a file, without the invalid entries that a message has no room for.
+    """Return the content of a file, without invalid entries beyond those that fit into a message.
 
     Each problem takes a kilobyte, and a file can have millions of problems.
     """
@@ -105,7 +105,7 @@ def _limit_unknown_fields(fields: Any, model: type[Model]) -> Any:
 
 
 def save_scene(scene: Scene, path: str | Path) -> None:
-    """Write a scene as TOML or JSON, by the path's ending. A file that is loaded again gives an equal scene.
+    """Write a scene as TOML or JSON, by the path's ending. Loading the file returns an equal scene.
 
     Raises:
         SceneError: The ending is neither ``.toml`` nor ``.json``.

@@ -45,7 +45,7 @@ class Sizes(NamedTuple):
 
     @classmethod
     def of(cls, start: DiscArrays, gravity_m_s2: Vector, duration_s: float) -> Sizes:
-        """Return the sizes of a scene with this start."""
+        """Return the sizes of a scene with this starting state."""
         points = [abs(length) for wall in start.walls for length in list_wall_lengths(wall)]
         masses = start.mass_kg[start.movable]
         return cls(
@@ -69,7 +69,7 @@ class Sizes(NamedTuple):
 
 
 def find_span_problems(start: DiscArrays, gravity_m_s2: Vector, duration_s: float) -> Iterator[Problem]:
-    """Yield the problems of sizes that are too far apart for one system of units."""
+    """Yield a problem for each size that is too far from the others for one system of units."""
     sizes = Sizes.of(start, gravity_m_s2, duration_s)
     if sizes.length > SPAN * sizes.radius:
         yield Problem(

@@ -20,13 +20,13 @@ Array = NDArray[np.float64]
 
 @dataclass
 class WindowRow:
-    """One window: successive steps of a few bodies, compared with PIC from their state at its start.
+    """One window: successive steps of a few bodies, compared with PIC from the bodies' state at the window's start.
 
     Velocities and rim speeds (spin times radius) are in metres a second. NaN marks a number that was not requested.
 
     Attributes:
         begin_s: Time of the window's first state.
-        end_s: Time of its last state.
+        end_s: Time of the window's last state.
         due: Number of PIC's impacts in the window.
         missed: Number of pairs that passed through each other.
         pit_missed: Number of these pairs that PIT also misses from the same state at the same phase.
@@ -77,8 +77,8 @@ class WindowRow:
 WINDOW_DTYPE = build_dtype(WindowRow)
 
 #: One pair of a window: the window's index, the bodies (a wall is `carom.model.trace.wall_body`), and the first and
-#: last state of its steps. Also the time when the impact was due (NaN for a push without impact), whether the run
-#: missed it, and whether PIT missed it from the same state.
+#: last state of the pair's steps. The last fields are the time when the impact was due (NaN for a push without impact),
+#: whether the run missed it, and whether PIT missed it from the same state.
 MEETING_DTYPE = np.dtype(
     [
         ("window", "i8"),
@@ -93,8 +93,8 @@ MEETING_DTYPE = np.dtype(
 )
 
 #: A change of a disc in a step that is not in a window. The fields are the start of the step, the changes of velocity
-#: and rim speed (metres a second), the displacement that its velocity does not explain (metres), its speed, and the
-#: rounding of its position.
+#: and rim speed (metres a second), the displacement that the disc's velocity does not explain (metres), the disc's
+#: speed, and the rounding of its position.
 SLIP_DTYPE = np.dtype(
     [
         ("time_s", "f8"),
@@ -146,7 +146,7 @@ class States:
 
 @dataclass(frozen=True)
 class LocalTruth:
-    """All steps of a run, each compared with PIC from the run's own state at its start.
+    """All steps of a run, each compared with PIC from the run's own state at the step's start.
 
     Attributes:
         until_s: Time of the last state that was compared.
@@ -160,8 +160,9 @@ class LocalTruth:
         slip_counts: Two counts of steps, each summed over all discs: steps with a slip of velocity or spin, and steps
             with a slip of position.
         resting_steps: Number of steps, summed over all discs, in which a disc belonged to a resting pair.
-        sunk_radii: Greatest depth to which a resting pair sank, over its contact distance; 0 if none did.
-        sinks_s: First time at which a pair sank in a step by more than a free fall of that step; NaN if none did.
+        sunk_radii: Greatest depth to which a resting pair sank, over its contact distance; 0 if no pair sank.
+        sinks_s: First time at which a pair sank, within a step, deeper than a free fall in that step; NaN if there is
+            none.
         polygon: Whether the method's paths are polygons. Under gravity, the end of a polygon's step is wrong by up to
             half of the fall in that step. With damping, it is wrong by up to half of the speed lost in the step, times
             the step size.

@@ -28,8 +28,8 @@ def format_setting(value: Setting) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
-#: Aliases of the profiles of Carom's own methods. PIC has two profiles, and PIT has one. Users may also give the
-#: profile names of engines.
+#: Aliases of the profiles of Carom's own methods. PIC has two profiles, and PIT has one. For these methods, users may
+#: also give the profile names of engines.
 PROFILE_ALIASES: Mapping[str, Mapping[str, str]] = {
     "pic": {"default": "frame-by-frame", "tuned": "event-driven"},
     "pit": {"default": "tuned"},
@@ -44,7 +44,7 @@ def resolve_profile(method: str, profile: str) -> str:
 def format_profile(method: str, profile: str, overrides: Mapping[str, Setting]) -> str:
     """Return the text shown for a profile: its name, and the settings that were changed.
 
-    PIT has only one profile, so the profile's name is not shown.
+    For PIT, the profile's name is not shown, because PIT has only one profile.
     """
     profile_name = "" if method == "pit" else resolve_profile(method, profile)
     values = ", ".join(f"{name}={format_setting(value)}" for name, value in overrides.items())
@@ -89,7 +89,7 @@ class Mode(IntEnum):
     BLOCK = 4
 
 
-#: Edge of an impact that is not on an edge: between two discs, or with a half-plane.
+#: Value for an impact that is not on an edge: an impact between two discs, or with a half-plane.
 NO_EDGE = (-1, -1)
 
 
@@ -231,7 +231,7 @@ class Outcome(Enum):
 
     @property
     def in_contact(self) -> bool:
-        """Whether the run ended because lasting contact began or a disc had no room. Frame-sampled methods go on."""
+        """Whether the run ended because lasting contact began or a disc had no room. Frame-sampled methods continue."""
         return self in _OF_DISC
 
     @property
@@ -288,8 +288,8 @@ class Trace(ByValue, Tabular):
         dt_s: Step size (or time between frames), seconds; 0 without steps.
         effective_time_s: Shape ``(len(impacts),)``: the time at which the free-flight lines before and after each
             impact meet; NaN if they don't. None if the method has no steps and the reported time is the instant itself.
-        state_before: Structured array of `STATE_DTYPE`, one entry an impact: the method's last state before it. None
-            for a solver, whose path follows from the impacts alone.
+        state_before: Structured array of `STATE_DTYPE`, one entry per impact: the method's last state before the
+            impact. None for a solver, because its paths follow from the impacts alone.
         ambiguous: Indices of impacts that share a movable disc with an earlier impact at the same instant: physics
             gives them no unique answer, and their order is a convention.
         samples: States for drawing, if requested.
@@ -310,8 +310,8 @@ class Trace(ByValue, Tabular):
         final_spin_rad_s: Spins at `end_time_s`, shape ``(n,)``; None if `spins` is None.
         local_truth: Comparison of every step with PIC, from the method's own states; None if the states were not
             recorded.
-        looks: States of all discs after some steps, one step from each of equal intervals. None in a scene of many
-            discs, or in which no disc can come to rest.
+        looks: States of all discs after some steps: one step from each of several equal intervals. None in a scene of
+            many discs, or in which no disc can come to rest.
 
     Examples:
         >>> trace = carom.solve_pic("paper/missed")

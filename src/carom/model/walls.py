@@ -313,7 +313,7 @@ def convert_speeds(legs: tuple[Leg, ...], speed: Unit, time: Unit) -> tuple[Leg,
 
 
 def shift_legs(body: Any, time_s: float) -> Any:
-    """Return a wall or driven disc whose legs are counted from another time, before or after the start."""
+    """Return a wall or driven disc with the times of its legs counted from another time, before or after the start."""
     if not body.legs:
         return body
     legs = tuple(Leg(from_s=begin_s, velocity_m_s=velocity) for begin_s, velocity in body.drive.shift_legs(time_s))

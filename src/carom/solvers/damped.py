@@ -60,7 +60,7 @@ class DampedRun(SeenRun):
         self._damping = damping
 
     def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:
-        """Carry out every impact up to and including `time_s`, or until there have been `max_impacts` in all.
+        """Carry out every impact up to and including `time_s`. Stop earlier if the run has had `max_impacts` in all.
 
         Raises:
             InputError: An argument is invalid, see `carom.solvers.options.require_goal`.

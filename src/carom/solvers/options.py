@@ -28,7 +28,7 @@ class RunOptions:
         contact_duration_s: Contact time of the TC model, seconds; 0 for none.
 
     Raises:
-        InputError: An option is outside its range; the message names it.
+        InputError: An option is outside its range; the message names the option.
     """
 
     record: str = "all"
@@ -48,7 +48,8 @@ class RunOptions:
     def of(cls, record: str, window_s: tuple[float, float], contact_duration_s: float) -> RunOptions:
         """Return checked options.
 
-        All default options are the object `PLAIN`, because creating objects slows the solving of two discs.
+        If all options have their default values, the result is the object `PLAIN`, because creating an object would
+        slow down scenes of two discs.
         """
         if record == "all" and window_s is ALWAYS and type(contact_duration_s) is float and contact_duration_s == 0.0:
             return PLAIN

@@ -33,7 +33,7 @@ _IMPACTS_PER_DISC = np.frombuffer(np.array([[0, 0], [1, 1]]).tobytes(), np.int64
 def start_pic_run(scene: Scene, options: RunOptions = PLAIN, *, all_pairs: bool = False) -> Run:
     """Return an event-driven PIC run of a scene. The run can be advanced in pieces.
 
-    With `all_pairs`, all pairs are computed at each event, with the same result.
+    With `all_pairs`, all pairs are computed at each event. The result is the same.
     """
     from carom.solvers.event_driven.run import EventDrivenRun  # imported here, because the closed form does not need it
     from carom.solvers.units import run_in_ordinary_units
@@ -86,7 +86,7 @@ def solve_pic(
         progress: Called at intervals with the number of impacts so far and the time reached.
 
     Returns:
-        The trace. If the run ended early, the final state is that at the last impact.
+        The trace. If the run ended early, the final state is the state at the last impact.
 
     Raises:
         InputError: An option is outside its range, or not supported under gravity or with damping.

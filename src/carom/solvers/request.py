@@ -44,7 +44,7 @@ class Request(NamedTuple):
 
         Raises:
             InputError: An argument is outside its range, or not supported under gravity or with damping; the message
-                names it.
+                names the argument.
         """
         options = RunOptions.of(record, window_s, contact_duration_s)
         if options.contact_duration_s and (law := _find_bending_law(scene)):

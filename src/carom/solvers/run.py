@@ -81,14 +81,14 @@ class Run(Protocol):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Notes for the user on the run."""
+        """Notes on the run, for the user."""
 
     @property
     def counts(self) -> dict[str, int]:
         """Work so far, by name."""
 
     def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:
-        """Carry out every impact up to and including `time_s`, or until there have been `max_impacts` in all.
+        """Carry out every impact up to and including `time_s`. Stop earlier if the run has had `max_impacts` in all.
 
         Raises:
             InputError: An argument is invalid, see `carom.solvers.options.require_goal`.
@@ -116,7 +116,7 @@ class SeenRun:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Notes for the user on the run."""
+        """Notes on the run, for the user."""
         return self._run.notes
 
     @property

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 _LEAST = 1.0 / ORDINARY
 #: Exponent of the greatest speed in the new units. The exponent is above 0 to leave more range for slower discs. The
-#: speed is below `ORDINARY`, so that gravity which causes this speed in the shortest scene is not too large.
+#: speed is below `ORDINARY`. So even the gravity that causes this speed within the shortest scene is not too large.
 _FASTEST = 100
 
 
@@ -135,7 +135,7 @@ def run_in_ordinary_units(scene: Scene, make: Callable[[Start, Units], Any]) -> 
 
 
 class _ScaledStart(NamedTuple):
-    """A start in other units, without checks. The field names still contain SI units."""
+    """The start of a run in other units, without checks. The field names still contain SI units."""
 
     arrays: DiscArrays
     gravity_m_s2: Vector
@@ -167,7 +167,7 @@ class RunInUnits(SeenRun):
         return self._units.to_seconds(self._run.time_s)
 
     def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:
-        """Carry out every impact up to and including `time_s`, or until there have been `max_impacts` in all."""
+        """Carry out every impact up to and including `time_s`. Stop earlier if the run has had `max_impacts` in all."""
         look = None if progress is None else lambda impacts, time: progress(impacts, self._units.to_seconds(time))
         return self._run.advance_to(self._units.from_seconds(time_s), max_impacts, look)
 

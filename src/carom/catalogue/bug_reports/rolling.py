@@ -13,7 +13,7 @@ from carom.model.trace import Vector
 _SPHERE = 0.4
 _LAW = "Coulomb's law with a rolling resistance of c P R: a rolling disc has v' = -c g/(1 + k) until it stops"
 
-#: Times of the impacts on which friction acts, seconds.
+#: Time of the impacts with friction, seconds.
 _HIT_S = 0.25
 
 
@@ -60,7 +60,7 @@ def _stage_on_floor(
     frame_rate_hz: float = 60.0,
     **of_wall: float,
 ) -> Staged:
-    """Build a scene with a disc on the line y = 0 whose position, speed and rim speed at the end are known.
+    """Build a scene with a disc on the line y = 0. The disc's position, speed and rim speed at the end are known.
 
     By default the disc is at rest at the end. Gravity is tilted to make a slope; `fall` is the tangent of the slope.
     """

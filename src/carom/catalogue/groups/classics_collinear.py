@@ -36,7 +36,7 @@ def _sorting() -> Staged:
     impacts = []
     for time, a, b in crossings:
         crossing_x = ghost[a] + velocity[a] * time
-        # The number of ghosts further to the left is the number of the left one of the two discs that meet.
+        # The number of the left one of the two meeting discs equals the number of ghosts further to the left.
         left = sum(ghost[k] + velocity[k] * time < crossing_x for k in range(n) if k not in (a, b))
         impacts.append(build_impact(time, left, left + 1, velocity[b], velocity[a]))
     source = (
@@ -58,8 +58,8 @@ def _galperin_100() -> Staged:
         build_disc(gap_heavy + 2 * radius_light + radius_heavy, -speed, radius_heavy, heavy),
     ]
     scene = build_scene(discs, walls=[upright(0.0, 1)], duration_s=2.0)
-    # In coordinates that are scaled by the root of the mass, the pair is a single point. The point moves between the
-    # wall's line, at angle 0, and the line on which the discs touch.
+    # In coordinates that are scaled by the square root of the mass, the pair is a single point. The point moves between
+    # the wall's line, at angle 0, and the line on which the discs touch.
     root_light, root_heavy = math.sqrt(light), math.sqrt(heavy)
     start = complex(root_heavy * gap_heavy, root_light * gap_light)
     bounces = compute_wedge_impacts(start, -root_heavy * speed, math.atan2(root_light, root_heavy))
@@ -87,8 +87,8 @@ def _three_in_line() -> Staged:
     direction = (max_crossings * angle + math.pi + angle) / 2
     start_argument = (direction - math.pi + angle) / 2
     start, velocity = cmath.rect(1.2, start_argument), cmath.rect(1.5, direction)
-    # Jacobi coordinates: the imaginary part is the gap of the first two discs, the real part the distance of the third
-    # from their centre of mass. Each is multiplied by the root of its reduced mass.
+    # Jacobi coordinates: the imaginary part is the gap of the first two discs, the real part is the distance of the
+    # third disc from their centre of mass. Each part is multiplied by the square root of its reduced mass.
     root_pair, root_third = math.sqrt(m0 * m1 / pair), math.sqrt(pair * m2 / everything)
 
     def to_line_coordinates(z: complex) -> tuple[complex, complex, complex]:

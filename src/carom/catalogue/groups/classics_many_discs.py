@@ -42,7 +42,7 @@ def _one_into_two() -> Staged:
 
 
 def stage_boxed_gas(side: int, *, radius_m: float, pitch_m: float, speed: float, duration_s: float) -> Staged:
-    """Build a gas of `side` times `side` equal discs with a spacing in a box. Only the energy of the gas is known."""
+    """Build a gas of `side` times `side` equal discs, `pitch_m` apart in a box. Only the energy of the gas is known."""
     golden_angle = math.pi * (3 - math.sqrt(5))
     discs = []
     for k in range(side * side):

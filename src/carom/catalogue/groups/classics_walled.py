@@ -43,10 +43,10 @@ def build_box_walls(width_m: float, height_m: float) -> list[Wall]:
 def compute_box_bounces(
     start: complex, velocity: complex, width_m: float, height_m: float, duration_s: float
 ) -> list[KnownImpact]:
-    """Compute, by unfolding, the impacts of a disc with the walls of `build_box_walls`: its path is one straight line.
+    """Compute the impacts of a disc with the walls of `build_box_walls`. The unfolded path is one straight line.
 
     Args:
-        start: Centre of the disc, from the corner of the region in which the centre moves.
+        start: Centre of the disc, relative to the corner of the region in which the centre moves.
         velocity: Velocity of the disc, to the right and up.
         width_m: Width of that region.
         height_m: Height of that region.
@@ -82,7 +82,7 @@ def stage_in_room(
     """Build a scene with a disc in a room of four edges. The room is one body, whose edges may be thick and may move.
 
     Args:
-        start: Start of the disc, from the corner of the region in which the centre moves.
+        start: Centre of the disc at the start, relative to the corner of the region in which the centre moves.
         velocity: Velocity of the disc relative to the room.
         radius_m: Radius of the disc.
         width_m: Width of the room.

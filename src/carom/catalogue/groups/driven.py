@@ -79,7 +79,7 @@ def stage_at_mallet(
     duration_s: float,
     restitution: float = 1.0,
 ) -> Staged:
-    """Build a scene in which a puck meets a mallet. `velocity` is the puck's, and `drive` the mallet's.
+    """Build a scene in which a puck meets a mallet. `velocity` is the puck's velocity, and `drive` is the mallet's.
 
     `normal` points from puck to mallet when they meet, and `radius_m` has both radii, the puck's first.
     """

@@ -38,7 +38,7 @@ def _free_fall() -> Staged:
 def _compute_hops(
     first_s: float, speed: float, pull: float, restitution: float, end_s: float
 ) -> list[tuple[float, float]]:
-    """Return time and speed after each bounce until `end_s`. The first bounce is at `first_s`, with `speed` before it.
+    """Return time and speed after each bounce until `end_s`. The first bounce is at `first_s`, at the speed `speed`.
 
     A body that leaves at the speed u comes back after 2 u / pull. So bounce n + 1 is at first + 2 v (e + ... + e^n) /
     pull.

@@ -21,8 +21,8 @@ _CROSS = "Cross, Am. J. Phys. 70 (2002) 1093: sticking gives v' = v/(1 + k); sli
 _ALCIATORE = "Alciatore, billiards TP A.14: tan(throw) is the smaller of f and k/(1 + k) tan(cut)/(1 + e)"
 _GARWIN = "Garwin, Am. J. Phys. 37 (1969) 88: a superball reverses its slip, (v, w) -> (v - 2 w, -4 v - w)/3 for k 1/2"
 
-#: Time of the first impact of most scenes, seconds. The time is not at the end of a step that divides a frame, where
-#: rounding would decide whether the impact is detected at once.
+#: Time of the first impact of most scenes, seconds. The time is not at a boundary of steps that divide a frame equally,
+#: because rounding would decide there whether the impact is detected at once.
 _FIRST_S = 0.42
 #: A coefficient at which no impact of these scenes slides: the largest one that PyBullet supports.
 _GRIP = 10.0
@@ -119,7 +119,7 @@ def _english_slide() -> Staged:
 def _stage_between_plates(
     states: list[tuple[float, float]], along: float, across: float, gap: float, source: str, **fields: Any
 ) -> Staged:
-    """Build a scene with a disc between two elastic plates. `states` has speed along them and spin after impacts."""
+    """Build a scene with a disc between two elastic plates. `states` has tangential speed and spin after impacts."""
     flight = gap / across
     walls = [FLOOR, Wall(point_m=(0.0, 2.0 + gap), normal=(0.0, -1.0))]
     start = Disc(position_m=(0.0, 1.0 + gap / 2), velocity_m_s=(along, -across), radius_m=1.0)

@@ -116,7 +116,7 @@ def _corner_with_losses() -> Staged:
 
 
 def _stage_in_wedge(degrees: float, start: complex, velocity: complex) -> Staged:
-    """Build a scene with a disc in a wedge. `start` and `velocity` refer to the wedge in which its centre moves."""
+    """Build a scene with a disc in a wedge. `start` and `velocity` refer to the wedge in which the centre moves."""
     angle, radius = math.radians(degrees), 0.125
     apex = radius * complex(1.0 / math.tan(angle / 2.0), 1.0)
     walls = [edges(64, 0, 64 * cmath.exp(1j * angle))]
@@ -210,7 +210,7 @@ def _two_posts() -> Staged:
 def _three_posts() -> Staged:
     """A disc moves along a triangle between three round posts. An error grows twelvefold at each impact."""
     centres = [6.0 / math.sqrt(3.0) * cmath.exp(1j * math.pi * (1 / 2 + 2 * k / 3)) for k in range(3)]
-    # The point of contact is on the side of the middle, at the distance of both radii.
+    # At contact, the disc is on the side of the post towards the middle. The sum of both radii is 1 m.
     places = [centre - unit(centre) for centre in centres]
     side = 6.0 - math.sqrt(3.0)
     begin, direction = (places[0] + places[1]) / 2, unit(places[1] - places[0])

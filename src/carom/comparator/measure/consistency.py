@@ -29,7 +29,7 @@ class Deviation:
     Attributes:
         size: The deviation, over the scene's speed or length.
         disc: Number of the disc.
-        since_s: Time of the impact, or of the start, that began the flight, seconds.
+        since_s: Time at which the flight began, at an impact or at the start, seconds.
     """
 
     size: float = 0.0
@@ -45,14 +45,14 @@ class Consistency:
         velocity: Largest change of a velocity between impacts, or after the last one, over the scene's speed.
         spin: Largest change of a spin times its radius between impacts, over the scene's rim speed; 0 if no disc spins.
         position: Largest distance of a disc from the position that its own velocities imply, over the scene's length.
-        excess: The part of `position` that the overlap gained in a step does not explain, for the impacts at both ends
+        excess: The part of `position` that is not explained by the overlaps that bodies gain in a step at the two ends
             of the flight.
         stamp_s: Largest time, seconds, by which the time stamp of an impact is outside of the run or of the step that
             reported the impact.
         across: Largest part of a velocity change at an impact that is perpendicular to the impact's normal, over the
-            scene's speed. If the change points away from the normal, all of it counts.
+            scene's speed. If the change points away from the normal, the whole change counts.
         normal_rad: Largest angle between the normal of an impact and its velocity change, radians.
-        normal_length: Difference of a normal's length from 1.
+        normal_length: Largest difference between a normal's length and 1.
         momentum: Largest change of the velocity of two discs' centre of mass at their impact, over the scene's speed.
         angular: Largest change of a disc's angular momentum about the point of contact at an impact, over its mass, its
             radius and the scene's rim speed; 0 if no disc spins.
@@ -82,7 +82,7 @@ class Consistency:
 
 
 def measure_consistency(trace: Trace, scales: Scales, until_s: float = math.inf) -> Consistency:
-    """Measure how far a run's impacts and states contradict each other, over the run's scales.
+    """Measure how far a run's impacts and states contradict each other, relative to the run's scales.
 
     Only times up to `until_s` are checked, because there is no free flight after a disc comes to rest.
     """
@@ -120,11 +120,11 @@ def measure_consistency(trace: Trace, scales: Scales, until_s: float = math.inf)
 
 
 def _iterate_flights(trace: Trace, until_s: float) -> Iterator[Array]:
-    """Yield the free flights of each disc, from impact to impact and from the last to the end, shape ``(6, k)``.
+    """Yield the free flights of each disc, from impact to impact and from the last impact to the end, shape ``(6, k)``.
 
     The rows are the disc, the time at which the flight begins, and the deviations of velocity, rim speed and position
-    at its end (NaN if the flight can't be followed). The last row is the distance by which a contact at either end may
-    have moved the disc.
+    at the flight's end (NaN if the flight can't be followed). The last row is the distance by which a contact at either
+    end may have moved the disc.
     """
     impacts, count = trace.impacts, len(trace.impacts)
     bodies = np.concatenate([impacts["first"], impacts["second"]])
@@ -161,15 +161,15 @@ def _iterate_flights(trace: Trace, until_s: float) -> Iterator[Array]:
         pull = math.hypot(gx, gy)
         if pull > 0.0:
             along, across = np.array([gx, gy]) / pull, np.array([-gy, gx]) / pull
-            # Velocities are known at step boundaries only. So gravity acts for whole steps, at most from the step that
-            # reported one contact to the step that ended the next.
+            # Velocities are known at step boundaries only. So gravity acts for whole steps, at most from the start of
+            # the step with one contact until one step after the next contact.
             most_change = pull * (time[1:] + trace.dt_s - np.concatenate([[0.0], begin_s[own_impacts]]))
             beyond = np.maximum(np.maximum(-pull * trace.dt_s - change @ along, change @ along - most_change), 0.0)
             velocity_error, distance = np.hypot(change @ across, beyond), np.abs(path_error @ across)
         else:
             velocity_error, distance = np.hypot(*change.T), np.hypot(*path_error.T)
-            # A step at constant speed ends away from the path of a slowed disc, by up to half of the lost speed times
-            # the step.
+            # A step at constant speed ends off the path of a slowed disc, by up to half of the lost speed times the
+            # step size.
             distance = np.maximum(distance - 0.5 * trace.dt_s * np.hypot(*leaving.T) * (1.0 - kept_fraction), 0.0)
         followed = np.isfinite(duration_s) & (time[1:] <= until_s)
         deviations = (np.where(followed, deviation, math.nan) for deviation in (velocity_error, spun, distance))
@@ -177,7 +177,7 @@ def _iterate_flights(trace: Trace, until_s: float) -> Iterator[Array]:
 
 
 def _compute_slowing(slowing: Slowing, duration_s: Array, speed: Array) -> tuple[Array, Array]:
-    """Return the part of each speed left after some seconds, and the time in which an unslowed disc moves as far."""
+    """Return the fraction of each speed left after a time, and the time in which an unslowed disc moves as far."""
     if not slowing:
         return np.ones_like(duration_s), duration_s
     flights = list(zip(duration_s.tolist(), speed.tolist(), strict=True))
@@ -192,7 +192,7 @@ def _find_turn_times(trace: Trace) -> Array:
 
 
 def _compute_turn_places(trace: Trace, turning: Array) -> Array:
-    """Return the positions at which the paths of the bodies of impacts turned, shape ``(2, m, 2)``; NaN if unknown."""
+    """Return the positions at which each impact turned the paths of its bodies, shape ``(2, m, 2)``; NaN if unknown."""
     state = trace.state_before
     if state is None:
         return np.full((2, len(trace.impacts), 2), math.nan)
@@ -216,8 +216,8 @@ def _compute_path_errors(place: Array, displacement: Array) -> Array:
     Args:
         place: Positions of the disc at the start, when its path turned, and at the end, shape ``(k + 1, 2)``; NaN if
             unknown.
-        displacement: Displacements between these positions by the disc's own velocities, shape ``(k, 2)``; NaN if
-            unknown.
+        displacement: Displacements between these positions that the disc's own velocities imply, shape ``(k, 2)``; NaN
+            if unknown.
     """
     unknown = np.asarray(np.isnan(displacement).any(axis=1))
     gaps = np.concatenate([[0], np.cumsum(unknown)])
@@ -246,8 +246,8 @@ def _measure_normal_error(trace: Trace, scales: Scales) -> tuple[float, float]:
 
     The normal of a half-plane is known. For a finite wall and for two discs, the normal is the direction of the change
     of relative velocity, but two causes may add other parts to this change. Friction adds at most its coefficient times
-    the normal part. Gravity adds its part if it acts on only one of the bodies. If several contacts of one step share a
-    disc, their changes can't be separated.
+    the normal part. Gravity adds its part if it acts on only one of the bodies. If several contacts share a disc in one
+    step, their velocity changes can't be separated.
     """
     impacts, second, movable = trace.impacts, trace.impacts["second"], trace.scene.arrays.movable
     changes = velocities(impacts, "after") - velocities(impacts, "before")
@@ -283,7 +283,8 @@ def _compute_gravity_across(trace: Trace, normal: Array) -> Array:
 def _measure_momentum_error(trace: Trace) -> float:
     """Return the largest velocity change of two discs' centre of mass at an impact, metres a second.
 
-    Velocity that gravity adds during the contact is allowed. Impacts that can't be separated are not checked.
+    Velocity that gravity adds during the contact is allowed. Impacts whose velocity changes can't be separated are not
+    checked.
     """
     impacts = trace.impacts
     mass = trace.scene.arrays.mass_kg
@@ -298,15 +299,15 @@ def _measure_momentum_error(trace: Trace) -> float:
 
 
 def _measure_angular_error(trace: Trace) -> tuple[float, float, float]:
-    """Return the largest change of angular momentum about a contact, its part beyond sampling, and the lever arm.
+    """Return the largest change of angular momentum about a contact, the largest unexplained change, and the lever arm.
 
-    An impulse at the contact has no moment about the contact. So friction changes the velocity of the first body
-    perpendicular to the normal, and its ``k R w`` (k is the inertia factor), by the same amount. For the second body,
-    the change has the opposite sign. The result is divided by mass and radius, so it is in metres a second. Sampling
-    explains two effects. Bodies already overlap when they are found in contact, by at most their approach in a step. An
-    overlap can only shorten the lever arm. In a contact of several steps the normal turns. The velocity that gravity
-    adds perpendicular to the normal is allowed. Impacts that can't be separated are not checked, nor are walls with
-    rolling resistance, which changes angular momentum.
+    An impulse at the contact has no moment about the contact. So friction changes two quantities of the first body by
+    the same amount: the velocity perpendicular to the normal, and ``k R w`` (k is the inertia factor). For the second
+    body, the change has the opposite sign. The result is divided by mass and radius, so it is in metres a second.
+    Sampling explains two effects. Bodies already overlap when they are found in contact, by at most their approach in a
+    step. An overlap can only shorten the lever arm. In a contact of several steps the normal turns. The velocity that
+    gravity adds perpendicular to the normal is allowed. Impacts whose velocity changes can't be separated are not
+    checked. Walls with rolling resistance are not checked either, because it changes angular momentum.
     """
     impacts, start = trace.impacts, trace.scene.arrays
     before, after = velocities(impacts, "before"), velocities(impacts, "after")
@@ -318,7 +319,7 @@ def _measure_angular_error(trace: Trace) -> tuple[float, float, float]:
     known, duration_s = np.isfinite(_find_turn_times(trace)), _compute_contact_durations(trace)
     if trace.scene.wall_rolling_resistance:
         known &= impacts["second"] >= 0
-    # For a contact that acts in a single step, `lasted` is at most three steps.
+    # For a contact that acts in a single step, `duration_s` is at most three steps.
     lasting = (impacts["second"] >= 0) & (duration_s > 3.0 * trace.dt_s * (1.0 + THRESHOLDS.rounding))
     worst, worst_excess, arm = 0.0, 0.0, math.nan
     for k, (side, sign) in enumerate((("first", 1.0), ("second", -1.0))):
@@ -352,6 +353,6 @@ def _compute_contact_durations(trace: Trace) -> Array:
 
 
 def _compute_cross_products(a: Array, b: Array) -> Array:
-    """Return the magnitude of the cross product of two rows of vectors, shape ``(m,)``."""
+    """Return the magnitudes of the cross products of the vectors in equal rows, shape ``(m,)``."""
     size: Array = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
     return size

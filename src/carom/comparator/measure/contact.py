@@ -61,8 +61,8 @@ class ContactScore:
         beyond_m: The position error without its part of ``dt / 2`` times the change of velocity since the first state.
             An integrator that moves a disc at one speed for a whole step causes that part.
         momentum_m_s: Largest error of the angular momentum about the wall, over mass and radius. Friction does not
-            change it. NaN if a disc meets other discs, or several walls.
-        rest_m_s: Mean final speed of the discs that should rest; NaN if no disc should.
+            change this momentum. NaN if a disc meets other discs, or several walls.
+        rest_m_s: Mean final speed of the discs that should rest; NaN if no disc should rest.
         frozen: Whether a disc stands still at the end although it should move.
         kept: How well the run keeps discs on their walls.
         late: How late bounces and slips end.
@@ -128,8 +128,8 @@ def score_contact(run: AlignedRun) -> ContactScore | None:
         late_allowed = _compute_allowed_lateness(reference, pit_late, looks.time_s, dt_s)
         # In PIT no disc rests. Discs hop, and hop higher on a wall with larger restitution.
         fast = float(np.fmax.reduce([slow, pit_rest_m_s, pit_quality.hop_m_s]))
-        # The limit of rounding is a hundredth of a step's displacement. A disc that never moves is not rounded at each
-        # step.
+        # The limit of rounding is a hundredth of a step's displacement. The position of a disc that never moves is not
+        # rounded at each step.
         step_m = dt_s * _find_greatest_length(truth.velocity_m_s)
         place = min(place, THRESHOLDS.close * step_m if step_m else run.rounding * scales.reach_m)
     moves = rest_m_s > fast or quality.hop_m_s > fast
@@ -156,7 +156,7 @@ def score_contact(run: AlignedRun) -> ContactScore | None:
 
 
 def _compute_allowed_lateness(reference: Trace, pit: Ends, looks_s: Array, dt_s: float) -> Ends:
-    """Return how late or early bounces and slips may end because of sampling, in addition to PIT's own lateness.
+    """Return how late or early bounces and slips may end because of sampling. PIT's own lateness is included.
 
     The smallest hop that counts takes `RESTING_STEPS` steps to rise, and as many to fall. Compared states may be
     several steps apart.

@@ -32,8 +32,8 @@ class ContactQuality(NamedTuple):
     """How well a run keeps discs on their walls; NaN if no contact was observed.
 
     Attributes:
-        gap_m: Mean distance at the end between a disc and its wall, for the disc farthest from its wall; negative in
-            overlap.
+        gap_m: Distance between a disc and its wall, averaged over the final states, for the disc with the largest
+            magnitude of this distance; negative in overlap.
         overlap_m: The deepest overlap in contact.
         hop_m_s: Root mean square of the normal speed of a disc at the end.
         take_offs: Fraction of the states in which a disc leaves its wall at more than half of the speed gained by
@@ -130,7 +130,7 @@ def measure_late_ends(reference: Trace, truth: States, observed: States, dt_s: f
 
 
 def _find_largest_known(values: list[float]) -> float:
-    """Return the value of the largest magnitude; NaN if all are NaN."""
+    """Return the value with the largest magnitude; NaN if all are NaN."""
     return max(values, key=lambda value: -1.0 if math.isnan(value) else abs(value))
 
 

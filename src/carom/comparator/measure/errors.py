@@ -74,7 +74,7 @@ class ImpactError:
         return self.reported_time_s if math.isnan(self.effective_time_s) else self.effective_time_s
 
 
-#: Names of the fields of `ImpactError` that are errors.
+#: Names of those fields of `ImpactError` that hold errors.
 _IMPACT_ERRORS = tuple(one.name for one in fields(ImpactError) if one.name not in {"reference", "observed"})
 
 
@@ -282,10 +282,10 @@ def _measure_impact_errors(reference: Trace, observed: Trace, alignment: Alignme
 
 
 def unknown_velocities(trace: Trace) -> NDArray[np.bool_]:
-    """Return which velocities after an impact are not known: shape ``(2, m)``, the first bodies first.
+    """Return whether the velocity of each body after an impact is unknown: shape ``(2, m)``, the first bodies first.
 
     If a disc has several contacts in one step, the method may not report the effect of each. The state at the end of
-    such a step belongs to the last contact, and the velocities after the other contacts are not known.
+    such a step is the state after the last contact. The velocities after the other contacts are not known.
     """
     found = np.zeros((2, len(trace.impacts)), dtype=np.bool_)
     if trace.effective_time_s is None or trace.state_before is None:

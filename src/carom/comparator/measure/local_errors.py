@@ -1,4 +1,4 @@
-"""Local errors: each impact compared with the analytic answer from the method's own state before it.
+"""Local errors: each impact compared with the analytic answer from the method's own state before the impact.
 
 Chaos limits any comparison with the reference's trajectory. But the method's own state just before an impact is an
 exact input. From this state, the instant, the normal and the velocities after the impact follow in closed form. So each
@@ -36,10 +36,10 @@ Vector = tuple[float, float]
 
 @dataclass(frozen=True)
 class LocalErrors:
-    """Local errors of all observed impacts, one entry per impact; NaN if the state before it is not known.
+    """Local errors of all observed impacts, one entry per impact; NaN if the state before the impact is not known.
 
     Attributes:
-        time_s: Effective time (the reported time if that is unknown) minus the analytic time, seconds.
+        time_s: Effective time (the reported time if the effective time is unknown) minus the analytic time, seconds.
         velocity: Length of the velocity error after the impact, for the worse of the two bodies, over the scene's
             speed.
         restitution: Effective coefficient of restitution along the analytic normal, minus the scene's.
@@ -101,7 +101,7 @@ def find_own_states(trace: Trace) -> NDArray[np.void]:
 
 
 class _Bodies:
-    """The two bodies of each impact in their own state before it. A wall has no position."""
+    """The two bodies of each impact, in the run's own state before the impact. A wall has no position."""
 
     def __init__(self, trace: Trace, state: NDArray[np.void]) -> None:
         start, second = trace.scene.arrays, trace.impacts["second"]
@@ -252,7 +252,7 @@ def _find_wall_meeting(
 def _predict_pit(
     trace: Trace, bodies: _Bodies, begun_s: Array, wait: Array, expected: Array, rim: Array
 ) -> tuple[Array, Array]:
-    """Return velocities and rim speeds after PIT's impact from the same states. The first step begins at the state."""
+    """Return velocities and rim speeds after PIT's impact from the same states, at which PIT's first step begins."""
     dt_s = trace.dt_s
     result, rims = np.full_like(expected, math.nan), np.full_like(rim, math.nan)
     if not dt_s:

@@ -39,7 +39,7 @@ class MeasuredRun(AlignedRun):
         changes: Changes of velocity and spin at each impact of the reference, shape ``(2, m)``.
         not_told_apart: Indices of the run's impacts after which a velocity is not known; see `unknown_velocities`.
         sampling: Errors of PIT with the same step size against the reference; None without PIT.
-        measured_against_pit: Errors of the run against that PIT; None without PIT.
+        measured_against_pit: Errors of the run against that PIT run; None without PIT.
         sampling_cost: Largest errors of PIT over the phases of the step; None without PIT.
         local: Errors of each impact of the run against the analytic answer from the run's own state before it.
         convention: The admissible outcome that the run took if the reference is not unique; otherwise None.
@@ -78,7 +78,7 @@ class MeasuredRun(AlignedRun):
     def compute_end_rounding(self, measured: Measured, *, exactly: bool) -> NDArray[np.float64]:
         """Return the rounding errors of final positions, velocities and rim speeds, in the rows of `Measured.ends`.
 
-        The rounding of a position grows with each step in narrow floats. Grade *exact* allows at most a hundredth of
+        In narrow floats, the rounding of a position grows with each step. Grade *exact* allows at most a hundredth of
         the displacement in a step.
         """
         own_scales = measured.own

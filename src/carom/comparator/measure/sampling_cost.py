@@ -30,8 +30,8 @@ from carom.solvers.pit.solve import solve_pit
 
 Array = NDArray[np.float64]
 
-#: Number of cached costs, one per scene and step. This number suffices for all scenes of the catalogue at three steps
-#: each. Costs at a run's own phases are rarely reused and have a smaller cache.
+#: Number of cached costs, one per scene and step size. This number suffices for all scenes of the catalogue at three
+#: step sizes each. Costs at a run's own phases are rarely reused and have a smaller cache.
 KEPT = 1024
 OWN_KEPT = 256
 
@@ -52,12 +52,12 @@ class SamplingCost:
             such phase.
         found_off_s: The largest error of the impact's time at these phases, seconds, shape ``(m,)``.
         energy: Error of the final kinetic energy, over the kinetic energy at the start. Over several phases, this error
-            and the following errors are the largest over the scene's own phase, and over all phases without a missed or
-            spurious impact.
+            and the final errors below are the largest at two kinds of phases: the scene's own phase, and phases without
+            a missed or spurious impact.
         final_position: Largest error of a final position, over the scene's length; 0 if not measured.
         final_velocity: Largest error of a final velocity, over the scene's speed; 0 if not measured.
         final_spin: Largest error of a final spin times its radius, over the scene's rim speed; 0 if not measured.
-        late_s: Largest error of a time over all phases, seconds; infinite if an impact is missed or spurious.
+        late_s: Largest error of a time at any of the phases, seconds; infinite if an impact is missed or spurious.
         phases: Number of phases at which PIT was run.
         close_phases: Number of phases at which all of PIT's impacts are close.
     """
@@ -98,7 +98,7 @@ class SamplingCost:
         ends = [costs[0], *(cost for cost in costs[1:] if math.isfinite(cost.late_s))]
         names = ("energy", "final_position", "final_velocity", "final_spin")
         energy, place, velocity, spin = (max(getattr(cost, name) for cost in ends) for name in names)
-        # An impact is close if its errors are a small part of a step, and of the cost up to each impact.
+        # PIT's impacts are close if time errors are a small part of a step, and other errors that part of the cost.
         part, rounding = THRESHOLDS.close, THRESHOLDS.rounding
         close = sum(
             cost.late_s <= part * cost.dt_s and bool(np.all(cost.errors <= part * errors + rounding)) for cost in costs
@@ -114,8 +114,8 @@ def measure_sampling_cost(aligned: AlignedRun, pit: Trace, measured: Measured, m
         aligned: The compared traces.
         pit: PIT's run.
         measured: The errors of PIT's run, at the scene's own phase.
-        measured_run: The errors of the run that is compared with PIT. If these errors are larger than PIT's at even
-            phases, PIT is also run at the phases of the run's lateness.
+        measured_run: The errors of the run that is compared with PIT. If these errors are larger than PIT's at evenly
+            spread phases, PIT is also run at the phases at which PIT is as late as the run.
     """
     reference, impacts, cut = aligned.reference, aligned.compared.impacts, not aligned.compared.is_whole_run
     costs = [SamplingCost.of(pit.dt_s, measure_impact_errors(measured, aligned.scales, impacts), measured)]
@@ -125,7 +125,7 @@ def measure_sampling_cost(aligned: AlignedRun, pit: Trace, measured: Measured, m
     cost = SamplingCost.combine(costs)
     if phases := _find_own_phases(measured_run, cost, THRESHOLDS.ratio_known_of(aligned.observed.float_bits)):
         costs += _measure_costs_at_phases(reference.scene, pit.dt_s, impacts, cut, phases)
-        # `close_phases` counts even phases only.
+        # `close_phases` counts evenly spread phases only.
         cost = replace(SamplingCost.combine(costs), phases=cost.phases, close_phases=cost.close_phases)
     return cost
 
@@ -173,7 +173,7 @@ def measure_changes(reference: Trace, scales: Scales) -> Array:
 def _measure_costs_at_even_phases(
     scene: Scene, dt_s: float, reliable_impacts: int, cut: bool
 ) -> tuple[SamplingCost, ...]:
-    """Return the cost at each even phase except the first, which is the scene's own."""
+    """Return the cost at each evenly spread phase except the first, which is the scene's own."""
     phases = list_even_phases(THRESHOLDS.phases)[1:]
     return _measure_costs_at_phases.__wrapped__(scene, dt_s, reliable_impacts, cut, phases)
 

@@ -1,7 +1,7 @@
 """Simultaneous impacts that share a disc: their admissible outcomes, and the outcome that a trace took.
 
 If several contacts that share a disc have impacts at one instant, the law of impact of two bodies gives no unique
-result. Such an instant is called *shared*. If pairs collide one at a time until no contact approaches, each order of
+result. Such an instant is called *shared*. If pairs collide one at a time until no pair is closing, each order of
 impacts leads to an admissible outcome. If all impulses act at once, they may lead to another outcome. In that outcome,
 each pushing contact separates at e times its approach speed, and each other contact separates at least as fast (D.
 Baraff, Analytical methods for dynamic simulation of non-penetrating rigid bodies, SIGGRAPH 1989).
@@ -100,7 +100,7 @@ class ConventionMatch:
         nearest: Index of the nearest outcome; None if none is listed.
         distance: Largest difference from that outcome: of a velocity over the scene's speed, or of a rim speed over the
             scene's rim speed.
-        matches: Whether this distance is at most rounding, or at most PIT's with the same step size.
+        matches: Whether this distance is at most rounding, or at most the distance of PIT with the same step size.
     """
 
     group: Group
@@ -157,8 +157,8 @@ def find_admissible_outcomes(scene: Scene, group: Group, speed_m_s: float) -> tu
     """
     row = {disc: k for k, disc in enumerate(group.discs)}
     tolerance = SAME * speed_m_s
-    # The tolerance is far above rounding, and far below any difference that matters. Bodies that close more slowly have
-    # come to rest, as after infinitely many impacts.
+    # The tolerance is far above rounding, and far below any difference that matters. Bodies whose closing speed is
+    # lower count as resting, as after infinitely many impacts.
     cell = 1e3 * tolerance
     found: list[AdmissibleOutcome] = []
     known_states: set[bytes] = set()

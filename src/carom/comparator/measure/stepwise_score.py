@@ -1,4 +1,4 @@
-"""Score of stepwise accuracy: errors of the windows of a run in numbers, and a grade."""
+"""Score of stepwise accuracy: the errors of a run's windows as numbers, and a grade."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class LocalScore:
-    """Score of the steps of a run, each compared with PIC from the run's own state at its start.
+    """Score of the steps of a run, each compared with PIC from the run's own state at the step's start.
 
     Lateness, velocity, ratio and restitution refer to windows of one impact, because several impacts at once have no
     unique result.
@@ -39,12 +39,12 @@ class LocalScore:
             near.
         first_invented: Description of the first invented turn; empty if there is none.
         early: Number of windows in which paths turned earlier than in PIC.
-        ahead: Number of changes of a velocity more than two steps before the impact that caused them, because of an
-            engine's contact margin.
+        ahead: Number of velocity changes that come more than two steps before their impact, because of an engine's
+            contact margin.
         entangled: Number of windows with several pairs or impacts.
         late_steps: Median and worst lateness, steps; NaN if there is none.
         early_steps: Worst earliness, steps, as a positive number; 0 if no impact is early.
-        too_late: Number of windows whose lateness is more than a check once per step explains.
+        too_late: Number of windows that are later than a check once per step can explain.
         velocity: Median and worst error of velocities after the impact, over the greatest speed of the window's own
             bodies.
         spin: Worst error of rim speeds, over the greatest speed or rim speed of the window's own bodies; 0 if no disc
@@ -54,15 +54,16 @@ class LocalScore:
         worse_than_pit: Number of windows whose ratio is above 1.
         judged: Number of windows of one impact that were compared.
         restitution: Median and worst absolute error of the effective restitution; NaN if there is none.
-        energy: Energy gained or lost beyond the gain or loss of PIT from the same states, over the scene's energy.
+        energy: Energy that the run gains or loses, beyond what PIT gains or loses from the same states, over the
+            scene's energy.
         slipped: Largest change of a velocity or rim speed without a body near, over the disc's own speed. Only changes
-            too small for an invented turn count.
-        drifts: Number of steps, summed over all discs, in which a disc's position changed differently from its
-            velocity.
-        drift: The largest such change of a position, over the scene's length.
+            that are too small to be an invented turn count.
+        drifts: Number of steps, summed over all discs, in which the change of a disc's position did not follow from the
+            disc's velocity.
+        drift: The largest such deviation of a position, over the scene's length.
         resting_steps: Number of steps, summed over all discs, in which a disc rested on another body.
         sunk_radii: The largest depth to which a resting pair sank, over its contact distance.
-        sinks: Whether a pair sank faster than by falling from rest in each step.
+        sinks: Whether a pair sank faster than a fall from rest in each step explains.
         polygon: Whether falling discs move along polygons.
         agrees: Whether all windows, including entangled ones, agree with PIC to rounding.
         agrees_alone: Whether all windows of one impact agree with PIC to rounding, and nothing slips, drifts or sinks.
@@ -196,7 +197,7 @@ def score_steps(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
         due=int(rows["due"].sum()),
         missed=len(missed),
         missed_by_pit=int(missed["pit_missed"].sum()),
-        # An impact at the horizon, to rounding, is beyond it.
+        # An impact whose time equals the horizon to rounding is beyond the horizon.
         missed_within=int(np.sum(due_s < until_s * (1.0 - THRESHOLDS.rounding))),
         first_missed=first_missed,
         first_missed_s=float(due_s[0]) if len(missed) else math.nan,
@@ -273,7 +274,7 @@ def _find_inventions(truth: LocalTruth) -> tuple[int, tuple[str, float | None], 
 
 
 def _compute_unexplained_energy(scored: NDArray[np.void]) -> float:
-    """Return the energy gained or lost beyond PIT's from the same states, joules."""
+    """Return the energy gained or lost beyond what PIT gains or loses from the same states, joules."""
     gained_j = np.abs(scored["energy_j"])
     passed = scored["missed"] > 0
     unexplained_j = np.maximum(gained_j - scored["energy_price_j"], 0.0)

@@ -1,4 +1,4 @@
-"""Stepwise accuracy: each window of steps of a run compared with PIC from the run's own state at its start.
+"""Stepwise accuracy: each window of a run's steps compared with PIC from the run's own state at the window's start.
 
 A *window* is a chain of steps in which some bodies meet, overlap or push. Outside of windows a body flies freely or
 rests. Only states are compared, not reported contacts. There is no horizon, because every window starts from the run's

@@ -30,8 +30,8 @@ Flags = NDArray[np.bool_]
 #: a few impacts.
 _AT_ONCE = 64
 
-#: Number of steps whose near pairs are found together. A box around the path in these steps is little larger than a
-#: disc.
+#: Number of steps whose near pairs are found together. A box around a disc's path in these steps is little larger than
+#: the disc.
 _TOGETHER = 16
 
 #: Largest number of distances that are computed together if there are too few pairs for boxes.

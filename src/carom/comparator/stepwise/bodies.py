@@ -168,7 +168,7 @@ class BodyStates:
         return math.inf
 
     def compute_wait_again(self, pair: Pair) -> float:
-        """Return the seconds until two bodies that have just met meet again if no third body turns one of them.
+        """Return the seconds until two bodies that have just met will meet again, if no third body turns one of them.
 
         This may happen on a later leg of a driven body, or on a table, which slows each body in its own direction.
         """
@@ -181,7 +181,7 @@ class BodyStates:
         (i, j), bodies, state, passed = pair, self.bodies, self.select_discs(pair), 0.0
         speeds = [math.hypot(*velocity) for velocity in state.velocity.values()]
         longest_m = sum(speed * speed for speed in speeds) / (2.0 * bodies.slowing.table_m_s2)
-        # The two bodies stop before they meet. The margin of a hundredth is far above rounding.
+        # If the gap is larger, the two bodies stop before they meet. The margin of a hundredth is far above rounding.
         if 0.99 * self.measure_separation(pair).gap > longest_m:
             return math.inf
         while True:
@@ -207,7 +207,7 @@ class BodyStates:
             passed, leaving, last = passed + stops, None, NO_FEATURE
 
     def compute_undamped_wait(self, pair: Pair, last: int) -> float:
-        """Return what `compute_wait` returns without damping, as if a driven body kept its present velocity."""
+        """Return the result of `compute_wait` without damping. Driven bodies are taken to keep their velocity."""
         (i, j), bodies = pair, self.bodies
         (x, y), (vx, vy), radius = self.xy[i], self.velocity[i], bodies.radius[i]
         if j >= bodies.n:

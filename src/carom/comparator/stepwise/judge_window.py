@@ -63,7 +63,7 @@ def judge_window(
         block: The steps.
         chain: The steps and bodies of the window.
         activity: The activity of the pairs in the steps.
-        found_by_pit: Whether PIT found the pairs of a cut chain from the state at the chain's beginning.
+        found_by_pit: For each pair of a cut chain, whether PIT found it from the state at the chain's beginning.
         ends: Whether the run ends with the block.
         speed_before: Greatest speed of the discs before the window, if the window continues a chain, metres a second.
     """
@@ -140,7 +140,7 @@ def _is_entangled(window: Window, found: Difference) -> bool:
 
 
 def _compute_energy_gain(window: Window, found: Difference, *, entangled: bool) -> float:
-    """Return the energy gained against PIC; for an entangled window, against free flight.
+    """Return the energy gained relative to PIC; for an entangled window, relative to free flight.
 
     In an entangled window, a loss of energy counts only if all impacts are elastic.
     """
@@ -234,8 +234,8 @@ def _measure_lateness(window: Window, judged: Comparison, found: Difference, *, 
     first, bodies, dt_s = window.truth[0], window.bodies, window.block.dt_s
     closing = max(first.contact.closing, 1e-300)
     judged.late_known = window.touching / closing / dt_s
-    # A run checks for contact at the end of a step. A disc on a polygon reaches the contact later than on the bent
-    # path, because it lags by up to half of the bend in a step.
+    # A run checks for contact at the end of a step. A disc that moves along a polygon reaches the contact later than on
+    # the bent path, because it lags by up to half of the bend in a step.
     bends = bodies.pull + bodies.slowing.compute_deceleration(window.speed)
     judged.late_allowed = 1.0 + judged.late_known + 0.5 * bends * dt_s / closing
     if agrees:
@@ -247,7 +247,7 @@ def _measure_lateness(window: Window, judged: Comparison, found: Difference, *, 
     contact = bodies.contact_of(first.pair)
     velocity_before = compute_relative_velocity(window.free, first.pair)
     velocity_after = compute_relative_velocity(window.now, first.pair)
-    if bodies.slowing.table_m_s2:  # on a table, velocities have no common factor, so compare at the turn
+    if bodies.slowing.table_m_s2:  # a table does not slow all discs by one factor, so compare at the turn
         turned_s = first.time_s + judged.late_steps * dt_s
         velocity_before = compute_relative_velocity(window.start.compute_later_state(turned_s), first.pair)
         velocity_after = compute_relative_velocity(window.now.compute_later_state(turned_s - window.lasts), first.pair)
@@ -285,7 +285,7 @@ def _find_turn_time(window: Window, pair: Pair) -> float:
 
 
 def _find_turn_time_on_table(window: Window, pair: Pair) -> float:
-    """Compute `_find_turn_time` on a table, where both paths bend."""
+    """Return the result of `_find_turn_time` on a table, where both paths bend."""
 
     def compute_offset(time_s: float) -> tuple[Array, Array]:
         (p, u), (q, v) = (
@@ -304,7 +304,7 @@ def _compute_relative_motion(state: BodyStates, pair: Pair) -> tuple[Array, Arra
 
 
 def _measure_sampling_cost(window: Window, judged: Comparison, found: Difference) -> None:
-    """Measure PIT's largest errors from the same state, over the phases of the step and at the run's lateness."""
+    """Measure PIT's largest errors from the same state, at several phases and at the phase of the run's lateness."""
     dt_s, truth = window.block.dt_s, window.truth
     need = max(found.impacts, 1)
     looks = [dt_s * phase / THRESHOLDS.phases for phase in range(1, THRESHOLDS.phases + 1)]

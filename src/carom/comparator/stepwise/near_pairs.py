@@ -19,7 +19,8 @@ from carom.model.prescribed_motion import Drive
 Array = NDArray[np.float64]
 Bodies = NDArray[np.intp]
 
-#: An engine may react to a meeting this many steps ahead (speculative margins), or still push after it (soft contacts).
+#: An engine may react to a meeting this many steps before it (speculative margins), or still push this many steps after
+#: it (soft contacts).
 MARGIN_STEPS = 2.0
 
 #: A pair may rest at a gap of up to this fraction of the contact distance. Margins of engines are below a hundredth.
@@ -154,7 +155,7 @@ def _find_pairs_with_walls(
             straight = bodies.slowing.damping.to_damped_array(np.where(s < 0.0, g / -s, np.inf))
             root = s * s - 2.0 * pull * g
             high = np.sqrt(np.maximum(root, 0.0))
-            # The root at which the gap closes, computed without cancellation.
+            # This is the root at which the gap closes, computed without cancellation.
             bent = np.where(s < 0.0, 2.0 * g / (-s + high), (s + high) / -pull)
             bent = np.where((root < 0.0) | ((pull > 0.0) & (s >= 0.0)), np.inf, bent)
             wait = np.where(pull == 0.0, straight, bent)
@@ -212,13 +213,13 @@ def _compute_relative_motion(block: Block, begin: int, end: int, drive: Drive) -
 def _bound_paths(block: Block, begin: int, end: int, drive: Drive = STANDS) -> tuple[Array, Array]:
     """Return the centre and radius of a circle around each disc's path, relative to a wall that moves by `drive`.
 
-    If two discs, or a disc and a wall, may meet or push, their circles or the circle and the wall overlap.
+    If two discs may meet or push, their circles overlap. If a disc and a wall may do so, the circle overlaps the wall.
     """
     p, _ = _compute_relative_motion(block, begin, end, drive)
     own_speed = block.own_speed[begin:end] + drive.fastest
     low, high = np.min(p, axis=0), np.max(p, axis=0)
     longest = float(np.max(block.step_s[begin:end]))
-    # A third body may strike one of the two within the step and pass on its speed.
+    # A third body may strike one of the two within the step and pass its speed on.
     fastest = float(np.max(own_speed)) + block.bodies.pull * longest
     most_way = 2.0 * fastest * longest
     own_way = (1.0 + MARGIN_STEPS) * longest * np.max(own_speed, axis=0)

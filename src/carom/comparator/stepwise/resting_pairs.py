@@ -17,7 +17,7 @@ Flags = NDArray[np.bool_]
 
 #: A pair that gravity presses together rests while its relative speed is at most the speed gained by falling for this
 #: many steps. Engines that correct velocities need one step, and engines that correct positions at most two and a half
-#: (Box2D and MuJoCo `default`, 8 starts each).
+#: (Box2D and MuJoCo `default`, 8 starting states each).
 RESTING_STEPS = 2.5
 
 

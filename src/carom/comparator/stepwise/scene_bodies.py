@@ -97,7 +97,7 @@ class SceneBodies:
         return self.pull > 0.0 and self.is_movable(body)
 
     def compute_table_acceleration(self, body: int, velocity: tuple[float, float]) -> tuple[float, float]:
-        """Return the acceleration of a disc with some velocity by the table, against the velocity; 0 at rest."""
+        """Return the acceleration that the table causes, which is opposite to a disc's velocity; 0 at rest."""
         speed = math.hypot(*velocity)
         if not (speed and self.is_movable(body)):
             return 0.0, 0.0
@@ -116,7 +116,7 @@ class SceneBodies:
         """Return the distance of a point from wall number `wall`, and the unit normal from the point to the wall.
 
         A point on the line of a finite wall has no normal. For such a point, (0, 0) is returned, so that the closing
-        speed is 0, as in PIT. `time_s` gives the position of a driven wall.
+        speed is 0, as in PIT. A driven wall is at its position at `time_s`.
         """
         shape = self.walls[wall]
         x, y = self.to_wall_frame(wall, x, y, time_s)

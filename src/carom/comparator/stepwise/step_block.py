@@ -19,9 +19,9 @@ Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 #: An engine with a contact margin may change a disc's velocity many fine steps before an impact (Box2D `default`: 1 cm
-#: before a wall, a tenth of the smallest discs of the catalogue). A turn counts as a response to a body within a margin
-#: if the disc closes on a body within this fraction of the contact distance, and then separates. Otherwise the disc
-#: turned without a cause.
+#: before a wall, a tenth of the radius of the smallest discs of the catalogue). A turn counts as a response to a body
+#: within a margin if the disc closes on a body within this fraction of the contact distance, and then separates.
+#: Otherwise the disc turned without a cause.
 _AHEAD_GAP = 0.25
 
 #: Rounding error of a step's length. The two ends of a step are each rounded by up to half a unit in the last place.

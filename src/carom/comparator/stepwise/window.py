@@ -21,7 +21,7 @@ _RESTING = 1e-3
 
 @dataclass(frozen=True)
 class Difference:
-    """Differences in velocities, rim speeds and positions from PIC's state after some impacts, and PIC's state."""
+    """Differences of velocities, rim speeds and positions from PIC's state after some impacts, and PIC's state."""
 
     velocity: float
     spin: float
@@ -104,7 +104,7 @@ class Window:
         return self.resting is not None and any(pair != self.resting for pair in self.chain.pairs)
 
     def is_ahead(self, state: BodyStates, impact: Met) -> bool:
-        """Whether a pair will still meet in a state: apart and closing, on the side on which PIC lets them meet."""
+        """Whether the bodies of a state's pair are apart and closing, on the side on which they meet in PIC."""
         contact = state.measure_separation(impact.pair)
         along = contact.normal[0] * impact.contact.normal[0] + contact.normal[1] * impact.contact.normal[1]
         return contact.gap >= -self.touching and contact.closing > 0.0 and along > 0.0

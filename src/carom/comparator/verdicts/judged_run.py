@@ -18,7 +18,7 @@ class JudgedRun(MeasuredRun):
 
     Attributes:
         grade_before_tie: The grade up to the first instant that has no unique answer; None without such an instant, or
-            without an impact before it.
+            without an impact before that instant.
         drifts: Positions and angular momenta that do not follow from the run's own impacts; sampling may explain them.
         contradictions: Contradictions of the run's own states, velocities, stamps and normals, which sampling can't
             explain.

@@ -64,7 +64,7 @@ def report_sinking(judged: JudgedRun) -> Iterator[Finding]:
 
 
 def report_polygons(judged: JudgedRun) -> Iterator[Finding]:
-    """Report an integrator that moves discs at constant velocity in each step, although their paths bend or slow."""
+    """Report an integrator that moves discs at constant velocity in each step, although they fall or slow down."""
     local, dt_s, scene = judged.local_truth, judged.observed.dt_s, judged.reference.scene
     if local is None or not local.polygon:
         return

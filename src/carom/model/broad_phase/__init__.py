@@ -2,7 +2,7 @@
 
 The discs are split into halves again and again, along the longer side of the box around their centres. The halves form
 a tree. Each node stores the box of its discs, their largest reach and their lowest number. The search for one disc goes
-down the tree and skips every node that is out of reach or contains higher numbers only. So the search is fast for every
+down the tree and skips every node that is out of reach or contains only higher numbers. So the search is fast for every
 arrangement of discs, also for columns, lines, far outliers and radii of all sizes. Immovable discs may overlap each
 other without cost: a movable disc that is near none of them visits only the root of their tree.
 
@@ -29,9 +29,9 @@ _DISTANCES = 2**20
 def find_near_pairs(position_m: Floats, reach_m: Floats, movable: Flags) -> Iterator[Pairs]:
     """Yield pairs of discs whose distance is at most the sum of their reaches, and of which at least one is movable.
 
-    The pairs come in blocks. A block has at most some ten thousand more pairs than there are discs. Blocks are ordered
-    by the second disc, so a caller that needs only the first pairs can stop early. A pair whose sum of reaches is
-    negative is never near. The test is ``dx * dx + dy * dy <= reach * reach``, in floats.
+    The pairs come in blocks. The number of pairs in a block exceeds the number of discs by some ten thousand at most.
+    Blocks are ordered by the second disc, so a caller that needs only the first pairs can stop early. A pair whose sum
+    of reaches is negative is never near. The test is ``dx * dx + dy * dy <= reach * reach``, in floats.
 
     Args:
         position_m: Centres, metres, shape ``(n, 2)``.

@@ -83,7 +83,7 @@ cdef void split(Item* items, Py_ssize_t begin, Py_ssize_t end, Py_ssize_t middle
 
 
 cdef void build(Tree* tree, Py_ssize_t k, Py_ssize_t begin, Py_ssize_t end) noexcept nogil:
-    """Build node `k` and all nodes below it from items. They are halved along the longer side of their centres' box."""
+    """Build node `k` and all nodes below it. The items are halved along the longer side of the box of their centres."""
     cdef Node* node = &tree.nodes[k]
     cdef const Item* item
     cdef Py_ssize_t i, middle
@@ -180,7 +180,7 @@ cdef class Search:
             free(self.trees[kind].nodes)
 
     def pairs(self, Py_ssize_t begin):
-        """Return the pairs whose higher number is at least `begin`, for as many discs as possible, at least one.
+        """Return the pairs whose higher number is at least `begin`, for at least one disc and as many as fit.
 
         Returns:
             The lower and the higher number of each pair, in no particular order, and the disc to continue with.
@@ -207,7 +207,7 @@ cdef class Search:
         return first.base[: pairs.count], second.base[: pairs.count], i
 
     cdef bint find_all(self, Pairs* pairs) noexcept nogil:
-        """Add all pairs in the order of the trees, which uses the cache well. Return False if there is no room."""
+        """Add all pairs in the order of the trees. This order uses the cache well. Return False if there is no room."""
         cdef Py_ssize_t kind, k
         for kind in range(2):
             for k in range(self.trees[kind].count):

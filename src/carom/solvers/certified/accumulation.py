@@ -1,9 +1,9 @@
 """Detection of collapse and crush: infinitely many impacts in a finite time.
 
 Collapse and crush are inferred from many past impacts, without a proof. A row of discs can also be crushed, in any
-direction. By symmetry, the discs stay on a line if their centres are exactly on the line and no velocity, force or
-friction acts sideways. The room of the discs is the distance between the end bodies minus the discs' diameters. The
-room is linear in time.
+direction. By symmetry, the discs stay on a line if their centres are exactly on the line, their velocities are along
+it, and no force or friction acts sideways. The room of the discs is the distance between the end bodies minus the
+discs' diameters. The room is linear in time.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ if TYPE_CHECKING:
     from carom.solvers.certified.disc_states import BallBodies
     from carom.solvers.certified.recording import Recording
 
-#: Impacts count as a collapse if there are at least this many, times the square of the number of their bodies, within
-#: two floats of one time. Three equal discs that do not collapse have at most some 600 impacts.
+#: Impacts within two floats of one time count as a collapse if their number is at least this factor times the square of
+#: the number of their bodies. Three equal discs that do not collapse have at most some 600 impacts.
 _COLLAPSE = 20
-#: A disc between two approaching bodies is crushed after this many impacts.
+#: A disc between two approaching bodies counts as crushed after this many impacts.
 _CRUSH = 256
 
 
@@ -182,7 +182,7 @@ def _order_row(pairs: set[tuple[int, int]], bodies: BallBodies) -> list[int] | N
 
 
 def _is_alone(row: list[int], bodies: BallBodies) -> bool:
-    """Return whether no other body can reach the row: there are none, or all of them and one end body are at rest."""
+    """Return whether no other body can reach the row: there is none, or all others and one end body are at rest."""
     scene = bodies.scene
     other_bodies = [*map(wall_body, range(len(scene.walls))), *range(len(scene.discs))]
     other_bodies = [body for body in other_bodies if body not in row]
@@ -222,7 +222,7 @@ def _find_facing(rows: Iterable[ImpactRecord], body: int, disc: int) -> _Facing:
 
 
 def _find_obstacle(bodies: BallBodies, end: _Facing) -> Obstacle | None:
-    """Return the obstacle that the outer disc of a row meets, at its position at time 0; None if it meets a disc."""
+    """Return the obstacle, placed as at time 0, that the outer disc of a row meets; None if the disc meets a disc."""
     if end.body >= 0:
         return None
     of_wall = [obstacle for obstacle in bodies.obstacles if obstacle.wall == wall_index(end.body)]

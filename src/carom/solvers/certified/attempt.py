@@ -29,12 +29,12 @@ _CHUNK = 32
 _GUARD_BITS = 24
 #: The working precision is lowered if less than this fraction of its bits is useful.
 _LOWER_AT = 0.9
-#: Key of an event at the start.
+#: Data of an event at the start, in `Attempt.events`.
 _START = (-1, -1, 0.0)
 
 
 class Goal(NamedTuple):
-    """Goal of a run: a time of the undamped run, a number of impacts, and a deadline as `time.perf_counter`."""
+    """Goal of a run: a time of the undamped run, a number of impacts, and a deadline on `time.perf_counter`."""
 
     time: arb
     impacts: float
@@ -50,7 +50,7 @@ class Stop(NamedTuple):
 
 
 class Attempt:
-    """A run at one precision. An attempt repeats the events certified before, and then selects further impacts.
+    """A run at one precision. It repeats the events that earlier attempts certified, and then selects further impacts.
 
     Attributes:
         bits: Initial precision.
@@ -81,7 +81,7 @@ class Attempt:
         log.begin_again()
 
     def _begin(self) -> None:
-        """Start the contact of each disc that touches a wall below it, or apply its impact if it approaches."""
+        """Start the contact of each disc that touches a wall below it. If the disc approaches, apply an impact."""
         contacts = BallContacts(self.bodies)
         for i, ground in list(contacts.find_resting()) if self.bodies.falls else ():
             mode_or_meeting = contacts.begin_contact(i, ground)
@@ -94,7 +94,7 @@ class Attempt:
 
     @property
     def has_replayed(self) -> bool:
-        """Whether all events certified before have been repeated."""
+        """Whether all events that earlier attempts certified have been repeated."""
         return len(self.events) >= len(self._known)
 
     def bits_lost(self) -> int:
@@ -147,7 +147,7 @@ class Attempt:
                 return Stop(None, undecided.degeneracy if self._log.convert() else None)
             if choice is None or at_limit:
                 return self._end(Ending.COMPLETED if choice is None else Ending.MAX_IMPACTS)
-            if not choice.meeting.time <= goal.time:  # the goal is not a float64, and the impact is too close to it
+            if not choice.meeting.time <= goal.time:  # the goal is no float64, and the impact is too close to the goal
                 if choice.meeting.time > goal.time:
                     return self._end(Ending.COMPLETED)
                 selection.is_at_the_end(choice.meeting)

@@ -1,4 +1,4 @@
-"""Balls: conversion from rational numbers and to float64 numbers with a proven radius, and paths of driven bodies."""
+"""Balls: conversion from rational numbers, conversion to float64 numbers with a proven radius, and driven paths."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 ZERO = arb(0)
 #: Relative error of rounding to a float64, slightly increased.
 ROUNDING = 2.0**-53 * (1.0 + 2.0**-40)
-#: From this accuracy, in bits, the increase covers the radius of a ball.
+#: If a ball has at least this many accurate bits, the increase of `ROUNDING` covers the ball's radius.
 NEGLIGIBLE_RADIUS_BITS = 100
 #: Relative margin of a length or a speed: far above float64 rounding, but small enough to add few pairs to a search.
 SLACK = 2.0**-40

@@ -135,7 +135,7 @@ cdef inline double wall_bound(const Path *p, const Wall *wall, const Table *tabl
 
 
 cdef void find_least(Table *table, Py_ssize_t i) noexcept nogil:
-    """Find the smallest bound of a row, the first one in a tie."""
+    """Find the smallest bound of a row. If several bounds are smallest, the first one counts."""
     row = &table.bounds[i * table.width]
     cdef Least least = Least(INF, 0)
     cdef Py_ssize_t k

@@ -42,8 +42,8 @@ def certify(
         progress: Called at intervals with impacts so far, time reached in seconds, and bits of precision.
 
     Returns:
-        The trace with an error bound for every number. If the run ended early, the final state is that at the last
-        certified impact.
+        The trace with an error bound for every number. If the run ended early, the final state is the state at the last
+            certified impact.
 
     Raises:
         MissingExtraError: python-flint is not installed.

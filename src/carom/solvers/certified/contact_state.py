@@ -89,8 +89,8 @@ class BallMode(NamedTuple):
 class End(NamedTuple):
     """End of a mode without an impact: the wait until the end, the time, and the cause.
 
-    The slip becomes 0 (`slip`), the rim speed becomes 0 (`rim`), or the centre is over the end of its face (`over`).
-    If the cause is `undecided`, the run can be certified up to that time.
+    The cause is that the slip becomes 0 (`slip`), that the rim speed becomes 0 (`rim`), or that the centre is over the
+    end of its face (`over`). If the cause is `undecided`, the run can be certified up to the time of the end.
     """
 
     wait: arb
@@ -139,7 +139,8 @@ class Landing(NamedTuple):
 class Launch(NamedTuple):
     """Launch of a disc from the end of a face: vertex, time, and coefficients of the squared gap of disc and vertex.
 
-    The coefficients are those of t^2, t^3 and t^4, where t is the time since then. The coefficients of 1 and t are 0.
+    The coefficients are those of t^2, t^3 and t^4, where t is the time since the launch. The coefficients of 1 and t
+    are 0.
     """
 
     vertex: int

@@ -2,8 +2,9 @@
 
 The module repeats, in ball arithmetic, the law of `core/wall_contact_law.h` and the transitions of
 `core/pic/lasting_contact.h`. Quantities that the law makes 0 are exactly 0. The state of a disc in contact is relative
-to its wall, on a path with its own acceleration. An impact first releases a disc from its wall. After the impact the
-disc returns to the wall or stays free. An undecided event ends the run and is reported.
+to the disc's wall. The disc's path has an acceleration that the contact determines. An impact first releases a disc
+from its wall. After the impact the disc returns to the wall or stays free. An undecided event ends the run and is
+reported.
 
 Bounces are applied one by one until the remaining ones are shorter than the requested digits can resolve. If all
 remaining bounces certainly slip in one direction, or all certainly stick, they are summed as a geometric series.
@@ -141,7 +142,7 @@ class BallContacts:
         Return the disc's new mode; None if the mode is unchanged.
 
         Raises:
-            Undecided: The disc is pushed into its wall, where the result is not unique, or the precision does not
+            Undecided: The disc is pushed into its wall, so that the result is not unique, or the precision does not
                 decide the outcome.
         """
         bodies, ground = self._bodies, before.ground
@@ -229,7 +230,7 @@ class BallContacts:
         return self._describe_change(i, ground, time, instant_s, before, mode)
 
     def _set_path(self, i: int, instant_s: float) -> None:
-        """Set the path of disc `i` to that of its contact."""
+        """Set the path of disc `i` to the path that its contact prescribes."""
         bodies, gliding, radius = self._bodies, self._states.gliding[i], arb(self._bodies.scene.discs[i].radius_m)
         assert gliding is not None  # noqa: S101 - callers have just set it
         ground, (place, speed, _, rim), rate = gliding.ground, gliding.begun, gliding.rate
@@ -245,7 +246,7 @@ class BallContacts:
     def _find_end(self, i: int, gliding: Gliding, *, resists: bool) -> End | None:
         """Return the earliest end of a contact mode without an impact; None for never."""
         (_, speed, slip, rim), slips = gliding.begun, gliding.rate + gliding.rim_rate
-        turns_only = speed.is_zero() and gliding.rate.is_zero()  # the slip is the rim speed, so both end together
+        turns_only = speed.is_zero() and gliding.rate.is_zero()  # slip and rim speed are equal, so both end together
         causes = [(slip, slips, End(ZERO, ZERO, slip=True, rim=turns_only))]
         if resists and not turns_only:
             causes.append((rim, gliding.rim_rate, End(ZERO, ZERO, rim=True)))
@@ -338,8 +339,8 @@ class BallContacts:
 
         Return False if the bounces may differ in kind, or if another event may come before their end.
 
-        The bounces must end within the fraction `tolerance` of the present time. A tolerance of None skips this check
-        and the check for other events, because both were done before.
+        The remaining bounces must last at most `tolerance` times the time of the last impact. A tolerance of None skips
+        this check and the check for other events, because both were done before.
         """
         bodies, bounce = self._bodies, self._states.bounces[i]
         if bounce is None or self._states.gliding[i] is not None or self._states.landings[i] is not None:

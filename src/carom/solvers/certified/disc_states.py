@@ -63,11 +63,11 @@ class BallBodies:
 
     Attributes:
         obstacles: Faces, vertices and arcs of the walls, and half-planes: see `carom.solvers.certified.obstacles`.
-            Obstacles are numbered like walls, and are the walls if all walls are half-planes.
+            Obstacles are numbered like walls. If all walls are half-planes, the obstacles are the walls.
         laws: Constants of impacts at the working precision.
         time: Reference instant of each disc: an exact float64, in seconds.
-        x: x coordinate of each centre at the reference instant. `y`, `vx` and `vy` are similar. With gravity, all are
-            relative to the falling frame.
+        x: x coordinate of each centre at the reference instant. `y` is the other coordinate, and `vx` and `vy` are the
+            velocity. With gravity, all are relative to the falling frame.
         falls: Whether the scene has gravity.
         pulls: Sign of gravity's component along the normal of each straight obstacle; 0 for other obstacles.
         fastest_drive: A bound on the speeds of driven bodies, metres a second.
@@ -77,7 +77,7 @@ class BallBodies:
         inverse_mass: Inverse mass of each disc; 0 for a disc that impacts do not move.
         met: For each disc, the time of its last impact with each obstacle (key: body number) and with any disc (key:
             0), oldest first.
-        last_met: For each disc, a float64 upper bound of the times of its past impacts; 0 before the first.
+        last_met: For each disc, a float64 upper bound of the times of its past impacts; 0 before the first impact.
         partner: Body that each disc met last; None before its first impact.
         acceleration: Acceleration of each disc in contact, relative to the walls; None for a disc in flight.
         spin_rate: Rate at which contact changes each disc's spin, radians a second squared.
@@ -151,7 +151,7 @@ class BallBodies:
         return min(self._accuracy_bits(i) for i in range(len(self)))
 
     def best_accuracy_bits(self) -> int:
-        """Return the accuracy in bits of the best known inexact velocity; the working precision if all are exact."""
+        """Return the accuracy in bits of the most accurate inexact velocity; the working precision if all are exact."""
         inexact = [i for i in range(len(self)) if not (self.vx[i].is_exact() and self.vy[i].is_exact())]
         return max((self._accuracy_bits(i) for i in inexact), default=int(ctx.prec))
 
@@ -161,7 +161,7 @@ class BallBodies:
         return max(0, min(int(ctx.prec), max(bits, default=int(ctx.prec))))
 
     def are_at_start(self, *bodies: int) -> bool:
-        """Return whether none of these discs has had an impact, so that their states are the exact start."""
+        """Return whether none of these discs has had an impact, so that their states are exactly the initial ones."""
         return all(body < 0 or self.partner[body] is None for body in bodies)
 
     def have_just_met(self, i: int, j: int) -> bool:
@@ -188,7 +188,7 @@ class BallBodies:
         return latest
 
     def find_last_impact_of_either(self, i: int, second: int, instant_s: float) -> arb | None:
-        """Return the time of the last impact that can affect two bodies' next impact; None if before `instant_s`."""
+        """Return the time of the last impact that can affect two bodies' next one; None if it is before `instant_s`."""
         times = [
             self.find_last_impact(disc, second)
             for disc in (i, second)

@@ -75,7 +75,7 @@ def are_simultaneous(bodies: BallBodies, one: tuple[int, int], other: tuple[int,
     The function returns False for impacts on finite walls.
 
     The condition ``(P1 - sqrt(Q1)) / A1 = (P2 - sqrt(Q2)) / A2`` is equivalent to ``k + sqrt(C) = sqrt(B)`` with k = P2
-    A1 - P1 A2, C = A2^2 Q1 and B = A1^2 Q2. Squaring twice decides this.
+    A1 - P1 A2, C = A2^2 Q1 and B = A1^2 Q2. Squaring twice decides this equation.
     """
     if any(body < 0 and bodies.obstacles[wall_index(body)].kind is not None for body in (one[1], other[1])):
         return False

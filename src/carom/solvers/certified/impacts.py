@@ -1,9 +1,9 @@
 """Effect of an impact on discs, in ball arithmetic.
 
-Impacts on walls, and of two discs on one line parallel to an axis, are linear in the state. These impacts use linear
-formulas, in which errors do not grow. Friction is added afterwards. If sticking and sliding can't be distinguished, the
-result is the hull of both. The state after an impact refers to `Meeting.at`, just before the impact, on the new path
-extended backwards.
+Two kinds of impacts are linear in the state: impacts on walls, and impacts of two discs on a line parallel to an axis.
+These impacts use linear formulas, in which errors do not grow. Friction is added afterwards. If sticking and sliding
+can't be distinguished, the result is the hull of both. The state after an impact refers to `Meeting.at`, just before
+the impact, on the new path extended backwards.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from carom.solvers.certified.two_frictions import BallFrictions, limit_sticking,
 
 
 class BallImpact(NamedTuple):
-    """A certified impact: its time, its normal with the normal's length, and the velocities and spins after it.
+    """A certified impact: time, normal with the normal's length, and the velocities and spins after the impact.
 
     `before` has the velocities just before the impact, or None if they equal the velocities after the previous impact.
     `second` is the body's number in traces, and `edge` is the part of a finite wall that the disc hit.
@@ -132,7 +132,7 @@ def _apply_impact(bodies: BallBodies, meeting: Meeting) -> BallImpact:
 def _apply_impact_at_joint(bodies: BallBodies, meeting: Meeting, seam: Seam) -> BallImpact:
     """Apply an impact at the joint of two obstacles.
 
-    The disc's new state is the hull of the states after either impact.
+    The disc's new state is the hull of two states: after an impact on the one obstacle, and on the other.
     """
     i, states = meeting.first, (bodies.x, bodies.y, bodies.vx, bodies.vy, bodies.spin)
     state_before, time = [state[i] for state in states], bodies.time[i]

@@ -55,7 +55,7 @@ class PairApproach(NamedTuple):
 class WallApproach(NamedTuple):
     """A disc that falls onto a wall.
 
-    `root` is its speed at contact times the normal's length, `wait` the time until contact in seconds.
+    `root` is the disc's speed at contact times the normal's length, and `wait` is the time until contact in seconds.
     """
 
     root: arb
@@ -93,8 +93,8 @@ class Meeting(NamedTuple):
         time: Ball that contains the time of impact; if undecided, the earliest possible time.
         latest: Float64 upper bound of `time`.
         decided: Whether the impact is certain.
-        resting: Whether the impact is undecided because the bodies may already be in contact. If False, it may be a
-            graze.
+        resting: Whether the impact is undecided because the bodies may already be in contact. If False, the meeting may
+            be a graze.
         turning: Whether the impact is undecided because a driven body may start its next leg earlier.
         proven: Whether the contact is certain, and only the order of impacts is undecided.
         near: Remaining approach; None for a straight obstacle that the disc approaches at constant speed.

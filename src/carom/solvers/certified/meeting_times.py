@@ -1,7 +1,7 @@
-"""Times, as balls, at which two bodies meet: certainly, certainly never, or undecided.
+"""Times, as balls, at which two bodies meet. A meeting is certain, certainly absent, or undecided.
 
 The time is the root of a quadratic (`docs/theory/pic.md`). The quadratic starts from a float64 instant that is a
-proven, close lower bound. So c is nearly 0, and the root has only the error of the distance.
+proven, close lower bound. So the constant term c is nearly 0, and the root has only the error of the distance.
 
 The path of a driven body is examined leg by leg. An impact on one leg must come before the next leg starts.
 """
@@ -63,7 +63,7 @@ def _meet_on_leg(bodies: BallBodies, disc: int, body: int, instant_s: float, leg
 
 
 def _meet_on_curves(bodies: BallBodies, i: int, j: int, instant_s: float, leg: BallLeg | None) -> Meeting | None:
-    """Return the impact of discs `i` < `j` with a curved path; None if there is certainly none."""
+    """Return the impact of discs `i` < `j` if a path is curved; None if there is certainly none."""
     law, (ax, ay), (bx, by) = bodies.laws.of_discs(i, j), bodies.acceleration_of(i), bodies.acceleration_of(j)
     pull = (bx - ax, by - ay)
     (xi, yi), (xj, yj) = bodies.centre(i, instant_s), bodies.centre(j, instant_s)

@@ -59,8 +59,8 @@ class Round(NamedTuple):
         radius2: Square of the radius of the wall's centre line, square metres; 0 for a vertex.
         inside: Whether this is the inner side of an arc.
         sector: Vectors from the centre to the start and end of the arc, counterclockwise; None for the whole circle.
-        stops2: Square of the arc's radius, for a point of an arc that stops discs too large for its inside; otherwise
-            0.
+        stops2: Square of the arc's radius if this is a point of an arc that stops discs too large for the arc's inside;
+            otherwise 0.
     """
 
     centre: Exact

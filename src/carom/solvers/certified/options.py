@@ -17,7 +17,7 @@ MOST_PRECISION_BITS = 2**20
 #: Different times don't agree in this many bits by chance, since the numbers of a scene have only 53 bits.
 TIE_BITS = 512
 
-#: Smallest limit of the precision: that of floats, rounded up to a machine word.
+#: Smallest limit of the precision: the precision of floats, rounded up to a machine word.
 LEAST_BITS = 64
 
 

@@ -122,7 +122,7 @@ class Recording:
         return build_mode_array(row.values for row in self.mode_rows) if self.mode_rows else None
 
     def last_s(self) -> float:
-        """Return the time of the last event, seconds; 0 before the first."""
+        """Return the time of the last event, seconds; 0 before the first event."""
         impacts, modes = self.rows[-1:], self.mode_rows[-1:]
         return max([0.0, *(row.values.time_s for row in impacts), *(row.values.time_s for row in modes)])
 
@@ -143,7 +143,7 @@ class Recording:
             self._pending.append(event)
 
     def convert(self) -> bool:
-        """Convert the added events. Return False if one is not known to the requested digits."""
+        """Convert the added events. Return False if an event is not known to the requested digits."""
         with ctx.workprec(self.bits):
             try:
                 return all(self._take(event) for event in self._pending)
@@ -192,7 +192,7 @@ class Recording:
         time, *after = +impact.time, *(+v for v in impact.after)
         t, t_radius = round_to_float(time)
         velocities = [to_vector(*after[:2]), to_vector(*after[2:])]
-        # These radii include float64 rounding. If the radii exceed the limit, check those of the balls alone.
+        # These radii include float64 rounding. If they exceed the limit, check the radii of the balls alone.
         widest = max(velocities[0].radius + velocities[1].radius)
         if self._speed_tolerance < widest and not all(v.rad() <= self._speed_tolerance for v in after):
             return False

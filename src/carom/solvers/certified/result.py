@@ -56,8 +56,8 @@ class Degeneracy:
         earliest_s: Lower bound of the event's time, seconds.
         latest_s: Upper bound of the event's time, seconds. The bound is infinity for a graze that may be no contact,
             and the time of the last counted impact for a collapse.
-        proven: Whether the kind of the event is proven by exact arithmetic. An event without proof is undecided, with
-            the state known to `bits` bits.
+        proven: Whether the kind of the event is proven by exact arithmetic. Without proof, the event is undecided
+            although the state is known to `bits` bits.
         bits: Accuracy of the state of the bodies, bits.
     """
 
@@ -77,10 +77,10 @@ class Degeneracy:
         return f"{self.kind.value}: {names}, {time_text} ({how})"
 
 
-class Undecided(Exception):  # noqa: N818 - not an error: a signal to look closer
+class Undecided(Exception):  # noqa: N818 - not an error: a signal that a higher precision may be needed
     """Signal that the present precision does not decide the next event.
 
-    `degeneracy` is reported if no precision decides it.
+    `degeneracy` is reported if no precision decides the event.
     """
 
     def __init__(self, degeneracy: Degeneracy) -> None:
@@ -94,7 +94,7 @@ class CertifiedTrace(ByValue, Drawn):
 
     Attributes:
         trace: The trace, with method "certified". The trace ends at the end of the scene or at the last certified
-            impact. The true value of each number is within its radius.
+            impact. The true value of each number differs from it by at most the number's radius.
         radii: Structured array like ``trace.impacts``, with a bound of each number's error including float64 rounding.
             The fields `first` and `second` contain the bodies.
         final_position_radius_m: Radii of `trace.final_position_m`, shape ``(n, 2)``.
@@ -145,7 +145,7 @@ def proven_decimal(value: float, radius: float) -> str:
     """Return a value with an error of at most `radius` as a decimal number with all proven digits.
 
     With k decimals the shown number differs from the true value by at most ``radius + 10^-k / 2``. k is chosen so that
-    this is at most one unit in the last digit. If no digit is proven, the text is a bound.
+    this difference is at most one unit in the last digit. If no digit is proven, the text is a bound.
     """
     if radius == 0.0:
         return repr(value)

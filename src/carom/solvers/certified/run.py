@@ -50,14 +50,14 @@ _GOES_ON = {
 class CertifiedRun:
     """A run of a scene with proven digits; implements `carom.solvers.run.Run`.
 
-    Advancing a run in pieces gives the same digits as in one piece. Radii can differ, since the precision depends on
-    the goal. A run that ended early can't be advanced further.
+    Advancing a run in pieces gives the same digits as advancing it in one piece. Radii can differ, since the precision
+    depends on the goal. A run that ended early can't be advanced further.
 
     Attributes:
         ending: How the last call of `advance_to` ended; None before the first call.
         degeneracy: The event that no precision decided; None without such an event.
         replays: Number of restarts at a higher precision.
-        precision_bits: Initial bits of the last attempt.
+        precision_bits: Initial precision of the last attempt, bits.
     """
 
     def __init__(self, scene: Scene, *, digits: int, max_precision_bits: int, tie_bits: int) -> None:

@@ -1,12 +1,12 @@
 """Selection of the next impact by certified comparisons.
 
-Each event has a lower bound of its time. The event with the smallest bound is solved in balls, which raises its bound.
-When the smallest bound belongs to a solved event, its rivals are solved as well: the events whose bounds do not exceed
-its time. The event is the next one if it certainly comes before each rival, or if its order with a rival does not
-matter. If neither is certain, the next impact is undecided.
+Each event has a lower bound of its time. To solve an event is to compute its time in balls, which raises its bound. The
+event with the smallest bound is solved. When the smallest bound belongs to a solved event, all rivals are solved as
+well: the events whose bounds do not exceed the time of the solved event. The solved event is next if, for each rival,
+it certainly comes first or their order does not matter. If neither is certain, the next impact is undecided.
 
 The bound of an unsolved event can be far from the impact, for example the start of both paths. A solution from such a
-bound only gives a better bound, from which the event is solved again when this bound is the smallest.
+bound only gives a better bound. When the better bound is the smallest, the event is solved again from it.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class OutOfTime(Exception):  # noqa: N818 - not an error: a signal to stop
 
 
 class Choice(NamedTuple):
-    """The next impact, and whether its order with the following one is unknown and irrelevant."""
+    """The next impact, and whether its order with the following impact is unknown and irrelevant."""
 
     meeting: Meeting
     commutes: bool
@@ -173,7 +173,7 @@ class Selection:
         """Return whether two discs are too far apart to meet in the window, for any result of the two impacts.
 
         After an impact with a partner of speed s, the speed of a disc of speed v is at most ``v + 2 (v + s)``. All
-        speeds are at most the fastest one. Friction adds at most twice the slip, which is at most ``2 (v + s)`` plus
+        speeds are at most the greatest speed. Friction adds at most twice the slip, which is at most ``2 (v + s)`` plus
         both rim speeds.
         """
         bodies = self.bodies
@@ -184,8 +184,8 @@ class Selection:
         fastest, speed_factor = fastest.sqrt().max(arb(bodies.fastest_drive)), 5
         if bodies.rubs:
             fastest, speed_factor = max([fastest, *(abs(bodies.rim_speed(k)).upper() for k in range(len(bodies)))]), 13
-        # Each disc moves at most at 5 (with friction 13) times the fastest speed, for twice the window plus the time
-        # from `instant_s`.
+        # Each disc moves at most at 5 times the greatest speed (13 times with friction), for twice the window plus the
+        # time from `instant_s`.
         length = 2 * (window.upper() - window.lower()) + abs(window - instant_s).upper()
         gained_speed = bodies.bound_acceleration() * (window.upper() + length)  # the velocities are values at time 0
         reach = bodies.laws.of_discs(i, j).reach + 2 * speed_factor * (fastest + gained_speed) * length

@@ -1,8 +1,9 @@
-"""Times at which a polynomial with ball coefficients changes from positive to negative, called falls.
+"""Falls: times at which a polynomial with ball coefficients changes from positive to negative.
 
-The time axis is halved until the polynomial or its slope certainly has one sign on each piece, by a Taylor expansion
-about the middle. A fall is certain if the polynomial is positive, then has only pieces of negative slope, and then is
-negative. A fall is uncertain if the polynomial comes too close to zero for the precision.
+The time axis is divided into halves until, on each piece, the polynomial or its slope certainly has one sign. A Taylor
+expansion about the middle of a piece decides this. A fall is certain if the polynomial is positive, then has only
+pieces of negative slope, and then is negative. A fall is uncertain if the polynomial comes too close to zero for the
+precision.
 """
 
 from __future__ import annotations
@@ -16,9 +17,9 @@ from carom.solvers.certified.ball_arithmetic import ZERO
 
 #: The lengths of the first pieces are the horizon times powers of two, with exponents from minus this number to 0.
 _FIRST = 8
-#: A piece is left undecided after _HALVINGS more halvings than half of the working precision in bits, enough to resolve
-#: a double zero. A piece is also left undecided if the polynomial changes by at most _BLUR times the radius of its
-#: balls.
+#: A piece is left undecided after _HALVINGS more halvings than half of the working precision in bits. This number is
+#: enough to resolve a double zero. A piece is also left undecided if the polynomial changes by at most _BLUR times the
+#: radius of its balls.
 _HALVINGS, _BLUR = 60, 4
 _INFINITY = float("inf")
 
@@ -100,7 +101,7 @@ def _find_parabola_falls(c: arb, b: arb, a: arb = ZERO) -> tuple[Fall, ...] | No
 
 
 def _find_fall(polynomial: arb_poly, sign: int, pending: list[_Piece], at_end: int) -> Fall | None:
-    """Return the fall on consecutive pieces between two known signs, if any. If `sign` is 0, the first is unknown."""
+    """Return the fall on consecutive pieces between two signs, if any. If `sign` is 0, the first sign is unknown."""
     slopes = {piece.slope for piece in pending}
     if slopes <= {1} or (at_end > 0 and 0 not in slopes) or (sign < 0 and 0 not in slopes):
         return None
@@ -111,7 +112,7 @@ def _find_fall(polynomial: arb_poly, sign: int, pending: list[_Piece], at_end: i
 
 
 def _split_time(polynomial: arb_poly, horizon: arb) -> Iterator[tuple[_Piece | None, int]]:
-    """Yield pieces of the time up to a horizon, in order, each with the polynomial's sign at its end; 0 if undecided.
+    """Yield pieces of the time up to a horizon, in order, each with the polynomial's sign at the end; 0 if undecided.
 
     None replaces a piece that certainly has no zero.
     """

@@ -2,8 +2,8 @@
 
 `limit_sticking` repeats the friction of impacts in `core/impact_law.h`.
 
-Forces are limited, which is a continuous operation. If it is undecided whether a force exceeds its limit, its ball
-covers both cases.
+Limiting a force is a continuous operation. If it is undecided whether a force exceeds its limit, the ball of the
+limited force covers both cases.
 """
 
 from __future__ import annotations

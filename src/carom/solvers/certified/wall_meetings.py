@@ -12,7 +12,7 @@ inner side at the later root. With gravity the time is a root at which a quartic
 
 A contact with a finite wall must be on the edge. Near an end of the edge it can be undecided which of two neighbouring
 edges the disc meets. The boundary of the thickened wall is smooth there, so the time and the state after the impact are
-the hulls for both edges.
+the hulls of the results for both edges.
 """
 
 from __future__ import annotations
@@ -202,12 +202,12 @@ def _round_of(bodies: BallBodies, second: int) -> Round:
 
 
 def _passes_stop(bodies: BallBodies, i: int, k: int, shape: Round) -> bool:
-    """Return whether an obstacle is an arc's end that disc `i` passes, because the disc fits inside the arc."""
+    """Return whether an obstacle is a stop of an arc that disc `i` passes, because the disc fits inside the arc."""
     return (Fraction(bodies.scene.discs[i].radius_m) + bodies.obstacles[k].half_width) ** 2 < shape.stops2
 
 
 def _fall_on_round(bodies: BallBodies, i: int, second: int, instant_s: float, leg: BallLeg | None) -> _Touch | None:
-    """Return the first contact of a falling disc with a circle that is on the edge; None if there is none."""
+    """Return the first contact, on the edge, of a falling disc with an obstacle's circle; None if there is none."""
     law, shape = bodies.laws.of_round(wall_index(second), bodies.scene.discs[i].radius_m), _round_of(bodies, second)
     if law.reach <= 0:
         return None
@@ -264,7 +264,7 @@ def _touch_round(bodies: BallBodies, i: int, second: int, instant_s: float, leg:
 
 
 def _locate_foot(stretch: Between, x: arb, y: arb) -> On:
-    """Return the position on an edge of a point's orthogonal projection."""
+    """Return whether a point's orthogonal projection is inside, outside or at an end of an edge."""
     (ax, ay), (bx, by) = stretch
     ex, ey = ball(bx - ax), ball(by - ay)
     after_begin = ex * (x - ball(ax)) + ey * (y - ball(ay))
@@ -297,7 +297,7 @@ def _locate_direction(sector: Between, x: arb, y: arb) -> On:
 
 
 def _does_graze(bodies: BallBodies, i: int, second: int) -> bool:
-    """Return whether a disc on its initial path only grazes a vertex, or an arc from outside, which is no impact.
+    """Return whether a disc on its initial path only grazes a vertex, or an arc from outside. This is no impact.
 
     The condition is ``u^2 (R + r)^2 = (d x u)^2``, where r is the radius plus the half width. The condition has the
     form ``A + B R = 0`` with rational A, B and R^2, so squaring gives an exact answer.

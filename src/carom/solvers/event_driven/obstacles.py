@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from carom.core.wall_features import Point
     from carom.model.disc_arrays import DiscArrays
 
-#: `MOST_OBSTACLES` of pic/state.h.
+#: Same as `MOST_OBSTACLES` of pic/state.h.
 MOST_OBSTACLES = 67_108_863
 #: Marks an end of a face at which the wall continues smoothly, without a vertex: `NO_OBSTACLE` of pic/state.h.
 NO_OBSTACLE = -1
@@ -66,7 +66,7 @@ class Obstacles:
         )
 
     def is_order_free(self, one: int, other: int, elastic: bool) -> bool:
-        """Return whether a disc that meets two features at one instant has the same result in either order."""
+        """Return whether the impacts of a disc on two features at one instant have the same result in either order."""
         first, second = self._finite[one][1], self._finite[other][1]
         return are_decidable(first.feature, second.feature, elastic=elastic)
 
@@ -82,7 +82,7 @@ class Obstacles:
 
     @cached_property
     def _lowest_edges(self) -> tuple[NDArray[np.void], NDArray[np.bool_]]:
-        """The lowest edge of each obstacle, and whether the obstacle has several. The last row is for no obstacle."""
+        """The lowest edge of each obstacle, and whether it is one of several edges. The last row is for no obstacle."""
         lowest = np.full(len(self.rows) + 1, np.array(NO_EDGE, EDGE_DTYPE))
         is_joined = np.zeros(len(lowest), bool)
         for obstacle, (_, part) in self._finite.items():

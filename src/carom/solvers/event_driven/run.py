@@ -22,9 +22,10 @@ if TYPE_CHECKING:
 
     from carom.solvers.run import Progress, Start
 
-#: Events per call of the kernel, which take about a tenth of a second. Progress and Ctrl-C are handled between calls.
+#: Number of events per call of the kernel. A call takes about a tenth of a second. Progress and Ctrl-C are handled
+#: between calls.
 _EVENTS = 100_000
-#: `Ending` of pic/state.h.
+#: Values of `Ending` of pic/state.h.
 _DONE, _LIMIT, _STANDSTILL, _PAUSE, _, _GLIDES, _CRUSHED, _, _AT_REST, _PRESSED, _CORNER, _EDGE = range(12)
 _OUTCOMES = {
     _DONE: Outcome.COMPLETED,
@@ -72,7 +73,7 @@ class EventDrivenRun:
             and contact time must be the same. Positions, velocities and spins are those of the state.
         cell_factor: Factor that multiplies the width of the search cells, at least 1; infinity for a single cell. The
             factor does not change the result.
-        all_pairs: Compute all pairs at each event, without cells, queue or stored predictions, with the same result.
+        all_pairs: Compute all pairs at each event, without cells, queue or stored predictions. The result is the same.
 
     Raises:
         InputError: The scene has damping, or a contact time with gravity or a table that slows discs. The walls have
@@ -148,7 +149,7 @@ class EventDrivenRun:
             self._ended, self.notes = resume.ended, resume.notes
 
     def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:
-        """Carry out every impact up to and including `time_s`, or until there have been `max_impacts` in all.
+        """Carry out every impact up to and including `time_s`. Stop earlier if the run has had `max_impacts` in all.
 
         Raises:
             InputError: `time_s` is NaN, or `max_impacts` is not a number of impacts. Two discs meet so far from the
@@ -253,9 +254,10 @@ def compute_standstill_limit(bodies: int) -> int:
     """Return the number of impacts at one instant that ends a run at a standstill.
 
     The limit must allow all finite sequences. n equal discs that touch in a line have at most n(n-1)/2 impacts at one
-    instant. Two discs with masses 1:100 in front of a wall have 31 impacts, with masses 1:10,000 314. For few bodies
-    the limit is a hundred times the square of their number, which takes milliseconds. For many bodies the limit is ten
-    million more impacts than a line has, which takes seconds.
+    instant. Two discs in front of a wall have 31 impacts if their masses are 1:100, and 314 impacts if their masses are
+    1:10,000. For few bodies the limit is a hundred times the square of their number. The run then computes these
+    impacts in milliseconds. For many bodies the limit is ten million more impacts than a line of discs has, which are
+    computed in seconds.
     """
     return min(100 * bodies**2, 10_000_000 + bodies**2 // 2)
 

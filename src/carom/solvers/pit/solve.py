@@ -26,11 +26,14 @@ if TYPE_CHECKING:
     from carom.solvers.units import RunInUnits, Units
 
 #: Skipping is turned off when the work that skipping wastes exceeds this many searches around all discs. A search
-#: around all discs takes place at the start and whenever bounds have expired. The number is a guess and not tuned.
+#: around all discs takes place at the start and whenever bounds have expired. The number is a guess that has not been
+#: tuned.
 MOST_WASTE = 2.0
-#: Tests per call of the loop, which take some hundredths of a second. Progress and Ctrl-C are handled between calls.
+#: Number of tests per call of the loop. A call takes some hundredths of a second. Progress and Ctrl-C are handled
+#: between calls.
 _WORK = 2.0**23
-#: A recorded contact stores its edge and its kind in one number, with this factor: see core/pit/chain_distance.h.
+#: A recorded contact stores one number: the edge times this factor, plus the kind of the edge. See
+#: core/pit/chain_distance.h.
 _EDGE_KINDS = 4
 
 

@@ -80,8 +80,8 @@ def run_algorithm_1(scene: Scene | str, *, frame_rate_hz: float | None = None) -
         frame_rate_hz: Frames a second; the scene's own by default.
 
     Raises:
-        InputError: The scene has more than discs and half-planes on straight paths, or the frame rate is not a
-            positive number.
+        InputError: The scene has anything but discs and half-planes on straight paths without friction, or the frame
+            rate is not a positive number.
     """
     scene = to_scene(scene)
     _require_simple(scene)
