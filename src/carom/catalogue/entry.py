@@ -211,7 +211,7 @@ def deviation(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
 
 
 def _list_values(trace: Trace, known: KnownAnswer, scene: Scene) -> Iterator[tuple[ArrayLike, ArrayLike | None, float]]:
-    """Yield each found value, the known one and their scale; infinity if a method does not report a known spin."""
+    """Yield each found value, the known value and their scale. A spin that is not reported counts as infinity."""
     velocities = [disc.velocity_m_s for disc in scene.discs]
     for impact in known.impacts:
         velocities += filter(None, (impact.velocity_first_after, impact.velocity_second_after))

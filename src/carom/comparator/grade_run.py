@@ -198,7 +198,7 @@ def _is_within_rounding(judged: JudgedRun, measured: Measured, rounding_s: float
 
 
 def _has_close_impacts(judged: JudgedRun, cost: SamplingCost) -> bool:
-    """Whether each time error is a small fraction of a step at most, and each other error that fraction of PIT's."""
+    """Whether time errors are at most a small fraction of a step, and other errors at most this fraction of PIT's."""
     step_s = judged.observed.dt_s or cost.dt_s
     scale_of_impacts, scales = judged.measured.own, judged.scales
     reliable_impacts = judged.compared.impacts
@@ -248,7 +248,7 @@ def _has_sampled_impacts(judged: JudgedRun, sampling: Measured, cost: SamplingCo
             return False
         if error.time_s < -rounding_s:
             # From the run's own state, sampling never finds an impact before it happens. If an impact is early only
-            # relative to the reference, late impacts before it shifted it, by at most their lateness.
+            # relative to the reference, previous impacts were late. The impact is early by at most their lateness.
             forward_s = earliest_s if math.isnan(local_s) else max(latest_s, earliest_s)
             if local_s < -rounding_s or not -error.time_s <= forward_s + rounding_s:
                 return False

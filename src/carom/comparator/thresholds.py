@@ -13,12 +13,12 @@ class Thresholds:
     """The smallest error that counts, for each kind of fault.
 
     Attributes:
-        rounding: Rounding of times over the scene's duration, velocities over its speed, and positions over its reach.
-            The solvers reproduce known answers with at most this error.
+        rounding: Rounding error of times over the scene's duration, of velocities over the scene's speed, and of
+            positions over the scene's reach. The solvers reproduce known answers with at most this error.
         rounding_32: The same error for a method that declares 32-bit floats: a hundred units in the last place.
-        close: Largest error of grade *close*: of a time over a step, of a velocity over the cost of sampling. To reach
-            a hundredth, a sampling method would have to check a hundred times per step. So a close method solves for
-            the instant, or cuts its steps.
+        close: Largest error of grade *close*: for a time, divided by a step; for a velocity, divided by the cost of
+            sampling. For an error of a hundredth of a step, a sampling method would have to check a hundred times per
+            step. So a close method solves for the instant, or cuts its steps.
         phases: Number of evenly spread phases of a step at which PIT is run for the cost of sampling. At one of these
             phases, each impact is found at most a sixteenth of a step before the latest possible instant. Misses are
             noticed if they occur at more than a sixteenth of all phases.

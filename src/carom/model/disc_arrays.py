@@ -59,7 +59,8 @@ class DiscArrays:
             for a disc that can't turn. None for 1/2 everywhere.
         friction: Coulomb's coefficient of every pair of discs, 0 or more.
         wall_friction: Coulomb's coefficient between any disc and any wall, 0 or more.
-        tangential_restitution: Tangential restitution of two discs, -1 to 1, if friction can stop their slip.
+        tangential_restitution: Tangential restitution of two discs, -1 to 1. The value applies if friction can stop the
+            slip of the discs.
         wall_tangential_restitution: Tangential restitution between any disc and any wall, -1 to 1.
         wall_materials: Coefficients of each wall; None if all walls have `wall_restitution` and `wall_friction`.
         wall_drives: Path of each wall; None if no wall is driven. `walls` has their positions at time 0.

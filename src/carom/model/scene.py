@@ -147,16 +147,16 @@ class Scene(Drawn, Model):
         wall_restitution: Coefficient of restitution between any disc and any wall, 0 to 1.
         friction: Coulomb's coefficient of friction of every pair of discs, 0 or more.
         wall_friction: Coulomb's coefficient of friction between any disc and any wall, 0 or more.
-        tangential_restitution: Tangential restitution of two discs, -1 to 1, if friction can stop their slip: 0 ends
-            the slip, 1 reverses it. Without friction it has no effect.
+        tangential_restitution: Tangential restitution of two discs, -1 to 1. The value applies if friction can stop the
+            slip of the discs: 0 ends the slip, and 1 reverses it. Without friction the value has no effect.
         wall_tangential_restitution: Tangential restitution between any disc and any wall, -1 to 1.
         gravity_m_s2: Uniform acceleration of every movable disc, metres a second squared.
         damping_per_s: Rate c of linear damping, 1/s, 0 or more: between impacts velocities and spins of all discs fall
             as ``exp(-c t)``. The rate must be 0 in a scene with gravity. See `docs/theory/damping.md`.
         wall_rolling_resistance: Coefficient c of rolling resistance between any disc and any wall, 0 or more. If a disc
-            of radius R presses on a wall with the force P, the wall resists its rotation with a torque of up to c P R.
-            The coefficient c is the tangent of the steepest slope on which a disc stays at rest. Rolling resistance
-            needs gravity, and `wall_tangential_restitution` must be 0. See `docs/theory/contact.md`.
+            of radius R presses on a wall with the force P, the wall resists the disc's rotation with a torque of up to
+            c P R. The coefficient c is the tangent of the steepest slope on which a disc stays at rest. Rolling
+            resistance needs gravity, and `wall_tangential_restitution` must be 0. See `docs/theory/contact.md`.
         table_deceleration_m_s2: Deceleration of discs that slide on a table, metres a second squared. The scene is then
             seen from above. A table excludes gravity, damping, spin, friction and driven bodies. See
             `docs/theory/contact.md`.

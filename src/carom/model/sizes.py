@@ -117,7 +117,8 @@ def count_steps(duration_s: float, dt_s: float) -> int:
     The last step may end after the duration.
 
     The quotient is computed exactly. Both numbers may be rounded, for example 1/240. So their quotient may differ from
-    the intended whole number, by a fraction of up to 2^-53 for each number. This rounding must not add a step.
+    the intended whole number, by a relative error of up to 2^-53 for each of the two numbers. This rounding must not
+    add a step.
 
     Raises:
         InputError: `dt_s` is not a finite number above 0, or it gives more than `carom.support.limits.MOST_STEPS`

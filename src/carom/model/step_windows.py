@@ -107,7 +107,8 @@ SLIP_DTYPE = np.dtype(
     ]
 )
 
-#: Successive steps in which two bodies rest on each other and a push is visible: the first and the last state.
+#: Successive steps in which two bodies rest on each other and a push is visible: the bodies, and the times of the first
+#: and the last state.
 REST_DTYPE = np.dtype([("first", "i8"), ("second", "i8"), ("begin_s", "f8"), ("end_s", "f8")])
 
 
@@ -155,14 +156,14 @@ class LocalTruth:
         meetings: Structured array of `MEETING_DTYPE`, the pairs of the windows.
         slips: Structured array of `SLIP_DTYPE`: the largest change of velocity, of spin and of position of each disc
             outside of windows and of rest. A disc has at most one row of each kind, and no row if it moved freely.
-        ahead: Number of velocity changes outside of windows that a contact margin explains: the engine reacted just
-            before the pair met.
+        ahead: Number of velocity changes, outside of windows, for which a contact margin is the cause: the engine
+            reacted just before the pair met.
         slip_counts: Two counts of steps, each summed over all discs: steps with a slip of velocity or spin, and steps
             with a slip of position.
         resting_steps: Number of steps, summed over all discs, in which a disc belonged to a resting pair.
         sunk_radii: Greatest depth to which a resting pair sank, over its contact distance; 0 if no pair sank.
-        sinks_s: First time at which a pair sank, within a step, deeper than a free fall in that step; NaN if there is
-            none.
+        sinks_s: First time at which a pair sank more in a step than by falling freely in that step; NaN if there is no
+            such time.
         polygon: Whether the method's paths are polygons. Under gravity, the end of a polygon's step is wrong by up to
             half of the fall in that step. With damping, it is wrong by up to half of the speed lost in the step, times
             the step size.

@@ -81,7 +81,7 @@ def solve_pic(
         record: Which impacts the trace contains: "all" or "none". Impacts of each disc are counted in any case.
         window_s: First and last time of impacts to keep, seconds.
         sample_times_s: Ascending times, seconds, at which the trace contains all positions.
-        contact_duration_s: Contact time of the TC model, seconds, which prevents inelastic collapse; 0 turns the model
+        contact_duration_s: Contact time of the TC model, seconds. The model prevents inelastic collapse; 0 turns it
             off.
         progress: Called at intervals with the number of impacts so far and the time reached.
 

@@ -138,7 +138,7 @@ class SeenLog:
 
     Args:
         log: The impacts of the wrapped run.
-        rows: Function that converts rows of impacts, of their spins, or of modes to those of the run.
+        rows: Function that converts rows of the wrapped run (impacts, their spins, or modes) to rows of the wrapper.
     """
 
     def __init__(self, log: RunImpacts, rows: SeenRows) -> None:

@@ -1,1 +1,1 @@
-"""Third stage of a comparison: errors of a run against the reference, against its own states, and of each step."""
+"""Third stage of a comparison: errors against the reference, against the run's own states, and of each step."""

@@ -49,8 +49,8 @@ class Consistency:
             of the flight.
         stamp_s: Largest time, seconds, by which the time stamp of an impact is outside of the run or of the step that
             reported the impact.
-        across: Largest part of a velocity change at an impact that is perpendicular to the impact's normal, over the
-            scene's speed. If the change points away from the normal, the whole change counts.
+        across: Largest component, perpendicular to the normal, of the velocity change at an impact, over the scene's
+            speed. If the change points away from the normal, the whole change counts.
         normal_rad: Largest angle between the normal of an impact and its velocity change, radians.
         normal_length: Largest difference between a normal's length and 1.
         momentum: Largest change of the velocity of two discs' centre of mass at their impact, over the scene's speed.
@@ -123,8 +123,8 @@ def _iterate_flights(trace: Trace, until_s: float) -> Iterator[Array]:
     """Yield the free flights of each disc, from impact to impact and from the last impact to the end, shape ``(6, k)``.
 
     The rows are the disc, the time at which the flight begins, and the deviations of velocity, rim speed and position
-    at the flight's end (NaN if the flight can't be followed). The last row is the distance by which a contact at either
-    end may have moved the disc.
+    at the flight's end (NaN if the flight can't be followed). The last row is the distance by which the contacts at
+    both ends may have moved the disc.
     """
     impacts, count = trace.impacts, len(trace.impacts)
     bodies = np.concatenate([impacts["first"], impacts["second"]])
@@ -304,10 +304,11 @@ def _measure_angular_error(trace: Trace) -> tuple[float, float, float]:
     An impulse at the contact has no moment about the contact. So friction changes two quantities of the first body by
     the same amount: the velocity perpendicular to the normal, and ``k R w`` (k is the inertia factor). For the second
     body, the change has the opposite sign. The result is divided by mass and radius, so it is in metres a second.
-    Sampling explains two effects. Bodies already overlap when they are found in contact, by at most their approach in a
-    step. An overlap can only shorten the lever arm. In a contact of several steps the normal turns. The velocity that
-    gravity adds perpendicular to the normal is allowed. Impacts whose velocity changes can't be separated are not
-    checked. Walls with rolling resistance are not checked either, because it changes angular momentum.
+    Sampling explains two effects. When bodies are found in contact, they already overlap, by at most the distance that
+    they approach in a step. An overlap can only shorten the lever arm. In a contact of several steps the normal turns.
+    The velocity that gravity adds perpendicular to the normal is allowed. Impacts whose velocity changes can't be
+    separated are not checked. Walls with rolling resistance are not checked either, because it changes angular
+    momentum.
     """
     impacts, start = trace.impacts, trace.scene.arrays
     before, after = velocities(impacts, "before"), velocities(impacts, "after")

@@ -3,8 +3,8 @@
 Observed states are compared with the reference's at the same instants. PIT has no lasting contact and lets discs bounce
 at its frames; its errors are the cost of sampling. Three further errors are allowed. An integrator that moves a disc at
 a constant speed for a whole step has a position error of ``dt / 2`` times the change of that speed. The velocities of
-such an integrator differ by the change that gravity and friction cause in a step, ``g dt (1 + f)``. In addition, an
-impact may be late by a step.
+such an integrator differ from the reference's by the change that gravity and friction cause in a step, ``g dt (1 +
+f)``. In addition, an impact may be late by a step.
 """
 
 from __future__ import annotations

@@ -41,7 +41,7 @@ class MeasuredRun(AlignedRun):
         sampling: Errors of PIT with the same step size against the reference; None without PIT.
         measured_against_pit: Errors of the run against that PIT run; None without PIT.
         sampling_cost: Largest errors of PIT over the phases of the step; None without PIT.
-        local: Errors of each impact of the run against the analytic answer from the run's own state before it.
+        local: Errors of each impact of the run against the analytic answer from the run's own state before the impact.
         convention: The admissible outcome that the run took if the reference is not unique; otherwise None.
         consistency: Contradictions within the run; None if the run has a number that is NaN or infinite.
         contact: Score of lasting contact; None without such contact, or if states were not kept.

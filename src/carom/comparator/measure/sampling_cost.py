@@ -38,7 +38,7 @@ OWN_KEPT = 256
 
 @dataclass(frozen=True)
 class SamplingCost:
-    """Errors of PIT with a step size: at one phase of the step, or the largest over several phases.
+    """Errors of PIT with one step size: at one phase of the step, or the largest errors at several phases.
 
     Arrays have shape ``(2, m)``, with a column for each reliable impact of the reference. The first row has velocity
     errors after the impact, over the scene's speed. The second row has errors of spin times radius, over the scene's
@@ -98,7 +98,8 @@ class SamplingCost:
         ends = [costs[0], *(cost for cost in costs[1:] if math.isfinite(cost.late_s))]
         names = ("energy", "final_position", "final_velocity", "final_spin")
         energy, place, velocity, spin = (max(getattr(cost, name) for cost in ends) for name in names)
-        # PIT's impacts are close if time errors are a small part of a step, and other errors that part of the cost.
+        # PIT's impacts are close if the time errors are a small part of a step, and all other errors are at most the
+        # same part of the cost up to the impact.
         part, rounding = THRESHOLDS.close, THRESHOLDS.rounding
         close = sum(
             cost.late_s <= part * cost.dt_s and bool(np.all(cost.errors <= part * errors + rounding)) for cost in costs

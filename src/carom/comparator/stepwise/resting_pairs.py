@@ -42,7 +42,7 @@ class RestHistory:
     Attributes:
         sunk_radii: Largest depth over the contact distance; 0 if no pair sank.
         sinks_s: Time at which a pair first sank deeper than a fall from rest in each step explains; NaN if no pair did.
-        held_s: Time intervals in which a pair rests and one of its bodies turns in each step, by pair.
+        held_s: For each pair, the time intervals in which the pair rests and one of its bodies turns in each step.
     """
 
     sunk_radii: float = 0.0

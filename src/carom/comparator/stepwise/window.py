@@ -104,7 +104,7 @@ class Window:
         return self.resting is not None and any(pair != self.resting for pair in self.chain.pairs)
 
     def is_ahead(self, state: BodyStates, impact: Met) -> bool:
-        """Whether the bodies of a state's pair are apart and closing, on the side on which they meet in PIC."""
+        """Whether a pair will still meet in a state: the bodies are apart and closing, on the same side as in PIC."""
         contact = state.measure_separation(impact.pair)
         along = contact.normal[0] * impact.contact.normal[0] + contact.normal[1] * impact.contact.normal[1]
         return contact.gap >= -self.touching and contact.closing > 0.0 and along > 0.0

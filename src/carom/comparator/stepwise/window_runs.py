@@ -60,7 +60,7 @@ def simulate_pic(
 
 
 def simulate_pit(start: BodyStates, pairs: Sequence[Pair], seconds: float, dt_s: float, first_s: float) -> list[Met]:
-    """Return PIT's impacts from a state, with the first frame `first_s` later and then one per step."""
+    """Return PIT's impacts from a state. The first frame is `first_s` later. Then there is one frame per step."""
     state, now_s, impacts = start.copy(), 0.0, list[Met]()
     looks = math.floor((seconds - first_s) / dt_s * TOUCH) + 1 if first_s <= seconds else 0
     for look in range(looks):

@@ -29,9 +29,9 @@ _DISTANCES = 2**20
 def find_near_pairs(position_m: Floats, reach_m: Floats, movable: Flags) -> Iterator[Pairs]:
     """Yield pairs of discs whose distance is at most the sum of their reaches, and of which at least one is movable.
 
-    The pairs come in blocks. The number of pairs in a block exceeds the number of discs by some ten thousand at most.
-    Blocks are ordered by the second disc, so a caller that needs only the first pairs can stop early. A pair whose sum
-    of reaches is negative is never near. The test is ``dx * dx + dy * dy <= reach * reach``, in floats.
+    The pairs come in blocks. The number of pairs in a block exceeds the number of discs by at most 65,536. Blocks are
+    ordered by the second disc, so a caller that needs only the first pairs can stop early. A pair whose sum of reaches
+    is negative is never near. The test is ``dx * dx + dy * dy <= reach * reach``, in floats.
 
     Args:
         position_m: Centres, metres, shape ``(n, 2)``.

@@ -154,7 +154,8 @@ class ContactStates:
     Attributes:
         gliding: The contact of each disc; None for a disc in flight.
         bounces: The last impact of each disc on a straight obstacle.
-        landings: End of each disc's bounces, if it certainly comes before all other events of the disc; else None.
+        landings: End of each disc's bounces, if this end certainly comes before all other events of the disc; else
+            None.
         stops: Time at which the table's friction stops each disc; None for a disc at rest, or without table friction.
         launched: The launch of each disc that has left the end of a face; None for other discs.
         barred: Body numbers of obstacles that each disc cannot meet during its present motion.

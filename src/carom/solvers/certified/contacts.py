@@ -6,7 +6,7 @@ to the disc's wall. The disc's path has an acceleration that the contact determi
 from its wall. After the impact the disc returns to the wall or stays free. An undecided event ends the run and is
 reported.
 
-Bounces are applied one by one until the remaining ones are shorter than the requested digits can resolve. If all
+Bounces are applied one by one until the remaining bounces take less time than the requested digits can resolve. If all
 remaining bounces certainly slip in one direction, or all certainly stick, they are summed as a geometric series.
 """
 

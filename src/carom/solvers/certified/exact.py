@@ -59,7 +59,7 @@ def do_graze(bodies: BallBodies, i: int, j: int) -> bool:
 def does_graze_wall(bodies: BallBodies, i: int, k: int) -> bool:
     """Return whether a falling disc on its initial path turns back exactly where it touches a half-plane.
 
-    The condition is ``s^2 = 2 a (P - r |n|)``, with s, a and P the speed, gravity and the centre's offset along n.
+    The condition is ``s^2 = 2 a (P - r |n|)``, where s, a and P are the speed, gravity and the centre's offset along n.
     """
     offset, rim2, toward = _find_root_form(bodies, i, wall_body(k))
     pull = dot(bodies.scene.gravity_m_s2, _plane_of(bodies, wall_body(k)).normal)

@@ -132,7 +132,8 @@ def _apply_impact(bodies: BallBodies, meeting: Meeting) -> BallImpact:
 def _apply_impact_at_joint(bodies: BallBodies, meeting: Meeting, seam: Seam) -> BallImpact:
     """Apply an impact at the joint of two obstacles.
 
-    The disc's new state is the hull of two states: after an impact on the one obstacle, and on the other.
+    The disc's new state is the hull of two states: the state after an impact on the one obstacle, and the state after
+    an impact on the other.
     """
     i, states = meeting.first, (bodies.x, bodies.y, bodies.vx, bodies.vy, bodies.spin)
     state_before, time = [state[i] for state in states], bodies.time[i]

@@ -96,7 +96,7 @@ class Laws:
         return law
 
     def of_straight(self, k: int, radius: float | None) -> WallLaw:
-        """Return the constants of the k-th obstacle, a half-plane or a face, for discs of a radius (None for 0).
+        """Return the constants of the k-th obstacle, a half-plane or a face, for discs of a given radius (None for 0).
 
         The half-plane is ``(p - q).n >= 0``. The direction of the stored normal is exact, but rounding makes its length
         differ from 1. So distances are divided by ``|n|``, and reflections by ``|n|^2``.
@@ -121,7 +121,7 @@ class Laws:
         return law
 
     def of_round(self, k: int, radius: float) -> RoundLaw:
-        """Return the constants of the k-th obstacle, a vertex or an arc, for discs of a radius."""
+        """Return the constants of the k-th obstacle, a vertex or an arc, for discs of a given radius."""
         law = self._of_round.get((k, radius))
         if law is None:
             obstacle = self._obstacles[k]

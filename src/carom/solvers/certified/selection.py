@@ -2,11 +2,13 @@
 
 Each event has a lower bound of its time. To solve an event is to compute its time in balls, which raises its bound. The
 event with the smallest bound is solved. When the smallest bound belongs to a solved event, all rivals are solved as
-well: the events whose bounds do not exceed the time of the solved event. The solved event is next if, for each rival,
-it certainly comes first or their order does not matter. If neither is certain, the next impact is undecided.
+well: the events whose bounds do not exceed the time of the solved event. The solved event is next if it certainly comes
+before each rival, except for rivals whose order with it does not matter. If neither is certain, the next impact is
+undecided.
 
-The bound of an unsolved event can be far from the impact, for example the start of both paths. A solution from such a
-bound only gives a better bound. When the better bound is the smallest, the event is solved again from it.
+The bound of an unsolved event can be much earlier than the impact. For example, it can be the start of both paths. A
+solution from such a bound only gives a better bound. When the better bound is the smallest, the event is solved again
+from it.
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ from carom.solvers.certified.ball_arithmetic import ZERO
 
 #: The lengths of the first pieces are the horizon times powers of two, with exponents from minus this number to 0.
 _FIRST = 8
-#: A piece is left undecided after _HALVINGS more halvings than half of the working precision in bits. This number is
+#: A piece is left undecided after _HALVINGS + p / 2 halvings, where p is the working precision in bits. This number is
 #: enough to resolve a double zero. A piece is also left undecided if the polynomial changes by at most _BLUR times the
 #: radius of its balls.
 _HALVINGS, _BLUR = 60, 4

@@ -7,8 +7,8 @@ A disc meets a face like a half-plane. With gravity the gap to a line is ``w + s
 its derivative is ``+-sqrt(D)`` with ``D = s^2 - 2 a w``. At an impact the derivative is negative, so the only possible
 time is ``(-s - sqrt(D)) / a``.
 
-A disc meets a vertex or an arc's outer side like another disc, at the earlier root of ``|d + t u| = R``, and an arc's
-inner side at the later root. With gravity the time is a root at which a quartic decreases.
+A disc meets a vertex or an arc's outer side like another disc: at the earlier root of ``|d + t u| = R``. The disc meets
+an arc's inner side at the later root. With gravity the time is a root at which a quartic decreases.
 
 A contact with a finite wall must be on the edge. Near an end of the edge it can be undecided which of two neighbouring
 edges the disc meets. The boundary of the thickened wall is smooth there, so the time and the state after the impact are

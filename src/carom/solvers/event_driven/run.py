@@ -76,9 +76,10 @@ class EventDrivenRun:
         all_pairs: Compute all pairs at each event, without cells, queue or stored predictions. The result is the same.
 
     Raises:
-        InputError: The scene has damping, or a contact time with gravity or a table that slows discs. The walls have
-            too many sides and vertices. Discs given as arrays overlap. An option is outside its range. `resume` is the
-            state of a run with other discs, walls or coefficients; the message names the difference.
+        InputError: The scene has damping. A contact time is given, and the scene has gravity or a table that slows
+            discs. The walls have too many sides and vertices. Discs given as arrays overlap. An option is outside its
+            range. `resume` is the state of a run with other discs, walls or coefficients; the message names the
+            difference.
 
     Examples:
         >>> run = carom.EventDrivenRun(carom.scene("classics/gas"))
@@ -256,8 +257,8 @@ def compute_standstill_limit(bodies: int) -> int:
     The limit must allow all finite sequences. n equal discs that touch in a line have at most n(n-1)/2 impacts at one
     instant. Two discs in front of a wall have 31 impacts if their masses are 1:100, and 314 impacts if their masses are
     1:10,000. For few bodies the limit is a hundred times the square of their number. The run then computes these
-    impacts in milliseconds. For many bodies the limit is ten million more impacts than a line of discs has, which are
-    computed in seconds.
+    impacts in milliseconds. For many bodies the limit is ten million above the number for a line of discs. The run
+    computes these impacts in seconds.
     """
     return min(100 * bodies**2, 10_000_000 + bodies**2 // 2)
 
