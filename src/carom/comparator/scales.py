@@ -28,7 +28,7 @@ class Scales:
         time_s: The scene's duration.
         energy_j: The larger of two energies: the kinetic energy of the movable discs at the start, including rotation;
             and the work of driven bodies, whose magnitude is summed over the reference's impacts.
-        reach_m: Upper bound on the magnitude of a coordinate. The rounding of positions is proportional to it.
+        reach_m: Upper bound on the magnitude of a coordinate. The rounding of positions is proportional to this bound.
     """
 
     length_m: float

@@ -66,7 +66,7 @@ class Slowing:
         return speed / self.table_m_s2 if self.table_m_s2 and speed else math.inf
 
     def compute_kept_fractions(self, seconds: Array, speed: Array) -> Array:
-        """Return what `compute_kept_fraction` returns, for arrays of times and speeds that broadcast."""
+        """Return the results of `compute_kept_fraction` for arrays of times and speeds that broadcast."""
         if not self.table_m_s2:
             return np.exp(-self.damping.per_s * seconds)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -75,7 +75,7 @@ class Slowing:
         return fractions
 
     def compute_flown_times(self, seconds: Array, speed: Array) -> Array:
-        """Return what `compute_flown_time` returns, for arrays that broadcast. With damping, times must be >= 0."""
+        """Return the results of `compute_flown_time` for arrays that broadcast. With damping, times must be >= 0."""
         if not self.table_m_s2:
             return self.damping.to_undamped_array(seconds)
         with np.errstate(divide="ignore", invalid="ignore"):

@@ -16,7 +16,7 @@ from carom.support.equality import ByValue
 
 @dataclass(frozen=True, eq=False)
 class Flight(ByValue):
-    """A disc's path between two of its impacts or modes, with the trace's velocities.
+    """A disc's path between two of the disc's impacts or modes. Velocities are those of the trace.
 
     The start and the end of the run count as impacts here.
 

@@ -139,7 +139,7 @@ class Chain(_Common):
         half_width_m: The wall consists of all points within this distance of the line, metres. Ends and corners are
             therefore round.
         solid: Whether the inside of a closed chain is also part of the wall, so that no disc may begin there.
-        pieces: Number of pieces into which each edge is cut for engines. PIC and PIT ignore it.
+        pieces: Number of pieces into which each edge is cut for engines. PIC and PIT ignore this number.
         restitution: Coefficient of restitution between this wall and any disc, 0 to 1; None for the scene's.
         friction: Coulomb's coefficient of friction between this wall and any disc, 0 or more; None for the scene's.
         velocity_m_s: Velocity of a driven wall, which impacts don't change. The other fields give its position at time

@@ -128,7 +128,7 @@ class _Bodies:
 
 
 def measure_local_errors(trace: Trace, scales: Scales) -> LocalErrors:
-    """Measure the error of each impact of a trace from the trace's own state before it.
+    """Measure the error of each impact of a trace against PIC from the trace's own state before the impact.
 
     Only straight paths are measured. Scenes with gravity, damping or a table have other paths.
     """

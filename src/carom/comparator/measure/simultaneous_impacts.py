@@ -148,7 +148,7 @@ def find_first_group(reference: Trace) -> Group | None:
 
 
 def find_admissible_outcomes(scene: Scene, group: Group, speed_m_s: float) -> tuple[AdmissibleOutcome, ...]:
-    """Return the distinct admissible outcomes of a shared instant; none if there are too many.
+    """Return the distinct admissible outcomes of a shared instant; an empty tuple if there are too many.
 
     Args:
         scene: The scene.

@@ -56,8 +56,8 @@ class LocalScore:
         restitution: Median and worst absolute error of the effective restitution; NaN if there is none.
         energy: Energy that the run gains or loses, beyond what PIT gains or loses from the same states, over the
             scene's energy.
-        slipped: Largest change of a velocity or rim speed without a body near, over the disc's own speed. Only changes
-            that are too small to be an invented turn count.
+        slipped: Largest change of a velocity or rim speed without a body near, over the disc's own speed. Changes that
+            are large enough for an invented turn are excluded.
         drifts: Number of steps, summed over all discs, in which the change of a disc's position did not follow from the
             disc's velocity.
         drift: The largest such deviation of a position, over the scene's length.

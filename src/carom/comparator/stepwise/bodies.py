@@ -207,7 +207,7 @@ class BodyStates:
             passed, leaving, last = passed + stops, None, NO_FEATURE
 
     def compute_undamped_wait(self, pair: Pair, last: int) -> float:
-        """Return the result of `compute_wait` without damping. Driven bodies are taken to keep their velocity."""
+        """Return the result of `compute_wait` without damping. Driven bodies count as keeping their velocity."""
         (i, j), bodies = pair, self.bodies
         (x, y), (vx, vy), radius = self.xy[i], self.velocity[i], bodies.radius[i]
         if j >= bodies.n:

@@ -43,7 +43,7 @@ _get_row = attrgetter(*(WINDOW_DTYPE.names or ()))
 
 
 def compute_local_truth(scene: Scene, states: States, *, dt_s: float, float_bits: int = 64) -> LocalTruth:
-    """Compare each step of a run with PIC from the run's own state at its start.
+    """Compare each step of a run with PIC from the run's own state at the step's start.
 
     Args:
         scene: The scene.

@@ -21,7 +21,7 @@ _RESTING = 1e-3
 
 @dataclass(frozen=True)
 class Difference:
-    """Differences of velocities, rim speeds and positions from PIC's state after some impacts, and PIC's state."""
+    """Differences of a state from PIC's in velocity, rim speed and position, the number of impacts, and PIC's state."""
 
     velocity: float
     spin: float

@@ -222,7 +222,7 @@ def _find_facing(rows: Iterable[ImpactRecord], body: int, disc: int) -> _Facing:
 
 
 def _find_obstacle(bodies: BallBodies, end: _Facing) -> Obstacle | None:
-    """Return the obstacle, placed as at time 0, that the outer disc of a row meets; None if the disc meets a disc."""
+    """Return the obstacle, as at time 0, that the outer disc of a row meets; None if that disc meets another disc."""
     if end.body >= 0:
         return None
     of_wall = [obstacle for obstacle in bodies.obstacles if obstacle.wall == wall_index(end.body)]

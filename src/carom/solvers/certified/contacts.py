@@ -195,7 +195,7 @@ class BallContacts:
     def start_mode(
         self, i: int, ground: BallGround, time: arb, instant_s: float, state: GlideState, before: Mode | None = None
     ) -> BallMode:
-        """Start a contact mode of disc `i` with a state at a time."""
+        """Start a contact mode of disc `i` from a given state at a given time."""
         bodies = self._bodies
         gliding, material = self._states.gliding[i], bodies.materials[bodies.obstacles[wall_index(ground.body)].wall]
         if before is None:

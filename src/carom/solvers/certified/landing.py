@@ -71,8 +71,8 @@ def _sum_reversing_bounces(
     Let r be the slip over the speed of approach. A bounce and its hop change r to ``(g(r) + A) / e``. With b the
     tangential restitution and ``C = f (1 + e)(1 + y)``, g is ``-b r`` up to ``|r| = C / (1 + b)``, and r minus C
     beyond. So r stays within ``R = (C - |A|) / (1 - e)`` if ``|b| C / (1 + b) + |A|`` is at most ``e R``. Then the slip
-    and the speed of approach go to 0 together, whether bounces slide or stick. Friction does not change ``y u - q``,
-    which gives the speed.
+    and the speed of approach go to 0 together, whether bounces slide or stick. The speed follows from ``y u - q``,
+    which friction does not change.
 
     Otherwise some slip remains if the slip is larger than what all these impacts can remove. The remaining slip is
     uncertain by this amount.

@@ -94,7 +94,7 @@ class CertifiedTrace(ByValue, Drawn):
 
     Attributes:
         trace: The trace, with method "certified". The trace ends at the end of the scene or at the last certified
-            impact. The true value of each number differs from it by at most the number's radius.
+            impact. Each number differs from its true value by at most its radius.
         radii: Structured array like ``trace.impacts``, with a bound of each number's error including float64 rounding.
             The fields `first` and `second` contain the bodies.
         final_position_radius_m: Radii of `trace.final_position_m`, shape ``(n, 2)``.
