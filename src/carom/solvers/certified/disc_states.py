@@ -303,7 +303,7 @@ class BallBodies:
         return x + self.gravity[0] * half_square, y + self.gravity[1] * half_square
 
     def velocity(self, i: int, time: arb, instant_s: float) -> tuple[arb, arb]:
-        """Return the velocity of disc `i` at `time` relative to the walls. A driven disc is on the leg at `instant_s`."""
+        """Return the velocity of disc `i` at `time`, relative to walls. A driven disc is on its leg at `instant_s`."""
         if not self.movable[i] and (leg := self.legs_after(i, instant_s)[0]) is not None:
             return leg.vx, leg.vy
         if (acceleration := self.acceleration[i]) is not None:
