@@ -81,7 +81,8 @@ def build_film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation
     if (fault := find_first_fault(rows)) is not None:
         failing, index = rows[fault]["bodies"], rows[fault].get("at")
         held_s = find_pause_time(rows[fault], None if index is None else places[index][2], observed)
-        middle = run_tracks[failing[0]].at(np.array([held_s]))[0] if index is None else np.array(places[index][:2])
+        first: Track = run_tracks[failing[0]]
+        middle = first.positions_at(np.array([held_s]))[0] if index is None else np.array(places[index][:2])
         reach = _REACH * max(scene.discs[body].radius_m for body in failing if body >= 0)
         if _compute_inset_side(limits) >= _MAGNIFIES * 2.0 * reach:
             magnified = (middle - reach, middle + reach)

@@ -6,7 +6,7 @@ import json
 import re
 import sys
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from html import unescape
 from pathlib import Path
 
@@ -24,6 +24,7 @@ import carom
 from carom import Scene
 from carom.catalogue import find_scenes
 from carom.errors import InputError, MissingExtraError
+from carom.model.trace import ImpactRecord, build_impact_array
 from carom.studies.cross_check import film as films
 from carom.studies.cross_check.replay import Replay
 
@@ -233,6 +234,25 @@ def test_film_of_large_discs_has_no_inset() -> None:
     made = films.build_film(shown.reference, shown.observed, shown.score)
     assert made._fig.axes[1].child_axes == []  # type: ignore[attr-defined]  # noqa: SLF001
     made._draw_was_started = True  # type: ignore[attr-defined]  # noqa: SLF001 - it was looked at, and need not warn
+
+
+def test_film_of_an_invented_impact_magnifies_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A film whose first fault is an impact that PIC does not have pauses at it, around the first disc of the run."""
+    scene = staged("invented", disc_at(0, 0, 1, r=0.1), disc_at(3, 1, r=0.1), duration_s=2.0, frame_rate_hz=3.0)
+    run = carom.solve_pit(scene)
+    record = ImpactRecord(1.0, 0, 1, (1.0, 0.0), (1.0, 0.0), (0.0, 0.0), (1.0, 0.0), (0.0, 0.0))
+    invented = replace(run, impacts=build_impact_array([record]))
+    shown = carom.replay(carom.solve_pic(scene), invented)
+    assert shown.score.spurious == (0,)
+    regions = list[tuple[object, object]]()
+    draw = films._draw_inset  # noqa: SLF001 - its region is what counts
+    monkeypatch.setattr(
+        films, "_draw_inset", lambda axes, region, limits: regions.append(region) or draw(axes, region, limits)
+    )
+    made = films.build_film(shown.reference, shown.observed, shown.score)
+    made._draw_was_started = True  # type: ignore[attr-defined]  # noqa: SLF001 - it was looked at, and need not warn
+    ((low, high),) = regions
+    assert 0.5 * (np.asarray(low) + np.asarray(high)) == pytest.approx(np.array([1.0, 0.0]))
 
 
 @pytest.mark.long
