@@ -25,7 +25,7 @@ static void *carom_enlarge(void *memory, size_t used, size_t size) {
     }
 #endif
     (void)used;
-    if (size == 0) { /* `realloc` need not free it */
+    if (size == 0) { /* `realloc` with size 0 need not free the memory */
         free(memory);
         return NULL;
     }

@@ -6,13 +6,13 @@
    This header has the structs that both solvers share; pic/state.h has those of PIC, and pit/state.h those of PIT.
    docs/theory/pic.md derives the formulas and explains the algorithms.
 
-   UNITS are metres, seconds, kilograms and radians. A time is counted from the start of the run, from the present epoch
-   (clock.h) or from now. The comment next to it says which.
+   UNITS are metres, seconds, kilograms and radians. Each time is counted from one of three instants: the start of the
+   run, the start of the present epoch (clock.h), or now. The comment next to the time states which.
 
-   BODIES are numbered as in `carom.model.trace`: disc i is i, wall k is -1 - k. A wall is a half-plane, a circle, or a
-   chain of edges and arcs. The parts of a wall that a disc can hit are its features: half-planes, faces, vertices, and
-   the outside or inside of arcs. Where features are the obstacles, obstacle k is written as -1 - k, too. A driven body
-   follows a given path.
+   BODIES are numbered as in `carom.model.trace`: disc i has the number i, and wall k the number -1 - k. A wall is a
+   half-plane, a circle, or a chain of edges and arcs. The parts of a wall that a disc can hit are its features:
+   half-planes, faces, vertices, and the outside or inside of arcs. If features are the obstacles, obstacle k also has
+   the number -1 - k. A driven body follows a given path.
 
    A RUN OF PIC calls these functions:
 
@@ -30,16 +30,16 @@
    is known; a disc has no prediction yet. The second sort changes a motion: two discs collide; a disc hits an obstacle;
    a mode of contact, or a motion on a table, ends.
 
-   Several events may have the same instant. Then predictions are settled first. Next, motions end, in the order of the
-   discs. Last, impacts are applied in the order of (first, second). `first` is the lower number of two discs, or the
-   disc at a wall, so a disc hits walls before discs. `Trace.ambiguous` lists the impacts whose result depends on this
-   order.
+   Several events may have the same instant. Then events that change predictions come first. The ends of motions come
+   next, in the order of the discs' numbers. Impacts come last, in the order of (first, second). `first` is the lower
+   number of two discs, or the number of a disc at a wall. For the same `first`, walls come before discs, because their
+   numbers are negative. `Trace.ambiguous` lists the impacts whose result depends on this order.
 
    INVARIANTS, which every change must keep:
 
-   - For any two discs, the later of their two predictions uses the present paths of both. The smaller of their two
-     predicted times is therefore never later than their impact. A prediction is stale if the partner's path has changed
-     since.
+   - Each disc has a prediction. For any two discs, the later of their two predictions uses the present paths of both.
+     The smaller of their two predicted times is therefore never later than their impact. A prediction is stale if the
+     partner's path has changed since the prediction was made.
    - The time of impact of two discs depends on their two paths only. It is counted from the later of the times at which
      these paths began.
    - Cells, bounds, prefetching, skipped frames and pauses decide when something is computed, and never change a result.
@@ -48,27 +48,25 @@
      tolerances.
    - Floating-point operations are neither reordered nor fused, and only correctly rounded operations are used. Results
      have the same bits on every machine and in WebAssembly.
-   - The core does not call an allocator. Rows of fixed number are in one arena, and the function `Resize` supplies
-     memory that grows. There is no global state, no input and no output.
+   - The core does not call an allocator. Rows whose number is fixed are in one arena, and the function `Resize`
+     supplies memory that grows. There is no global state, no input and no output.
    - Instants of discs that accelerate are pairs of floats (arithmetic/double_double.h). Runs without acceleration begin
      a new epoch after 32 impacts per disc, so that times stay short and precise (clock.h).
    - Quantities that the physical law makes 0 are stored as facts and not computed. These are the gap and the normal
      speed of a disc in contact, the slip of a rolling disc, and the normal speed of two bodies that touch after an
      impact with restitution 0 (touched_bodies.h).
 
-   FILES. Each header contains the inlined functions of one concept. A header includes its foundations, and these
-   include theirs: constants.h brings the C library, pic/state.h and pit/state.h the shared structs.
+   FILES. Each header contains the inlined functions of one concept. A header includes the headers that it needs
+   directly, and through them all others: constants.h includes the C library, and pic/state.h and pit/state.h include
+   the shared structs.
 
    Shared by both solvers
-     constants.h                  constants, each with its unit and reason; macros for compilers
-     run_input.h                  the input of a run
-     feature.h                    features of walls, and a disc relative to a wall
-     impact_law.h                 restitution and friction in an impact
-     wall_contact_law.h           Coulomb's law for a disc that is pressed against a straight wall
-     damping.h                    linear damping as a change of time
-     touched_bodies.h             bodies that a disc touches without normal speed
-     impact_record.h              recorded impacts: resolution of their times, which are ambiguous, rows
-   arithmetic/: numbers that floats do not represent
+     constants.h constants, each with its unit and reason; macros for compilers run_input.h the input of a run feature.h
+     features of walls, and a disc relative to a wall impact_law.h restitution and friction in an impact
+     wall_contact_law.h Coulomb's law for a disc that is pressed against a straight wall damping.h linear damping as a
+     substitution of the time touched_bodies.h bodies that a disc touches without normal speed impact_record.h recorded
+     impacts: resolution of their times, ambiguity, rows
+   arithmetic/: numbers that one float cannot represent
      arithmetic/double_double.h   pairs: numbers as sums of two floats; error-free sums and products; instants
      arithmetic/exponentials.h    exp, expm1 and log1p, rounded to the nearest float
      arithmetic/wide_integer.h    integers of 256 bits, for exponentials that are hard to round
@@ -168,12 +166,13 @@ enum {
 typedef void *(*Resize)(void *memory, size_t used, size_t size);
 
 typedef struct Arena { /* one block of memory for all rows whose number is fixed */
-    /* NULL to measure. A `lay_out` function runs twice: first it computes the size, then it places the rows */
+    /* NULL while the size is computed. A `lay_out` function runs twice: first it computes the size, then it places the
+       rows */
     char *memory;
     size_t used; /* bytes */
 } Arena;
 
-/* Reserve `size` bytes for rows and return where they begin, which is at a cache line. */
+/* Reserve `size` bytes for rows. Return the address of the first byte, which is the start of a cache line. */
 static inline void *reserve_bytes(Arena *arena, size_t size) {
     void *begin = arena->memory == NULL ? NULL : arena->memory + arena->used;
     arena->used += (size + 63) / 64 * 64;
@@ -204,11 +203,11 @@ typedef struct Point {
 } Point;
 
 typedef struct Leg { /* part of a driven body's path with constant velocity */
-    double begin;    /* since the epoch */
+    double begin;    /* seconds since the epoch */
     double end;      /* INF for the last leg */
-    double begins;   /* `begin` and `end`, since the start */
+    double begins;   /* `begin` and `end`, counted from the start of the run */
     double ends;
-    double moved_x; /* displacement of the body at the begin of the leg, metres */
+    double moved_x; /* displacement of the body at the start of the leg, metres */
     double moved_y;
     double vx;
     double vy;
@@ -222,7 +221,7 @@ static inline Point displacement_on(const Leg *leg, double time) {
 
 typedef struct Turning { /* rotation of a disc, in a scene with spin */
     double spin;         /* radians per second, counterclockwise */
-    /* 1/k, with k the moment of inertia over mass times radius squared; 0: the disc never turns */
+    /* 1/k, where k is the moment of inertia divided by mass times radius squared; 0 if the disc never turns */
     double inverse_inertia_ratio;
 } Turning;
 
@@ -237,7 +236,8 @@ typedef struct ContactFriction { /* friction between two bodies in contact */
 typedef struct Law {
     double restitution; /* between two discs */
     double wall_restitution;
-    /* of the TC model, seconds; 0 if unused. An impact this soon after the disc's last one loses no energy */
+    /* contact duration of the TC model, seconds; 0 if unused. An impact that follows the disc's last one within this
+       time loses no energy */
     double contact_duration;
     ContactFriction contact; /* between two discs */
     ContactFriction wall_contact;
@@ -282,7 +282,7 @@ typedef struct Contact {
     int64_t feature; /* number of the feature, or NO_FEATURE if the second body is a disc */
 } Contact;
 
-typedef struct LastContact { /* data of an impact of a disc with which its next impact is compared */
+typedef struct LastContact { /* data of a disc's impact, for comparison with its next impact */
     double latest;           /* upper bound of its time since the start; -INF for none */
     double nx;
     double ny;
@@ -290,12 +290,14 @@ typedef struct LastContact { /* data of an impact of a disc with which its next 
     bool elastic; /* whether the wall loses no energy */
 } LastContact;
 
-typedef struct Recent { /* earlier impacts of a disc that decide if its next one is ambiguous: see impact_record.h */
+/* earlier impacts of a disc that decide whether its next one is ambiguous: see impact_record.h */
+typedef struct Recent {
     LastContact furthest;
     LastContact across;
 } Recent;
 
-/* Return whether a disc that hits two features at one instant continues in the same way in either order. */
+/* Return whether a disc that hits two features at one instant moves on in the same way for either order of the
+   impacts. */
 typedef bool (*IsOrderFree)(void *context, int one, int other, bool elastic);
 
 typedef struct Corners {

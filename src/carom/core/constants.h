@@ -1,7 +1,7 @@
 /* Constants of the core: the value of each, its unit where it has one, and its reason.
 
    A constant without a unit is a ratio or a count. Constants that Python code also defines are compared with it by
-   tests/unit/core/test_constants.py. Sizes of structs and numbers of kinds are enums next to what they count. */
+   tests/unit/core/test_constants.py. Sizes and numbers of kinds are enums, each next to the things that it counts. */
 
 #pragma once
 
@@ -39,27 +39,28 @@
 
 /* 2^27 + 1, Veltkamp's constant: splits 53 bits into two parts of 26 bits and a sign. */
 #define CAROM_SPLITTER 134217729.0
-/* 8 roundings: more than accumulate before the last sum in the terms of b (4), of c (5), and of D with the factor 2 of
-   its bound. */
+/* 8 roundings of 2^-53. Before the last sum, the terms of b accumulate 4 roundings, those of c 5, and those of D fewer
+   than 8, including the factor 2 of its bound. */
 #define CAROM_ERROR 0x1p-50
-/* If products are smaller than this, underflow (at most 2^-1075 each) may matter too, so the error-free form is
-   used. */
+/* If products are smaller than this, their underflow errors (at most 2^-1075 each) may matter too. Then the error-free
+   form is used. */
 #define CAROM_NEGLIGIBLE 0x1p-900
-/* Adding and subtracting 2^28 R rounds to a grid of 2^-25 R to 2^-24 R: a coordinate up to R keeps about 25 bits. */
+/* Adding 2^28 R to a number and subtracting it again rounds the number to a grid. The spacing of the grid is 2^-25 R to
+   2^-24 R, so a coordinate up to R keeps about 25 bits. */
 #define CAROM_GRID 0x1p28
-/* b and c have errors of about 2^-150 of their largest product. If the sum is smaller than this part of that product,
-   it is computed exactly. */
+/* b and c have errors of about 2^-150 of their largest product. If b or c is smaller than this fraction of that
+   product, it is computed exactly. */
 #define CAROM_DOUBTFUL_SUM 0x1p-140
-/* D has an error of about 2^-99 of its terms. If D is larger than this part of them, its root has an error of 2^-55 of
-   the roots of its terms. */
+/* D has an error of about 2^-99 of its terms. If D is larger than this fraction of a term T, the root of D has an error
+   of at most 2^-55 of the root of T. */
 #define CAROM_DOUBTFUL_DISCRIMINANT 0x1p-90
-/* The length of a face has a relative error of 2^-106. If a gap is smaller than this part of its terms, it is computed
-   from squares. */
+/* The length of a face has a relative error of 2^-106. A gap that is smaller than this fraction of its terms is
+   computed from squares. */
 #define CAROM_DOUBTFUL_GAP 0x1p-44
 /* An upper bound of the error of the cross product of an end's direction and a position, both of which are rounded
    pairs. */
 #define CAROM_PAIR_ERROR 0x1p-100
-/* Returned instead of a time of impact, which is never negative: the error-free form must be used. */
+/* Returned instead of a time of impact if the error-free form must be used. A time of impact is never negative. */
 #define CAROM_UNCERTAIN (-1.0)
 /* Range of relative positions, relative velocities and sums of radii for which terms of fourth degree stay within the
    range of floats. `math.frexp` returns exponents from -100 to 100 for them. */
@@ -75,7 +76,7 @@
 
 /* ---- impact_record.h ---- */
 
-/* The distance from 1 to the next float. Relative to any number, it is at least one unit in the last place of that
+/* The distance from 1 to the next float. Its product with a number is at least one unit in the last place of that
    number. */
 #define CAROM_ULP 0x1p-52
 /* Largest ratio of coordinates to the sum of the radii. At an impact each coordinate has at most three roundings. So
@@ -86,81 +87,87 @@
 
 /* Impacts per disc after which a new time epoch begins: see clock.h. */
 #define CAROM_EPOCH_IMPACTS 32
-/* How much wider a cell is than the largest sum of two radii, relative to that sum. Any value works that covers the
-   roundings of a path and of the edges. For very large coordinates the second constant applies, relative to the largest
-   coordinate. It is twice the roundings of the positions of two discs: eight (2^-53 each) for each disc. */
+/* How much wider a cell is than the largest sum of two radii, relative to that sum. Any value that covers the roundings
+   of a path and of the edges is correct. For very large coordinates the second constant applies, relative to the
+   largest coordinate. It is twice the roundings of the positions of two discs: eight (2^-53 each) for each disc. */
 #define CAROM_CELL_MARGIN 0x1p-10
 #define CAROM_COORDINATE_ERROR 0x1p-48
-/* Largest number of cells per disc, which limits memory. With more cells, too few discs are in each to justify the
-   crossings. The value is chosen, not tuned. */
+/* Largest number of cells per disc, which limits memory. With more cells, each cell contains too few discs to justify
+   the work when discs change cells. The value is chosen, not tuned. */
 #define CAROM_CELLS_PER_DISC 4.0
-/* Additional cells for each edge, arc or vertex of a wall. Let n of these be along the rim of m by m cells. Then a cell
-   at the rim lists n / 4m of them, and a disc crosses about as many cells on the way to it if m^2 = n / 4. */
+/* Additional cells for each edge, arc or vertex of a wall. Suppose that n of these are along the rim of m by m cells.
+   Then a cell at the rim lists n / 4m of them. A disc crosses about as many cells on its way to the rim if m^2 = n /
+   4. */
 #define CAROM_CELLS_PER_FEATURE 0.25
-/* Number of obstacles that are checked in about the time of one disc's prediction. */
+/* Number of obstacles that can be checked in about the time that one disc's prediction takes. */
 #define CAROM_LOOKS_PER_PREDICTION 16.0
-/* Two waits whose difference is larger than this part of the later time never round to the same time. */
+/* Two waits never round to the same time if their difference is larger than this fraction of the later time. */
 #define CAROM_TIME_ERROR 0x1p-51
-/* Largest relative error of a root of the plain form. To guarantee this, each of its three terms must exceed its own
-   error by the second factor. */
+/* Largest relative error of a root that is computed by the plain form. This is guaranteed if each of the form's three
+   terms is more than CAROM_CERTAIN times as large as the error of that term. */
 #define CAROM_ROOT_ERROR 0x1p-22
 #define CAROM_CERTAIN 0x1p24
 
 /* ---- frame_loop.c ---- */
 
-/* If a root rounds to R, its square is within two roundings (2^-53) of R^2. */
+/* If a root rounds to R, its square is within two roundings (2^-53 each) of R^2. */
 #define CAROM_ROOT_ROOM 0x1p-50
 /* Largest rounding error of a disc's path over the frames for which a bound is valid, relative to the path's extent. It
-   includes the error of the bound itself. Derived in docs/theory/pit.md. */
+   includes the error of the bound itself. docs/theory/pit.md derives it. */
 #define CAROM_PATH_MARGIN 0x1p-34
 /* An upper bound of the rounding errors of a sum of times and of a frame's time, relative to them. */
 #define CAROM_TIME_MARGIN 0x1p-50
-/* Returned instead of a wait, which is never negative: the two bodies approach and may overlap at this frame. */
+/* Returned instead of a wait if the two bodies approach and may overlap at this frame. A wait is never negative. */
 #define CAROM_IN_CONTACT (-1.0)
-/* 2^64 over the golden ratio, odd. It spreads rows evenly over any power of 2 of chains (D. E. Knuth, TAOCP vol. 3,
-   6.4), while neighbouring columns stay neighbours. The second constant, also odd, separates levels. */
+/* 2^64 divided by the golden ratio, as an odd integer. It spreads rows evenly over the lists of cells, whose number is
+   a power of 2 (D. E. Knuth, TAOCP vol. 3, 6.4). Neighbouring columns stay neighbours. The second constant, also odd,
+   separates levels. */
 #define CAROM_ROW_STEP 0x9E3779B97F4A7C15ull
 #define CAROM_LEVEL_STEP 0xC2B2AE3D27D4EB4Full
-/* Cells with larger numbers share the number of this one. Floats of this size still represent halves. */
+/* Largest magnitude of a cell's row or column. All cells farther out share it. Floats of this size still represent
+   halves. */
 #define CAROM_LAST_CELL 0x1p51
 /* Leeway of a level of cells, relative to the mean distance of its discs. The second constant is the minimum, relative
-   to their largest radius. With a larger leeway, discs change cells less often, but more discs are near each one.
-   Measured at packing fractions from .05 to .6. */
+   to their largest radius. With a larger leeway, discs change cells less often, but more discs are near each one. Both
+   constants come from measurements at packing fractions from .05 to .6. */
 #define CAROM_LEEWAY_PART 0.2
 #define CAROM_LEAST_LEEWAY_PART 0.25
-/* Many times the rounding errors of a cell's number and of a reach together, relative to the reach. */
+/* A margin, relative to a reach, that is many times the sum of the rounding errors of the reach and of a cell's
+   number. */
 #define CAROM_REACH_MARGIN 0x1p-20
-/* Cost of a search around a disc, in a cell, and of a body. The unit is one test of the plain loop. Fitted to the times
-   of about a hundred gases, crowds and lattices, and rounded up. */
+/* Cost of a search around a disc, and what each cell and each body of the search adds to it. The unit is one test of
+   the plain loop. The values are fitted to the times of about a hundred gases, crowds and lattices, and rounded up. */
 #define CAROM_DISC_WORK 24.0
 #define CAROM_CELL_WORK 6.0
 #define CAROM_BODY_WORK 3.0
 /* An upper bound of the roundings of a distance from an edge, relative to all coordinates and radii. */
 #define CAROM_REACH_SLACK 0x1p-44
-/* Cost of one disc in a sweep, in the same unit, and width of a sweep's cell, in radii. Measured at packing fractions
-   from .05 to .8. */
+/* Cost of one disc in a sweep, in the same unit, and width of a sweep's cell, in radii. The values were measured at
+   packing fractions from .05 to .8. */
 #define CAROM_SWEEP_WORK 12.0
 #define CAROM_SWEEP_WIDTH 4.0
-/* If skipping has cost more than it saved, frames use the plain loop until the excess is at most this part of their
-   cost. The value is chosen, not tuned. */
+/* If skipping has cost too much more than it saved, all tests are made at each frame until this fraction of the cost of
+   these frames equals the excess. The value is chosen, not tuned. */
 #define CAROM_EXCESS_PART 0x1p-6
-/* Number of frames for which savings count. The value is chosen, not tuned. */
+/* Savings of skipping count up to the cost of this number of frames. The value is chosen, not tuned. */
 #define CAROM_SAVED_FRAMES 64.0
 
 /* ---- falls.h, fall_bounds.h: with u = 2^-53, half a unit in the last place of 1 ---- */
 
-/* Error of a power in pairs, relative to the magnitudes of its terms: 20 u^2 for the terms and their sum, and 24 u^2
-   for each of at most 9 shifts of the origin. */
+/* Error of the coefficient of a power in pairs, relative to the magnitudes of its terms: 20 u^2 for the terms and their
+   sum, and 24 u^2 for each of at most 9 shifts of the origin. */
 #define CAROM_QUARTIC_PAIR_ERROR 0x1p-98
 /* Error of a Bernstein coefficient, relative to the largest sum of the magnitudes of one coefficient's terms. It
    consists of CAROM_ERROR, 10 u for powers, binomials and sums, and 4 u for each of at most 52 halvings. */
 #define CAROM_BERNSTEIN_ERROR 0x1p-45
-/* The same in pairs: CAROM_QUARTIC_PAIR_ERROR, and 3 u^2 instead of each u for at most 120 halvings. */
+/* The same error in pairs. It consists of CAROM_QUARTIC_PAIR_ERROR and, for at most 120 halvings, the roundings above
+   with 3 u^2 instead of u. */
 #define CAROM_BERNSTEIN_PAIR_ERROR 0x1p-95
 /* Range of time scales for which the terms of a quartic and their underflow errors stay within the range of floats. */
 #define CAROM_LEAST_SCALE 0x1p-90
 #define CAROM_MOST_SCALE 0x1p90
-/* If power 0 is at least this large, underflow of any term is smaller than its error. */
+/* If the coefficient of power 0 is at least this large, the underflow of any term is smaller than the error of that
+   coefficient. */
 #define CAROM_LEAST_SIZE 0x1p-600
 /* 32 u: more roundings than any term of a lower bound contains. */
 #define CAROM_BOUND_ERROR 0x1p-48
@@ -177,10 +184,10 @@
    next term of both series is about x^2 / 2. */
 #define CAROM_EXP_LINEAR 0x1p-54
 /* An upper bound of the relative errors of e^x, e^x - 1 and the logarithm as pairs. The comments in exponentials.h
-   state the single errors, whose sum is smaller. Measured errors are at most 2^-103. */
+   state the individual errors, whose sum is smaller. Measured errors are at most 2^-103. */
 #define CAROM_EXP_ERROR 0x1p-100
-/* The logarithm of 2 over 32, in three parts. The first two have 37 bits, so that their multiples by integers up to
-   2^16 are exact. The sum has an error of 2^-137. */
+/* log(2) / 32 in three parts. The first two parts have 37 bits, so that their products with integers up to 2^16 are
+   exact. The sum has an error of 2^-137. */
 #define CAROM_STEP_HIGH 0x1.62e42fefa0000p-6
 #define CAROM_STEP_MIDDLE 0x1.cf79abc9e0000p-45
 #define CAROM_STEP_LOW 0x1.d9cc01f97b57ap-84
@@ -199,7 +206,7 @@
 #define CAROM_TINY 0x1p-500
 /* An upper bound of the underflow error in two products. */
 #define CAROM_FLOOR 0x1p-1060
-/* A float of at least this size has all its bits, and scaling preserves them. */
+/* A float of at least this size has full precision, and scaling preserves all its bits. */
 #define CAROM_NORMAL 0x1p-1020
 /* Largest speed for which TINY covers the underflow of a wait. */
 #define CAROM_FASTEST 0x1p400

@@ -1,6 +1,6 @@
 /* Discs that slow down: linear damping, and a table that decelerates them.
 
-   Linear damping v' = -c v is a substitution of the time: docs/theory/damping.md.
+   Linear damping v' = -c v is equivalent to a substitution of the time, which docs/theory/damping.md derives.
 
    A damped disc moves like an undamped one in the undamped time s = (1 - e^(-c t)) / c. Its velocity is 1 - c s times
    the undamped one. Rates c are per second, 0 or more; times are in seconds. */
@@ -13,7 +13,7 @@
 #include "carom/core/arithmetic/exponentials.h"
 #include "carom/core/carom_core.h"
 
-/* Return the factor by which a velocity has decreased after a time. For a negative time it is more than 1, up to
+/* Return the factor by which damping multiplies a velocity during a time. For a negative time it is more than 1, up to
    infinity. */
 static inline double remaining_velocity(double rate, double time) {
     return nearest_exp(-rate * time);
@@ -28,8 +28,8 @@ static inline double undamped_time(double rate, double time) {
     return change == CAROM_INF ? -CAROM_INF : -change / rate;
 }
 
-/* Return the time in which a damped disc moves as far as an undamped one does in `undamped`; infinity for never. The
-   anchor makes successive times fast. */
+/* Return the time in which a damped disc moves as far as an undamped one does in `undamped`; infinity for never.
+   `anchor` makes calls with successive times fast. */
 static inline double damped_time_from(LogAnchor *anchor, double rate, double undamped) {
     double way = rate * undamped;
     if (!(fabs(way) >= CAROM_DAMPING_LEAST)) { /* NaN stays NaN */
@@ -61,7 +61,8 @@ static inline double neighbouring_time(double time, int step) {
    An event before the returned time is therefore never later than `time`. The result is within a few floats of
    `undamped_time`, since both functions round. */
 static inline double latest_undamped_time(double rate, double time) {
-    if (time > DBL_MAX) { /* what never happens must not happen at the latest time */
+    /* an event that never happens has the damped time infinity, and must stay later than `time` */
+    if (time > DBL_MAX) {
         time = DBL_MAX;
     }
     double found = undamped_time(rate, time);
@@ -96,13 +97,14 @@ static inline Slowing slowing_by(double deceleration, double vx, double vy, Inst
     double speed = nearest_length(vx, vy);
     if (speed == 0.0)
         return (Slowing){0.0, 0.0, NEVER};
-    double a = -deceleration; /* times a unit vector: divided by a tiny speed, it would be infinite */
+    /* multiplied by a unit vector below, because `a / speed` could be infinite for a tiny speed */
+    double a = -deceleration;
     return (Slowing){a * (vx / speed), a * (vy / speed), instant_after(now, speed / deceleration)};
 }
 
 /* ---- recorded impacts ---- */
 
-/* Multiply the velocities of an impact by the factor that damping leaves of them, 1 - c s. */
+/* Multiply the velocities of an impact in an undamped run by `kept` = 1 - c s, so that they are damped. */
 static inline void slow_impact(Impact *row, double kept) {
     for (int axis = 0; axis < 2; axis++) {
         row->first_before[axis] *= kept;

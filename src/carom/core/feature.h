@@ -21,7 +21,7 @@ typedef enum FeatureKind {
 typedef struct Feature {
     FeatureKind kind;
     int wall;
-    bool whole;  /* whether it is a whole circle or a vertex, which have no ends */
+    bool whole;  /* whether it has no ends: a whole circle or a vertex */
     bool reflex; /* whether an arc is longer than half a circle */
     double half_width;
     double fits_below; /* discs of smaller radius fit into the arc; they hit its inside, and not its stops */

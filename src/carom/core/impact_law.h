@@ -17,8 +17,8 @@
 
        s = (v1 - v2).t + R1 w1 + R2 w2.
 
-   The tangential impulse T acts along -t on body 1 and along t on body 2. It changes the slip to -b times its value,
-   unless Coulomb's limit f J makes it smaller. Here clip(x, a, b) limits x to the range from a to b:
+   The tangential impulse T acts along -t on body 1 and along t on body 2. T changes the slip to -b times its previous
+   value, unless Coulomb's limit f J makes T smaller. Here clip(x, a, b) limits x to the range from a to b:
 
        T = clip((1 + b) s / ((1 + 1/k1)/m1 + (1 + 1/k2)/m2), -f J, f J)
 
@@ -65,8 +65,8 @@ static inline double pair_tangential_impulse(const ContactFriction *contact, dou
 
 /* ---- two discs ---- */
 
-/* Set the velocities of two discs after an impact without friction. The second disc is at d from the first. Return
-   g. */
+/* Apply an impact without friction to the velocities of two discs. d points from the centre of the first disc to that
+   of the second. Return g. */
 static inline double bounce_pair(double dx, double dy, double *v1, double inverse_mass1, double *v2,
                                  double inverse_mass2, double restitution) {
     double g =
@@ -78,7 +78,8 @@ static inline double bounce_pair(double dx, double dy, double *v1, double invers
     return g;
 }
 
-/* Apply friction to two discs. They had the relative velocity u and received the normal impulse g d. */
+/* Apply friction to two discs. Before the impact they had the relative velocity u. They have already received the
+   normal impulse g d. */
 static inline void apply_pair_friction(const ContactFriction *contact, double dx, double dy, double ux, double uy,
                                        double g, Body *a, Body *b) {
     double distance = sqrt(dx * dx + dy * dy);
@@ -94,7 +95,7 @@ static inline void apply_pair_friction(const ContactFriction *contact, double dx
     b->turning->spin -= h * distance * b->inverse_mass * b->turning->inverse_inertia_ratio / b->radius;
 }
 
-/* Apply the impact of two discs in contact, the second at d from the first. Return g.
+/* Apply the impact of two discs in contact. d points from the centre of the first disc to that of the second. Return g.
 
    If `elastic`, no energy is lost and no friction acts, whatever the law contains. `spins` is written if
    `has_spins`. */
@@ -117,8 +118,8 @@ static inline double collide_discs(const Law *law, double dx, double dy, Body *a
 
 /* ---- a disc and a wall ---- */
 
-/* Apply the impact of a disc on a wall, as `collide_discs` does. Return the normal part of its relative velocity before
-   the impact, positive away from the wall. */
+/* Apply the impact of a disc on a wall, by the same rules as `collide_discs`. Return the normal component of the disc's
+   velocity relative to the wall before the impact, positive away from the wall. */
 static inline double collide_wall(const Law *law, const Wall *wall, const Surface *surface, Body *a, bool elastic,
                                   bool has_spins, Spins *spins) {
     double vx = a->velocity[0];

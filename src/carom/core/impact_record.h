@@ -9,26 +9,27 @@
 
 /* Resolution of an impact's time: the uncertainty due to rounding of positions and of the clock.
 
-   `carom.core.resolution` derives the error bound of a gap. Divided by the speed of approach, it is the error of a
-   time.
+   `carom.core.resolution` derives the error bound of a gap. This bound divided by the speed of approach is an error
+   bound of the time.
 
    In a grazing impact the speed of approach can be arbitrarily small. There the overlap is a parabola in time with the
-   curvature u^2 / R, where u is the relative speed and R the contact distance. An error of the gap moves its zero by at
-   most half the width of the parabola at that depth: sqrt(2 R error) / u. The resolution is the smaller of the two
-   times. */
+   curvature u^2 / R, where u is the relative speed and R the contact distance. An error of the gap moves the instant of
+   contact by at most half the width of the parabola at a depth of that error: sqrt(2 R error) / u. The resolution is
+   the smaller of these two error bounds. */
 
-/* Return whether floats resolve the distance of two discs in contact. Farther from the origin an impact has no
-   normal. */
+/* Return whether floats resolve the distance of two discs in contact. If discs are too far from the origin for this,
+   the normal of their impact cannot be computed. */
 static inline bool are_distinguishable(double x1, double y1, double x2, double y2, double reach) {
     return fabs(x1) + fabs(y1) + fabs(x2) + fabs(y2) <= CAROM_FARTHEST * reach;
 }
 
-/* Return the sum of the absolute values of a body's coordinates (of a wall: of its point) and its radius. */
+/* Return the sum of a body's radius and the absolute values of its coordinates. The coordinates of a wall are those of
+   its point. */
 static inline double size_of(double x, double y, double radius) {
     return fabs(x) + fabs(y) + radius;
 }
 
-/* Return the resolution of the gap between two bodies, metres, from the sum of `size_of` of both. */
+/* Return the resolution of the gap between two bodies, metres. `sizes` is the sum of `size_of` for both bodies. */
 static inline double gap_resolution(double sizes) {
     return 5.0 * CAROM_ULP * sizes;
 }
@@ -37,8 +38,8 @@ static inline double gap_resolution(double sizes) {
    relative velocity before the impact, and `speed` is its component along the normal. */
 static inline double pair_resolution(double sizes, double reach, double ux, double uy, double speed) {
     double error = gap_resolution(sizes);
-    /* Here the impact is far from a graze, and the first of the two times is smaller by a factor of two or more. The
-       reason: error / speed <= 2^10 error / u, and graze >= sqrt(2 2^22 error^2) / u. */
+    /* Here the impact is far from a graze, and error / speed is smaller than the bound for a graze by a factor of two
+       or more. The reason: error / speed <= 2^10 error / u, and graze >= sqrt(2 * 2^22 error^2) / u. */
     if (CAROM_LIKELY(speed >= 0x1p-10 * (fabs(ux) + fabs(uy)) && error <= 0x1p-22 * reach && speed > 0.0))
         return error / speed;
     double fast = sqrt(ux * ux + uy * uy);
@@ -51,7 +52,8 @@ static inline double wall_resolution(double sizes, double speed) {
     return speed > 0.0 ? gap_resolution(sizes) / speed : CAROM_INF;
 }
 
-/* Return the resolution of a time since the start. It covers the roundings of a root and of a sum with it. */
+/* Return the resolution of a time since the start. It covers the rounding of a root and that of the sum of a time and
+   this root. */
 static inline double clock_resolution(double time) {
     return 2.0 * CAROM_ULP * time;
 }
@@ -61,18 +63,20 @@ static inline double clock_resolution(double time) {
 /* Ambiguous impacts: those whose result depends on an order that physics does not decide.
 
    An impact is ambiguous if it may have the same instant as an earlier recorded one that shares a movable disc with it.
-   Its resolution states how well both instants are known. It is not ambiguous if the two normals are exactly
-   orthogonal, because then neither impulse changes the result of the other impact. By convention, the order is (time,
-   first, second). Friction also acts perpendicular to the normal. So an impact with friction is stored with a NaN
-   normal, which is orthogonal to no other. `are_decidable` in `carom.core.wall_features` decides for which faces of
+   The resolution of each impact states how well its instant is known. An impact is not ambiguous if the two normals are
+   exactly orthogonal, because then neither impulse changes the result of the other impact. By convention, the order is
+   (time, first, second). Friction also acts perpendicular to the normal. So an impact with friction is stored with a
+   NaN normal, which is orthogonal to no other. `are_decidable` in `carom.core.wall_features` decides for which faces of
    finite walls the order changes nothing.
 
-   For each disc, two earlier impacts are sufficient. `Recent.furthest` is the impact whose interval of possible times
-   ends last. If a new impact begins before that end and is not orthogonal to it, the new impact is ambiguous. If the
-   two are orthogonal, the new impact is orthogonal to no impact that is not parallel to `furthest`. Only the one of
-   those whose interval ends last matters: `Recent.across`. */
+   Two earlier impacts of each disc are sufficient for this decision. `Recent.furthest` is the impact whose interval of
+   possible times ends last. If the interval of a new impact begins before that end, and the two normals are not
+   orthogonal, the new impact is ambiguous. If the two normals are orthogonal, the new one is not orthogonal to any
+   normal that is not parallel to that of `furthest`. Among the impacts with such normals, only the one whose interval
+   ends last matters: `Recent.across`. */
 
-/* Return whether an earlier impact may be simultaneous with a later one, at `begin` or after, and change its result. */
+/* Return whether an earlier impact may be simultaneous with a later one, and change the result of the later one. The
+   later impact is at `begin` or after. */
 static inline bool has_influence(const LastContact *earlier, double begin, const LastContact *later,
                                  const Corners *corners) {
     if (!(begin <= earlier->latest && later->nx * earlier->nx + later->ny * earlier->ny != 0.0))
@@ -83,7 +87,7 @@ static inline bool has_influence(const LastContact *earlier, double begin, const
                                    earlier->elastic && later->elastic);
 }
 
-/* Add an impact to the impacts of a disc. Return whether it is ambiguous. */
+/* Add an impact to the recent impacts of a disc. Return whether it is ambiguous. */
 static inline bool add_contact(Recent *recent, double time, double resolution, double nx, double ny, int feature,
                                bool elastic, const Corners *corners) {
     LastContact *f = &recent->furthest;
@@ -158,7 +162,7 @@ static inline bool reserve_row(Record *r) {
     return true;
 }
 
-/* Write an impact that was just applied to the next row, for which `reserve_row` has made room. */
+/* Write the impact that was just applied. It becomes the next row, for which `reserve_row` has made room. */
 static inline void write_impact_row(Record *r, const Impact *impact, const Spins *spins, Contact contact) {
     r->rows[r->count] = *impact;
     if (r->has_spins)
@@ -172,7 +176,7 @@ static inline void write_impact_row(Record *r, const Impact *impact, const Spins
 typedef struct Ambiguity {
     double resolution; /* of the impact's time, seconds */
     bool slides;       /* whether friction acts between the bodies */
-    bool moves1;       /* whether the first and the second body are movable discs */
+    bool moves1;       /* whether the first body is a movable disc; `moves2`: the second body */
     bool moves2;
     int feature; /* of a finite wall, or NO_FEATURE */
     bool elastic; /* whether that wall loses no energy */

@@ -23,10 +23,10 @@ typedef struct RunInput {
     const double *radius;
     const double *mass;    /* INF for a disc that no impact moves */
     const double *spin;    /* NULL, like `inertia`, if no disc spins and no disc accelerates */
-    const double *inertia; /* moment of inertia over mass times radius squared; INF: the disc never turns */
+    const double *inertia; /* moment of inertia divided by mass times radius squared; INF if it never turns */
     Index disc_count;
     Index wall_count;
-    /* restitution and friction of each wall; NULL if PIC uses `walls`, which have the coefficients of the law */
+    /* restitution and friction of each wall; NULL if PIC uses `walls`, whose coefficients are those of `law` */
     const double *materials;
     const double *driven; /* rows of three: body, number of legs, belt speed. Walls first, then discs, each ascending */
     const double *legs;      /* rows of six, body by body: begin, end, moved_x, moved_y, vx, vy */
@@ -43,11 +43,11 @@ typedef struct RunInput {
 
     /* ---- only for PIC ---- */
     const double *walls;    /* x, y, nx and ny of each wall, if the walls are the obstacles; otherwise NULL */
-    /* rows of FEATURE_NUMBERS; used if the features are the obstacles, which they always are with acceleration */
+    /* rows of FEATURE_NUMBERS floats; used if the features are the obstacles. With acceleration they always are */
     const double *features;
     Index feature_count;
-    /* with acceleration, rows of four for each feature: is_ground, the vertex at each end, and the number of features
-       that a disc on it never hits */
+    /* with acceleration, a row of four for each feature: is_ground, the vertex at each end, and the number of features
+       that a disc on this feature never hits */
     const double *grounds;
     const double *never_lists; /* numbers of these features, ground by ground */
     Index never_length;
@@ -56,7 +56,7 @@ typedef struct RunInput {
     bool solves_all_pairs; /* whether to use the all-pairs loop, for comparison. It changes no result */
     ExactQuartic exact;
     Corners corners;
-    /* end of the run, since the start, unless `carom_advance` is called with a later one: see `State.until` */
+    /* end of the run, counted from its start, unless `carom_advance` is called with a later end: see `State.until` */
     double until;
 
     /* ---- only for PIT ---- */
@@ -71,7 +71,7 @@ typedef struct RunInput {
     double max_waste; /* how much work of skipping may be wasted: see `State.max_waste` in pit/state.h */
 } RunInput;
 
-/* Return leg `n` of all paths. */
+/* Return leg `n`, counted over all paths. */
 static inline Leg leg_of(const RunInput *input, Index n) {
     const double *leg = input->legs + LEG_NUMBERS * n;
     return (Leg){leg[0], leg[1], leg[0], leg[1], leg[2], leg[3], leg[4], leg[5]};
@@ -85,7 +85,7 @@ static inline bool can_stop(const RunInput *input) {
     return found;
 }
 
-/* Write the law of each wall, with the wall's own material. */
+/* Write the law of each wall: the law of the run with the material of that wall. */
 static inline void write_wall_laws(Law *laws, const RunInput *input) {
     for (Index k = 0; k < input->wall_count; k++) {
         laws[k] = input->law;

@@ -1,14 +1,14 @@
 /* Bodies that a disc touches without normal speed.
 
    An impact with restitution 0 leaves two bodies without relative velocity along the normal. In floats a rounding error
-   of it remains, which must not cause another impact. So the contact is stored as a fact: the disc does not hit that
-   body again until an impact on the disc changes the velocity along that normal. An impact with an orthogonal normal
-   does not change it. Any other impact does, and so does friction.
+   of this velocity remains, and it must not cause another impact. So the contact is stored as a fact: the disc does not
+   hit that body again until an impact on the disc changes the velocity along that normal. An impact with an orthogonal
+   normal does not change this velocity. Any other impact changes it, and so does friction.
 
-   Each component of a unit normal has two roundings. If two such normals are orthogonal, their product is therefore at
-   most CAROM_ERROR. A change of the velocity along a normal by less than that is smaller than the rounding of the
-   velocity itself. The same is true when a driven wall begins another leg of its path. docs/theory/pic.md, section
-   "Contacts after restitution 0". */
+   Each component of a unit normal has two roundings. If two such normals are orthogonal, their computed scalar product
+   is therefore at most CAROM_ERROR. If the velocity along a normal changes by less than this fraction, the change is
+   smaller than the rounding of the velocity itself. The same is true when a driven wall begins another leg of its path.
+   See docs/theory/pic.md, section "Contacts after restitution 0". */
 
 #pragma once
 
@@ -16,7 +16,8 @@
 #include "carom/core/constants.h"
 
 enum {
-    /* In the plane, two normals that are not parallel fix a velocity. A third is needed for a wall that occurs twice. */
+    /* In the plane, two normals that are not parallel fix a velocity. A third entry is needed for a wall that is stored
+       twice. */
     MOST_TOUCHED = 3
 };
 
@@ -24,7 +25,7 @@ typedef struct Touched {
     int body; /* disc i as i; obstacle or wall k as -1 - k */
     double nx; /* unit normal of the impact; its sense does not matter */
     double ny;
-    double until; /* when the motion of a driven body ends the contact, since the start; otherwise infinity */
+    double until; /* time since the start at which the motion of a driven body ends the contact; otherwise infinity */
 } Touched;
 
 typedef struct TouchedBodies {
@@ -32,7 +33,7 @@ typedef struct TouchedBodies {
     Touched bodies[MOST_TOUCHED]; /* oldest first */
 } TouchedBodies;
 
-/* Return the contact with a body that lasts at a time since the start, or NULL. */
+/* Return the contact with a body if it still lasts at `time`, counted from the start of the run; otherwise NULL. */
 static inline const Touched *find_touched(const TouchedBodies *t, ptrdiff_t body, double time) {
     for (int k = 0; k < t->count; k++) {
         if (t->bodies[k].body == body) {
@@ -53,9 +54,10 @@ static inline bool are_equal_along(const Leg *one, const Leg *other, double nx, 
     return fabs((other->vx - one->vx) * nx + (other->vy - one->vy) * ny) <= CAROM_ERROR * sizes;
 }
 
-/* Return the time since the start at which a driven body can end a contact with normal n. It is on the given leg.
+/* Return the time since the start at which a driven body can end a contact with normal n. The body is on the given leg.
 
-   That is the begin of another leg. A flat wall must also begin to move along the normal. */
+   This is the time at which another leg begins. For a flat wall, the speed along the normal must also change on that
+   leg. */
 static inline double contact_end(const Leg *leg, bool is_flat, double nx, double ny) {
     const Leg *last = leg;
     while (is_flat && last->ends < CAROM_INF && are_equal_along(leg, last + 1, nx, ny))
@@ -68,8 +70,8 @@ static inline bool can_rub(const ContactFriction *contact) {
     return contact->friction > 0.0 && contact->restitution > -1.0;
 }
 
-/* Store an impact of a disc on a body at a time since the start. `slides` says whether friction may have acted. `stops`
-   says whether the impact leaves no relative velocity along the normal. */
+/* Store an impact of a disc on a body at a time since the start. `slides` is true if friction may have acted. `stops`
+   is true if the impact leaves no relative velocity along the normal. */
 static inline void note_touched(TouchedBodies *t, Touched body, double time, bool slides, bool stops) {
     int kept = 0;
     for (int k = 0; k < t->count; k++) {

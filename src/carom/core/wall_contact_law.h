@@ -7,9 +7,9 @@
 
        u' = a - f,    q' = -(f + h) / k,    f in mu P sign(s),    h in c P sign(q).
 
-   If s is 0, friction keeps it at 0 if it can. If q is 0, rolling resistance does so. The law has exactly one solution
-   forward in time. In an impact with the impulse J, the same law holds with changes of speed instead of rates.
-   docs/theory/contact.md derives it. */
+   If s is 0, friction keeps s at 0 if it can. If q is 0, rolling resistance keeps q at 0 if it can. The law has exactly
+   one solution forward in time. In an impact with the impulse J, the same law holds with changes of speed instead of
+   rates. docs/theory/contact.md derives it. */
 
 #pragma once
 
@@ -25,7 +25,7 @@ typedef struct Press {
     double rolling_resistance;
 } Press;
 
-/* The two friction forces or impulses, and whether each keeps its speed at 0. */
+/* The two friction forces or impulses, and whether they keep the slip and the rim speed at 0. */
 typedef struct Frictions {
     double friction; /* f */
     double turning;  /* f + h: the rim speed changes by -(f + h) / k */
@@ -55,9 +55,9 @@ static inline double clip(double x, double most) {
 
    F and H are the largest values of f and h. f is F if s is positive, -F if s is negative, and between them if s is 0.
    The same rule connects h, H and q. q decreases as h grows, for any friction. To make q 0, f must be s1 - q1 limited
-   to [-F, F]; the h that follows, limited to [-H, H], is the law's. If s or q is not 0 at present, its sign fixes f or
-   h. `signs` are these signs, and 0 for none. If s or q stays 0, f + h is (s1 + h) / (1 + y) or q1 / y. The sum of f and
-   h would lose digits for large y. */
+   to [-F, F]; the h that follows from q = 0, limited to [-H, H], is the h of the law. If s or q is not 0 at present,
+   its sign fixes f or h. `signs` contains numbers with these signs, or 0 if nothing is fixed. If s or q stays 0, f + h
+   is computed as (s1 + h) / (1 + y) or q1 / y, because the sum of f and h would lose digits for large y. */
 static inline Frictions share_frictions(double s1, double q1, double f_most, double h_most, double y, Slips signs) {
     double f = 0.0, h = 0.0;
     bool blocks = false;
@@ -110,8 +110,8 @@ static inline Frictions frictional_impulses(
     return (Frictions){impulse, impulse, sticks, false};
 }
 
-/* Apply both frictions to a disc in an impact on a wall with the normal n and a conveyor's speed. u is the velocity of
-   the disc relative to the wall before the impact. */
+/* Apply both frictions to a disc in an impact on a wall with the normal n and the surface speed `belt`. u is the
+   velocity of the disc relative to the wall before the impact. */
 static inline Frictions rub_on_wall(const ContactFriction *contact, double rolling_resistance, double belt, double nx,
                                     double ny, double ux, double uy, double pressed, Body *a) {
     Turning *turning = a->turning;
@@ -133,18 +133,19 @@ static inline double time_to_zero(double value, double rate) {
 
 /* Return the slip after the infinitely many bounces that begin now.
 
-   Bounce n has the normal speed w e^n. While it slides, it reduces the slip by C w e^n, where C = f (1 + e)(1 + 1/k).
-   The hop after it adds 2 a e w e^n / P. Bounces that slide in one direction therefore change the slip by (2 a e / P -
-   C sign(s)) w / (1 - e) in all. If a slip of that sign remains, no bounce stops it. Otherwise one bounce stops it, or
-   a hop reverses it. From there on the slip is as small as the bounces are, so none remains. `approach` is w, the
-   normal speed of the disc, and `restitution` is e < 1. */
+   Bounce n has the normal speed w e^n. If the disc slides in all of it, this bounce reduces the slip by C w e^n, where
+   C = f (1 + e)(1 + 1/k). The hop after it adds 2 a e w e^n / P. Bounces that slide in one direction therefore change
+   the slip by (2 a e / P - C sign(s)) w / (1 - e) in all. If a slip of that sign remains, no bounce stops it. Otherwise
+   one bounce stops it, or a hop reverses it. From there on the slip is as small as the bounces are, so no slip remains
+   at the end. `approach` is w, the normal speed of the disc, and `restitution` is e < 1. */
 static inline double slip_after_bounces(const Press *press, double slip, double approach, double restitution) {
     if (slip == 0.0) {
         return 0.0;
     }
     const double most = press->friction * (1.0 + restitution) * (1.0 + press->inverse_inertia_ratio);
     const double a_hop = 2.0 * press->along * restitution / press->normal;
-    /* the first bounce stops it; the second one slides if the hop between them adds more than it can stop */
+    /* the first bounce stops the slip; in the second one the disc slides if the hop before it adds more slip than it
+       can stop */
     if (fabs(slip) <= most * approach) {
         if (fabs(a_hop) <= most * restitution) {
             return 0.0;
@@ -157,11 +158,12 @@ static inline double slip_after_bounces(const Press *press, double slip, double 
     return left * sign > 0.0 ? left : 0.0;
 }
 
-/* Return the slip and rim speed after infinitely many bounces with rolling resistance, all of which are too short for
+/* Return the slip and rim speed after infinitely many bounces with rolling resistance. All bounces are too short for
    the clock.
 
    Their impulses, (1 + e) w / (1 - e) in all, act as one impulse, and so do the contributions of their hops. The law of
-   impact then gives the result, which may be rest or rolling. The error of this is as small as the bounces are. */
+   impact then gives the result, which may be rest or rolling. The error of this approximation is as small as the
+   bounces are. */
 static inline Slips both_after_bounces(const Press *press, Slips now, double approach, double restitution) {
     const double y = press->inverse_inertia_ratio, left = approach / (1.0 - restitution);
     const double pressed = (1.0 + restitution) * left, fallen = 2.0 * restitution * left / press->normal;

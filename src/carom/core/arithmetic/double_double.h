@@ -1,8 +1,8 @@
 /* Double-double arithmetic: a number as the exact sum of two floats, longer sums, error-free sums and products, and
    instants.
 
-   Every step is one correctly rounded operation of IEEE 754. No step may be fused or reordered. Results are as exact as
-   stated if nothing overflows or underflows.
+   Every step is one correctly rounded operation of IEEE 754. No step may be fused or reordered. The stated error bounds
+   are valid if nothing overflows or underflows.
 
    Sources: T. J. Dekker, "A floating-point technique for extending the available precision", Numer. Math. 18 (1971); D.
    E. Knuth, TAOCP vol. 2, 4.2.2 (two_sum); T. Ogita, S. M. Rump, S. Oishi, "Accurate sum and dot product", SIAM J. Sci.
@@ -26,10 +26,10 @@ typedef struct TripleDouble {
     double low;
 } TripleDouble;
 
-/* Largest number of terms of an exact sum: the discriminant of two discs has as many. */
+/* Largest number of terms of an exact sum: that of the discriminant of two discs. */
 enum { MOST_TERMS = 768 };
 
-/* This is one machine instruction, while `fmin` would be a call. Neither argument may be NaN. */
+/* This function is one machine instruction, while `fmin` would be a call. Neither argument may be NaN. */
 static inline double lesser(double a, double b) {
     return a < b ? a : b;
 }
@@ -38,7 +38,7 @@ static inline double greater(double a, double b) {
     return a > b ? a : b;
 }
 
-/* Split a number into two parts of at most 26 bits each, whose sum is exactly the number. */
+/* Split a number into two parts of at most 26 bits each. Their sum is exactly the number. */
 static inline DoubleDouble split_double(double a) {
     double scaled = CAROM_SPLITTER * a;
     double high = scaled - (scaled - a);
@@ -111,7 +111,7 @@ static inline DoubleDouble pair_quotient(DoubleDouble a, DoubleDouble b) {
     return two_sum(first, (((a.high - product.high) - product.low) + (a.low - first * b.low)) / b.high);
 }
 
-/* Return the square root of a pair: the float near it, and its rest. */
+/* Return the square root of a pair: the root of the pair's high part, and an approximate correction. */
 static inline DoubleDouble pair_root(DoubleDouble a) {
     double root = sqrt(a.high);
     DoubleDouble square = two_prod(root, root);
@@ -155,7 +155,8 @@ static inline DoubleDouble round_sum(TripleDouble total) {
     return two_sum(top.high, top.low + total.low);
 }
 
-/* Write terms whose exact sum is the sum of `p` times the sum of `q` times the sign, 1 or -1. Return their number. */
+/* Let s be the sum of `p`, t the sum of `q`, and `sign` 1 or -1. Write terms whose exact sum is s t `sign`. Return the
+   number of terms. */
 static inline int write_products(double *terms, const double *p, int p_count, const double *q, int q_count,
                                  double sign) {
     int count = 0;
@@ -170,15 +171,16 @@ static inline int write_products(double *terms, const double *p, int p_count, co
     return count;
 }
 
-/* Write 8 terms whose exact sum is the product of two pairs times the sign, 1 or -1. Return their number. */
+/* Write 8 terms whose exact sum is the product of two pairs, multiplied by `sign` (1 or -1). Return the number of
+   terms. */
 static inline int write_pair_products(double *terms, DoubleDouble p, DoubleDouble q, double sign) {
     double a[2] = {p.high, p.low};
     double b[2] = {q.high, q.low};
     return write_products(terms, a, 2, b, 2, sign);
 }
 
-/* Write parts that do not overlap, the smallest first, with the same exact sum as the terms. Return their number, which
-   is at most the number of terms. `parts` may be the same array as `terms`. */
+/* Write parts with the same exact sum as the terms. The parts do not overlap, and the smallest is first. Return the
+   number of parts, which is at most the number of terms. `parts` may be the same array as `terms`. */
 static inline int write_parts(double *parts, const double *terms, int count) {
     int size = 0;
     for (int i = 0; i < count; i++) {
@@ -211,7 +213,7 @@ static inline DoubleDouble exact_sum(const double *terms, int count) {
     return two_sum(sum.high, sum.low);
 }
 
-/* Return the length of a vector of any size to the nearest float. It is the root of an error-free sum of squares,
+/* Return the length of a vector of any size, as the nearest float. It is the root of an error-free sum of squares,
    corrected once. */
 static inline double nearest_length(double x, double y) {
     double largest = greater(fabs(x), fabs(y));
@@ -252,7 +254,7 @@ static inline Instant later_of(Instant a, Instant b) {
     return is_before(a, b) ? b : a;
 }
 
-/* Return the instant some seconds after another one. It is NEVER for infinitely many seconds, or if the sum
+/* Return the instant that is `wait` seconds after another one. It is NEVER if `wait` is infinite or the sum
    overflows. */
 static inline Instant instant_after(Instant begin, double wait) {
     DoubleDouble sum = two_sum(begin.high, wait);

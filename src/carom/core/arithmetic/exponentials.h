@@ -13,17 +13,18 @@
 #include "carom/core/arithmetic/double_double.h"
 #include "carom/core/arithmetic/wide_integer.h"
 
-/* Below the first limit, e^x has fewer bits. Above CAROM_EXP_MOST it is beyond the largest float. */
+/* For x below this limit, e^x may have fewer than 53 bits. For x above CAROM_EXP_MOST, it is larger than the largest
+   float. */
 #define CAROM_EXP_LEAST (-708.0)
 /* Below this x, e^x - 1 rounds to -1: e^x is less than a quarter of the last place of 1. */
 #define CAROM_EXPM1_LEAST (-40.0)
 
 enum {
     EXP_STEPS = 32,
-    EXP_OFFSET = 2048 * EXP_STEPS /* makes the number of every step positive, so that the division of it rounds down */
+    EXP_OFFSET = 2048 * EXP_STEPS /* makes the number of every step positive, so that dividing it rounds down */
 };
 
-/* Powers of 2 with exponents of i / 32, with relative errors of 2^-107. */
+/* The powers 2^(i / 32), with relative errors of 2^-107. */
 static const DoubleDouble EXP_TABLE[EXP_STEPS] = {
     {0x1.0000000000000p+0, 0x0.0p+0},
     {0x1.059b0d3158574p+0, 0x1.d73e2a475b465p-55},
@@ -71,8 +72,8 @@ static const double EXP_TERMS[6] = {
     0x1.27e4fb7789f5cp-22, 0x1.ae64567f544e4p-26, 0x1.1eed8eff8d898p-29,
 };
 
-/* An exponential in parts: e^x = 2^exponent (base + growth base). growth is e^r - 1 for some |r| <= ln 2 / 64. If x
-   itself is that small, the exponent is 0 and the base is 1. */
+/* An exponential in parts: e^x = 2^exponent (base + growth base). growth is e^r - 1 for some |r| <= ln 2 / 64. If |x|
+   is at most ln 2 / 64, the exponent is 0 and the base is 1. */
 typedef struct Exponential {
     DoubleDouble base;
     DoubleDouble growth;
@@ -80,11 +81,11 @@ typedef struct Exponential {
     bool is_small;
 } Exponential;
 
-/* Return e^r - 1, for r of at most 0.011 in size, with a relative error of 2^-102. */
+/* Return e^r - 1 for |r| <= 0.011, with a relative error of 2^-102. */
 static inline DoubleDouble expand_growth(DoubleDouble r) {
     double x = r.high;
-    /* From r^7 / 7! on, terms are below 2^-51 of the sum, so floats are accurate enough. Omitted terms are below
-       2^-110. */
+    /* From r^7 / 7! on, terms are below 2^-51 of the sum, so floats are accurate enough for them. Omitted terms are
+       below 2^-110 of the sum. */
     double tail =
         EXP_TERMS[0] +
         x * (EXP_TERMS[1] + x * (EXP_TERMS[2] + x * (EXP_TERMS[3] + x * (EXP_TERMS[4] + x * EXP_TERMS[5]))));
@@ -111,12 +112,13 @@ static inline Exponential expand_exponential(double x) {
     return (Exponential){EXP_TABLE[shifted % EXP_STEPS], expand_growth(r), exponent, step == 0};
 }
 
-/* Return base + growth * base, which is from 0.98 to 2.03, with a relative error of 2^-102. */
+/* Return base + growth * base with a relative error of 2^-102. The result is from 0.98 to 2.03. */
 static inline DoubleDouble combine_exponential(Exponential e) {
     return pair_sum(e.base, pair_product(e.base, e.growth));
 }
 
-/* Write the nearest float of a pair with an error of at most `error`. Return whether that float is certain. */
+/* Write the float nearest to a number that a pair approximates with an error of at most `error`. Return whether that
+   float is certain. */
 static inline bool round_pair(DoubleDouble value, double error, double *nearest) {
     *nearest = value.high + (value.low + error);
     return *nearest == value.high + (value.low - error);
@@ -124,10 +126,10 @@ static inline bool round_pair(DoubleDouble value, double error, double *nearest)
 
 /* ---- arguments that need 192 bits ---- */
 
-/* Return n with e^x = n 2^(twos - 192), with a relative error of 2^-180, for x from -710 to 710. */
+/* Return n such that e^x = n 2^(twos - 192) with a relative error of 2^-180, for x from -710 to 710. */
 static inline WideInteger wide_exponential(double x, int *twos) {
     static const WideInteger LN2 = {{0x7298b62d, 0x40f34326, 0x03f2f6af, 0xc9e3b398, 0xd1cf79ab, 0xb17217f7, 0, 0}};
-    int count = (int)(x / CAROM_LN2) - (x < 0.0); /* the quotient rounded down, or next to it */
+    int count = (int)(x / CAROM_LN2) - (x < 0.0); /* the quotient rounded down, or one less or more */
     WideInteger rest = wide_multiply_small(LN2, (uint32_t)(count < 0 ? -count : count));
     rest = wide_subtract(wide_from_double(x, FRACTION_BITS), count < 0 ? wide_negate(rest) : rest);
     while (wide_is_negative(rest)) {
@@ -183,12 +185,14 @@ static CAROM_NOINLINE double decide_log1p(double x, double near) {
 
 /* ---- the functions ---- */
 
-/* Return a 2^exponent, for exponents from -1022 to 1024 and a of about 1: infinity beyond the largest float. */
+/* Return a 2^exponent, for exponents from -1022 to 1024 and a of about 1. The result is infinity if it exceeds the
+   largest float. */
 static inline double scale_by_two(double a, int exponent) {
     return exponent > -1000 && exponent < 1000 ? a * ldexp(1.0, exponent) : ldexp(a, exponent);
 }
 
-/* Return e^x: infinity beyond the largest float, and 0 below -708, where floats have fewer bits. */
+/* Return e^x. It is infinity if it exceeds the largest float, and 0 for x below -708, where e^x may have fewer than 53
+   bits. */
 static inline double nearest_exp(double x) {
     if (!(x >= CAROM_EXP_LEAST && x <= CAROM_EXP_MOST)) {
         return x < CAROM_EXP_LEAST ? 0.0 : x > CAROM_EXP_MOST ? CAROM_INF : x; /* NaN stays NaN */
@@ -204,8 +208,8 @@ static inline double nearest_exp(double x) {
     return decide_exp(x);
 }
 
-/* Return e^x - 1 over 2^exponent as a pair, for x from -40 to 710 except 0. `error` is set to an upper bound of its
-   error. */
+/* Return (e^x - 1) / 2^exponent as a pair, for x from -40 to 710 except 0. `error` is set to an upper bound of the
+   result's error. */
 static inline DoubleDouble expand_expm1(double x, int *exponent, double *error) {
     Exponential power = expand_exponential(x);
     if (power.is_small) {
@@ -220,7 +224,7 @@ static inline DoubleDouble expand_expm1(double x, int *exponent, double *error) 
     return value;
 }
 
-/* Return e^x - 1: infinity beyond the largest float. */
+/* Return e^x - 1. It is infinity if it exceeds the largest float. */
 static inline double nearest_expm1(double x) {
     if (!(x >= CAROM_EXPM1_LEAST && x <= CAROM_EXP_MOST)) {
         return x < CAROM_EXPM1_LEAST ? -1.0 : x > CAROM_EXP_MOST ? CAROM_INF : x; /* NaN stays NaN */
@@ -247,7 +251,8 @@ static inline double approximate_log1p(double x) {
             exponent++;
         }
     }
-    double z = rest / (2.0 + rest); /* at most 0.172 in size; the logarithm is 2 (z + z^3 / 3 + z^5 / 5 + ...) */
+    /* |z| is at most 0.172; the logarithm of 1 + rest is 2 (z + z^3 / 3 + z^5 / 5 + ...) */
+    double z = rest / (2.0 + rest);
     double square = z * z;
     double series = 0.0;
     for (int k = 19; k >= 1; k -= 2) {
@@ -256,15 +261,17 @@ static inline double approximate_log1p(double x) {
     return exponent * CAROM_LN2 + 2.0 * z * series;
 }
 
-/* Return the natural logarithm of 1 + x as a pair, for x above -1. `error` is set to an upper bound of its error. */
+/* Return the natural logarithm of 1 + x as a pair, for x above -1. `error` is set to an upper bound of the result's
+   error. */
 static inline DoubleDouble expand_log1p(double x, double *error) {
-    /* One step of Newton's method from a first value. `rest` is (1 + x) / e^first - 1, at most 2^-48 of the first
-       value. The logarithm of 1 + rest is rest - rest^2 / 2, up to 2^-120 of the result. */
+    /* This is one step of Newton's method from a first value. `rest` is (1 + x) / e^first - 1, and is at most 2^-48 of
+       the first value. The logarithm of 1 + rest is rest - rest^2 / 2 with an error of less than 2^-120 of the
+       result. */
     double first = approximate_log1p(x);
     Exponential inverse = expand_exponential(-first);
     DoubleDouble rest;
     *error = CAROM_EXP_ERROR * fabs(first);
-    if (inverse.is_small) { /* x + growth + x growth, where x and growth nearly cancel */
+    if (inverse.is_small) { /* `rest` is x + growth + x growth, where x and growth nearly cancel */
         DoubleDouble product = pair_product((DoubleDouble){x, 0.0}, inverse.growth);
         DoubleDouble sum = two_sum(x, inverse.growth.high);
         rest = two_sum(sum.high, product.high);
@@ -279,23 +286,23 @@ static inline DoubleDouble expand_log1p(double x, double *error) {
     return two_sum(value.high, value.low + (rest.low - 0.5 * rest.high * rest.high));
 }
 
-/* A number whose logarithm is known, for the logarithms of numbers near it. */
+/* A number 1 + x whose logarithm is known. It is used to compute the logarithms of numbers near it. */
 typedef struct LogAnchor {
     double x;
     DoubleDouble log; /* of 1 + x */
     double error;     /* upper bound of the error of `log` */
 } LogAnchor;
 
-/* Return the anchor of a series whose first number is unknown: 1, whose logarithm is 0. */
+/* Return the first anchor, for a series of numbers that are not yet known: the number 1, whose logarithm is 0. */
 static inline LogAnchor first_anchor(void) {
     return (LogAnchor){0.0, {0.0, 0.0}, 0.0};
 }
 
-/* Write the nearest float to the logarithm of 1 + x. Return whether it is certain.
+/* Write the float nearest to the logarithm of 1 + x. Return whether that float is certain.
 
-   The logarithm of the anchor is increased by that of 1 + r, where 1 + x is 1 + r times the anchor's number. For r of
-   at most 2^-8 in size, the series ends with r^7. Terms after it are at most 2^-51 r^2, and so are the roundings of
-   terms from r^2 on. */
+   The result is the sum of the logarithms of the anchor's number and of 1 + r, where 1 + x is 1 + r times the anchor's
+   number. For |r| <= 2^-8, the series ends with r^7. The omitted terms are at most 2^-51 r^2 in all, and so are the
+   roundings of the terms from r^2 on. */
 static inline bool log1p_near(const LogAnchor *anchor, double x, double *nearest) {
     DoubleDouble step = two_diff(x, anchor->x), number = two_sum(1.0, anchor->x);
     double r = step.high / number.high;
@@ -310,8 +317,8 @@ static inline bool log1p_near(const LogAnchor *anchor, double x, double *nearest
     return round_pair((DoubleDouble){sum.high, sum.low + (anchor->log.low + (rest + series))}, error, nearest);
 }
 
-/* Return the natural logarithm of 1 + x: minus infinity at -1, and NaN below. If the anchor's logarithm does not decide
-   how it is rounded, x is the next anchor. */
+/* Return the natural logarithm of 1 + x: minus infinity for x = -1, and NaN for smaller x. If the anchor's logarithm
+   does not decide which float is nearest, x becomes the next anchor. */
 static inline double nearest_log1p_from(LogAnchor *anchor, double x) {
     double nearest;
     if (!(x > -1.0 && x < CAROM_INF)) {

@@ -1,4 +1,4 @@
-/* Integers of 256 bits, for the few results whose rounding floats do not decide: see exponentials.h.
+/* Integers of 256 bits, for the few results for which floats cannot decide how to round: see exponentials.h.
 
    A number is eight limbs of 32 bits, the lowest first, in two's complement. Limbs have only 32 bits because compilers
    for 32-bit machines have no product of 64 by 64 bits. All operations ignore overflow; callers keep numbers in
@@ -69,7 +69,8 @@ static inline WideInteger wide_negate(WideInteger a) {
 static inline WideInteger wide_shift(WideInteger a, int shift) {
     WideInteger shifted;
     uint32_t sign = wide_is_negative(a) ? 0xFFFFFFFFu : 0;
-    int down = shift < 0 ? (-shift + 31) / 32 : 0; /* number of limbs to shift down by, before shifting up */
+    /* number of limbs by which a is shifted down, before it is shifted up */
+    int down = shift < 0 ? (-shift + 31) / 32 : 0;
     int up = shift + 32 * down;
     for (int i = 0; i < WIDE_LIMBS; i++) {
         int source = i + down - up / 32;
@@ -99,7 +100,7 @@ static inline WideInteger wide_multiply(WideInteger a, WideInteger b) {
     return quotient;
 }
 
-/* Return a, which may have any sign, times a factor of at most 32 bits. */
+/* Return the product of a, which may have any sign, and a factor of at most 32 bits. */
 static inline WideInteger wide_multiply_small(WideInteger a, uint32_t factor) {
     WideInteger product;
     uint64_t carry = 0;
@@ -136,8 +137,8 @@ static inline WideInteger wide_from_double(double x, int shift) {
     return wide_shift(whole, shift < -255 ? -255 : shift);
 }
 
-/* Return the float nearest to a 2^exponent. In a tie it is the even one. The result is infinity beyond the largest
-   float, and must not be subnormal. */
+/* Return the float nearest to a 2^exponent, and the even one in a tie. The result is infinity if it exceeds the largest
+   float. It must not be subnormal. */
 static inline double wide_to_double(WideInteger a, int exponent) {
     bool negative = wide_is_negative(a);
     WideInteger size = negative ? wide_negate(a) : a;

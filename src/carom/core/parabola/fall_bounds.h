@@ -1,9 +1,9 @@
 /* Lower bounds of times of impact on a parabola: times before which a disc certainly does not touch something.
 
-   They cost a small part of what fall_time.h costs, so that most features near a disc need no exact solution. Each
-   bound is conservative: it subtracts more than all of its rounding errors, which are below CAROM_BOUND_ERROR of its
-   terms. If numbers are too large for floats, no comparison is true, and a bound is 0. Times are in seconds from now;
-   CAROM_INF for never. */
+   Their cost is a small fraction of the cost of fall_time.h. With them, most features near a disc need no exact
+   solution. Each bound is conservative: it subtracts more than all of its rounding errors, which are below
+   CAROM_BOUND_ERROR of its terms. If numbers are too large for floats, no comparison is true, and a bound is 0. Times
+   are in seconds from now. CAROM_INF means never. */
 
 #pragma once
 
@@ -36,8 +36,8 @@ static inline bool is_bound_after(double bound, double within) {
 /* Return a time before which a disc is certainly farther from a point than `reach`.
 
    (x, y) is the disc's position relative to the point, with an error of at most `error`, and (ux, uy) its velocity.
-   Consider the tangent at the point of the circle that is nearest to the disc now. As long as the disc is beyond it,
-   the disc is outside the circle. */
+   Consider the tangent of the circle at the point that is nearest to the disc now. While the disc is on the far side of
+   this tangent from the circle, it is outside the circle. */
 static inline double circle_lower_bound(double x, double y, double ux, double uy, double ax, double ay, double reach,
                                         double error) {
     double distance = sqrt(x * x + y * y);
@@ -48,7 +48,7 @@ static inline double circle_lower_bound(double x, double y, double ux, double uy
     return closing_lower_bound(gap, speed, pull);
 }
 
-/* Return a time before which a disc certainly does not touch a fixed disc. The two are not in contact now. */
+/* Return a time before which a disc certainly does not touch a fixed disc. The two discs must not be in contact now. */
 static inline double fall_pair_lower_bound(const FallingDisc *disc, double fixed_x, double fixed_y,
                                            double fixed_radius, double ax, double ay) {
     double size = fabs(disc->x) + fabs(fixed_x) + fabs(disc->y) + fabs(fixed_y);
@@ -85,7 +85,7 @@ static inline void write_feature_ranges(const Feature *f, Range *x, Range *y) {
     *x = *y = (Range){-size, size};
     if (f->whole)
         return;
-    /* If the sector contains the direction of an axis, it reaches as far in that direction as the circle. */
+    /* If the sector contains the direction of an axis, the arc extends as far in that direction as its circle. */
     double ex = f->ex.high, ey = f->ey.high, fx = f->fx.high, fy = f->fy.high;
     bool has_right = f->reflex ? ey <= 0.0 || fy >= 0.0 : ey <= 0.0 && fy >= 0.0;
     bool has_left = f->reflex ? ey >= 0.0 || fy <= 0.0 : ey >= 0.0 && fy <= 0.0;
@@ -113,9 +113,10 @@ static inline bool misses_line(double gap, double gap_size, double speed, double
 /* Return whether a disc certainly does not touch a face within a time. (x, y) is the disc's position relative to the
    start of the face, and `way` an upper bound of its displacement.
 
-   Let w, s and p be the gap to the face's line, its rate of change and its acceleration, times the face's length, and
-   f, g and h the same for the foot along the face. First, the gap changes by at most s t + p t^2/2. Second, if it
-   closes at a time t, then w + s t + p t^2/2 = 0, so the foot times -s is f (-s) + g w, up to terms with p and h. */
+   Let w, s and p be the gap to the face's line, its rate of change and its acceleration, all multiplied by the face's
+   length. Let f, g and h be the same for the disc's position along the face. The first test uses the change of the gap,
+   s t + p t^2/2. The second uses where the gap closes: at that time w + s t + p t^2/2 = 0, so the position multiplied
+   by -s is f (-s) + g w, up to terms with p and h. */
 static inline bool fall_misses_face(double x, double y, double ux, double uy, const Feature *f, double ax, double ay,
                                     double place_size, double thick, double way, double within) {
     const double ex = f->ex.high, ey = f->ey.high, length = f->size.high;
@@ -157,14 +158,14 @@ static inline bool fall_misses_feature(const Mover *disc, const Feature *f, doub
         return true;
     const double error = CAROM_BOUND_ERROR * place_size;
     if (f->kind == VERTEX || f->kind == OUTER_ARC) {
-        /* The path differs from a straight one by at most half of `fallen` times the time. */
+        /* The path differs from a straight one by at most `fallen` * `within` / 2. */
         double touch = f->size.high + thick + (0.5 + CAROM_BOUND_ERROR) * fallen * within + error;
         Bounded apart = separation(x, y, touch);
         if (apart.value > apart.error && is_passed(x, y, ux, uy, touch, within))
             return true;
     }
-    /* When a disc touches a feature, its centre is within `thick` of the feature, except for the rounding of its
-       displacement. That rounding decides at the ends of the feature. */
+    /* When a disc touches a feature, its centre is at most `thick` from the feature. The rounding of its displacement
+       is added to that distance, because it matters at the ends of the feature. */
     const double room_error = CAROM_BOUND_ERROR * (place_size + thick + f->size.high + way);
     const double room = thick + (room_error + CAROM_BOUND_LENGTH_UNDERFLOW);
     Range path_x = parabola_range(x, ux, ax, within), path_y = parabola_range(y, uy, ay, within), at_x, at_y;

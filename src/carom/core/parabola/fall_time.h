@@ -1,14 +1,16 @@
-/* Times of impact of a disc on a parabola with a fixed disc, the line of a half-plane, a face, a vertex or an arc.
+/* Times of impact of a disc that moves on a parabola. It can hit a fixed disc, the line of a half-plane, a face, a
+   vertex or an arc.
 
    The gap to a line is a quadratic in time, w + s t + a t^2/2, and an impact is the root at which it closes. The three
-   coefficients are pairs, so that their signs select the right root. The gap to a circle is a quartic: falls.h. If an
-   arc's gap closes outside of the arc's sector, there is no contact, and the next closing counts.
+   coefficients are pairs, so that their signs select the right root. The gap to a circle is a quartic: see falls.h. If
+   an arc's gap closes outside of the arc's sector, there is no contact, and the next closing counts.
 
    Times are in seconds from now. The result is 0 for bodies that touch and approach. It is also 0 for bodies that
-   touch, do not separate and accelerate towards each other. It is infinity for never. If the obstacle is the last thing
-   that the disc hit on this path (`has_just_left`), the gap is exactly 0 now, although the rounded value may differ.
-   The gap then opens at the speed `leaving`, 0 or more. The same functions serve for two discs on a decelerating table:
-   the path is that of one disc relative to the other. docs/theory/contact.md derives them. */
+   touch, do not separate and accelerate towards each other. It is infinity if there is no impact. If the disc starts
+   its present path with an impact on this obstacle (`has_just_left`), the gap is exactly 0 now, although the rounded
+   value may differ. The gap then opens at the speed `leaving`, 0 or more. The same functions are used for two discs on
+   a decelerating table. Then the path is that of one disc relative to the other. docs/theory/contact.md derives the
+   formulas. */
 
 #pragma once
 
@@ -18,15 +20,15 @@
 
 /* ---- lines ---- */
 
-/* Return the seconds until a body that leaves a wall at `speed` > 0 returns to it, with the acceleration `pull` < 0. */
+/* Return the seconds until a body returns to a wall that it leaves at `speed` > 0, with the acceleration `pull` < 0. */
 static inline double return_time(DoubleDouble speed, DoubleDouble pull) {
     return linear_root((DoubleDouble){2.0 * speed.high, 2.0 * speed.low}, pull);
 }
 
 /* Return the seconds until a gap with this rate of change and this acceleration closes.
 
-   The error is at most 4 units in the last place while `speed` squared and `pull` times `gap` are between 1e-250 and
-   1e290, unless the path's apex is nearer to the wall than 2^-80 of its height. */
+   The error is at most 4 units in the last place if `speed`^2 and `pull` * `gap` are between 1e-250 and 1e290. An
+   exception is a path whose apex is nearer to the wall than 2^-80 of the path's height. */
 static inline double descent_time(DoubleDouble gap, DoubleDouble speed, DoubleDouble pull) {
     const double w = gap.high, s = speed.high, a = pull.high;
     if (w <= 0.0) {
@@ -46,8 +48,8 @@ static inline double descent_time(DoubleDouble gap, DoubleDouble speed, DoubleDo
     DoubleDouble twice = {2.0 * gap.high, 2.0 * gap.low};
     DoubleDouble d = discriminant_from_gap(speed, twice, pull);
     if (!(d.high > 0.0)) {
-        /* The disc is pulled back before it reaches the wall. Or rounding places the disc inside the wall, and it is
-           pulled back before it leaves the wall. */
+        /* Either the disc is pulled back before it reaches the wall, or rounding places the disc inside the wall and it
+           is pulled back before it leaves the wall. */
         return a > 0.0 ? CAROM_INF : linear_root(speed, pull);
     }
     if (w > 0.0 && !(s > 0.0))
@@ -67,7 +69,8 @@ static inline double plane_fall_time(const Mover *disc, const Feature *plane, do
     return descent_time(gap, wall_speed(disc->ux.high, disc->uy.high, plane->nx, plane->ny), pull);
 }
 
-/* Return whether a disc's foot is on the edge at a time. If rounding decides, face and vertex have the same impact. */
+/* Return whether the point of a face's line that is nearest to a disc is on the face at a time. If rounding decides
+   this, the impacts on the face and on its vertex are the same. */
 static inline bool foot_is_on_face(const Mover *disc, const Feature *face, double time, double ax, double ay) {
     double moved_x = time * (disc->ux.high + 0.5 * ax * time), moved_y = time * (disc->uy.high + 0.5 * ay * time);
     double x = offset_between(disc->x, face->x).high + moved_x;
@@ -81,7 +84,7 @@ static inline bool foot_is_on_face(const Mover *disc, const Feature *face, doubl
 /* Return the seconds until a disc touches a face. */
 static inline double face_fall_time(const Mover *disc, const Feature *face, double ax, double ay, bool has_just_left,
                                     double leaving) {
-    /* All three are multiplied by the face's length. */
+    /* `pull`, `gap` and `speed` are multiplied by the face's length. */
     DoubleDouble pull = cross_product(face->ex, face->ey, (DoubleDouble){ax, 0.0}, (DoubleDouble){ay, 0.0});
     double wait;
     if (has_just_left) {
@@ -117,14 +120,15 @@ static inline Gap line_form(const LineGap *gap) {
     return (Gap){write_line_pairs, write_line_products, gap};
 }
 
-/* Begin with the gap of a circle. Return its sign now; 0 if the disc has just left the circle. */
+/* Begin to find the falls of the gap to a circle. Return the gap's sign now, which is 0 if the disc has just left the
+   circle. */
 static inline int begin_circle_falls(Falls *falls, const ExactQuartic *exact, const CircleGap *gap, const Gap *form) {
     begin_falls(falls, exact, form);
     write_circle_floats(gap, &falls->floats);
     return gap->has_left ? 0 : sign_of_gap(falls);
 }
 
-/* Set the sign of a gap now. If `is_closed`, the gap is 0 now, whatever its coefficients are. */
+/* Set the present sign of a gap. If `is_closed`, the gap is 0 now, whatever its coefficients are. */
 static inline void start_falls(Falls *falls, CircleGap *gap, int sign, bool is_closed) {
     if (is_closed) {
         gap->is_closed = falls->is_closed = true;
@@ -133,7 +137,7 @@ static inline void start_falls(Falls *falls, CircleGap *gap, int sign, bool is_c
     set_start(falls, sign);
 }
 
-typedef struct FallingDisc { /* relative to a body that does not accelerate */
+typedef struct FallingDisc { /* position and velocity are relative to a body that does not accelerate */
     double x;
     double y;
     double vx;
@@ -166,14 +170,14 @@ static inline double disc_fall_time(const ExactQuartic *exact, const FallingDisc
 
 /* ---- arcs ---- */
 
-/* Return a coordinate after a time of free fall, and an upper bound of its change. */
+/* Return a coordinate after a time of free fall, and an upper bound of how much it has changed. */
 static inline MovedCoordinate fallen_coordinate(DoubleDouble x, DoubleDouble u, double a, double time) {
     double flown = time * u.high, fallen = 0.5 * a * time * time;
     DoubleDouble sum = two_sum(x.high, flown + fallen);
     return (MovedCoordinate){two_sum(sum.high, sum.low + x.low), fabs(flown) + fabs(fallen)};
 }
 
-/* Return whether a disc is in an arc's sector at a time, or whether rounding leaves that undecided. */
+/* Return whether a disc is in an arc's sector at a time. If rounding leaves that undecided, return true. */
 static inline bool falls_into_sector(const Feature *arc, const Mover *disc, double time, double ax, double ay) {
     if (arc->whole)
         return true;
@@ -182,7 +186,8 @@ static inline bool falls_into_sector(const Feature *arc, const Mover *disc, doub
     return is_in_sector(arc, x.coordinate, y.coordinate, x.change, y.change);
 }
 
-/* Return the first of several falls, counted from an instant, that is in an arc's sector; infinity for none. */
+/* Return the time of the first fall at which the disc is in an arc's sector; infinity for none. `falls` counts time
+   from the instant `from`. */
 static inline double first_in_sector(Falls *falls, double from, const Feature *arc, const Mover *disc, double ax,
                                      double ay) {
     for (;;) {
@@ -194,23 +199,23 @@ static inline double first_in_sector(Falls *falls, double from, const Feature *a
     }
 }
 
-/* Compute the pairs of a gap, and then its floats from them. */
+/* Compute the pair form of a gap, and from it the float form. */
 static inline void begin_with_pairs(Falls *falls, const ExactQuartic *exact, const Gap *form) {
     begin_falls(falls, exact, form);
     need_pairs(falls);
     falls->floats = round_polynomial(&falls->pairs);
 }
 
-/* Return the exact sign of a gap at the instant from which it is counted. */
+/* Return the exact sign of a gap at the instant from which the gap counts time. */
 static inline int sign_of_form(const ExactQuartic *exact, Gap form) {
     Falls falls;
     begin_with_pairs(&falls, exact, &form);
     return sign_of_gap(&falls);
 }
 
-/* Return when a disc enters an arc's sector while it touches or overlaps the arc from inside, and the contact continues
-   from there; infinity for never. `gap` is the gap to the arc. At the entry the gap counts as 0, for the reason stated
-   in feature_time.h. */
+/* Return the first time of contact after a disc enters an arc's sector while it touches or overlaps the arc from
+   inside; infinity for never. `gap` is the gap to the arc. At the entry the gap counts as 0, for the reason stated in
+   feature_time.h. */
 static CAROM_NOINLINE double sector_entry_fall_time(const ExactQuartic *exact, const CircleGap *gap, const Mover *disc,
                                                     const Feature *arc) {
     const double ax = gap->path.ax, ay = gap->path.ay;

@@ -1,7 +1,7 @@
-/* The gap between a disc on a parabola and a fixed circle, or a line through a fixed point, as a polynomial in time.
+/* Gaps as polynomials in time: between a disc on a parabola and a fixed circle, or a line through a fixed point.
 
-   Let d be the position of the disc's centre relative to the circle's, u its velocity, a its acceleration, and R the
-   distance at which the two touch. The gap from outside is
+   Let d be the position of the disc's centre relative to the circle's centre, u its velocity, a its acceleration, and R
+   the distance of the two centres in contact. The gap from outside is
 
        |d + u t + a t^2/2|^2 - R^2 = (d.d - R^2) + 2 d.u t + (u.u + d.a) t^2 + u.a t^3 + a.a/4 t^4
 
@@ -29,7 +29,7 @@ typedef struct FallPath {
 typedef struct CircleGap {
     FallPath path; /* relative to the circle's centre */
     DoubleDouble reach;
-    double from;    /* the time is counted from this instant */
+    double from;    /* the gap counts time from this instant */
     double leaving; /* speed at which the disc has left the circle, if `has_left` */
     bool has_left;
     bool is_inside; /* whether the gap is positive inside the circle */
@@ -37,7 +37,7 @@ typedef struct CircleGap {
     bool is_closed;
 } CircleGap;
 
-/* The product of the position and a vector f that a `LineGap` contains. */
+/* The product of the position and a vector f. This product is the gap in a `LineGap`. */
 typedef enum LineKind {
     ACROSS, /* fy x - fx y: the distance to the right of the line along f, times the length of f */
     ALONG,  /* fx x + fy y */
@@ -65,7 +65,7 @@ static inline TripleDouble place_parts(DoubleDouble x, DoubleDouble from) {
     return (TripleDouble){sum.high, middle.high, middle.low + rest.low};
 }
 
-/* Return the coordinate as a pair, with an error of at most 2^-104 of its terms. */
+/* Return a coordinate relative to the fixed point as a pair, with an error of at most 2^-104 of its terms. */
 static inline DoubleDouble place_from(DoubleDouble x, DoubleDouble from) {
     TripleDouble parts = place_parts(x, from);
     return quick_sum(parts.high, parts.middle);
@@ -85,8 +85,8 @@ static inline int degree_of_path(const FallPath *p) {
     return p->ux.high != 0.0 || p->uy.high != 0.0 ? 2 : 0;
 }
 
-/* Write the float form of a gap whose `from` is 0. Each coefficient has at most 8 roundings: two for a position (a
-   difference and a sum), and one for a velocity or a reach (its low part). */
+/* Write the float form of a gap whose `from` is 0. Each coefficient has at most 8 roundings. A position contributes two
+   (a difference and a sum), and a velocity or a reach contributes one (its low part). */
 static inline void write_circle_floats(const CircleGap *gap, Polynomial *p) {
     const FallPath *path = &gap->path;
     double x = (path->x.high - path->from_x.high) + (path->x.low - path->from_x.low);
@@ -119,8 +119,8 @@ static inline TripleDouble add_place_square(TripleDouble total, TripleDouble x) 
     return add_term(total, 2.0 * x.high * x.low);
 }
 
-/* Write coefficient 0 if its terms nearly cancel, as they do near contact. Its error is then relative to its own
-   value. */
+/* Write coefficient 0 for terms that nearly cancel, as they do near contact. The error of the result is relative to the
+   coefficient itself. */
 static inline void write_excess(const CircleGap *gap, PairPolynomial *p) {
     const FallPath *path = &gap->path;
     TripleDouble total = add_square(empty_sum(), gap->reach, -1.0);
@@ -136,8 +136,8 @@ static inline TripleDouble add_place_product(TripleDouble total, TripleDouble x,
     return add_term(total, x.low * u.high);
 }
 
-/* Write coefficient 1 if its terms nearly cancel, as they do for a disc that moves along a circle. Its error is then
-   relative to its own value. */
+/* Write coefficient 1 for terms that nearly cancel, as they do for a disc that moves along a circle. The error of the
+   result is relative to the coefficient itself. */
 static inline void write_opening(const CircleGap *gap, PairPolynomial *p) {
     const FallPath *path = &gap->path;
     TripleDouble total = add_place_product(empty_sum(), place_parts(path->x, path->from_x), path->ux);
@@ -182,7 +182,7 @@ static inline void write_circle_pairs(const void *source, PairPolynomial *p) {
         shift_origin(p, gap->from);
 }
 
-/* Add the square of the distance times a power of two. */
+/* Add the square of the distance, multiplied by a power of two. */
 static inline void add_path_products(Products *products, const FallPath *path, double factor) {
     const double x[4] = {path->x.high, path->x.low, -path->from_x.high, -path->from_x.low};
     const double y[4] = {path->y.high, path->y.low, -path->from_y.high, -path->from_y.low};
@@ -219,7 +219,8 @@ static inline void write_circle_products(const void *source, Products *products)
 
 /* ---- a line ---- */
 
-/* Write the float form of a gap whose `from` is 0. Return whether its degree is certain; the degree is then 2. */
+/* Write the float form of a gap whose `from` is 0. Return whether the degree of the gap is certain. The degree is then
+   2. */
 static inline bool write_line_floats(const LineGap *gap, Polynomial *p) {
     const FallPath *path = &gap->path;
     double fx = gap->sense * (gap->kind == ACROSS ? gap->fy.high : gap->fx.high);

@@ -88,7 +88,7 @@ static inline Point find_nearest_on_arc(const ChainEdge *e, double x, double y) 
     return is_nearer_to_begin(e, x, y) ? (Point){e->ax, e->ay} : (Point){e->bx, e->by};
 }
 
-/* Return where the foot of a point is on a segment's line: 0 at the start of the segment, 1 at its end. */
+/* Return where the perpendicular from a point meets a segment's line: 0 at the start of the segment, 1 at its end. */
 static inline double foot_on_segment(const ChainEdge *e, double x, double y) {
     double ex = e->bx - e->ax;
     double ey = e->by - e->ay;
@@ -112,7 +112,8 @@ static inline void enclose_edge(ChainEdge *e) {
     e->extent = e->is_arc ? e->radius : 0.5 * length;
 }
 
-/* Return whether an edge is certainly farther from a point than a distance. `slack` exceeds all roundings, metres. */
+/* Return whether the distance of an edge from a point certainly exceeds `distance`. `slack` exceeds all roundings,
+   metres. */
 static inline bool is_farther(const ChainEdge *e, double x, double y, double distance, double slack) {
     double dx = x - e->mx;
     double dy = y - e->my;
@@ -173,8 +174,8 @@ static inline ChainPart find_part(const ChainEdge *e, double x, double y) {
     return (e->bx - e->ax) * (y - e->ay) - (e->by - e->ay) * (x - e->ax) > 0.0 ? ON_LEFT : ON_RIGHT;
 }
 
-/* Return a lower bound of the distance of a point from an edge, except for rounding. For an arc it is the distance from
-   the circle. */
+/* Return a lower bound of the distance of a point from an edge. It may be too large by rounding errors. For an arc it
+   is the distance from the circle. */
 static inline double bound_edge_distance(const ChainEdge *e, double x, double y) {
     if (e->is_arc) {
         double dx = x - e->cx;
@@ -187,8 +188,8 @@ static inline double bound_edge_distance(const ChainEdge *e, double x, double y)
     return sqrt(dx * dx + dy * dy);
 }
 
-/* Return a lower bound of the distance of a point from a chain's line, except for rounding. `edge` is an edge that is
-   probably near; it is set to the nearest one. */
+/* Return a lower bound of the distance of a point from a chain's line. It may be too large by rounding errors. `edge`
+   is an edge that is probably near; it is set to the edge with the smallest bound. */
 static inline double bound_distance(const Chain *chain, double x, double y, Index *edge) {
     double slack = distance_slack(chain, x, y);
     double least = bound_edge_distance(&chain->edges[*edge], x, y);

@@ -13,7 +13,7 @@
 
 /* ---- frames at which nothing is tested ---- */
 
-/* Pass frames, up to `until`, at which no disc is due. Return whether there were any. */
+/* Advance over frames at which no disc is due, at most up to frame `until`. Return whether there were any. */
 static inline bool skip_frames(State *s, Index until) {
     double before = s->now;
     Index count = 0;
@@ -40,7 +40,8 @@ static inline bool skip_frames(State *s, Index until) {
 
 /* ---- all tests of a frame ---- */
 
-/* Make all tests of the next frame, as long as there is work left. `row` is the disc to continue with. */
+/* Make all tests of the next frame, and pause if `State.work` is used up. `State.row` is the disc at which to
+   continue. */
 static inline void test_all(State *s) {
     Index n = s->disc_count;
     if (s->row == 0) {
@@ -79,7 +80,7 @@ static inline void test_all(State *s) {
 
 /* ---- the tests that can find something ---- */
 
-/* Make the present test, which is `last`. */
+/* Make the test with the number `pending.last`. */
 static inline void make_test(State *s) {
     Index first = (Index)(s->pending.last >> HALF_BITS);
     Index second = (Index)(s->pending.last & 0xFFFFFFFFu);
@@ -96,7 +97,8 @@ static inline void make_test(State *s) {
     }
 }
 
-/* List the discs that are due now, and find when the next of the other discs is due. Return the number of due discs. */
+/* List the discs that are due now, and find the earliest time at which another disc is due. Return the number of discs
+   in the list. */
 static inline Index find_due(State *s) {
     Index count = 0;
     double next_due = CAROM_INF;

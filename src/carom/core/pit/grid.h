@@ -1,11 +1,12 @@
 /* Broad phase of PIT: which discs are near each other, for any sizes and positions.
 
    Discs of about the same size (within a factor of 2) share a level of square cells, which cover the whole plane. Cells
-   are mapped to a fixed number of lists. Discs of different cells in the same list are excluded by their distance.
+   are mapped to a fixed number of lists. Cells may share a list, and discs of other cells in the same list are excluded
+   by their distance.
 
    A disc is put into its cell when it is scheduled. Until it is due again, it may move by at most the `leeway` of its
-   level. So two discs that can touch were put into cells that are no farther apart than their reach, radius and leeway
-   allow. Cells decide when a pair is tested, and never change a result. */
+   level. So if two discs can touch, the positions at which they were put into their cells are no farther apart than the
+   sum of their radii and leeways. Cells decide when a pair is tested, and never change a result. */
 
 #pragma once
 
@@ -17,7 +18,8 @@ enum {
     LISTS_PER_DISC = 2, /* least number of lists per disc, so that most cells have a list of their own */
 };
 
-/* Return the row or column of a position that is measured in cells. It is a nondecreasing function. */
+/* Return the row or column that contains a coordinate, which is given in widths of a cell. The result never decreases
+   when the coordinate grows. */
 static inline int64_t cell_number(double place) {
     if (!(fabs(place) < CAROM_LAST_CELL)) {
         if (place != place)
@@ -72,7 +74,8 @@ static inline double time_in_leeway(const State *s, const Disc *a, double margin
 
 /* ---- levels, chosen once ---- */
 
-/* Return how often the largest radius can be halved until it would be below a disc's radius; at most MAX_LEVELS - 1. */
+/* Return how many times the largest radius can be halved without falling below a disc's radius; at most MAX_LEVELS -
+   1. */
 static inline int halvings_of(double radius, double largest) {
     int power;
     double fraction = frexp(radius / largest, &power);
@@ -118,7 +121,7 @@ static inline void choose_levels(State *s) {
     }
 }
 
-/* Return the number of lists for cells: a power of 2. It is 0 for a few discs, and if no test is skipped. */
+/* Return the number of lists for cells: a power of 2. It is 0 for few discs, and if no test is skipped. */
 static inline Index count_lists(const State *s) {
     if (!s->skips || s->disc_count <= FEW_DISCS)
         return 0;

@@ -19,14 +19,14 @@ static inline bool discs_interfere(const Disc *a, const Disc *b) {
     double along = dx * (b->vx - a->vx) + dy * (b->vy - a->vy);
     double squared = dx * dx + dy * dy;
     double contact = a->radius + b->radius;
-    /* Both conditions are tested at once and without a root first, since a branch on whether discs approach is
+    /* Both conditions are first tested together and without a root, since a branch that depends only on the approach is
        unpredictable. */
     if (greater(along, squared - contact * contact * (1.0 + CAROM_ROOT_ROOM)) > 0.0)
         return false;
     return along < 0.0 && sqrt(squared) <= contact;
 }
 
-/* Return whether an impact changes the velocity of neither of two discs. */
+/* Return whether impacts change neither disc's velocity. */
 static inline bool are_immovable(const Disc *a, const Disc *b) {
     return a->inverse_mass == 0.0 && b->inverse_mass == 0.0;
 }
@@ -44,7 +44,7 @@ static inline bool pair_interferes(const State *s, Index i, Index j) {
 static inline bool plane_interferes(const Disc *a, const Wall *wall) {
     double along = a->vx * wall->nx + a->vy * wall->ny;
     double depth = (a->x - wall->x) * wall->nx + (a->y - wall->y) * wall->ny;
-    /* few discs are at a wall, while whether one approaches is unpredictable */
+    /* the depth is tested first: few discs are at a wall, and a branch that depends on the approach is unpredictable */
     return depth <= a->radius && along < 0.0;
 }
 
@@ -105,7 +105,7 @@ static inline void record_at_frame(State *s, const Impact *impact, const Spins *
     }
 }
 
-/* Set the velocities of two interfering discs after their impact. The normal is the present line of centres. */
+/* Apply and record the impact of two interfering discs. Its normal is along the present line of centres. */
 static inline void apply_pair_impact(State *s, Index i, Index j) {
     Disc *a = &s->discs[i];
     Disc *b = &s->discs[j];
@@ -151,7 +151,7 @@ static inline void collide_falling(const State *s, const Law *law, const Wall *w
     spins->first_after = a->turning->spin;
 }
 
-/* Set the velocity of disc i after its impact on wall k. The disc interferes with the wall, so it is movable. */
+/* Apply and record the impact of disc i on wall k. The disc interferes with the wall, so it is movable. */
 static inline void apply_wall_impact(State *s, Index i, Index k) {
     Disc *a = &s->discs[i];
     Disc relative;

@@ -60,7 +60,7 @@ static inline void move_driven(State *s) {
     }
 }
 
-/* Return a disc relative to wall k, in the frame in which the wall is at its start position. For a wall that never
+/* Return a disc relative to wall k, in coordinates in which the wall stays at its start position. For a wall that never
    moves this is the disc itself. */
 static inline const Disc *relative_to_wall(const State *s, const Disc *a, Index k, Disc *relative) {
     if (s->wall_motions == NULL || s->wall_motions[k].path == NO_PATH)
@@ -91,7 +91,7 @@ static inline double clock_time(const State *s, Index frame) {
     return (double)frame * s->clock.step / s->clock.rate;
 }
 
-/* Return the time that discs use at a frame. With damping it is the undamped time. */
+/* Return the time of a frame that the motion of discs uses. With damping it is the undamped time. */
 static inline double frame_time(State *s, Index frame) {
     Damping *d = &s->damping;
     if (d->rate == 0.0)
@@ -123,7 +123,7 @@ static inline void advance_slowing(double *centre, double *velocity, Slowing *sl
         velocity[1] += slowing->ay * step;
         return;
     }
-    /* The distance to the stop is computed from the mean speed, which avoids the difference of two large distances. */
+    /* The distance to the stop is computed from the mean speed. This avoids the difference of two large distances. */
     double lasts = seconds_between((Instant){from, 0.0}, slowing->stops);
     centre[0] += 0.5 * lasts * velocity[0];
     centre[1] += 0.5 * lasts * velocity[1];
@@ -145,7 +145,7 @@ static inline void advance_disc(State *s, Index i, double from, double to) {
     }
 }
 
-/* Set the deceleration by the table for disc i, whose velocity an impact has just changed. */
+/* On a table, set the deceleration of disc i from its present velocity. */
 static inline void slow_disc(State *s, Index i) {
     const Disc *a = &s->discs[i];
     if (s->motion == SLOWING && a->inverse_mass > 0.0)
@@ -207,7 +207,7 @@ static inline void advance_curved(State *s, Index i, double from, Index count) {
     s->discs[i] = a;
 }
 
-/* Advance all discs over the first `count` frames of `s->times`. `from` is the time before these. */
+/* Advance all discs over the first `count` frames of `s->times`. `from` is the time of the frame before these. */
 static inline void advance_over_frames(State *s, double from, Index count) {
     Index last = s->disc_count - 1;
     if (s->motion == STRAIGHT) {

@@ -1,8 +1,8 @@
 /* Pending tests of a frame, in the order of Algorithm 1: all pairs (i, j), i < j, then all pairs of a disc and a wall.
 
    An impact changes the input of later tests, so tests that are not skipped keep that order. A test is identified by a
-   number that increases in this order. It has i in the upper half and j in the lower half, or disc_count + i and k for
-   a wall. */
+   number that increases in this order. Its upper half is i and its lower half is j. For a wall, the halves are
+   disc_count + i and k. */
 
 #pragma once
 
@@ -13,13 +13,13 @@ enum {
     HALF_BITS = 32, /* bits in half of a test's number */
 };
 
-#define LAST_TEST UINT64_MAX /* at least the number of any test */
+#define LAST_TEST UINT64_MAX /* no test has a larger number */
 
 static inline Test test_of(Index first, Index second) {
     return (Test)first << HALF_BITS | (Test)second;
 }
 
-/* Add a test of this frame, unless its turn has passed or is now. */
+/* Add a test of this frame, unless it is the present test or comes before it in the order. */
 static inline void add_test(State *s, Test test) {
     Pending *t = &s->pending;
     if (test <= t->last)

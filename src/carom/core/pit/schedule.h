@@ -1,8 +1,8 @@
 /* Searches around a disc: the tests that it needs at this frame, and the time at which it is due again.
 
-   For each disc a time is stored before which the disc is not due. It is the earliest time at which the disc could hit
-   a disc near it or a wall, or leave its leeway. No impact is missed: for any two discs, the later search uses the
-   present paths of both. So one of the two is due before they can touch. */
+   Each disc has a stored time, before which it is not due. This is the earliest time at which the disc could hit a disc
+   near it or a wall, or leave its leeway. No impact is missed: for any two discs, the later of their two searches uses
+   the present paths of both. So one of the two discs is due before they can touch. */
 
 #pragma once
 
@@ -19,7 +19,7 @@
 #define CAROM_SKIPS true
 #endif
 
-/* Return the number of tests of a frame. */
+/* Return the number of tests that plain looping makes at a frame. */
 static inline double plain_work(const State *s) {
     return (double)s->disc_count * (0.5 * (double)(s->disc_count - 1) + (double)s->wall_count);
 }
@@ -31,11 +31,11 @@ static inline double frame_work(const State *s) {
     return (double)s->disc_count * (CAROM_SWEEP_WORK + (double)s->wall_count);
 }
 
-/* Return whether the next frame is looped plainly. It is if the caller requests it, or while the excess cost of
+/* Return whether all tests of the next frame are made. They are if the caller requests it, or while the excess cost of
    skipping is being recovered.
 
-   Skipping first has to schedule all discs, and computes bounds again that have expired. So it is given up only after
-   it has cost more than plain looping for a while. It is tried again after a longer while. */
+   Skipping must first schedule all discs, and must compute expired bounds again. So it stops only when its excess cost
+   is larger than a limit. It is tried again when frames without skipping have recovered the excess. */
 static inline bool loops_plainly(State *s) {
     if (!CAROM_SKIPS || !s->skips)
         return true;
@@ -52,7 +52,7 @@ static inline void spend_work(State *s, double work) {
     s->excess += work;
 }
 
-/* Count frames that were not looped plainly. */
+/* Count the savings at frames with skipped tests. */
 static inline void save_frames(State *s, Index frames) {
     s->excess = greater(s->excess - (double)frames * frame_work(s), -CAROM_SAVED_FRAMES * frame_work(s));
 }
@@ -104,7 +104,7 @@ static inline double test_or_wait(State *s, Index i, Index j, double extent_i, d
     return wait < least ? wait : least;
 }
 
-/* Search all discs. Return the same as `test_or_wait`. */
+/* Search all discs. Return the smaller of `least` and the shortest wait of disc i and another disc. */
 static inline double search_all(State *s, Index i, double extent_i, double least) {
     for (Index j = 0; j < s->disc_count; j++) {
         if (j != i)
@@ -113,7 +113,8 @@ static inline double search_all(State *s, Index i, double extent_i, double least
     return least;
 }
 
-/* Search the cells of all levels that may contain discs which disc i can touch. Return the same as `test_or_wait`. */
+/* Search the cells of all levels that may contain discs which disc i can touch. Return the smaller of `least` and the
+   shortest wait of disc i and such a disc. */
 static inline double search_cells(State *s, Index i, double extent_i, double least) {
     const Grid *g = &s->grid;
     const Disc *a = &s->discs[i];
@@ -141,10 +142,10 @@ static inline double search_cells(State *s, Index i, double extent_i, double lea
 
 /* ---- walls ---- */
 
-/* Return a lower bound of the gap between disc i and all walls that never move, minus possible roundings, metres.
+/* Return a lower bound of the gap between disc i and any wall that never moves, metres. The bound allows for roundings.
 
-   The gap at one position also bounds the gap at other positions. So for most discs it is known without a search that
-   they are far from all walls. */
+   The gap at one position also bounds the gap at other positions. So most discs need no search to prove that they are
+   far from all walls. */
 static inline double bound_clearance(const State *s, Index i, double extent_i) {
     const Disc *a = &s->discs[i];
     const Clearance *c = &s->clearances[i];
@@ -165,7 +166,7 @@ static inline double bound_wall_distance(State *s, const Disc *a, Index i, Index
     return distance;
 }
 
-/* Return the same, and store it if the wall never moves. */
+/* Return the bound of `bound_wall_distance`. If the wall never moves, include the bound in the disc's clearance. */
 static inline double find_distance(State *s, Index i, const Disc *relative, Index k) {
     double distance = bound_wall_distance(s, relative, i, k);
     if (wall_path(s, k) == NULL)
@@ -179,7 +180,7 @@ static inline void begin_clearance(State *s, Index i) {
     s->clearances[i] = (Clearance){a->x, a->y, CAROM_INF, s->clearances[i].edge};
 }
 
-/* Return the wait of disc i and wall k, from their gap, on the wall's present leg. */
+/* Return the wait of disc i and wall k, from their gap. It is valid on the wall's present leg only. */
 static inline double bound_wall(const State *s, Index i, Index k, const Disc *relative, double gap, double least) {
     if (is_chain(s, k))
         return bound_chain(s, relative, gap, least);
@@ -190,7 +191,7 @@ static inline double bound_wall(const State *s, Index i, Index k, const Disc *re
     return bound_curved_plane(s, relative, &s->walls[k], gap, least);
 }
 
-/* Add the test of disc i and wall k if it is due now. Return the same as `test_or_wait`. */
+/* Add the test of disc i and wall k if it is due now. Return the smaller of `least` and the wait of the two bodies. */
 static inline double test_wall_or_wait(State *s, Index i, Index k, double extent_i, double least) {
     Disc relative;
     const Disc *a = relative_to_wall(s, &s->discs[i], k, &relative);
@@ -209,7 +210,7 @@ static inline double test_wall_or_wait(State *s, Index i, Index k, double extent
     return wait < least ? wait : least;
 }
 
-/* Search all walls. Return the same as `test_or_wait`. */
+/* Search all walls. Return the smaller of `least` and the shortest wait of disc i and a wall. */
 static inline double search_walls(State *s, Index i, double extent_i, double least) {
     const Disc *a = &s->discs[i];
     double speed = (fabs(a->vx) + fabs(a->vy)) * (1.0 + CAROM_PATH_MARGIN);
@@ -254,7 +255,7 @@ static inline void reschedule_disc(State *s, Index i) {
     s->next_due = lesser(s->due[i], s->next_due);
 }
 
-/* Add the tests of disc i with the bodies that it touches. An impact has just changed its velocity. */
+/* Add the tests of disc i with the bodies that it touches. An impact has just changed the disc's velocity. */
 static inline void test_touching(State *s, Index i) {
     const Search *search = &s->searches[i];
     const Disc *a = &s->discs[i];
@@ -290,7 +291,7 @@ static inline void follow_impact(State *s, Index i) {
     test_touching(s, i);
 }
 
-/* Find when discs with stale searches are due again, after all tests of a frame. */
+/* After all tests of a frame, find the times at which discs with stale searches are due again. */
 static inline void schedule_stale(State *s) {
     s->pending.last = LAST_TEST; /* no further test is made at this frame */
     for (Index k = 0; k < s->stale_count; k++)

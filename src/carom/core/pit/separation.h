@@ -3,8 +3,8 @@
    - After an impact, two bodies separate until another impact changes one of the paths. On straight paths they cannot
      approach again, except for a chain that bends or that the disc reaches from its other side. Then the disc
      approaches another feature of the chain, or the inside of an arc. A falling disc can come back.
-   - An impact with restitution 0 leaves no normal speed, but floats leave a rounding error of it. touched_bodies.h
-     stores that the speed is 0 as long as other impacts are perpendicular to it. */
+   - An impact with restitution 0 makes the normal speed 0, but in floats a rounding error remains. touched_bodies.h
+     stores that this speed is 0 until an impact changes it that is not perpendicular to it. */
 
 #pragma once
 
@@ -16,13 +16,14 @@ static inline bool is_chain(const State *s, Index k) {
 
 /* ---- contacts without normal speed ---- */
 
-/* Return the contact without normal speed of disc i and a body, or NULL. A wall is -1 - k. A feature of a chain that
-   the disc touches is -1 - its number. */
+/* Return the contact without normal speed of disc i and a body, or NULL. Half-plane k has the number -1 - k. Feature f
+   of a chain has the number -1 - wall_count - f. */
 static inline const Touched *find_contact(const State *s, Index i, Index body) {
     return s->touched != NULL ? find_touched(&s->touched[i], body, s->now) : NULL;
 }
 
-/* Return when the motion of a body can end a contact, as `contact_end`; infinity for a body that is not driven. */
+/* Return the time at which the motion of a body can end a contact: that of `contact_end`, or infinity for a body that
+   is not driven. */
 static inline double driven_contact_end(const Path *path, bool is_flat, double nx, double ny) {
     return path == NULL ? CAROM_INF : contact_end(&path->legs[path->leg], is_flat, nx, ny);
 }
@@ -58,7 +59,7 @@ static inline void forget_slipping(State *s, Index i) {
     t->count = kept;
 }
 
-/* Store an applied impact of disc i on a body. `stops` says whether it leaves no normal speed. */
+/* Store an applied impact of disc i on a body. `stops` is true if the impact leaves no normal speed. */
 static inline void note_contact(State *s, Index i, Touched body, bool slides, bool stops) {
     note_touched(&s->touched[i], body, s->now, slides, stops);
     if (s->motion == SLOWING)
@@ -112,14 +113,14 @@ static inline Index near_edge(const State *s, Index i, Index k) {
     return edge >= 0 && edge < s->chains[k].edge_count ? edge : 0;
 }
 
-/* Return the number of the edge part of chain k that is nearest to a position. */
+/* Return the number of the feature of chain k, a side or an end of an edge, that is nearest to a position. */
 static inline Index feature_at(const State *s, Index k, const Nearest *nearest, double x, double y) {
     const ChainEdge *edge = &s->chains[k].edges[nearest->edge];
     return CHAIN_PARTS * (edge - s->edges) + find_part(edge, x, y);
 }
 
-/* Return the number of an edge in its chain and the kind of the part, coded as in a recorded contact: EDGE_KINDS times
-   the number plus `carom.model.trace.EdgeKind`. */
+/* Return a feature as recorded contacts encode it: EDGE_KINDS times the number of the edge in its chain, plus the
+   part's kind in `carom.model.trace.EdgeKind`. */
 static inline Index recorded_edge(const State *s, Index k, Index feature) {
     const ChainEdge *edge = &s->edges[feature / CHAIN_PARTS];
     int part = (int)(feature % CHAIN_PARTS);
@@ -149,8 +150,8 @@ static inline bool is_flat_part(const State *s, Index feature) {
 
 /* Store an impact of disc i on wall k that was just applied. n is the unit normal.
 
-   On a straight edge that is the direction to the nearest point, whose roundings grow with the coordinates. The normal
-   of the edge itself is stored instead. */
+   On a straight edge, n is the direction between the disc and the nearest point. Its roundings grow with the
+   coordinates, so the normal of the edge itself is stored instead. */
 static inline void note_wall_contact(State *s, Index i, Index k, double nx, double ny) {
     const Law *law = &s->wall_laws[k];
     if (s->touched == NULL)

@@ -7,7 +7,7 @@
 
 /* ---- sizes ---- */
 
-/* Return whether any driven body is a disc. If `is_disc` is false: whether any is a wall. */
+/* Return whether any driven body is a disc or, if `is_disc` is false, whether any is a wall. */
 static inline bool is_some_driven(const RunInput *input, bool is_disc) {
     for (Index k = 0; k < input->driven_count; k++) {
         if ((input->driven[DRIVEN_NUMBERS * k] >= 0.0) == is_disc)
@@ -16,7 +16,8 @@ static inline bool is_some_driven(const RunInput *input, bool is_disc) {
     return false;
 }
 
-/* Return the number of driven bodies that have a path. Only the surface moves of the others. */
+/* Return the number of driven bodies that have a path. The other driven bodies are walls of which only the surface
+   moves. */
 static inline Index count_paths(const RunInput *input) {
     Index count = 0;
     for (Index k = 0; k < input->driven_count; k++)
@@ -57,7 +58,7 @@ static inline size_t lay_out(State *s, const RunInput *input, void *memory) {
 
 /* ---- rows ---- */
 
-/* Fill the rows of driven bodies and of their legs, and the motion of walls and of their surfaces. */
+/* Fill the rows of driven bodies, of their legs, and of the motions of walls and surfaces. */
 static inline void fill_paths(State *s, const RunInput *input) {
     for (Index i = 0; i < s->disc_count && s->disc_paths != NULL; i++)
         s->disc_paths[i] = NO_PATH;

@@ -2,12 +2,12 @@
    paths.
 
    `docs/theory/pit.md` derives them. The contact distance is enlarged by `CAROM_PATH_MARGIN` times an upper bound of
-   |x| + |y| of both discs, for as long as a bound is used. If a number over- or underflows, the comparisons make the
-   wait 0, and no test is skipped.
+   |x| + |y| of both discs during the time for which a bound is used. If a number over- or underflows, the comparisons
+   make the wait 0, and no test is skipped.
 
-   A wait is a number of seconds for which two bodies cannot interfere on their present paths. It is INF for never. It
-   is 0 if they may interfere soon, possibly at the next frame, and CAROM_IN_CONTACT if they may interfere at this
-   frame. */
+   A wait is a number of seconds for which two bodies cannot interfere on their present paths. It is INF if they never
+   can. It is 0 if they may interfere soon, possibly at the next frame, and CAROM_IN_CONTACT if they may interfere at
+   this frame. */
 
 #pragma once
 
@@ -21,12 +21,13 @@ enum {
 
 /* ---- extents ---- */
 
-/* Return an upper bound of |x| + |y| of a disc for as long as a bound is used, metres. */
+/* Return an upper bound of |x| + |y| of a disc during the time for which a bound is used, metres. */
 static inline double extent_of(const State *s, const Disc *a) {
     return fabs(a->x) + fabs(a->y) + (fabs(a->vx) + fabs(a->vy)) * s->horizon + s->extra_extent;
 }
 
-/* Return the sum of the magnitudes of all numbers from which positions of driven bodies are computed, metres. */
+/* Return an upper bound of the magnitudes of the numbers from which the position of a driven body is computed, four
+   times the largest |x| + |y|, metres. */
 static inline double extent_of_paths(const State *s) {
     double extent = 0.0;
     for (Index p = 0; p < s->path_count; p++) {
@@ -38,7 +39,7 @@ static inline double extent_of_paths(const State *s) {
     return 4.0 * extent;
 }
 
-/* Set the longest time for which a bound is used, and how much gravity and paths add to extents. */
+/* Set the longest time for which a bound is used, and the length that gravity and driven paths add to extents. */
 static inline void begin_bounds(State *s) {
     Index frames = s->motion == STRAIGHT ? MAX_BOUND_FRAMES : MAX_CURVED_BOUND_FRAMES;
     s->frame_span = (double)frames * (s->clock.step / s->clock.rate);
@@ -138,7 +139,7 @@ static inline double time_to_distance(const Approach *p, double distance) {
    than `least`.
 
    During a time t, the path deviates from the straight one by at most pull t^2 / 2. So the wait is that of a straight
-   path with a contact distance that is larger by this. The bound is better for smaller t. */
+   path with a contact distance that is larger by this amount. The bound is better for smaller t. */
 static inline double bound_curved_approach(const Approach *p, double pull, double least) {
     double distance = sqrt(p->squared);
     double gap = distance - p->contact;
@@ -157,7 +158,8 @@ static inline double bound_curved_approach(const Approach *p, double pull, doubl
 static inline double bound_approach(const State *s, const Disc *a, const Disc *b, const Approach *p, double least) {
     double pull = relative_pull(s, a, b);
     double far = p->contact + 0.5 * pull * least * least;
-    /* On a straight path d.d changes by at least 2 d.u t. Most discs are too far away to touch within `least`. */
+    /* On a straight path d.d changes by at least 2 (d.u) t in a time t. Most discs are too far away to touch within
+       `least`. */
     if (p->squared * (1.0 - CAROM_PATH_MARGIN) + 2.0 * lesser(p->along, 0.0) * least > far * far)
         return least;
     return pull == 0.0 ? time_to_distance(p, p->contact) : bound_curved_approach(p, pull, least);
@@ -192,15 +194,15 @@ static inline double bound_curved_plane(const State *s, const Disc *a, const Wal
     double d = speed * speed - 2.0 * pull * gap;
     if (speed < 0.0) /* it approaches, and reaches the wall unless gravity reverses it first */
         return d < 0.0 ? CAROM_INF : shorten_wait(2.0 * gap / (sqrt(d) - speed));
-    /* It leaves the wall, falls back and reaches it. If it overlaps the wall all the time, it approaches from the apex
-       on. */
+    /* The disc leaves the wall, falls back and reaches the wall. If it overlaps the wall all the time, it approaches
+       again after the apex. */
     return shorten_wait((speed + sqrt(greater(d, 0.0))) / -pull);
 }
 
 /* Return the wait of a disc and a chain, from their gap. It need not be longer than `least`.
 
-   The nearest point of the chain approaches the disc no faster than the disc moves. A disc can leave a chain and hit it
-   again if the chain bends, or from its other side. */
+   The nearest point of the chain approaches the disc no faster than the disc moves. A disc that leaves a chain can hit
+   it again if the chain bends, and it can hit the other side of the chain. */
 static inline double bound_chain(const State *s, const Disc *a, double gap, double least) {
     if (a->vx == 0.0 && a->vy == 0.0 && s->pull == 0.0) /* it does not approach */
         return CAROM_INF;
@@ -210,8 +212,8 @@ static inline double bound_chain(const State *s, const Disc *a, double gap, doub
     return stays_open(gap, speed, s->pull, least) ? least : time_to_close(gap, speed, s->pull);
 }
 
-/* Return the wait of a disc and a driven wall, from their gap, for any of the wall's legs. The fastest leg gives the
-   bound. */
+/* Return the wait of a disc and a driven wall, from their gap. It is valid on any of the wall's legs, because it uses
+   the speed of the fastest leg. */
 static inline double bound_on_any_leg(const State *s, const Path *path, const Disc *a, double gap) {
     double speed = sqrt(a->vx * a->vx + a->vy * a->vy) + path->fastest;
     return gap > 0.0 ? time_to_close(gap, speed * (1.0 + CAROM_PATH_MARGIN), s->pull) : 0.0;

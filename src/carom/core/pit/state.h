@@ -15,12 +15,13 @@ enum {
     NO_PATH = -1,
     ON_WALL = -2,    /* `Disc.last` is ON_WALL - k if the disc hit wall k last */
     MAX_LEVELS = 16, /* of cells. Discs on the last level have at most 2^-15 of the largest radius */
-    MAX_STEPS = 512, /* largest number of steps that discs are advanced in one pass; their lengths take 4 KiB */
+    /* largest number of steps over which discs are advanced in one pass; the steps' lengths take 4 KiB */
+    MAX_STEPS = 512,
 };
 
 /* ---- discs ---- */
 
-typedef struct Disc { /* 64 bytes, one cache line: all that tests of other discs read */
+typedef struct Disc { /* 64 bytes, one cache line, with all data that tests of other discs read */
     double x;         /* centre at `State.now` */
     double y;
     double vx; /* velocity */
@@ -36,7 +37,7 @@ typedef struct Disc { /* 64 bytes, one cache line: all that tests of other discs
 typedef struct ChainHit { /* the part of a chain that a disc hit last */
     double nx;            /* unit vector from the chain to the disc */
     double ny;
-    Index feature; /* number of the edge in `State.edges` and its part: see pit/separation.h */
+    Index feature; /* number of a part of an edge in `State.edges`: see `feature_at` in pit/separation.h */
 } ChainHit;
 
 typedef enum MotionKind { /* motion of all movable discs between impacts */
@@ -71,7 +72,7 @@ typedef struct Level { /* square cells for discs of about the same size */
     double leeway;     /* how far a disc may move from where it was put into its cell */
     double reach;      /* the largest radius on this level plus the leeway */
     double radius;     /* the largest on this level */
-    double density;    /* cells per metre in a sweep, in which discs have not moved: sweep.h */
+    double density;    /* cells per metre in a sweep, which needs no leeway: see sweep.h */
 } Level;
 
 typedef struct Grid {
@@ -98,8 +99,8 @@ typedef struct Pending { /* tests still to be made at this frame: a binary heap 
 
 typedef struct Search { /* the last search around a disc */
     Index frame;        /* number of the frame plus 1; 0 for none */
-    Index first;        /* place in `Touching.bodies` of the bodies that the disc may touch at that frame */
-    Index count;        /* number of these bodies */
+    Index first;        /* index in `Touching.bodies` of the first body that the disc may touch at that frame */
+    Index count;        /* number of bodies that it may touch */
     bool is_stale;      /* whether an impact has changed the disc's path since the search */
 } Search;
 
@@ -113,7 +114,7 @@ typedef struct Clearance { /* clearance of a disc from walls, at a position of i
     double x;
     double y;
     double gap; /* lower bound of its distance from all walls that never move, metres */
-    Index edge; /* an edge of any chain that is probably near */
+    Index edge; /* an edge, in any chain, that is probably near the disc */
 } Clearance;
 
 /* ---- the run ---- */
@@ -173,13 +174,13 @@ typedef struct State {
     double horizon;      /* longest time for which a bound is used from now on, seconds */
     double pull;         /* magnitude of gravity, rounded up */
     double wall_size;    /* an upper bound of all coordinates and radii of walls */
-    double extra_extent; /* what `extent_of` adds for gravity and for the paths of driven bodies */
+    double extra_extent; /* length that `extent_of` adds for gravity and for the paths of driven bodies */
     bool skips;          /* whether tests that can find nothing are skipped */
     Index row;           /* plain looping: the disc whose tests are next at this frame; 0 between frames */
     double excess;       /* by how much the work of skipping exceeds that of testing all pairs at each frame */
     double first_search; /* work of scheduling all discs once */
     double max_waste;    /* largest allowed excess, as a multiple of `first_search` */
-    bool pays_back;      /* whether all tests are made at each frame, since the excess was too large */
+    bool pays_back;      /* whether all tests are made at each frame because the excess was too large */
     double work;         /* work left before a pause, in tests of two discs by plain looping */
     bool is_out_of_memory;
     /* whether discs met so far from the origin that floats do not resolve the distance of their centres */
@@ -191,7 +192,7 @@ typedef struct State {
     Touching touching;
     Record record;
     double steps[MAX_STEPS]; /* lengths of the steps to the next frames */
-    double times[MAX_STEPS]; /* of these frames */
+    double times[MAX_STEPS]; /* times of these frames */
 } State;
 
 /* ---- functions for bindings, in the order of calls ---- */
@@ -202,9 +203,10 @@ size_t carom_pit_set_up(State *s, const RunInput *input);
 /* Fill the memory of a run, which must begin at a cache line. */
 void carom_pit_begin(State *s, const RunInput *input, void *memory);
 
-/* Compute all frames before number `until`. Stop earlier if work or memory is used up, or after `most` impacts. */
+/* Compute all frames with numbers below `until`. Stop earlier if `State.work` or memory is used up, or after `most`
+   impacts. */
 void carom_pit_run(State *s, Index until, Index most);
 
-/* Write x, y, vx, vy of each disc at a time not before the last frame. With damping, time and velocities are
+/* Write x, y, vx, vy of each disc at a time that is not before the last frame. With damping, time and velocities are
    undamped. */
 void carom_pit_write_states(const State *s, double time, double *states);

@@ -9,7 +9,7 @@
 
 #include "carom/core/pit/schedule.h"
 
-/* Add disc j if disc i may touch or overlap it. */
+/* Add disc j to the touching bodies if disc i may touch or overlap it. */
 static inline void note_overlap(State *s, const Disc *a, Index j) {
     const Disc *b = &s->discs[j];
     double dx = b->x - a->x;
@@ -56,7 +56,7 @@ static inline void sweep_into_cell(State *s, Index i) {
 /* Find the discs j > i that each disc i touches. */
 static inline void sweep_discs(State *s) {
     s->touching.count = 0;
-    memset(s->grid.swept, 0xFF, (size_t)s->grid.list_count * sizeof(int)); /* NOBODY */
+    memset(s->grid.swept, 0xFF, (size_t)s->grid.list_count * sizeof(int)); /* the value is NOBODY */
     for (Index i = s->disc_count - 1; i >= 0; i--) {
         Index first = s->touching.count;
         for (Index level = 0; level < s->grid.level_count; level++)

@@ -8,15 +8,16 @@
    3. The caller's exact solver decides the rest: double roots, and gaps whose terms are too large or too small.
 
    Results have the same bits as those of the exact solver, `find_falls` in `carom/core/exact_quartic.py`;
-   root_refinement.h explains how. A root at which the gap only touches 0 is a graze without overlap, and not a fall. A
-   gap that is 0 now and does not open falls now. A gap that is negative now must open before it can fall. */
+   root_refinement.h explains how. A fall is a root at which the gap becomes negative. A root at which the gap only
+   touches 0 is a graze without overlap, and not a fall. A gap that is 0 now and does not open falls now. A gap that is
+   negative now must open before it can fall. */
 
 #pragma once
 
 #include "carom/core/quartic/root_isolation.h"
 #include "carom/core/quartic/root_refinement.h"
 
-/* Tests define this macro to count which stage has decided: 1, 2 or 3. */
+/* Tests define this macro to count the decisions of each stage: 1, 2 or 3. */
 #ifndef CAROM_STAGE_DECIDED
 #define CAROM_STAGE_DECIDED(stage) ((void)0)
 #endif
@@ -24,16 +25,16 @@
 enum {
     MOST_FALLS = 2, /* largest number of falls at t > 0 of a polynomial of degree 4 */
     UNKNOWN_SIGN = 2,
-    MOST_INTERVALS = 8, /* the error bound of a polynomial of pairs covers this many shifts of its origin */
+    MOST_INTERVALS = 8, /* the error bound of a polynomial in pairs covers this many shifts of its origin */
 };
 
 /* The falls of a gap. `next_fall` returns them one by one. */
 typedef struct Falls {
     const ExactQuartic *exact;
     const Gap *gap;
-    Polynomial floats; /* the gap, divided by t as often as possible */
+    Polynomial floats; /* the gap, divided by the highest possible power of t */
     PairPolynomial pairs;
-    int dropped; /* number of powers of t that were divided out */
+    int dropped; /* exponent of that power of t */
     int start;   /* sign of the gap just after t = 0; 0 for a gap that stays 0 */
     bool has_pairs;
     bool falls_now; /* whether the gap is 0 now and becomes negative */
@@ -67,8 +68,8 @@ static CAROM_NOINLINE double solve_exactly(const Falls *falls, int index) {
 
 /* ---- the stages ---- */
 
-/* Return whether all coefficients certainly have the sign `start` or are 0. `error` is the error bound relative to a
-   coefficient's size. */
+/* Return whether each coefficient certainly has the sign `start` or is 0. `error` is the bound of a coefficient's
+   error, relative to the coefficient's size. */
 static inline bool keeps_sign(const Polynomial *p, int start, double error) {
     bool keeps = true;
     for (int k = 1; k <= p->degree; k++)
@@ -76,9 +77,9 @@ static inline bool keeps_sign(const Polynomial *p, int start, double error) {
     return keeps;
 }
 
-/* Isolate the roots t > 0 in pairs, at most `most` of them. Return their number or QUARTIC_UNDECIDED.
+/* With pairs, isolate the roots t > 0, at most `most` of them. Return their number or QUARTIC_UNDECIDED.
 
-   The first interval ends at `end`. The next interval begins there, and its polynomial counts time from there. */
+   The first interval ends at `end`. The next interval begins at `end`, and its polynomial counts time from `end`. */
 static inline int isolate_roots_of_pairs(const PairPolynomial *p, int start, double end, int most,
                                          Bracket *brackets) {
     PairPolynomial rest = *p;
@@ -106,7 +107,8 @@ static inline int isolate_roots_of_pairs(const PairPolynomial *p, int start, dou
     return QUARTIC_UNDECIDED;
 }
 
-/* Isolate roots in floats; if that fails, in pairs. The pairs are also computed if there is a root. */
+/* Isolate roots with floats or, if that fails, with pairs. If there is a root, the pair form is computed in any
+   case. */
 static inline int isolate_in_stages(Falls *falls, int most, Bracket *brackets) {
     double scale = time_scale(&falls->floats, falls->start), doubt;
     int count = isolate_roots(&falls->floats, falls->start, scale, most, brackets, &doubt);
@@ -127,7 +129,8 @@ static inline int isolate_in_stages(Falls *falls, int most, Bracket *brackets) {
     return count;
 }
 
-/* Find the first fall of a gap that is positive at first. Return its time, infinity for never, or CAROM_UNCERTAIN. */
+/* Find the first fall of a gap that is positive at first. Return the fall's time, infinity if there is none, or
+   CAROM_UNCERTAIN. */
 static inline double find_first_fall(Falls *falls) {
     Bracket bracket;
     QuarticRoot root;
@@ -165,8 +168,8 @@ static inline int find_all_falls(Falls *falls, double *times) {
 
 /* ---- falls in their order ---- */
 
-/* Return the exact sign of a coefficient, by an exact sum. It is UNKNOWN_SIGN if a product is outside the range of
-   floats, or if the gap does not count from now. */
+/* Return the exact sign of a coefficient, from an exact sum. The result is UNKNOWN_SIGN if a product is outside the
+   range of floats, or if the gap does not count time from now. */
 static CAROM_NOINLINE int exact_sign_of_power(const Falls *falls, int k) {
     Products products = {.from = 0.0};
     double terms[2 * MOST_PRODUCTS];
@@ -203,7 +206,8 @@ static inline int sign_of_gap(Falls *falls) {
     return sign == UNKNOWN_SIGN ? (int)solve_exactly(falls, QUARTIC_SIGN) : sign;
 }
 
-/* Begin with a gap. Next, the caller must set its float form, or its float form and its pairs. */
+/* Begin to find the falls of a gap. Next, the caller must set the float form of the gap, or its float and pair
+   forms. */
 static inline void begin_falls(Falls *falls, const ExactQuartic *exact, const Gap *gap) {
     falls->exact = exact;
     falls->gap = gap;

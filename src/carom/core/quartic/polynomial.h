@@ -1,12 +1,13 @@
 /* Three forms of a polynomial in time of degree 4 or less: in floats, in pairs (double-double), and exact.
 
-   The polynomial is a gap between two bodies, in m^2 for circles, and t is in seconds. Coefficients are called powers
-   here and are stored lowest first. The float form is computed first. The functions of a `Gap` compute the other forms
-   when they are needed.
+   The polynomial is a gap between two bodies, in m^2 for circles, and t is in seconds. Here, power k means the
+   coefficient of t^k. Powers are stored lowest first. The float form is computed first. The functions of a `Gap`
+   compute the other forms when they are needed.
 
    - `Polynomial`: each power has an error of at most CAROM_ERROR times its `size`, the sum of the magnitudes of its
      terms.
-   - `PairPolynomial`: the same in pairs, with CAROM_QUARTIC_PAIR_ERROR. `size` may be smaller if the terms cancel.
+   - `PairPolynomial`: the same with pairs and CAROM_QUARTIC_PAIR_ERROR. If the terms of a power cancel, its `size` may
+     be smaller than the sum.
    - `Products`: each power as an exact sum of products of two input numbers. */
 
 #pragma once
@@ -15,7 +16,9 @@
 
 enum {
     QUARTIC_POWERS = 5,
-    MOST_PRODUCTS = 36, /* of one power: the squares of two sums of four parts, and of one sum of two parts */
+    /* products in one power: 4 * 4 from each of two squared sums of four parts, and 2 * 2 from one squared sum of two
+       parts */
+    MOST_PRODUCTS = 36,
 };
 
 typedef struct Polynomial {
@@ -35,9 +38,9 @@ typedef struct Product {
     double b;
 } Product;
 
-/* Power k of the polynomial is the sum of the first `count[k]` products of row k. */
+/* Power k of the polynomial is the sum of the first `count[k]` products in row k of `products`. */
 typedef struct Products {
-    double from;    /* time is counted from this instant, so the polynomial must be expanded in powers of t - from */
+    double from;    /* instant from which the gap counts time: the polynomial must be expanded in powers of t - from */
     bool is_closed; /* whether power 0 must then be replaced by 0 */
     int count[QUARTIC_POWERS];
     Product products[QUARTIC_POWERS][MOST_PRODUCTS];
@@ -52,9 +55,10 @@ typedef struct Gap {
 
 /* The caller's exact solver, for numbers of any size. `solve` must not be NULL.
 
-   It returns the instant number `index`, counted from 0, at which the gap closes, in seconds after `from`. It returns
-   infinity if there are fewer instants. `find_closings` of `carom/core/exact_quartic.py` yields the same instants. For
-   the index QUARTIC_SIGN it returns the sign of the polynomial at `from`: -1, 0 or 1. `is_closed` is then ignored. */
+   The gap may close at several instants, which are numbered from 0. `solve` returns the instant with the number
+   `index`, in seconds after `from`, or infinity if there are fewer instants. `find_closings` of
+   `carom/core/exact_quartic.py` yields the same instants. For the index QUARTIC_SIGN, `solve` ignores `is_closed` and
+   returns the sign of the polynomial at `from`: -1, 0 or 1. */
 typedef struct ExactQuartic {
     double (*solve)(void *context, const Products *gap, int index);
     void *context;
@@ -64,7 +68,8 @@ enum { QUARTIC_SIGN = -1 };
 
 /* ---- products ---- */
 
-/* Add to a power the product of two sums, times a power of two, which may be negative. Zeros are left out. */
+/* Add the product of two sums and `factor` to a power of the polynomial. `factor` is a power of two or its negative.
+   Products that are 0 are left out. */
 static inline void add_products(Products *products, int power, const double *a, int a_count, const double *b,
                                 int b_count, double factor) {
     for (int i = 0; i < a_count; i++) {
@@ -77,7 +82,7 @@ static inline void add_products(Products *products, int power, const double *a, 
 
 /* ---- changes ---- */
 
-/* Expand a polynomial in powers of the time after an instant. */
+/* Expand a polynomial in powers of t - from. */
 static inline void shift_origin(PairPolynomial *p, double from) {
     for (int lowest = 0; lowest < p->degree; lowest++) {
         for (int k = p->degree - 1; k >= lowest; k--) {
@@ -87,7 +92,7 @@ static inline void shift_origin(PairPolynomial *p, double from) {
     }
 }
 
-/* Divide a polynomial by t^count. Its lowest `count` powers are 0. */
+/* Divide a polynomial by t^count. The lowest `count` powers must be 0. */
 static inline void drop_powers(PairPolynomial *p, int count) {
     p->degree -= count;
     for (int k = 0; k <= p->degree; k++) {
@@ -96,7 +101,7 @@ static inline void drop_powers(PairPolynomial *p, int count) {
     }
 }
 
-/* Return the float form of a polynomial of pairs. */
+/* Return the float form of a polynomial in pairs. */
 static inline Polynomial round_polynomial(const PairPolynomial *p) {
     Polynomial rounded = {.degree = p->degree};
     for (int k = 0; k <= p->degree; k++) {

@@ -1,13 +1,13 @@
-/* Isolation of roots: intervals that contain exactly one root t > 0 of a polynomial of degree 4 or less, proved by
-   error bounds.
+/* Isolation of roots of a polynomial of degree 4 or less. Each interval found contains exactly one root t > 0, as error
+   bounds prove.
 
-   The half line t >= 0 is mapped to 0 <= s <= 1 by t = c s / (1 - s), so that s = 1/2 is the instant c. The polynomial
-   is multiplied by the n-th power of the denominator. The result has Bernstein coefficients b. By Descartes' rule, it
+   The half line t >= 0 is mapped to 0 <= s <= 1 by t = c s / (1 - s), so that s = 1/2 is the instant c. The polynomial,
+   of degree n, is multiplied by (1 - s)^n. The result has Bernstein coefficients b. By Descartes' rule, the polynomial
    has no root in the interval if all b have one sign, and exactly one if they change sign once. Otherwise the interval
    is halved by de Casteljau's algorithm, which computes means of neighbouring coefficients. A sign counts only if the
-   coefficient exceeds its error bound. If a sign that matters is uncertain, the result is QUARTIC_UNDECIDED. Any c is
-   correct. With c near a minimum of the polynomial, few halvings are needed. In pairs, intervals are finite, and
-   falls.h proceeds from one interval to the next. So the roots may differ by many orders of magnitude.
+   coefficient exceeds its error bound. If a sign that matters is uncertain, the result is QUARTIC_UNDECIDED. The result
+   is correct for any c. If c is near a minimum of the polynomial, few halvings are needed. In pairs, intervals are
+   finite, and falls.h proceeds from one interval to the next. So the roots may differ by many orders of magnitude.
 
    Source: R. T. Farouki, "The Bernstein polynomial basis: a centennial retrospective", Comput. Aided Geom. Des. 29
    (2012), sections 4.3 and 5.2. */
@@ -31,7 +31,7 @@ typedef struct Bracket {
     bool is_fall; /* whether the polynomial becomes negative at the root */
 } Bracket;
 
-/* Choose(k, j) over choose(n, j). */
+/* BINOMIAL_RATIO[n][k][j] is choose(k, j) / choose(n, j). */
 static const double BINOMIAL_RATIO[QUARTIC_POWERS][QUARTIC_POWERS][QUARTIC_POWERS] = {
     {{1.0}},
     {{1.0}, {1.0, 1.0}},
@@ -40,7 +40,7 @@ static const double BINOMIAL_RATIO[QUARTIC_POWERS][QUARTIC_POWERS][QUARTIC_POWER
     {{1.0}, {1.0, 0.25}, {1.0, 0.5, 1.0 / 6.0}, {1.0, 0.75, 0.5, 0.25}, {1.0, 1.0, 1.0, 1.0, 1.0}},
 };
 
-/* Return the instant of a number s. */
+/* Return the instant t that corresponds to s. */
 static inline double instant_of(double scale, double s) {
     return s < 1.0 ? scale * s / (1.0 - s) : CAROM_INF;
 }
@@ -48,10 +48,11 @@ static inline double instant_of(double scale, double s) {
 typedef enum SignChanges {
     NO_CHANGE,
     ONE_CHANGE,
-    SEVERAL_CHANGES, /* possibly: some signs may be uncertain */
+    SEVERAL_CHANGES, /* possibly several, because some signs may be uncertain */
 } SignChanges;
 
-/* Return how often the coefficients of an interval change sign. `first` and `last` are their signs if known, or 0. */
+/* Return how many times the coefficients of an interval change sign. `first` and `last` are the signs of the first and
+   last coefficients if they are known, and 0 otherwise. */
 static CAROM_ALWAYS_INLINE SignChanges count_sign_changes(const double *b, int degree, double error, int first,
                                                           int last) {
     const unsigned all = (2u << degree) - 1u;
@@ -79,7 +80,8 @@ typedef struct BernsteinPiece {
     double end;
 } BernsteinPiece;
 
-/* Write the coefficients of the whole interval. Return the largest sum of the magnitudes of one coefficient's terms. */
+/* Write the coefficients of the whole interval. For each coefficient, the magnitudes of its terms have a sum; return
+   the largest such sum. */
 static CAROM_ALWAYS_INLINE double write_bernstein(const Polynomial *p, const int n, double scale, double *b) {
     double power = 1.0, largest = 0.0;
     for (int k = 0; k <= n; k++) {
@@ -159,12 +161,12 @@ static inline int isolate_roots(const Polynomial *p, int start, double scale, in
 
 typedef struct BernsteinPairPiece {
     DoubleDouble b[QUARTIC_POWERS];
-    double begin; /* as fractions of the whole interval */
+    double begin; /* of the interval, as a fraction of the whole one */
     double end;
 } BernsteinPairPiece;
 
-/* Write 12 times the coefficients of the interval from 0 to `width`. Return the largest sum of the magnitudes of one
-   coefficient's terms. */
+/* Write 12 times the coefficients of the interval from 0 to `width`. For each number written, the magnitudes of its
+   terms have a sum; return the largest such sum. */
 static inline double write_pair_bernstein(const PairPolynomial *p, double width, DoubleDouble *b) {
     const int n = p->degree;
     DoubleDouble term[QUARTIC_POWERS];
@@ -287,7 +289,7 @@ static inline double last_turn(const Polynomial *p) {
     return t;
 }
 
-/* Return an approximation of the first instant at which another term is as large as the constant term; infinity for
+/* Return approximately the first instant at which some other term is as large as the constant term; infinity for
    none. */
 static inline double first_balance(const Polynomial *p) {
     double largest = 0.0; /* inverse of the smallest such instant */
@@ -299,8 +301,8 @@ static inline double first_balance(const Polynomial *p) {
     return 1.0 / largest;
 }
 
-/* Return an approximation of the last instant at which a term of the other sign is as large as the highest one; 0 for
-   none. */
+/* Return approximately the last instant at which the term of the highest power is balanced by a term of opposite sign
+   and equal size; 0 for none. */
 static inline double last_balance(const Polynomial *p) {
     double largest = 0.0;
     for (int k = 0; k < p->degree; k++) {
@@ -312,8 +314,8 @@ static inline double last_balance(const Polynomial *p) {
     return largest;
 }
 
-/* Return the root of the derivative near an instant, accurate to the last place. If there is none, return the instant
-   itself. */
+/* Return the root of the derivative near an instant, accurate to the last place. If there is no such root, return that
+   instant. */
 static inline double sharpen_turn(const PairPolynomial *p, const Polynomial *floats, double near_turn) {
     const int n = p->degree;
     double t = near_turn;
@@ -338,6 +340,6 @@ static inline double time_scale(const Polynomial *p, int start) {
     if (!(turn > 0.0))
         return 1.5 * last_balance(p);
     if (fabs(p->power[1]) * turn < 0x1p-6 * fabs(p->power[0]))
-        return greater(turn, first_balance(p)); /* before that, no other term matters */
+        return greater(turn, first_balance(p)); /* before `first_balance`, only the constant term matters */
     return turn;
 }

@@ -1,8 +1,8 @@
-/* Refinement of a root of a polynomial of degree 4 or less, in its bracket, to twice the precision of floats; and its
-   rounding.
+/* Refinement and rounding of a root of a polynomial of degree 4 or less. The root is in a known bracket and is refined
+   to twice the precision of floats.
 
    Floats approximate the root. Then the polynomial is evaluated in pairs, so that the correction by Newton's method has
-   a relative error of about 2^-45. Bounds of the derivatives near the root prove a bound of that error. */
+   a relative error of about 2^-45. An error bound of the root follows from bounds of the derivatives near it. */
 
 #pragma once
 
@@ -48,8 +48,8 @@ static inline double approximate_root(const Polynomial *p, const Bracket *bracke
     return t;
 }
 
-/* Find the root in a bracket as accurately as pairs allow. Return whether its error is known. `floats` is the float
-   form of `p`. */
+/* Find the root in a bracket as accurately as pairs allow. Return whether an error bound of the root is known. `floats`
+   is the float form of `p`. */
 static inline bool refine_quartic_root(const PairPolynomial *p, const Polynomial *floats, const Bracket *bracket,
                                        QuarticRoot *root) {
     const int n = p->degree;
@@ -62,8 +62,8 @@ static inline bool refine_quartic_root(const PairPolynomial *p, const Polynomial
         if (!(t > begin && t < end))
             t = 0.5 * (begin + end);
         PairValue at = value_of_pairs(p, t);
-        /* First derivative, and a bound of its error. `bend` is a bound of the second derivative between t and
-           t + t / 2^7. */
+        /* `rate` is the first derivative, and `rate_error` a bound of its error. `bend` is a bound of the second
+           derivative between t and t + t / 2^7. */
         double rate = 0.0, size = 0.0, bend = 0.0, later = t * (1.0 + 0x1p-7);
         for (int k = n; k >= 1; k--) {
             rate = rate * t + k * p->power[k].high;
@@ -74,8 +74,8 @@ static inline bool refine_quartic_root(const PairPolynomial *p, const Polynomial
         double slope = fabs(rate);
         double change = -at.value.high / rate;
         double reach = 4.0 * (fabs(change) + at.error / slope);
-        /* Within `reach` of t the derivative changes by less than a quarter, so that interval contains exactly one
-           root. */
+        /* Within `reach` of t the derivative changes by less than a quarter, so the interval from t - reach to t +
+           reach contains exactly one root. */
         double doubt = rate_error + bend * reach;
         if (doubt <= 0.25 * slope && reach <= 0x1p-8 * t && t - reach > least && t + reach < most) {
             double part = doubt / slope + 0x1p-50;
@@ -110,10 +110,10 @@ static inline bool round_quartic_root(const QuarticRoot *root, double *time) {
 /* ---- the rounding of the exact solver ---- */
 
 /* The exact solver isolates all roots t > 0 in intervals whose ends are binary fractions. It begins with (0, 1] and
-   doubles the end until the interval contains the next root. Then it halves the interval until it contains no other
-   root. It continues halving to 55 bits and rounds the middle. For the first root this is the nearest float. The
-   intervals of later roots begin at the end of the one before, so their result may be next to the nearest float. The
-   functions below do the same with roots that are known to twice the precision. */
+   doubles the end until the interval contains the next root. Then it halves the interval until the interval contains no
+   other root. It continues halving to 55 bits and rounds the middle. For the first root the result is the nearest
+   float. The interval of a later root begins at the end of the interval before it, so the result may be a neighbour of
+   the nearest float. The functions below do the same with roots that are known to twice the precision of floats. */
 
 /* Return -1, 0 or 1 for a root that is before an instant, possibly at it, or after it. */
 static inline int compare_root(const QuarticRoot *root, double t) {
@@ -123,8 +123,8 @@ static inline int compare_root(const QuarticRoot *root, double t) {
     return difference > bound ? 1 : difference < -bound ? -1 : 0;
 }
 
-/* Halve an interval to 55 bits, and write the middle of the part that contains a root. Return whether the result is
-   known. */
+/* Halve an interval to 55 bits, and write the middle of the part that contains a root. Return whether the error of the
+   root leaves only one result. */
 static inline bool round_by_halving(double low, double high, const QuarticRoot *root, double *time) {
     DoubleDouble width = two_diff(high, low);
     int halvings;
@@ -134,7 +134,7 @@ static inline bool round_by_halving(double low, double high, const QuarticRoot *
         return false;
     halvings = halvings < 0 ? 0 : halvings;
     double part = ldexp(width.high, -halvings);
-    /* The middle is at most half a part from the root. */
+    /* The distance of the middle from the root is at most half of `part`. */
     QuarticRoot blurred = *root;
     blurred.error += 0.5000001 * part;
     if (round_quartic_root(&blurred, time))
@@ -153,7 +153,7 @@ static inline bool round_by_halving(double low, double high, const QuarticRoot *
     double doubt = 2.0 * root->error / part + 0x1p-20;
     if (!(inside > doubt && inside < 1.0 - doubt))
         return false;
-    /* The middle is low + (2 index + 1) part / 2; its terms are exact. */
+    /* The middle is low + (2 index + 1) part / 2. The terms below are exact. */
     int64_t odd = 2 * (index + (int64_t)floor_over) + 1;
     double odd_high = (double)(odd & ~(int64_t)0x3ffffff), odd_low = (double)(odd & 0x3ffffff);
     DoubleDouble high_product = two_prod(odd_high, 0.5 * part), low_product = two_prod(odd_low, 0.5 * part);
@@ -162,7 +162,7 @@ static inline bool round_by_halving(double low, double high, const QuarticRoot *
     return true;
 }
 
-/* Write those of the roots t > 0 that are falls, rounded like the exact solver. Return their number or
+/* Write the times of those roots t > 0 that are falls, rounded like the exact solver. Return their number or
    QUARTIC_UNDECIDED. */
 static inline int round_falls(const QuarticRoot *roots, int count, double *times) {
     double low = 0.0, high = 1.0;
@@ -205,7 +205,7 @@ static inline bool is_certainly_nonzero(const PairPolynomial *p, const Polynomia
     return fabs(at.value.high) > at.error;
 }
 
-/* Return whether no end of the intervals in which the exact solver isolates the first root is itself a root. */
+/* The exact solver isolates the first root in intervals. Return whether no end of such an interval is itself a root. */
 static inline bool is_grid_clear(const PairPolynomial *p, const Polynomial *floats, const QuarticRoot *first) {
     double low = 0.0, high = 1.0;
     while (compare_root(first, high) >= 0)
@@ -216,7 +216,7 @@ static inline bool is_grid_clear(const PairPolynomial *p, const Polynomial *floa
             return false;
         double middle = 0.5 * (low + high);
         int order = compare_root(first, middle);
-        if (order == 0) /* the root rounds to this fraction in any case */
+        if (order == 0) /* the root rounds to `middle` in any case */
             return true;
         is_new = order < 0;
         if (is_new)
