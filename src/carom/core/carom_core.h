@@ -56,16 +56,19 @@
      speed of a disc in contact, the slip of a rolling disc, and the normal speed of two bodies that touch after an
      impact with restitution 0 (touched_bodies.h).
 
-   FILES. Each header contains the inlined functions of one concept. A header includes the headers that it needs
-   directly, and through them all others: constants.h includes the C library, and pic/state.h and pit/state.h include
-   the shared structs.
+   FILES. Each header contains the inlined functions of one concept. A header includes the headers of the concepts that
+   it uses, and these include others: constants.h includes the C library, and pic/state.h and pit/state.h include the
+   shared structs.
 
    Shared by both solvers
-     constants.h constants, each with its unit and reason; macros for compilers run_input.h the input of a run feature.h
-     features of walls, and a disc relative to a wall impact_law.h restitution and friction in an impact
-     wall_contact_law.h Coulomb's law for a disc that is pressed against a straight wall damping.h linear damping as a
-     substitution of the time touched_bodies.h bodies that a disc touches without normal speed impact_record.h recorded
-     impacts: resolution of their times, ambiguity, rows
+     constants.h                  constants, each with its unit and reason; macros for compilers
+     run_input.h                  the input of a run
+     feature.h                    features of walls, and a disc relative to a wall
+     impact_law.h                 restitution and friction in an impact
+     wall_contact_law.h           Coulomb's law for a disc that is pressed against a straight wall
+     damping.h                    linear damping as a substitution of the time
+     touched_bodies.h             bodies that a disc touches without normal speed
+     impact_record.h              recorded impacts: resolution of their times, ambiguity, rows
    arithmetic/: numbers that one float cannot represent
      arithmetic/double_double.h   pairs: numbers as sums of two floats; error-free sums and products; instants
      arithmetic/exponentials.h    exp, expm1 and log1p, rounded to the nearest float
@@ -104,19 +107,19 @@
      pic/straight_exit.h          when it leaves its cell, or hits an obstacle before that
      pic/parabola_exit.h
      pic/straight_impact.h        what an impact changes
-     pic/parabola_impact.h        also beginning and end of contact
+     pic/parabola_impact.h        what an impact changes, and the beginning and end of contact
      pic/lasting_contact.h        discs in contact with a wall: modes, and when they change
      pic/driven_path.h            positions of driven bodies
      pic/driven_impact.h          impacts with driven bodies; runs with features or spins
-     pic/crush.h                  discs that bounce between two closing bodies, and when they are crushed
-     pic/crush_bodies.h           bodies as seen by that rule
-     pic/crushed_row.h            the same rule for a row of discs
+     pic/crush.h                  discs between two closing bodies, and when they are crushed
+     pic/crush_bodies.h           bodies in the rule of crush.h
+     pic/crushed_row.h            the rule of crush.h for a row of discs
    pit/: the frame-sampled solver
      pit/state.h                  state of a run, functions for bindings; read it first
      pit/frame_loop.c             the frame loop, and the functions for bindings
      pit/set_up.h                 memory of a run, filled from its input
      pit/frame.h                  one frame: all its tests, or only those that can find something
-     pit/pending_tests.h             tests of a frame that remain, in the order of Algorithm 1
+     pit/pending_tests.h          tests of a frame that remain, in the order of Algorithm 1
      pit/motion.h                 motion between frames; driven bodies
      pit/impacts.h                interference tests and impacts
      pit/separation.h             bodies that a disc cannot approach on its present path

@@ -18,12 +18,12 @@ typedef enum Mode { /* kind of motion of a disc; `carom.model.trace.Mode` has th
 
 typedef enum NeverMet { /* which features of a wall a disc never hits on its present path, regardless of rounding */
     NEVER_NOTHING = 0,
-    NEVER_ALL = 1,  /* all features that are listed with the ground it is in contact with */
-    /* the faces and vertices of that list, except one vertex, after the disc has left the ground over that vertex */
+    NEVER_ALL = 1,  /* all features in the list of the ground that the disc is in contact with */
+    /* after the disc has left the ground over a vertex: the faces and vertices of that list, except this vertex */
     NEVER_FLAT = 2,
 } NeverMet;
 
-typedef struct Parabola { /* path of a disc: what its row `Disc` does not contain */
+typedef struct Parabola { /* path of a disc: data that its row `Disc` does not contain */
     double ax;            /* acceleration */
     double ay;
     double time_low;   /* low part of the disc's own instant; the high part is `Disc.time` */
@@ -39,7 +39,8 @@ typedef struct Parabola { /* path of a disc: what its row `Disc` does not contai
     int ground;       /* feature that it is in contact with, or NO_OBSTACLE */
     int never_of;     /* feature whose list `never_met` refers to */
     int never_but;    /* vertex that is an exception to NEVER_FLAT */
-    /* ground of a disc that bounces between two walls: an impact on the other wall lifted it off; or NO_OBSTACLE */
+    /* for a disc that bounces between two walls: the ground from which an impact on the other wall lifted it; otherwise
+       NO_OBSTACLE */
     int left_ground;
     /* body at rest, as in `Disc.last`, that it hit last while it was on `corner_ground`, if it has hit nothing else; or
        NO_BODY */
@@ -55,18 +56,18 @@ typedef struct Parabola { /* path of a disc: what its row `Disc` does not contai
     bool rubs;               /* whether there was an impulse of friction in its last bounce */
 } Parabola;
 
-typedef struct Ground { /* a half-plane or face, as a disc in contact with it needs it */
+typedef struct Ground { /* data of a half-plane or face for a disc in contact with it */
     double x;           /* a point of the surface; for a face, its start */
     double y;
     int over[2];     /* vertex at each end of a face; NO_OBSTACLE if the wall continues smoothly there */
-    int never_first; /* place in `Accelerated.never_lists` of the features that a disc on this ground never hits */
+    int never_first; /* index in `Accelerated.never_lists` of the first feature that a disc on this ground never hits */
     int never_count;
     bool is_ground; /* whether lasting contact is solved here: false for driven walls and curved features */
 } Ground;
 
 typedef struct ModeRow { /* a row of `carom.model.trace.MODE_DTYPE` */
     double time;         /* since the start */
-    int64_t impacts;     /* number of impacts recorded before it */
+    int64_t impacts;     /* number of impacts recorded before this change */
     int64_t disc;
     int64_t wall; /* body */
     int64_t before;
@@ -78,11 +79,11 @@ typedef struct ModeRow { /* a row of `carom.model.trace.MODE_DTYPE` */
     double spin_rate;
 } ModeRow;
 
-typedef struct ContactEnd { /* the contact that ended a run, because it is not solved */
+typedef struct ContactEnd { /* a contact that is not solved and has therefore ended the run */
     Index disc;
     Index other;        /* the other body */
     int obstacle;       /* obstacle of that body; NO_OBSTACLE for a disc */
-    int held_by;        /* feature that the disc was in contact with before, or NO_OBSTACLE */
+    int held_by;        /* feature that the disc was already in contact with, or NO_OBSTACLE */
     bool after_bounces; /* whether infinitely many bounces came before */
 } ContactEnd;
 

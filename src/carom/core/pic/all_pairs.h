@@ -1,4 +1,4 @@
-/* All-pairs loop: each turn computes the next event of every pair of bodies, and applies the first one.
+/* All-pairs loop: each turn computes the next event of every pair of bodies, and applies the earliest of these events.
 
    The loop has no cells, bounds, queue or stored predictions. Tests compare it with the event loop: both have the same
    results to the bit, for every kind of motion. A turn takes time proportional to the square of the number of discs. */
@@ -49,7 +49,7 @@ static inline Instant pair_meeting(const State *s, Index i, Index j) {
 
 /* ---- a disc and the obstacles ---- */
 
-/* Return when disc `i` hits a half-plane with the coefficients of the law. */
+/* Return when disc `i` hits half-plane k. All walls have the coefficients of the law in such a run. */
 static inline Instant wall_meeting(const State *s, Index i, Index k) {
     const Disc *a = &s->discs[i];
     const Wall *w = &s->walls[k];
@@ -71,8 +71,8 @@ static inline Instant feature_meeting(const State *s, Index i, Index k, double *
     return (Instant){a->time + *wait, 0.0};
 }
 
-/* Return the feature of a wall at rest that disc `i` hits first. Straight paths are compared by wait, other paths by the
-   time of impact. In a tie the lower number is first. */
+/* Return the feature of a wall at rest that disc `i` hits first. Features are compared by wait on straight paths, and
+   by the time of impact on other paths. In a tie the feature with the lower number is first. */
 static inline NextObstacle first_feature_of(const State *s, Index i, Index first, Index end) {
     NextObstacle found = {NEVER, NO_OBSTACLE};
     double least = CAROM_INF;
@@ -105,8 +105,8 @@ static inline NextObstacle first_feature_of_driven(const State *s, Index i, cons
     return found;
 }
 
-/* Return the obstacle that disc `i` hits first. If it hits several walls at one instant, the last wall is first, since
-   wall k is body -1 - k. */
+/* Return the obstacle that disc `i` hits first. If it hits several walls at one instant, the wall with the highest
+   number is first, because wall k is body -1 - k. */
 static inline NextObstacle next_obstacle(const State *s, Index i) {
     NextObstacle next = {NEVER, NO_OBSTACLE};
     if (s->feature_count == 0) {

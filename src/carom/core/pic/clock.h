@@ -1,8 +1,8 @@
 /* Clock of a run: reported times, limits of a call of the loop, and epochs.
 
-   From time to time all discs are moved to the present, and time is counted from 0 again. After 32 free flights, times
-   have a relative error of 2^-53. In that time error a disc moves less than the rounding error of its position. A new
-   epoch costs one prediction per disc; the impacts of an epoch cost two each. */
+   From time to time all discs are moved to the present, and time is counted from 0 again. A time has a relative error
+   of 2^-53. If an epoch lasts about 32 free flights, a disc moves less in this error of the time than the rounding
+   error of its position. A new epoch costs one prediction per disc, and each impact of the epoch costs two. */
 
 #pragma once
 
@@ -10,7 +10,7 @@
 
 /* ---- reported times ---- */
 
-/* Return the time since the start for a time since the epoch. It is never less than a time reported before. */
+/* Convert a time since the epoch to a time since the start. The result is never less than a time reported before. */
 static inline double reported_time(const Clock *clock, double time) {
     double since_start = clock->epoch + (clock->epoch_rest + time);
     return since_start > clock->reported ? since_start : clock->reported;
@@ -34,7 +34,7 @@ static inline void count_impact(State *s, double time) {
 }
 
 /* Return the ending if a limit of a call of the loop excludes an event at an instant, otherwise NOT_ENDED. If the event
-   is recorded (`is_wanted`), there is room for its row. */
+   is to be recorded (`is_wanted`), there is room for its row. */
 static inline Ending check_limits(State *s, Instant at, double until, Index impacts, bool *is_wanted) {
     double reported = reported_time(&s->clock, at.high);
     if (reported > until || (reported == until && at.low > 0.0))
@@ -47,15 +47,16 @@ static inline Ending check_limits(State *s, Instant at, double until, Index impa
 
 /* ---- epochs ---- */
 
-/* Forget the last body of disc `i` if that was the inside of an arc which the disc has left. The disc will not be at
-   the arc. */
+/* Forget the last body of disc `i` if that was the inside of an arc which the disc has left. When the new epoch begins,
+   the disc is no longer at the arc. */
 static inline void clear_last_arc(State *s, Index i) {
     Disc *a = &s->discs[i];
     if (NO_BODY < a->last && a->last < 0 && s->features[-1 - a->last].kind == INNER_ARC && a->time < s->clock.now)
         a->last = NO_BODY;
 }
 
-/* Return whether no disc has moved in this epoch by more than a rounding of its coordinates for each impact. */
+/* Return whether no disc has moved in this epoch by more than one rounding of its coordinates per impact of the
+   epoch. */
 static inline bool has_stood_still(const State *s) {
     double roundings = CAROM_ULP * (double)s->counts.epoch_impacts;
     for (Index i = 0; i < s->disc_count; i++) {
@@ -69,14 +70,14 @@ static inline bool has_stood_still(const State *s) {
 /* Count the impacts of epochs in which no disc has moved. If there are too many, the run stands still.
 
    Discs that are crushed between walls collide faster and faster. Soon after the start of an epoch, the clock resolves
-   times that the reported time does not, so each impact seems to be later than the last one. */
+   differences of time that the reported time does not resolve. So each impact seems to be later than the last one. */
 static inline void count_still_impacts(State *s) {
     s->counts.still_impacts = has_stood_still(s) ? s->counts.still_impacts + s->counts.epoch_impacts : 0;
     if (s->counts.still_impacts > s->standstill)
         s->counts.at_instant = s->standstill + 1;
 }
 
-/* Move every disc to the present and count time from there. Everything is predicted again. */
+/* Move every disc to the present and count time from now on. All predictions are made again. */
 static inline void begin_epoch(State *s) {
     count_still_impacts(s);
     for (Index i = 0; i < s->disc_count; i++) {

@@ -1,11 +1,11 @@
-/* Crushes: discs that bounce to and fro between two bodies that close in on them. Such impacts in succession are
-   counted. After many, a rule decides whether the disc is crushed, and when.
+/* Crushes: discs that bounce to and fro between two bodies that close in on them. The successive impacts of such a disc
+   are counted. After many of them, a rule decides whether and when the disc is crushed.
 
-   A wall and a parallel one approach each other at the speed U, and a disc bounces between them. After each impact on
-   the moving wall, the relative speed of the disc times its remaining free path is the same. So the speed grows as one
-   over the path, and infinitely many impacts occur before the path is 0. Time always advances, so the limit on impacts
-   at one instant does not stop such a run. docs/theory/walls.md derives the rule. A row of discs between two bodies
-   that no impact moves is crushed in the same way. */
+   A wall and a parallel one approach each other at the speed U, and a disc bounces between them. Consider the product
+   of the disc's relative speed and its remaining free path. It has the same value after each impact on the moving wall.
+   So the speed is inversely proportional to the path, and infinitely many impacts occur before the path is 0. Time
+   always advances, so the limit on impacts at one instant does not stop such a run. docs/theory/walls.md derives the
+   rule. A row of discs between two bodies that no impact moves is crushed in the same way. */
 
 #pragma once
 
@@ -24,12 +24,12 @@ typedef struct Drifts { /* bounds of the drift; a count of 0 means that any drif
     int count;
 } Drifts;
 
-/* Return how disc `i` may move along wall `k` while it bounces between this wall and another one.
+/* Return how disc `i` may move along wall `k` while it bounces between this wall and wall `other`.
 
-   Without friction, impacts leave its velocity along the wall unchanged. With friction, there is one velocity u and
-   spin w for which the disc slips on neither wall. An impact on either wall is a step in the direction that reduces the
-   slip. The step ends at the latest when the slip is reversed. So the distance from (u, w), with kinetic energy as its
-   square, never grows. */
+   Without friction, impacts leave the disc's velocity along the wall unchanged. With friction, there is one velocity u
+   and spin w for which the disc slips on neither wall. An impact on either wall changes the velocity and spin in the
+   direction that reduces the slip, at most until the slip is reversed. So the distance of velocity and spin from (u, w)
+   never grows, if the square of this distance is measured as kinetic energy. */
 static inline Drifts drifts_along(const State *s, Index i, Index k, Index other, const Leg *leg, const Leg *other_leg) {
     const Disc *a = &s->discs[i];
     double nx = s->to_and_fro[i].nx, ny = s->to_and_fro[i].ny;
@@ -49,8 +49,8 @@ static inline Drifts drifts_along(const State *s, Index i, Index k, Index other,
     return (Drifts){{{steady - most, -fabs(pull)}, {steady + most, fabs(pull)}}, 2};
 }
 
-/* Return the half-plane, or the flat face of a finite wall, that disc `i` hit last. Return NULL if the feature is
-   curved. */
+/* Return the feature of a wall that disc `i` hit last, if the feature is a half-plane or a face. Otherwise return
+   NULL. */
 static inline const Feature *flat_feature(const State *s, Index i, Index wall) {
     const ToAndFro *t = &s->to_and_fro[i];
     int bodies[2] = {t->last, t->across}, obstacles[2] = {t->last_obstacle, t->across_obstacle};
@@ -61,7 +61,7 @@ static inline const Feature *flat_feature(const State *s, Index i, Index wall) {
     return NULL;
 }
 
-/* Return whether disc `i` stays in front of a flat feature for some seconds, for each of its drifts along the
+/* Return whether disc `i` stays in front of a flat feature for some seconds, for each of the given drifts along the
    tangent. */
 static inline bool stays_before(const State *s, Index i, const Feature *face, double tx, double ty,
                                 const Drifts *drifts, double seconds) {
@@ -92,11 +92,11 @@ static inline bool is_one_of_two(const State *s, const void *bodies, Index body)
     return body == two[0] || body == two[1];
 }
 
-/* Find when disc `i`, which is at wall `k`, is crushed between flat features of this wall and another. Return whether
-   it is.
+/* Find when disc `i`, which is at wall `k`, is crushed between flat features of this wall and of wall `other`. Return
+   whether the disc is crushed.
 
-   There are three conditions until then: no other body comes near, no wall begins another leg of its path, and the disc
-   does not leave sideways. */
+   Three conditions must be true until then: no other body comes near, no wall begins another leg of its path, and the
+   disc does not leave sideways. */
 static inline bool find_crush_between(const State *s, Index i, Index k, Index other, Crush *crush) {
     const Disc *a = &s->discs[i];
     double nx = s->to_and_fro[i].nx, ny = s->to_and_fro[i].ny;
@@ -125,12 +125,12 @@ static inline bool find_crush_between(const State *s, Index i, Index k, Index ot
 
 /* ---- the rule ---- */
 
-/* Find when a disc that has just hit a body is crushed, if it is. Return whether it is.
+/* Find whether and when a disc that has just hit a body is crushed. Return whether it is crushed.
 
-   The time is counted from the epoch. */
+   `Crush.time` is counted from the epoch. */
 static inline bool find_crush(const State *s, Index i, Crush *crush) {
     const ToAndFro *t = &s->to_and_fro[i];
-    if (t->last == NO_BODY || t->across == NO_BODY) /* it has hit one disc again and again */
+    if (t->last == NO_BODY || t->across == NO_BODY) /* the disc has hit the same other disc again and again */
         return false;
     if (t->last < 0 && t->across < 0 && find_crush_between(s, i, -1 - t->last, -1 - t->across, crush))
         return true;

@@ -1,4 +1,4 @@
-/* Bodies as the crush rule sees them: their state and legs at an instant, and whether other bodies may come near. */
+/* Bodies in the rule for crushes: their state and legs at an instant, and whether other bodies may come near. */
 
 #pragma once
 
@@ -35,7 +35,7 @@ static inline double belt_of(const State *s, Index wall) {
     return row == NULL ? 0.0 : row->belt;
 }
 
-/* Return whether an impact on a wall changes more than the normal speed. */
+/* Return whether impacts on a wall can change more than the normal speed. */
 static inline bool rubs_on(const State *s, Index wall) {
     return s->wall_laws[wall].wall_contact.friction > 0.0 || s->accelerated.rolling_resistance > 0.0;
 }

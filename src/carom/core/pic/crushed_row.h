@@ -32,8 +32,8 @@ typedef struct RowSide { /* part of a row on one side of a disc */
     Index count;       /* number of bodies, including the end */
 } RowSide;
 
-/* Find the discs that hit each other on one side of disc `i`, up to a body that no impact moves. Return whether there
-   is such a body. */
+/* On one side of disc `i`, follow the discs that hit each other, up to a body that no impact moves. Return whether
+   there is such a body. */
 static inline bool find_row_side(const State *s, Index i, double nx, double ny, RowSide *side) {
     *side = (RowSide){.nx = nx, .ny = ny};
     Index disc = i;
@@ -55,7 +55,7 @@ typedef struct Row { /* disc `i` and the discs on both sides of it, with the bod
     RowSide side[2];
 } Row;
 
-/* Return the disc that follows another one on a side of a row. */
+/* Return the disc that follows a given disc on a side of a row. */
 static inline Index next_in_row(const State *s, const RowSide *side, Index disc) {
     return struck_on_side(&s->to_and_fro[disc], side->nx, side->ny).body;
 }
@@ -73,16 +73,16 @@ static inline bool is_in_row(const State *s, const void *bodies, Index body) {
     return found;
 }
 
-/* Return the component of a vector perpendicular to a normal along an axis. */
+/* Return that component of a vector which is perpendicular to a normal. The normal must be parallel to an axis. */
 static inline double component_across(double x, double y, double nx) {
     return nx != 0.0 ? y : x;
 }
 
-/* Find the position of the surface of a row's last body on the row's line, and its velocity, at a time. Return whether
-   it is flat there.
+/* Find the point at which the line of a row meets the surface of the body at the row's end, and the velocity of that
+   body, at a time. Return whether the rule for rows applies to this end.
 
-   The result is false if the wall moves across the line, or if the feature that the disc hits is not perpendicular to
-   it. */
+   The result is false if the body is a wall that moves across the line, or if the wall's surface at that point is not
+   perpendicular to the line. */
 static inline bool find_row_end(const State *s, const RowSide *side, double nx, double ny, double time, Motion *end) {
     Index body = side->end.body;
     if (body >= 0) {
@@ -113,7 +113,8 @@ static inline bool find_row_end(const State *s, const RowSide *side, double nx, 
     return fits;
 }
 
-/* Return whether the discs of a row, and discs at its ends, are on one line at a time, without velocity across it. */
+/* Return whether the discs of a row, and discs at its ends, are on one line at a time and have no velocity across that
+   line. */
 static inline bool is_on_line(const State *s, const Row *row, double nx, double time) {
     Motion from = disc_motion(s, row->disc, (Instant){time, 0.0});
     if (component_across(from.vx, from.vy, nx) != 0.0)
@@ -133,7 +134,7 @@ static inline bool is_on_line(const State *s, const Row *row, double nx, double 
     return true;
 }
 
-/* Return whether friction acts in the impacts of a row although there is no velocity across it. Friction would move
+/* Return whether friction acts in the impacts of a row although no disc moves across the row. Friction would move
    slipping discs off the line. */
 static inline bool row_slips(const State *s, const Row *row) {
     bool rubs = false, slips = stored_spin(s, row->disc) != 0.0;
@@ -183,11 +184,11 @@ static inline bool end_loses(const State *s, const RowSide *side) {
 }
 
 /* Find when disc `i` and the discs that it hits are crushed between two bodies that no impact moves. Return whether
-   they are.
+   they are crushed.
 
-   All discs must be exactly on one line, which must be along an axis, without speed, fall or slip across it. Then
+   All discs must be exactly on one line that is parallel to an axis, and have no speed, fall or slip across it. Then
    nothing moves them off the line. If there are several discs, no impact may lose energy. Otherwise they might come to
-   rest on each other before. */
+   rest on each other before they are crushed. */
 static inline bool find_crush_in_row(const State *s, Index i, Crush *crush) {
     double nx = s->to_and_fro[i].nx, ny = s->to_and_fro[i].ny, now = s->discs[i].time;
     Row row = {.disc = i};

@@ -1,11 +1,11 @@
 /* Driven bodies: when a disc hits one, and how impacts are applied in runs with driven bodies, features or spins.
 
-   A driven body is in no cell and in no list of obstacles. There are few of them, so a disc checks all of them when its
-   path changes. It also checks driven walls when it crosses an edge of its cell. A prediction goes through the legs of
-   the body's path, up to the time of the disc's next known event.
+   A driven body is in no cell and in no list of obstacles. There are few driven bodies, so all of them are checked when
+   a disc's path changes. Driven walls are also checked when a disc crosses an edge of its cell. A prediction goes
+   through the legs of the driven body's path, up to the time of the disc's next known event.
 
-   The event loop calls `predict_special` and `apply_special_impact`. They are not inlined, because that would slow down
-   all other runs. */
+   The event loop calls `predict_special` and `apply_special_impact`. They are not inlined, because inlining them would
+   slow down all other runs. */
 
 #pragma once
 
@@ -23,11 +23,11 @@ typedef struct FeatureImpact { /* impact of a disc with one of a wall's features
     Index feature;
 } FeatureImpact;
 
-/* Return the feature of a wall that a disc, given relative to the wall on a leg of its path, hits first. Impacts that
-   are certainly later than `wait` are left out.
+/* Return the feature of a wall that a disc hits first. `seen` is the disc relative to the wall, and `leg` is the
+   present leg of the wall's path. Impacts that are certainly later than `wait` are left out.
 
-   In a tie the lower number is first. `is_on_path` says that the disc is still on the path on which it hit its last
-   feature. */
+   In a tie the lower number is first. `is_on_path` is true if neither the disc nor the wall has changed its path since
+   the disc hit its last feature. */
 static inline FeatureImpact first_impact_on_wall(const State *s, Index i, const Disc *seen, const Driven *wall,
                                                  const Leg *leg, bool is_on_path, double wait) {
     Mover mover = mover_of(seen);
@@ -43,8 +43,8 @@ static inline FeatureImpact first_impact_on_wall(const State *s, Index i, const 
     return first;
 }
 
-/* If disc `i` hits a driven wall before it leaves its cell, predict that impact. If it hits several walls at one time,
-   the last wall counts. */
+/* If disc `i` hits a driven wall before it leaves its cell, predict that impact. If the disc hits several walls at one
+   time, the wall with the highest number counts. */
 static inline void predict_driven_wall(State *s, Index i, const Driven *wall) {
     const Disc *a = &s->discs[i];
     Prediction *p = &s->predictions[i];
@@ -71,7 +71,8 @@ static inline void predict_driven_wall(State *s, Index i, const Driven *wall) {
     }
 }
 
-/* Return whether disc `i` begins to glide along feature `k` at a time. The feature is the next one that it hits. */
+/* Return whether disc `i` begins to glide along feature `k` at a time. The feature is the next one that the disc
+   hits. */
 static inline bool begins_to_glide(const State *s, Index i, Index k, double time) {
     const Feature *f = &s->features[k];
     if (f->kind != INNER_ARC)
@@ -90,8 +91,8 @@ static inline bool begins_to_glide(const State *s, Index i, Index k, double time
 
 /* ---- driven discs ---- */
 
-/* Return when disc `i` hits a driven disc on its present path. If that is after `latest`, return `latest` or
-   infinity. */
+/* Return when disc `i` hits a driven disc on its present path. If this is after `latest`, infinity may be returned
+   instead. */
 static inline double driven_disc_time(const State *s, Index i, const Driven *row, double latest) {
     Index j = row->body;
     double start = s->discs[i].time;
@@ -115,7 +116,8 @@ static inline double driven_disc_time(const State *s, Index i, const Driven *row
     return CAROM_INF;
 }
 
-/* If disc `i` hits a driven disc before its predicted impact, predict that impact. In a tie the lower number counts. */
+/* If disc `i` hits a driven disc before its predicted impact, predict the impact on the driven disc instead. In a tie
+   the partner with the lower number counts. */
 static inline void predict_driven_disc(State *s, Index i, const Driven *row) {
     Prediction *p = &s->predictions[i];
     double latest = predicted_impact(p).high;
@@ -134,7 +136,7 @@ static inline void predict_driven_disc(State *s, Index i, const Driven *row) {
 
 /* ---- functions for the event loop ---- */
 
-/* Predict the changed part of the future of a disc that accelerates. */
+/* Predict the next events of a disc that accelerates, as far as `change` affects them. */
 static CAROM_NOINLINE void predict_accelerated(State *s, Index i, Change change) {
     predict_parabola_partner(s, i, change);
     if (change != OF_PARTNER)
@@ -155,7 +157,8 @@ static CAROM_NOINLINE bool apply_accelerated(State *s, Index first, Index second
     return apply_parabola_feature_impact(s, first, -1 - second, at, is_wanted);
 }
 
-/* Predict the changed part of disc `i`'s future, after `predict_partner`, in a run with features or driven bodies. */
+/* After `predict_partner`, predict the next events of disc `i`, as far as `change` affects them, in a run with features
+   or driven bodies. */
 static CAROM_NOINLINE void predict_special(State *s, Index i, Change change) {
     if (change != OF_CELL) {
         for (Index k = 0; k < s->driving.count; k++) {

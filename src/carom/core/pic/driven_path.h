@@ -1,4 +1,4 @@
-/* Prescribed motion: the leg of its path on which a driven body is at a time, and its position and velocity there.
+/* Prescribed motion: which leg of its path a driven body is on at a time, and its position and velocity at that time.
 
    The features of a driven wall contain its position at the start of the run, and discs are described relative to the
    moving wall. A driven disc moves along its path from its centre at the start. */
@@ -7,7 +7,7 @@
 
 #include "carom/core/pic/straight_motion.h"
 
-/* Return the row of a body, or NULL if it is not driven. Wall k is -1 - k. */
+/* Return the row of a body, or NULL if it is not driven. Wall k has the number -1 - k. */
 static inline const Driven *driven_row(const Driving *d, Index body) {
     for (Index k = 0; k < d->count; k++) {
         if (d->rows[k].body == body)
@@ -36,7 +36,7 @@ static inline Index leg_at(const Driving *d, const Driven *row, double time) {
     return low;
 }
 
-/* Return a disc on its present path at a time, relative to a wall on a leg of its path. */
+/* Return a disc at a time on its present path, relative to a wall. `leg` is the leg of the wall's path at that time. */
 static inline Disc seen_from_leg(const Disc *a, const Leg *leg, double time) {
     Disc seen = *a;
     Point centre = position_at(a, time);
@@ -87,7 +87,7 @@ static inline void move_driven_disc(State *s, Index i, double time) {
         s->discs[i] = driven_disc_on(row, &s->discs[i], &s->driving.legs[leg_at(&s->driving, row, time)], time);
 }
 
-/* Change the times of all legs to count from the present epoch. */
+/* Change the times of all legs, so that they are counted from the present epoch. */
 static inline void count_legs_from_epoch(State *s) {
     const Clock *clock = &s->clock;
     for (Index k = 0; k < s->driving.leg_count; k++) {
@@ -97,7 +97,7 @@ static inline void count_legs_from_epoch(State *s) {
     }
 }
 
-/* Allow disc `i` to hit the driven body again that it hit last, if the body has begun another leg since. */
+/* Allow disc `i` to hit again the driven body that it hit last, if the body has begun another leg since then. */
 static inline void clear_last_of_ended_leg(State *s, Index i) {
     Disc *a = &s->discs[i];
     if (a->last == NO_BODY)

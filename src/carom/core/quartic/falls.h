@@ -3,8 +3,8 @@
    There are three stages. Each stage decides only what its error bound proves. There are no tolerances.
 
    1. Floats isolate the roots. They decide most gaps that never close.
-   2. Pairs isolate roots that floats do not, such as those of near grazes. They also refine every root, so that it can
-      be rounded.
+   2. Pairs isolate roots that floats cannot isolate, such as those of near grazes. Pairs also refine every root, so
+      that it can be rounded.
    3. The caller's exact solver decides the rest: double roots, and gaps whose terms are too large or too small.
 
    Results have the same bits as those of the exact solver, `find_falls` in `carom/core/exact_quartic.py`;

@@ -13,8 +13,8 @@
    the rounded value may differ. The next impact is one chord later: t = -2 b / a. Each result is one of the two floats
    next to the exact value. If the impact has left no normal speed, b is 0, too, and the disc glides along the arc.
 
-   The arc is hit if the contact is in its sector. If rounding leaves that undecided, the contact counts: at such a
-   point the arc and its neighbour, or its end, are touched at the same time.
+   The arc is hit if the contact is in its sector. If rounding leaves that undecided, the contact counts. At such a
+   point the disc touches the arc and its neighbour, or the arc's end, at the same time.
 
    A disc that touches the inside, or moves from a straight edge onto it, may be outside the circle by one unit in the
    last place. If its path then never enters the circle (D < 0), the path is the arc's tangent up to rounding, and the
@@ -45,8 +45,8 @@ typedef struct MovedCoordinate {
     double change;
 } MovedCoordinate;
 
-/* Return the distance from an arc's centre at which a disc touches it. It is 0 or less if the disc does not fit
-   inside. */
+/* Return the distance of a disc's centre from an arc's centre when the disc touches the arc. It is 0 or less if the
+   disc does not fit inside. */
 static inline DoubleDouble reach_of(const Mover *disc, const Feature *arc) {
     DoubleDouble thick = two_sum(disc->radius, arc->half_width);
     if (arc->kind == INNER_ARC)
@@ -55,7 +55,8 @@ static inline DoubleDouble reach_of(const Mover *disc, const Feature *arc) {
     return two_sum(total.high, total.low + (arc->size.low + thick.low));
 }
 
-/* Return the cross product of an end's direction and a position. The last two arguments are the position's changes. */
+/* Return the cross product of the direction to an arc's end and a position. The last two arguments are the changes of
+   the position. */
 static inline Bounded turn_to(DoubleDouble fx, DoubleDouble fy, DoubleDouble x, DoubleDouble y, double moved_x,
                               double moved_y) {
     double moved = fabs(fx.high * moved_y) + fabs(fy.high * moved_x);
@@ -64,8 +65,8 @@ static inline Bounded turn_to(DoubleDouble fx, DoubleDouble fy, DoubleDouble x, 
     return (Bounded){cross_product(fx, fy, x, y).high, error};
 }
 
-/* Return whether a position, relative to the centre, is in an arc's sector, or whether rounding leaves that
-   undecided. */
+/* Return whether a position, relative to the centre, is in an arc's sector. If rounding leaves that undecided, return
+   true. */
 static inline bool is_in_sector(const Feature *arc, DoubleDouble x, DoubleDouble y, double moved_x, double moved_y) {
     if (arc->whole)
         return true;
@@ -76,7 +77,7 @@ static inline bool is_in_sector(const Feature *arc, DoubleDouble x, DoubleDouble
     return arc->reflex ? (is_past_start || is_before_end) : (is_past_start && is_before_end);
 }
 
-/* Return whether a disc's centre is on the side of an arc that the feature faces, and in its sector. */
+/* Return whether a disc's centre is in an arc's sector, on the side of the arc that the feature faces. */
 static inline bool is_before_arc(const Mover *disc, const Feature *arc) {
     DoubleDouble x = offset_between(disc->x, arc->x);
     DoubleDouble y = offset_between(disc->y, arc->y);
@@ -126,7 +127,7 @@ static inline double outer_arc_time(const Mover *disc, const Feature *arc) {
     return is_in_sector_at(arc, x, y, disc, time, false) ? time : CAROM_INF;
 }
 
-/* Return the later root, and whether the two roots are equal. The root is infinity if there is none after now. */
+/* Return the later root, and whether the two roots are equal. The root is infinity if there is no root after now. */
 static inline Touch later_root(DoubleDouble x, DoubleDouble y, const Mover *disc, DoubleDouble reach, DoubleDouble a,
                                DoubleDouble b, DoubleDouble c) {
     DoubleDouble d = accurate_discriminant((Encounter){x, y, disc->ux, disc->uy, reach}, b, c, a);
@@ -167,7 +168,7 @@ static inline Touch sector_entry(const Feature *arc, DoubleDouble x, DoubleDoubl
     return (Touch){first, first < CAROM_INF};
 }
 
-/* Return when a disc touches an arc from inside. It is now if the disc touches or overlaps the arc and does not move
+/* Return when a disc touches an arc from inside. This is now if the disc touches or overlaps the arc and does not move
    away. */
 static inline Touch inner_arc_time(const Mover *disc, const Feature *arc, PathStart start) {
     Touch touch = {CAROM_INF, false};
@@ -209,7 +210,8 @@ typedef struct Direction {
 
 /* Return when a disc touches a feature.
 
-   On a straight path, a disc returns to the feature that it has just left only if that is the inside of an arc. */
+   On a straight path, a disc returns to the feature that it has just left only if the feature is the inside of an
+   arc. */
 static inline Touch feature_time(const Mover *disc, const Feature *feature, PathStart start) {
     if (feature->kind == INNER_ARC)
         return inner_arc_time(disc, feature, start);
@@ -240,7 +242,7 @@ static inline Direction normal_at(const Feature *feature, const Mover *disc) {
 /* Return the distance of a disc's rim from a feature, along the normal.
 
    The radius of an arc may be far larger than all other lengths. The difference of two distances from its centre would
-   then have a large rounding error. The difference of their squares does not. */
+   then have a large rounding error. The difference of the squares of these distances does not have it. */
 static inline double feature_gap(const Mover *disc, const Feature *f) {
     if (f->kind == PLANE) {
         return wall_gap(disc->x.high, disc->y.high, disc->radius, f->x.high, f->y.high, f->nx, f->ny).high;

@@ -1,10 +1,10 @@
-/* Time of impact of a disc on a straight line, in straight uniform motion: the line of a half-plane, or a face.
+/* Time of impact of a disc in straight uniform motion on the line of a half-plane, or on a face.
 
    HALF-PLANES. Points p on the free side of the wall have (p - q).n >= 0, with a point q and a unit normal n. Both are
    used exactly as given in floats. The disc's rim has the gap (p - q).n - r, which closes at the speed -v.n. The time
-   of impact is gap over speed. Offset, radius and products are error-free pairs: near contact, plain floats have errors
-   of up to 1e14 units in the last place. The time is accurate to 2 units in the last place, for lengths and speeds
-   between 1e-250 and 1e290.
+   of impact is gap over speed. Offset, radius and products are error-free pairs: near contact, plain floats would have
+   errors of up to 1e14 units in the last place. The time is accurate to 2 units in the last place, for lengths and
+   speeds between 1e-250 and 1e290.
 
    FACES. A face is one side of a straight edge of a finite wall. Let e be the vector from its start to its end, l the
    length of e, d the offset of the disc's centre from the start, and R the half width plus the disc's radius. The gap
@@ -12,9 +12,10 @@
 
        gap l = e x d - R l,   speed l = e x u.
 
-   The time of impact is minus their quotient, accurate to 1 unit in the last place. The vector e is not normalised, so
-   no rounded normal is involved. The disc touches the face if the foot of its centre is on the edge at that time. At a
-   convex end the outline of the wall has no kink, so face and vertex give the same impact. Signs are exact.
+   The time of impact is minus the quotient of gap and speed, accurate to 1 unit in the last place. The vector e is not
+   normalised, so no rounded normal is involved. The foot of a disc is the point of the face's line that is nearest to
+   the disc's centre. The disc touches the face if its foot is on the edge at that time. At a convex end the outline of
+   the wall has no kink, so an impact on the face and one on the vertex are the same. Signs are exact.
 
    Lengths are in metres, velocities in metres per second, times in seconds. */
 
@@ -49,7 +50,7 @@ static inline DoubleDouble wall_speed(double vx, double vy, double nx, double ny
     return round_sum(add_along(add_along(empty_sum(), vx, nx), vy, ny));
 }
 
-/* Return the root of `gap + speed * t`, with one correction by its residual. */
+/* Return the root t of `gap + speed * t`, corrected once by its residual. */
 static inline double linear_root(DoubleDouble gap, DoubleDouble speed) {
     double t = -gap.high / speed.high;
     DoubleDouble product = two_prod(t, speed.high);
@@ -74,7 +75,7 @@ static inline double wall_time(double x, double y, double vx, double vy, double 
 
 /* ---- faces ---- */
 
-/* Return a coordinate relative to another. */
+/* Return a coordinate relative to another one. */
 static inline DoubleDouble offset_between(DoubleDouble a, DoubleDouble q) {
     DoubleDouble d = two_diff(a.high, q.high);
     return two_sum(d.high, d.low + (a.low - q.low));
@@ -94,7 +95,7 @@ static inline DoubleDouble face_gap(const Mover *disc, const Feature *face) {
     DoubleDouble gap = round_sum(add_pair_product(total, negate(face->size), reach));
     if (fabs(gap.high) > CAROM_DOUBTFUL_GAP * (face->size.high * reach.high))
         return gap;
-    /* (e x d)^2 - R^2 e.e contains no root. Divided by e x d + R l, which is not near 0, it is the gap. */
+    /* (e x d)^2 - R^2 e.e contains no root. The gap is its quotient by e x d + R l, which is not near 0. */
     DoubleDouble squares = negate(exact_discriminant((Encounter){x, y, face->ex, face->ey, reach}));
     DoubleDouble cross = cross_product(face->ex, face->ey, x, y);
     DoubleDouble root = pair_product(face->size, reach);
@@ -102,7 +103,7 @@ static inline DoubleDouble face_gap(const Mover *disc, const Feature *face) {
     return pair_quotient(squares, (DoubleDouble){total_root.high, total_root.low + (cross.low + root.low)});
 }
 
-/* Return whether a disc's centre is on a face's free side and its foot on the edge. */
+/* Return whether a disc's centre is on a face's free side and the disc's foot is on the edge. */
 static inline bool is_before_face(const Mover *disc, const Feature *face) {
     DoubleDouble x = offset_between(disc->x, face->x);
     DoubleDouble y = offset_between(disc->y, face->y);
@@ -113,8 +114,8 @@ static inline bool is_before_face(const Mover *disc, const Feature *face) {
     return inner_product(face->ex, face->ey, x_from_end, y_from_end).high <= 0.0;
 }
 
-/* Return how far the foot of a disc that touches a face's line is beyond a point of the line, times the length of the
-   face and the speed of approach. This is the plain form. */
+/* When a disc touches a face's line, its foot is at some distance beyond a given point of the line. Return that
+   distance, multiplied by the face's length and the speed of approach. This is the plain form. */
 static inline Bounded foot_beyond(const Mover *disc, const Feature *face, double x, double y) {
     double size = face->size.high, reach = disc->radius + face->half_width;
     double ux = disc->ux.high, uy = disc->uy.high;

@@ -85,7 +85,7 @@ static inline bool is_passed(double dx, double dy, double ux, double uy, double 
 
 /* ---- one refinement ---- */
 
-/* Return p + t v as a sum of two floats. The time is split into two parts. */
+/* Return p + t v as a sum of two floats. `t` is the time, split into two parts. */
 static inline DoubleDouble advance_coordinate(DoubleDouble t, DoubleDouble p, DoubleDouble v) {
     DoubleDouble fast = split_double(v.high);
     DoubleDouble head = two_sum(p.high, t.high * fast.high);
@@ -119,7 +119,7 @@ static inline double refine_root(double guess, Encounter e) {
     double bend = ((e.ux.high * e.ux.high + e.uy.high * e.uy.high) * step) * inverse;
     double speed = fabs(e.ux.high) + fabs(e.uy.high);
     double extent = fabs(e.x.high) + fabs(e.y.high) + guess * speed;
-    /* Conditional values instead of a chain of `&&`, so that there is no branch to predict. */
+    /* Conditional values replace a chain of `&&`, so that there is no branch to predict. */
     double root = guess + 0.5 * step * (1.0 + bend * (0.25 + 0.125 * bend));
     root = closing >= 0x1p-10 * (radius * speed) ? root : CAROM_UNCERTAIN;
     root = extent <= 0x1p34 * radius ? root : CAROM_UNCERTAIN;
@@ -135,7 +135,8 @@ static inline Encounter encounter(double x1, double y1, double vx1, double vy1, 
     return (Encounter){two_diff(x2, x1), two_diff(y2, y1), two_diff(vx2, vx1), two_diff(vy2, vy1), two_sum(r1, r2)};
 }
 
-/* Return the time of impact from the plain form's b and D, refined once, or CAROM_UNCERTAIN. */
+/* Compute the time of impact from b and D of the plain form, and refine it once. Return this time or
+   CAROM_UNCERTAIN. */
 static inline double refined_time(double b, double d, Encounter e) {
     Bounded c = separation(e.x.high, e.y.high, e.reach.high);
     double closing = sqrt(greater(d, 0.0)) - b;
@@ -156,7 +157,7 @@ static inline DoubleDouble discriminant_from_gap(DoubleDouble b, DoubleDouble c,
     return two_sum(d.high, d.low + rest);
 }
 
-/* Return D = a R^2 - (d x u)^2. This form is accurate at a distance, where b^2 and a c nearly cancel. */
+/* Return D = a R^2 - (d x u)^2. This form is accurate far from contact, where b^2 and a c nearly cancel. */
 static inline DoubleDouble discriminant_from_miss(Encounter e, DoubleDouble a) {
     DoubleDouble cross = round_sum(add_pair_product(add_pair_product(empty_sum(), e.x, e.uy), negate(e.y), e.ux));
     DoubleDouble square = pair_product(cross, cross);
@@ -165,7 +166,7 @@ static inline DoubleDouble discriminant_from_miss(Encounter e, DoubleDouble a) {
     return two_sum(d.high, d.low + (largest.low - square.low));
 }
 
-/* Return c / (-b + sqrt(D)), with one correction by its residual. */
+/* Return c / (-b + sqrt(D)), corrected once by its residual. */
 static inline double exact_root(DoubleDouble b, DoubleDouble c, DoubleDouble d) {
     DoubleDouble root = pair_root(d), closing = two_sum(root.high, -b.high);
     double low = closing.low + (root.low - b.low);
@@ -233,8 +234,8 @@ static inline DoubleDouble exact_discriminant(Encounter e) {
     return exact_sum(terms, count);
 }
 
-/* Return D by the form that is accurate for the given b, c and a. If it decides whether the discs meet (c > 0), its
-   sign is exact. */
+/* Return D by the form that is accurate for the given b, c and a. If D decides whether the discs meet (c > 0), the sign
+   of the result is exact. */
 static inline DoubleDouble accurate_discriminant(Encounter e, DoubleDouble b, DoubleDouble c, DoubleDouble a) {
     double largest = a.high * (e.reach.high * e.reach.high), terms = b.high * b.high;
     bool is_near = c.high < 0.0 || terms < largest;
@@ -258,8 +259,8 @@ static inline double exact_pair_time(Encounter e) {
     e.ux = scale_pair(e.ux, -pace);
     e.uy = scale_pair(e.uy, -pace);
     DoubleDouble b = inner_product(e.x, e.y, e.ux, e.uy);
-    /* If one velocity component is below 2^-1022 of the other, scaling makes it 0. The unscaled product still has its
-       sign. */
+    /* If one velocity component is below 2^-1022 of the other, scaling makes it 0. The sign of the unscaled product is
+       still correct. */
     if (!(b.high < 0.0) && !(b.high == 0.0 && e.x.high * ux + e.y.high * uy < 0.0))
         return CAROM_INF;
     DoubleDouble c = excess(e.x, e.y, e.reach);
@@ -292,7 +293,7 @@ static inline double meeting_time(Encounter e) {
     return time;
 }
 
-/* Return the seconds until two discs collide, from their positions and velocities at one time, as `meeting_time`. */
+/* Return the result of `meeting_time` for two discs, from their positions and velocities at one time. */
 static inline double pair_time(double x1, double y1, double vx1, double vy1, double r1, double x2, double y2,
                                double vx2, double vy2, double r2) {
     return meeting_time(encounter(x1, y1, vx1, vy1, r1, x2, y2, vx2, vy2, r2));

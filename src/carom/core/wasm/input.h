@@ -2,7 +2,7 @@
    name.
 
    JavaScript has the same names in the same order (`carom/web/core.js`). Only one run exists at a time: `begin_input`
-   frees the memory of the run before. */
+   frees the memory of the previous run. */
 
 #pragma once
 

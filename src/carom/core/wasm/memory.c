@@ -1,4 +1,4 @@
-/* Memory of the core in WebAssembly, its input, and replacements for functions of a C library. */
+/* Memory and input of the core in WebAssembly, and replacements for functions of a C library. */
 
 #include <string.h>
 
@@ -28,8 +28,8 @@ static void *allocate(size_t size) {
     return (void *)begin;
 }
 
-/* The old block stays allocated until the next run begins. Growing blocks at least double, so this wastes at most as
-   much memory again. */
+/* The old block stays allocated until the next run begins. Blocks of up to 2^22 rows at least double when they grow. So
+   the old blocks take at most as much memory as the present one. */
 void *carom_resize(void *memory, size_t used, size_t size) {
     void *block = size == 0 ? NULL : allocate(size);
     if (block != NULL && used > 0)
@@ -74,7 +74,8 @@ double ldexp(double x, int exponent) {
         x *= 0x1p1023;
         exponent -= 1023;
     }
-    /* Steps of 2^-969 keep all bits of a result above the smallest number, so that only the last step rounds. */
+    /* If the final result is above the smallest float, steps of 2^-969 keep all bits, so that only the last step
+       rounds. */
     for (int k = 0; k < 2 && exponent < -1022; k++) {
         x *= 0x1p-969;
         exponent += 969;
@@ -101,7 +102,7 @@ double frexp(double x, int *exponent) {
     return x;
 }
 
-/* Exported because JavaScript rounds results below 2^-1022 twice. */
+/* This function is exported because JavaScript would round results below 2^-1022 twice. */
 CAROM_EXPORT("times_power") double times_power(double x, int exponent) {
     return ldexp(x, exponent);
 }

@@ -1,6 +1,6 @@
 /* Binding of the frame-sampled loop, and of damped times, for JavaScript.
 
-   This file includes the loop, so that both use one copy of the exponentials. */
+   This file includes the loop, so that the loop and the damped times use one copy of the exponentials. */
 
 #include "carom/core/damping.h"
 #include "carom/core/pit/frame_loop.c"
@@ -39,7 +39,7 @@ CAROM_EXPORT("begin_pit") bool begin_pit(void) {
     return true;
 }
 
-/* Pass the frames before number `until`, and write `carom_results`. Return false if there is no memory. */
+/* Compute the frames with numbers below `until`, and write `carom_results`. Return false if there is no memory. */
 CAROM_EXPORT("advance_pit") bool advance_pit(Index until) {
     while (state.counts.frames < until && !state.is_out_of_memory && !state.is_too_far) {
         state.work = 0x1p30;
@@ -50,7 +50,8 @@ CAROM_EXPORT("advance_pit") bool advance_pit(Index until) {
     return !state.is_out_of_memory;
 }
 
-/* Return x, y, vx and vy of each disc at a time not before the last frame. If discs spin, their spins follow. */
+/* Return x, y, vx and vy of each disc at a time that is not before the last frame. If discs spin, their spins
+   follow. */
 CAROM_EXPORT("states_pit") double *states_pit(double time) {
     double *states = carom_resize(NULL, 0, (size_t)state.disc_count * 5 * sizeof(double));
     if (states != NULL) {

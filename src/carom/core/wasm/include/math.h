@@ -10,7 +10,7 @@
 #define fabs __builtin_fabs
 #define sqrt __builtin_sqrt
 
-/* As in the C standard; defined in memory.c. */
+/* memory.c defines these functions, as in the C standard. */
 double frexp(double x, int *exponent);
 double ldexp(double x, int exponent);
 
