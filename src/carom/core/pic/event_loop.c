@@ -1,7 +1,6 @@
 /* Event-driven loop (PIC), and the functions that bindings call.
 
-   Read `pic/state.h` first. No result depends on the cells, on prefetching, or on the pieces in which a run is
-   advanced. */
+   Read `pic/state.h` first. No result depends on the cells, on prefetching, or on how many calls advance a run. */
 
 #include "carom/core/pic/all_pairs.h"
 #include "carom/core/pic/clock.h"
@@ -19,10 +18,10 @@
 /* The discs that an event has changed. */
 typedef struct Changed {
     Index disc[2]; /* NOBODY for no disc */
-    Change change; /* the part of their future that has changed */
+    Change change; /* which of their next events have changed */
 } Changed;
 
-/* Predict the changed part of disc `i`'s future, and update the queue. */
+/* Predict the next events of disc `i`, as far as `change` affects them, and update the queue. */
 static inline void predict(State *s, Index i, Change change) {
     if (change != OF_TIME) {
         if (CAROM_UNLIKELY(s->accelerated.paths != NULL)) {
@@ -38,7 +37,8 @@ static inline void predict(State *s, Index i, Change change) {
     set_time(&s->queue, i, event_time(&s->predictions[i]));
 }
 
-/* Apply an event of discs that accelerate, as `apply_impact` does. Here the low part of its instant also counts. */
+/* Apply an event of discs that accelerate, as `apply_impact` does for other discs. The low part of the event's instant
+   also counts. */
 static CAROM_NOINLINE Ending apply_accelerated_event(State *s, Event event, double until, Index impacts,
                                                      Changed *changed) {
     const Prediction *p = &s->predictions[event.disc];
@@ -58,7 +58,8 @@ static CAROM_NOINLINE Ending apply_accelerated_event(State *s, Event event, doub
     return s->counts.beyond - s->grid.beyond > s->grid.beyond_limit ? OUTGROWN : NOT_ENDED;
 }
 
-/* Apply an impact, unless a limit of this call excludes it. Return the ending that it causes, or NOT_ENDED. */
+/* Apply an impact, unless a limit of this call excludes it. Return the ending that the impact or the limit causes, or
+   NOT_ENDED. */
 static inline Ending apply_impact(State *s, Event event, double until, Index impacts, Changed *changed) {
     double time = event_time(&s->predictions[event.disc]);
     bool is_wanted;
@@ -113,8 +114,8 @@ static inline Change apply_other_event(State *s, Event event) {
     return event.kind == START ? OF_PATH : OF_TIME;
 }
 
-/* Advance a run as `carom_advance` does, until discs have left its cells. Each long function is called in one place, so
-   that compilers inline it. */
+/* Advance a run as `carom_advance` does, or until discs have left its cells. Each long function is called in only one
+   place, so that compilers inline the function. */
 static CAROM_NOINLINE Ending advance(State *s, double until, Index impacts, Index events) {
     while (true) {
         if (s->counts.at_instant > s->standstill)
@@ -164,10 +165,10 @@ static CAROM_NOINLINE Ending advance(State *s, double until, Index impacts, Inde
     }
 }
 
-/* Choose new cells for the region where discs have been. Keep them if they save more checks than they cost.
+/* Choose new cells for the region where discs have been. Use them if they save more checks than they cost.
 
-   Discs outside the area of the lists check all features, as in a gas that has left its first box. Wider cells contain
-   more discs, and a prediction searches nine cells. The choice changes no result. */
+   For a disc outside the area of the lists all features are checked, for example in a gas that has left its first box.
+   Wider cells contain more discs, and a prediction searches nine cells. The choice changes no result. */
 static void choose_cells_again(State *s) {
     Grid *g = &s->grid;
     Grid old = *g;
@@ -267,7 +268,8 @@ bool carom_begin(State *s, const RunInput *input, void *memory) {
 }
 
 void carom_record(State *s, Recent *recent, double begin, double end) {
-    if (!s->has_acceleration) { /* otherwise these rows are in the arena, as impacts in succession are always counted */
+    /* otherwise these rows are in the arena, because ambiguous impacts in succession are always counted */
+    if (!s->has_acceleration) {
         for (Index i = 0; i < s->disc_count; i++)
             clear_recent(&recent[i]);
         s->record.recent = recent;

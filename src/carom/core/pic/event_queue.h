@@ -1,7 +1,7 @@
 /* Event queue: a tournament tree of the times of all discs' next events. A match compares eight times.
 
    The eight times of a match share a cache line. The smallest of them moves up one level, together with the number of
-   its disc. Unlike in a heap, entries are not moved or deleted: the time of a disc is overwritten. */
+   its disc. Unlike in a heap, entries are not moved or deleted: a disc's new time replaces its old one. */
 
 #pragma once
 
@@ -12,7 +12,7 @@ typedef struct Sibling {
     Index place; /* index in its level */
 } Sibling;
 
-/* Divide a queue into levels. Return false if there are too many discs. */
+/* Set the sizes of a queue's levels. Return false if there are too many discs. */
 static inline bool lay_out_queue(Queue *q, Index discs) {
     Index length = 0;
     Index size = discs;
@@ -27,12 +27,13 @@ static inline bool lay_out_queue(Queue *q, Index discs) {
     return false;
 }
 
-/* Return the number of times in a queue that was divided into levels. */
+/* Return the number of times in all levels of a queue. */
 static inline Index queue_length(const Queue *q) {
     return q->level[q->top] + SIBLINGS;
 }
 
-/* Return the smallest of the other seven times of a match, in three rounds that a processor can overlap. */
+/* Return the smallest of the other seven times of a match. A processor can overlap the comparisons of each of the three
+   rounds. */
 static CAROM_ALWAYS_INLINE Sibling best_sibling(const double *times, Index place) {
     double a = times[place ^ 1];
     double b = times[place ^ 2];
@@ -67,7 +68,8 @@ static inline void set_time(Queue *q, Index i, double time) {
             Sibling best = best_sibling(q->time + q->level[level], place);
             Index other = level == 0 ? best.place : q->holder[q->level[level] + best.place];
             Index earlier = best.time < time;
-            holder += (other - holder) * earlier; /* the condition is unpredictable, so this is not a branch */
+            /* a sum instead of a branch, because the condition is unpredictable */
+            holder += (other - holder) * earlier;
             time = lesser(best.time, time);
         } else if (time == q->time[above] && (q->holder[above] >> (3 * level)) != place) {
             return;
@@ -78,12 +80,12 @@ static inline void set_time(Queue *q, Index i, double time) {
     }
 }
 
-/* Return the disc of the earliest event. If several discs share the time, it is any of them. */
+/* Return the disc of the earliest event. If several discs have events at that time, return any of these discs. */
 static inline Index earliest(const Queue *q) {
     return q->holder[q->level[q->top]];
 }
 
-/* Return the earliest time of all discs except `i` and `j`, which may be equal. */
+/* Return the earliest time of all discs except `i` and `j`. The two numbers may be equal. */
 static inline double earliest_except(const Queue *q, Index i, Index j) {
     double least = CAROM_INF;
     for (Index level = 0; level < q->top; level++) {
@@ -120,8 +122,8 @@ static inline Index next_not_after(const Queue *q, Index i, double time) {
     return q->discs;
 }
 
-/* Return the disc whose event most probably follows that of disc `i`, the earliest. Only the last two rounds are
-   considered. */
+/* Return the disc whose event most probably follows that of disc `i`, which has the earliest event. Only the matches of
+   the two highest levels are considered. */
 static inline Index runner_up(const Queue *q, Index i) {
     Index last = q->top - 1;
     Sibling upper = best_sibling(q->time + q->level[last], i >> (3 * last));

@@ -10,8 +10,8 @@
 
 /* ---- choice of the cells ---- */
 
-/* Set the largest radius, the largest sum of two radii (for a single disc: twice its radius), and the factor on the
-   width. */
+/* Set the largest radius, the largest sum of two radii (for a single disc, twice its radius), and the factor for the
+   width of a cell. */
 static inline void set_sizes(Grid *g, const double *radius, Index discs, double factor) {
     double second = 0.0;
     g->radius = 0.0;
@@ -43,7 +43,8 @@ static inline Box box_around(const double *position, Index discs) {
 static inline double feature_extent(const Feature *f) {
     if (f->kind == PLANE)
         return fabs(f->x.high * f->nx + f->y.high * f->ny);
-    /* A face is within its length of its start, an arc within its radius of the centre. */
+    /* No point of a face is farther from its start than its length, and no point of an arc is farther from its centre
+       than its radius. */
     return greater(fabs(f->x.high), fabs(f->y.high)) + f->size.high + f->half_width;
 }
 
@@ -54,7 +55,7 @@ static inline double wall_extent(const Wall *w) {
 
 /* Choose the cells for discs that move in a box. An infinite `factor` makes a single cell.
 
-   Coordinates can be as large as those of the box, and as the obstacles' `extent`, since a disc may come back from an
+   Coordinates can be as large as those of the box, or as large as `extent`, since a disc may come back from an
    obstacle. */
 static inline void choose_grid(Grid *g, const Box *box, Index discs, Index feature_count) {
     double width = box->right - box->left;
@@ -131,7 +132,7 @@ static inline void remove_from_cell(State *s, Index i, Index row, Index column) 
         return;
     }
     Index head = CHAINED - cell->disc[PLACES - 1];
-    if (cell->disc[place] == i) { /* the first disc of the chain replaces it */
+    if (cell->disc[place] == i) { /* the first disc of the chain takes its place */
         cell->disc[place] = (int)head;
         head = chain[head];
     } else if (head == i) {
@@ -151,7 +152,8 @@ static inline void remove_disc(State *s, Index i) {
     remove_from_cell(s, i, cell >> COLUMN_BITS, cell & COLUMN_MASK);
 }
 
-/* Return the row or column of a position that is measured in cells, limited to `count`. For NaN it is the first. */
+/* Return the row or column that contains a coordinate, which is given in widths of a cell. The result is from 0 to
+   `count` - 1, and 0 for NaN. */
 static inline Index clamp_to_cells(double place, Index count) {
     if (!(place > 0.0))
         return 0;
@@ -179,7 +181,7 @@ static inline void fill_cells(State *s) {
     }
 }
 
-/* Return the mean over all discs of the number of discs in a disc's cell, including itself. */
+/* Return the number of discs in a disc's cell, including the disc itself, as the mean over all discs. */
 static inline double mean_occupancy(const State *s) {
     double pairs = 0.0;
     for (Index i = 0; i < cell_count(&s->grid); i++) {
@@ -211,7 +213,7 @@ static inline void cross_edge(State *s, Index i) {
     add_to_cell(s, i, row, column);
 }
 
-/* Return the cell of disc `i` and its eight neighbours. */
+/* Return the cell of disc `i` and the eight cells around it. */
 static inline Block cells_around(const State *s, Index i) {
     Index cell = s->predictions[i].cell;
     Index row = cell >> COLUMN_BITS;
@@ -225,7 +227,7 @@ static inline Block new_neighbours(const State *s, Index i) {
     Index edge = s->predictions[i].edge;
     Index across = (Index)(edge == RIGHT) - (Index)(edge == LEFT);
     Index along = (Index)(edge == UP) - (Index)(edge == DOWN);
-    /* These are one cell farther on, in a line perpendicular to the crossing. */
+    /* These cells are one cell farther in the direction of the crossing, in a line perpendicular to it. */
     Index row = (cell >> COLUMN_BITS) + along - across * across;
     Index column = (cell & COLUMN_MASK) + across - along * along;
     return (Block){row * s->grid.stride + column, 1, 0, along == 0 ? s->grid.stride : 1};

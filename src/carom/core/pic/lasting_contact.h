@@ -1,8 +1,9 @@
 /* Motion of discs that gravity presses against a wall, and the instants at which this motion changes.
 
-   A disc in contact has a constant acceleration along the wall, so its path is a parabola. The functions that predict
-   discs in flight therefore predict it, too. Quantities that the law makes 0 are set to 0 and not computed: the gap and
-   the normal speed of a disc in contact, and the slip of a rolling disc. docs/theory/contact.md derives the law. */
+   A disc in contact has a constant acceleration along the wall, so its path is a parabola. So the functions that
+   predict events of discs in flight also predict its events. Quantities that the law makes 0 are set to 0 and not
+   computed: the gap and the normal speed of a disc in contact, and the slip of a rolling disc. docs/theory/contact.md
+   derives the law. */
 
 #pragma once
 
@@ -25,7 +26,7 @@ static inline double ground_approach(const State *s, Index i, const Feature *gro
     return -wall_speed(s->discs[i].vx, s->discs[i].vy, ground->nx, ground->ny).high;
 }
 
-/* Return the distance of a disc from the surface. */
+/* Return the distance of a disc's rim from the surface of its ground. */
 static inline double ground_gap(const State *s, Index i, Index k) {
     const Disc *a = &s->discs[i];
     const Feature *f = &s->features[k];
@@ -33,7 +34,7 @@ static inline double ground_gap(const State *s, Index i, Index k) {
     return wall_gap(a->x, a->y, a->radius, g->x, g->y, f->nx, f->ny).high;
 }
 
-/* Return the resolution of that distance. */
+/* Return the resolution of the distance that `ground_gap` returns. */
 static inline double ground_gap_resolution(const State *s, Index i, Index k) {
     const Disc *a = &s->discs[i];
     const Ground *g = &s->accelerated.grounds[k];
@@ -57,7 +58,7 @@ static inline double coordinate_along_face(const State *s, Index i, Index k) {
     return (a->x - g->x) * f->ny - (a->y - g->y) * f->nx;
 }
 
-/* Return the seconds until a disc reaches an end of its face; infinity for never, as on a half-plane. */
+/* Return the seconds until a disc reaches an end of its face; infinity if it never does, as on a half-plane. */
 static inline double time_to_face_end(const State *s, Index i, Index k, double speed, double rate) {
     const Feature *f = &s->features[k];
     if (f->kind != FACE) {
@@ -118,7 +119,7 @@ static inline ModeRow continue_in_contact(State *s, Index i, Index k, Slips now)
     Press press = pressing_on(s, i, f);
     double speed = a->vx * f->ny - a->vy * f->nx;
     bool resists = press.rolling_resistance > 0.0;
-    if (resists && now.slip == 0.0) { /* the two numbers are equal by the law, but not after rounding */
+    if (resists && now.slip == 0.0) { /* slip 0 means that `speed` is minus the rim speed, which rounding may violate */
         speed = now.rim != 0.0 ? speed : 0.0;
         now.rim = 0.0 - speed;
     }
@@ -145,7 +146,7 @@ static inline ModeRow continue_in_contact(State *s, Index i, Index k, Slips now)
     p->never_met = NEVER_ALL;
     p->ground = (int)k;
     p->mode = mode_of(speed, rates.along, rates.sticks, rates.blocks);
-    /* For a rolling disc both reach 0 at the same time. That changes nothing without rolling resistance. */
+    /* For a rolling disc, speed and spin reach 0 at the same time. Without rolling resistance, this changes nothing. */
     double slip_wait = time_to_zero(now.slip, rates.along + rates.rim);
     double rim_wait = resists ? time_to_zero(now.rim, rates.rim) : CAROM_INF;
     double wait = rim_wait < slip_wait ? rim_wait : slip_wait;
@@ -159,7 +160,7 @@ static inline ModeRow continue_in_contact(State *s, Index i, Index k, Slips now)
     return mode_row(s, i, f->wall, before);
 }
 
-/* Begin the contact of a disc, which is at the present instant, with feature k. No bounces remain. */
+/* Begin the contact of a disc with feature k at the present instant. The disc does not bounce any more. */
 static inline ModeRow land(State *s, Index i, Index k, double approach) {
     Disc *a = &s->discs[i];
     Parabola *p = &s->accelerated.paths[i];
@@ -172,8 +173,8 @@ static inline ModeRow land(State *s, Index i, Index k, double approach) {
     /* A slip that an impact has reversed remains. If infinitely many bounces follow, `slip_after_bounces` returns what
        remains. */
     sticks = sticks && law->wall_contact.restitution == 0.0;
-    /* If the remaining bounces do not stop the slip, they reduce it. The contact reduces it by as much during the time
-       that those bounces would last. */
+    /* If the remaining bounces do not stop the slip, they only reduce it. The contact reduces the slip by the same
+       amount during the time that those bounces would last. */
     double by = 0.0;
     if (press.rolling_resistance != 0.0 && approach > 0.0 && restitution < 1.0) {
         double speed = now.slip - now.rim;
@@ -192,13 +193,14 @@ static inline ModeRow land(State *s, Index i, Index k, double approach) {
         by = now.slip / (1.0 + press.inverse_inertia_ratio);
         now.slip = 0.0;
     }
-    if (by != 0.0) { /* the impulse of friction on the disc and its rim; the normal speed does not change */
+    if (by != 0.0) { /* apply the impulse of friction; the normal speed does not change */
         a->vx -= by * f->ny;
         a->vy += by * f->nx;
     }
     a->last = NO_BODY;
     if (p->left_ground != NO_OBSTACLE && p->corner == -1 - k && is_same_instant(p->left, own_instant(a, p))) {
-        p->corner = -1 - p->corner_ground; /* it was lifted off one ground and slides along the other, and back */
+        /* the disc was lifted off one ground, slides along the other one, and may come back */
+        p->corner = -1 - p->corner_ground;
         p->corner_ground = (int)k;
     } else if (p->corner_ground != k) {
         p->corner = NO_BODY;
@@ -221,9 +223,10 @@ static inline ModeRow take_off(State *s, Index i) {
     return mode_row(s, i, wall, before);
 }
 
-/* Make a disc at an end of its face fly off. Return false if it does not fly off, which is not solved.
+/* Make a disc at an end of its face fly off. Return false if it does not fly off; that motion is not solved.
 
-   Its rim is then at the vertex at that end and moves along it. The disc never hits the face again on this path. */
+   The disc's rim then touches the vertex at that end and moves along it. The disc never hits the face again on this
+   path. */
 static inline bool leave_at_face_end(State *s, Index i, ModeRow *row) {
     Disc *a = &s->discs[i];
     Parabola *p = &s->accelerated.paths[i];
@@ -237,8 +240,8 @@ static inline bool leave_at_face_end(State *s, Index i, ModeRow *row) {
     if (vertex == NO_OBSTACLE) {
         return false;
     }
-    /* The condition is u^2 >= P (R + half width). It is tested by the function that would otherwise find an immediate
-       impact with the vertex, so that both use the same rounded numbers. */
+    /* The condition is u^2 >= P (R + half width). The function that tests it is the one that would find an immediate
+       impact with the vertex, so that both decisions use the same rounded numbers. */
     Mover disc = mover_of(a);
     if (!(arc_fall_time(&s->accelerated.exact, &disc, &s->features[vertex], s->accelerated.gx, s->accelerated.gy, true,
                         0.0) > 0.0)) {
@@ -253,8 +256,8 @@ static inline bool leave_at_face_end(State *s, Index i, ModeRow *row) {
     return true;
 }
 
-/* Continue the motion of a disc, which is at the present instant, after the end of its mode: its slip, its spin, or
-   both are 0. Return false if it is at the end of its face and does not fly off. */
+/* Continue the motion of a disc at the present instant, at which its mode ends because its slip, its spin or both are
+   0. Return false if it is at the end of its face and does not fly off. */
 static inline bool begin_next_mode(State *s, Index i, ModeRow *row) {
     Parabola *p = &s->accelerated.paths[i];
     const Index k = p->ground;
@@ -270,7 +273,7 @@ static inline bool begin_next_mode(State *s, Index i, ModeRow *row) {
     return true;
 }
 
-/* Return how well the normal of a body, which a disc touches, is known: 0 for a straight feature. */
+/* Return the resolution of the normal at which a disc touches a body: 0 for a straight feature. */
 static inline double normal_resolution(const State *s, Index i, Index body) {
     const Disc *a = &s->discs[i];
     double size = size_of(a->x, a->y, a->radius);
@@ -287,19 +290,19 @@ static inline double normal_resolution(const State *s, Index i, Index body) {
     return gap_resolution(sizes) / fabs(reach_of(&disc, f).high);
 }
 
-/* Return whether a body, or feature k as -1 - k, never moves. */
+/* Return whether a body never moves. Disc i has the number i, and feature k the number -1 - k. */
 static inline bool never_moves(const State *s, Index body) {
     return body < 0 ? !is_driven_wall(&s->driving, (Index)s->features[-1 - body].wall)
                     : s->discs[body].inverse_mass == 0.0 && driven_row(&s->driving, body) == NULL;
 }
 
-/* Continue the motion of a disc in contact after an impact on `struck`, a disc or, as -1 - k, feature k. The disc
-   stays in contact or leaves its wall. Return whether more than its velocity changes.
+/* Continue the motion of disc `i`, if it is in contact, after an impact on `struck`: disc j, or feature k as -1 - k.
+   Disc `i` stays in contact or leaves its wall. Return whether more than its velocity changes.
 
-   The disc stays in contact if its normal speed makes a hop that is lower than the resolution of the gap. Between its
-   wall and a flat wall, or a body at rest, one such hop follows another. There it stays only if there is no hop
-   at all. At a right angle between two walls there is a hop if friction causes one. A disc that is pushed into its wall
-   is also in flight, and hits the wall at once. `normal` is that of the impact. */
+   The disc stays in contact if its normal speed makes a hop that is lower than the resolution of the gap. If `struck`
+   is flat or at rest, one such hop follows another. Then the disc stays only if there is no hop at all. At a right
+   angle between two walls there is a hop only if friction causes one. A disc that is pushed into its wall is also in
+   flight, and hits the wall at once. `normal` is the normal of the impact. */
 static inline bool update_contact_after_impact(State *s, Index i, Index struck, const double normal[2], ModeRow *row) {
     Parabola *p = &s->accelerated.paths[i];
     const Index k = p->ground;
@@ -314,8 +317,8 @@ static inline bool update_contact_after_impact(State *s, Index i, Index struck, 
     const Feature *f = &s->features[k];
     double approach = ground_approach(s, i, f);
     bool is_flat = struck < 0 && s->features[-1 - struck].kind <= FACE;
-    /* The way back to a body at rest is exact. The way back to a curved body that moves is rounded, so a hop that is
-       lower than the resolution would have no certain end. */
+    /* The return to a body at rest is computed exactly. The return to a curved body that moves is rounded, so the end
+       of a hop that is lower than the resolution would be uncertain. */
     bool has_corner = never_moves(s, struck);
     bool hops = false;
     if (is_flat || has_corner) {
@@ -330,7 +333,7 @@ static inline bool update_contact_after_impact(State *s, Index i, Index struck, 
         place_on_wall(s, i, k);
         *row = take_off(s, i);
     }
-    /* The times of its returns to both bodies are computed without a rounded gap. */
+    /* The times at which the disc returns to both bodies are computed from `left`, without a rounded gap. */
     p->left = own_instant(&s->discs[i], p);
     if (hops) {
         p->left_ground = (int)k;
@@ -347,7 +350,8 @@ static inline bool update_contact_after_impact(State *s, Index i, Index struck, 
 
 /* ---- recorded changes of mode ---- */
 
-/* Make room for the changes of mode in one event, at most one for each of two discs. Return whether there is memory. */
+/* Reserve rows for the changes of mode in one event: at most one change for each of two discs. Return whether there is
+   enough memory. */
 static inline bool reserve_modes(State *s) {
     Accelerated *run = &s->accelerated;
     if (run->mode_count + 2 > run->mode_capacity) {
@@ -363,7 +367,7 @@ static inline bool reserve_modes(State *s) {
     return true;
 }
 
-/* Record a change of mode at the reported time, if it is wanted. */
+/* Record a change of mode at the reported time, if impacts at that time are recorded. */
 static inline void record_mode(State *s, const ModeRow *row) {
     Accelerated *run = &s->accelerated;
     if (is_recorded(&s->record, s->clock.reported)) {

@@ -1,8 +1,8 @@
 /* Events: the next event of a disc, and the next event of all discs.
 
    Each disc has two predictions: its earliest known impact with another disc, and the time at which it leaves its cell.
-   For any two discs, the later of their two predictions uses the present paths of both. The smaller of the two times
-   stored for them is therefore never later than their impact, and no impact is missed. Only `event_of` decides which
+   For any two discs, the later of their two predicted impacts uses the present paths of both. The smaller of their two
+   predicted times is therefore never later than their impact, and no impact is missed. Only `event_of` decides which
    event of a disc is next. */
 
 #pragma once
@@ -23,13 +23,13 @@ static inline bool is_stale(const State *s, Index i) {
     return p->partner != NOBODY && s->discs[p->partner].impacts != p->partner_impacts;
 }
 
-/* Return the time of a disc's next event, or a lower bound. */
+/* Return the time of a disc's next event, or a lower bound of that time. */
 static inline double event_time(const Prediction *p) {
     return lesser(p->impact_time, p->exit_time);
 }
 
-/* Return which of a disc's two predictions comes first: negative if it leaves its cell, positive for its impact, 0 for
-   a tie. */
+/* Compare the times of a disc's two predictions. The result is negative if `exit_time` is first, positive if its impact
+   with a disc is first, and 0 in a tie. */
 static CAROM_ALWAYS_INLINE int compare_predictions(const State *s, Index i) {
     const Prediction *p = &s->predictions[i];
     if (CAROM_LIKELY(p->exit_time != p->impact_time || s->accelerated.paths == NULL))
@@ -69,9 +69,11 @@ static inline Bodies pair_of(const State *s, Index i) {
     return (Bodies){i < j ? i : j, i < j ? j : i};
 }
 
-/* Return the bodies of an impact in their order. The least of several simultaneous impacts is applied first.
+/* Return the two bodies of an impact as (first, second). Among simultaneous impacts, the one with the smallest (first,
+   second) is applied first.
 
-   Obstacles count as bodies here. They are in the order of their walls, and a disc stores only its first one. */
+   Obstacle k is body -1 - k here. Obstacles are in the order of their walls, and only the first obstacle that a disc
+   hits is stored. */
 static inline Bodies bodies_of(const State *s, Event impact) {
     if (impact.kind == WALL_IMPACT)
         return (Bodies){impact.disc, -1 - (Index)s->predictions[impact.disc].obstacle};
@@ -80,7 +82,7 @@ static inline Bodies bodies_of(const State *s, Event impact) {
     return pair_of(s, impact.disc);
 }
 
-/* Compute the exact instant of the impact that is predicted for disc `i`, which accelerates. */
+/* Compute the exact instant of the predicted impact of disc `i`, which accelerates. */
 static CAROM_NOINLINE void solve_parabola_impact(State *s, Index i) {
     Prediction *p = &s->predictions[i];
     Index j = p->partner;
@@ -102,8 +104,7 @@ static CAROM_ALWAYS_INLINE void solve_impact(State *s, Index i) {
 
 /* ---- the event of all discs ---- */
 
-/* Return the other disc that has the same impact at `time` as its next event, which is the partner of disc `i`; or `i`
-   if there is none. */
+/* Return the partner of disc `i` if its next event is the same impact at `time`. Otherwise return `i`. */
 static inline Index other_holder(const State *s, Index i, double time) {
     const Prediction *p = &s->predictions[i];
     if (p->partner == NOBODY || p->impact_time != time)
@@ -116,7 +117,7 @@ static inline Index other_holder(const State *s, Index i, double time) {
 
 /* Return the event to process if several discs have one at `time`.
 
-   Events that are not certain impacts come first. Then the impact that is first by (first, second) follows. A disc
+   Events that only change predictions come first. Then the impact with the smallest (first, second) follows. A disc
    stores only the first of its simultaneous impacts, so the first of all impacts is among the stored ones. */
 static inline Event first_of_tie(State *s, double time) {
     Event event;
@@ -151,7 +152,7 @@ static inline Event next_event(State *s, Index i) {
     if (kind == BOUNDED) {
         solve_impact(s, i);
         kind = event_of(s, i);
-        if (kind == CROSSING) /* before the impact, but possibly after an event of another disc */
+        if (kind == CROSSING) /* this is before the impact, but possibly after an event of another disc */
             return (Event){POSTPONED, i};
     }
     if (kind == CROSSING || kind == STALE)

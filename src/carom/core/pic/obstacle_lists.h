@@ -1,13 +1,14 @@
-/* Lists of obstacles: for each cell the obstacles that a disc in it may hit, and few others.
+/* Lists of obstacles: for each cell, all obstacles that a disc in the cell may hit, and few others.
 
    A tile is four cells, or one cell if there are features. Each tile has a list. To build the lists, the grid is halved
    repeatedly, and each half keeps only the obstacles near it. So an obstacle near few tiles causes no work for the
-   others. All lists are in one array, and a tile contains the place of its list in it. Each list contains numbers in
-   ascending order and ends with NO_OBSTACLE. Tiles far from all obstacles share the first list, which is empty.
+   other tiles. All lists are in one array, and each tile has the index at which its list begins. Each list contains
+   numbers in ascending order and ends with NO_OBSTACLE. Tiles far from all obstacles share the first list, which is
+   empty.
 
-   No disc can be in a tile that is wholly behind a wall. Such a tile has the list of all obstacles, which misses none.
-   A tile at the rim has no outer limit, but its list is valid only for OUTWARD cells beyond the grid. A disc outside
-   this area checks all obstacles. */
+   No disc can be in a tile that is wholly behind a wall. Such a tile has the list of all obstacles, which is correct
+   for any disc. A tile at the rim has no outer limit, but its list is valid only for OUTWARD cells beyond the grid. A
+   disc outside this area checks all obstacles. */
 
 #pragma once
 
@@ -17,8 +18,8 @@
 
 /* ---- tiles and an obstacle ---- */
 
-typedef enum Side { /* position of tiles relative to an obstacle */
-    CLEAR = 0,      /* no disc in them hits it */
+typedef enum Side { /* where tiles are relative to an obstacle */
+    CLEAR = 0,      /* no disc in the tiles hits the obstacle */
     NEARBY = 1,
     BEHIND = 2, /* no disc can be there */
 } Side;
@@ -52,7 +53,7 @@ static inline Box box_of(const Grid *g, const Tiles *tiles) {
    at most the largest radius plus half a diagonal of the box.
 
    The code uses half the sum of the sides instead of half the diagonal. For a tile the difference is .29 of its width,
-   which covers the roundings of a path. */
+   which is more than the roundings of a path. */
 static inline Side side_of_wall(const Grid *g, const Wall *wall, const Box *box) {
     double reach = g->radius + 0.5 * ((box->right - box->left) + (box->high - box->low));
     double dx = 0.5 * (box->left + box->right) - wall->x;
@@ -63,8 +64,8 @@ static inline Side side_of_wall(const Grid *g, const Wall *wall, const Box *box)
     return distance.value - distance.error >= reach ? CLEAR : NEARBY;
 }
 
-/* Return whether a position, relative to the centre, is in an arc's sector, or so near that rounding leaves it
-   undecided. */
+/* Return whether a position, relative to the centre, is in an arc's sector. If rounding leaves that undecided, return
+   true. */
 static inline bool may_be_in_sector(const Feature *arc, double x, double y) {
     double open = 4.0 * CAROM_ERROR * arc->size.high * (fabs(x) + fabs(y));
     bool after_first = arc->ex.high * y - arc->ey.high * x >= -open;
@@ -74,8 +75,8 @@ static inline bool may_be_in_sector(const Feature *arc, double x, double y) {
 
 /* Return the distance of a point from a feature that is not a half-plane.
 
-   The error bound covers about twenty roundings of the lengths involved. At an end of an arc, its circle and its end
-   have the same distance from the point, so either may be used there. */
+   The error bound covers about twenty roundings of the lengths involved. If rounding leaves undecided whether the point
+   is in an arc's sector, the arc's circle and its end have the same distance from the point, so either may be used. */
 static inline Bounded distance_to(const Feature *f, double x, double y) {
     double dx = x - f->x.high;
     double dy = y - f->y.high;
@@ -100,7 +101,7 @@ static inline Bounded distance_to(const Feature *f, double x, double y) {
     return found;
 }
 
-/* Return the side of a feature on which a box of tiles is, as `side_of_wall` does. */
+/* Return the side of a feature on which a box of tiles is. This is the same as `side_of_wall`, but for a feature. */
 static inline Side side_of_feature(const Grid *g, const Feature *f, const Box *box) {
     if (f->kind == PLANE) {
         Wall plane = {f->x.high, f->y.high, f->nx, f->ny};
@@ -136,7 +137,7 @@ static inline bool append_list(State *s, const int *numbers, Index count) {
     return true;
 }
 
-/* Assign to some tiles the list at a place in `Grid.lists`. */
+/* Assign a list to some tiles. The list begins at index `place` in `Grid.lists`. */
 static inline void assign_list(Grid *g, const Tiles *tiles, Index place) {
     bool has_obstacles = g->lists[FULL_LIST] != NO_OBSTACLE;
     Index first = 1 >> g->tile_bits;
@@ -149,10 +150,10 @@ static inline void assign_list(Grid *g, const Tiles *tiles, Index place) {
     }
 }
 
-/* Assign lists to some tiles. `known` are the obstacles near all these tiles together. Return false if there is no
+/* Assign lists to some tiles. `known` contains the obstacles near the union of these tiles. Return false if there is no
    memory.
 
-   The array `known` has room for as many further numbers at each halving. */
+   The array `known` has room for `count` more numbers at each halving. */
 static inline bool list_for_tiles(State *s, Tiles tiles, int *known, Index count) {
     Grid *g = &s->grid;
     int *kept = known + count;
@@ -197,7 +198,7 @@ static inline bool list_obstacles(State *s) {
     g->area.right = line_between(g->x0, g->width, g->columns, g->columns + 1);
     g->area.low = line_between(g->y0, g->width, g->rows, 1);
     g->area.high = line_between(g->y0, g->width, g->rows, g->rows + 1);
-    /* Numbers for the whole grid, and for at most COLUMN_BITS halvings in each direction. */
+    /* The array has room for numbers of the whole grid, and of at most COLUMN_BITS halvings in each direction. */
     int *numbers = s->resize(NULL, 0, (2 * COLUMN_BITS + 2) * (size_t)(count + 1) * sizeof(int));
     if (numbers == NULL)
         return false;

@@ -8,8 +8,8 @@
 /* ---- edges of the cell ---- */
 
 typedef struct AxisExit { /* when a coordinate leaves a cell */
-    double wait;          /* from the disc's own time; INF for never */
-    bool is_upper;        /* whether it is the edge with the larger coordinate */
+    double wait;          /* seconds from the disc's own time; INF for never */
+    bool is_upper;        /* whether it leaves over the edge with the larger coordinate */
 } AxisExit;
 
 /* Return the later root of `v t + a t^2/2 = d`. The edge is at the distance d, and a points towards it. */
@@ -25,10 +25,10 @@ static inline double later_edge_root(double d, double v, double a) {
 }
 
 /* Return when a coordinate leaves a cell. `place` is the distance from the lower edge, and `since` is when the disc
-   entered.
+   entered the cell. Both times are counted from the disc's own time.
 
-   The velocity reverses once, at -v/a. Before that, the disc can cross only the edge it moves to, and after that only
-   the other edge. So rounding never makes a disc cross one edge repeatedly. */
+   The velocity reverses once, at -v/a. Before that, the disc can cross only the edge towards which it moves, and after
+   that only the other edge. So rounding never makes a disc cross one edge repeatedly. */
 static inline AxisExit axis_exit(double place, double v, double a, double width, double since) {
     if (a == 0.0) {
         bool is_upper = v > 0.0;
@@ -47,10 +47,11 @@ static inline AxisExit axis_exit(double place, double v, double a, double width,
     return (AxisExit){greater(later_edge_root(falls_up ? width - place : -place, v, a), since), falls_up};
 }
 
-/* Return when a coordinate leaves cell number `cell` of `cells` in a row, as `axis_exit` does.
+/* Return when a coordinate leaves a cell, as `axis_exit` does. `cell` is the number of the cell in a row or column of
+   `cells` cells.
 
-   A cell at the rim has no outer edge. The disc may still reverse and leave on the other side. To predict that, the
-   outer edge is moved out of reach. */
+   A cell at the rim has no outer edge. The disc may still reverse and leave on the other side. To predict this, the
+   outer edge is assumed to be out of reach. */
 static inline AxisExit grid_axis_exit(double place, double v, double a, double width, double since, Index cell,
                                       Index cells) {
     AxisExit exit = axis_exit(place, v, a, width, since);
@@ -126,8 +127,8 @@ static inline bool is_never_met(const State *s, Index i, Index k) {
     return false;
 }
 
-/* Return whether a disc touches a straight feature without normal speed, and nothing pulls it towards the feature. For a
-   driven wall, `time` is when its leg begins, since the start of the run. */
+/* Return whether a disc touches a straight feature without normal speed, and nothing pulls it towards the feature. For
+   a driven wall, `time` is the time since the start of the run at which the wall's present leg begins. */
 static inline bool keeps_touching(const State *s, Index i, Index k, double time) {
     if (s->touched == NULL || find_touched(&s->touched[i], -1 - k, time) == NULL) {
         return false;
@@ -151,9 +152,10 @@ static CAROM_NOINLINE double solve_parabola_feature(const State *s, Index i, Ind
     return feature_fall_time(&run->exact, disc, f, p->ax, p->ay, has_just_left, p->leaving);
 }
 
-/* Return how long disc `i`, given relative to feature k, takes to reach it. The result is infinity for never, or if the
-   time is certainly longer than `within`. `has_just_left` says that the feature is the last thing that the disc hit on
-   this path. `touches` says that the disc touches it without normal speed. */
+/* Return how long disc `i` takes to reach feature k. `disc` is the disc relative to the feature's wall. The result is
+   infinity if the disc never reaches the feature, or certainly takes longer than `within`. `has_just_left` is true if
+   the disc's path begins with an impact on this feature, and `touches` if the disc touches the feature without normal
+   speed. */
 static inline double parabola_feature_wait(const State *s, Index i, Index k, const Mover *disc, bool has_just_left,
                                            bool touches, double within) {
     const Parabola *p = &s->accelerated.paths[i];
@@ -163,7 +165,8 @@ static inline double parabola_feature_wait(const State *s, Index i, Index k, con
     return solve_parabola_feature(s, i, k, disc, has_just_left, touches);
 }
 
-/* Return when a disc between two walls returns to the wall that it has left: see `Parabola.left_ground`. */
+/* Return when a disc that bounces between two walls returns to the ground that it has left: see
+   `Parabola.left_ground`. */
 static inline Instant return_to_left_ground(const State *s, Index i) {
     const Disc *a = &s->discs[i];
     const Parabola *p = &s->accelerated.paths[i];
@@ -178,8 +181,8 @@ static inline Instant return_to_left_ground(const State *s, Index i) {
     return f->kind == PLANE || foot_is_on_face(&disc, f, wait, p->ax, p->ay) ? met : NEVER;
 }
 
-/* Return when disc `i` hits feature k of a wall that does not move. The result is NEVER if that is certainly later than
-   `within` seconds. */
+/* Return when disc `i` hits feature k of a wall that does not move. The result may be NEVER if this takes certainly
+   longer than `within` seconds. */
 static inline Instant parabola_feature_meeting(const State *s, Index i, Index k, const Mover *disc, double within) {
     const Disc *a = &s->discs[i];
     const Parabola *p = &s->accelerated.paths[i];
@@ -211,8 +214,8 @@ typedef struct NextObstacle {
 
 /* Return the first of some features that a disc hits, if that is before `next`.
 
-   If two features of one wall have the same instant, the first in the list is first. If they belong to two walls, the
-   last is first, since wall k is body -1 - k. */
+   If two features of one wall are hit at the same instant, the earlier one in the list is first. If they belong to two
+   walls, the later one in the list is first, because wall k is body -1 - k. */
 static inline NextObstacle first_of_features(const State *s, Index i, const int *numbers, NextObstacle next) {
     const Mover disc = mover_of(&s->discs[i]);
     for (; *numbers != NO_OBSTACLE; numbers++) {
@@ -220,7 +223,7 @@ static inline NextObstacle first_of_features(const State *s, Index i, const int 
         if (is_never_met(s, i, k)) {
             continue;
         }
-        /* This includes later instants that round to the same time. */
+        /* `within` includes later instants that round to the same time. */
         double within = next.time.high - s->discs[i].time + CAROM_TIME_ERROR * next.time.high;
         Instant met = parabola_feature_meeting(s, i, k, &disc, within);
         bool is_tie = next.feature != NO_OBSTACLE && s->features[next.feature].wall != s->features[k].wall &&

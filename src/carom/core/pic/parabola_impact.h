@@ -1,7 +1,7 @@
 /* Impacts of discs that accelerate, the beginning and end of contact, and contacts that end a run.
 
-   A disc may return to a feature that it has left, without another event in between. Its normal speed is then set to
-   exactly the speed at which it left. docs/theory/contact.md explains why otherwise a ball on a slope would never come
+   A disc that leaves a feature may return to it without another event in between. Its normal speed is then set to
+   exactly the speed at which it left. docs/theory/contact.md explains why a ball on a slope would otherwise never come
    to rest. */
 
 #pragma once
@@ -30,11 +30,12 @@ static inline void change_motion(State *s, Index i) {
     s->accelerated.paths[i].changes += 1;
 }
 
-/* Return whether a due impact is not applied, because the disc rests on the other body.
+/* Return whether a predicted impact must not be applied, because the disc rests on the other body.
 
-   Gravity presses the disc against the body (`pull` below 0). In addition, one of three conditions is true. The disc
-   does not approach. Or it returns from its last bounce on the body (at `last`), after a flight too short for the clock
-   to resolve. Or it comes from elsewhere, and its speed makes a hop that is lower than the resolution of the gap. */
+   The result is true if the gap accelerates towards closing (`pull` below 0) and one of three conditions is true.
+   First, the disc does not approach. Second, it returns from its last bounce on the body (at `last`), after a flight
+   that is too short for the clock to resolve. Third, it comes from elsewhere, and its speed makes a hop that is lower
+   than the resolution of the gap. */
 static inline bool is_at_rest(const State *s, const Encountered *met, const Instant *last) {
     if (!(met->pull < 0.0) || !(met->approach > 0.0)) {
         return met->pull < 0.0;
@@ -56,8 +57,8 @@ static inline void end_in_contact(State *s, Index i, Index other, Index obstacle
     }
 }
 
-/* Count an impact, and record it and its change of mode if that is wanted. Return false if the run ends, because
-   impacts have been too close in time for too long. */
+/* Complete an impact: record it if it is wanted, and update contacts. Return false if the run ends because too many
+   successive impacts have been too close in time. */
 static inline bool finish_impact(State *s, bool is_wanted, const Impact *impact, const Spins *spins, Point place,
                                  Index feature, const Ambiguity *ambiguity) {
     Record *r = &s->record;
@@ -77,7 +78,8 @@ static inline bool finish_impact(State *s, bool is_wanted, const Impact *impact,
             record_mode(s, &row);
         }
     }
-    /* Bodies that others press together collide infinitely often, and soon faster than the arithmetic can resolve. */
+    /* Bodies that other bodies press together collide infinitely often, and the intervals soon become too short for the
+       arithmetic to resolve. */
     s->counts.ambiguous_in_row = is_ambiguous ? s->counts.ambiguous_in_row + 1 : 0;
     if (s->counts.at_instant > s->standstill || s->counts.ambiguous_in_row > s->standstill) {
         s->stopped = STANDSTILL;
@@ -88,7 +90,8 @@ static inline bool finish_impact(State *s, bool is_wanted, const Impact *impact,
 
 /* ---- two discs ---- */
 
-/* Return the motion of disc `i`, which moves, along its normal to disc `j`. Both are at the present instant. */
+/* Return the motion of disc `i`, which moves, along the normal between it and disc `j`. Both discs are at the present
+   instant. */
 static inline Encountered encounter_disc(const State *s, Index i, Index j) {
     const Disc *a = &s->discs[i], *b = &s->discs[j];
     const Parabola *p = &s->accelerated.paths[i], *q = &s->accelerated.paths[j];
@@ -102,8 +105,8 @@ static inline Encountered encounter_disc(const State *s, Index i, Index j) {
         -opening, pull, gap_resolution(size_of(a->x, a->y, a->radius) + size_of(b->x, b->y, b->radius))};
 }
 
-/* Put the rim of a disc that has just hit an immovable one exactly at contact. For large radii the difference of two
-   distances has a large rounding error. The difference of their squares does not. */
+/* Move a disc that has just hit an immovable one exactly to contact. For large radii the difference of two distances
+   has a large rounding error. The difference of their squares does not have it. */
 static inline void set_on_rim(State *s, Index i, Index fixed) {
     Disc *a = &s->discs[i];
     const Disc *b = &s->discs[fixed];
@@ -130,7 +133,7 @@ static inline bool apply_parabola_pair_impact(State *s, Index i, Index j, Instan
     move_on_parabola(s, i, now);
     move_on_parabola(s, j, now);
     Encountered met = encounter_disc(s, one, other);
-    /* Two discs with the same acceleration are not pressed together, whatever their centrifugal acceleration is. */
+    /* Two discs with the same acceleration are not pressed together, even if `pull` is below 0. */
     bool presses = has_fixed || p->ax != q->ax || p->ay != q->ay;
     if (presses && is_at_rest(s, &met, has_just_met || is_in_corner ? &last : NULL)) {
         end_in_contact(s, one, other, NO_OBSTACLE, met.approach, s->law.restitution);
@@ -190,8 +193,8 @@ static inline bool apply_parabola_pair_impact(State *s, Index i, Index j, Instan
 
 /* ---- a disc and a wall ---- */
 
-/* Return whether disc `i` returns at a time to feature k with the speed at which it left. This requires that the
-   feature is flat, and that the wall is still on the same leg of its path. */
+/* Return whether disc `i`, when it hits feature k at a time, has the speed at which it left this feature. This requires
+   that the feature is flat, and that the wall is still on the same leg of its path. */
 static inline bool returns_to(const State *s, Index i, Index k, double time) {
     const Disc *a = &s->discs[i];
     const Feature *f = &s->features[k];
@@ -202,7 +205,7 @@ static inline bool returns_to(const State *s, Index i, Index k, double time) {
     return row == NULL || row->leg_count == 0 || s->driving.legs[leg_at(&s->driving, row, a->time)].end > time;
 }
 
-/* Return the motion of disc `i`, at the present instant, along the normal of feature k. */
+/* Return the motion of disc `i` along the normal of feature k. The disc is at the present instant. */
 static inline Encountered encounter_feature(const State *s, Index i, Index k, const Motion *seen, Direction n) {
     const Disc *a = &s->discs[i];
     const Parabola *p = &s->accelerated.paths[i];
@@ -210,7 +213,8 @@ static inline Encountered encounter_feature(const State *s, Index i, Index k, co
     double approach = -wall_speed(seen->vx, seen->vy, n.x, n.y).high;
     double size = size_of(a->x, a->y, a->radius);
     if (f->kind == PLANE) {
-        /* Nothing pulls a disc on a table towards a flat feature, although the rounded value may differ from 0. */
+        /* On a table, the acceleration towards a flat feature counts as 0, although the rounded value may differ from
+           0. */
         double pull = s->accelerated.deceleration > 0.0 ? 0.0 : wall_speed(p->ax, p->ay, n.x, n.y).high;
         return (Encountered){approach, pull, gap_resolution(size + size_of(f->x.high, f->y.high, 0.0))};
     }
@@ -232,7 +236,7 @@ static inline Encountered encounter_feature(const State *s, Index i, Index k, co
     return (Encountered){approach, pull, gap_resolution(size + sizes)};
 }
 
-/* Make a disc leave a wall at a normal speed; 0 for a disc that rests on it. */
+/* Set the normal speed at which a disc leaves a wall; 0 for a disc that rests on the wall. */
 static inline void leave_wall(State *s, Index i, Index k, Direction n, double speed) {
     Disc *a = &s->discs[i];
     Motion seen = motion_seen_from_wall(s, i, s->features[k].wall);
@@ -320,7 +324,8 @@ static inline bool apply_parabola_feature_impact(State *s, Index i, Index k, Ins
     a->y -= gap * n.y;
     p->sticks = p->rubs = false;
     double restitution = law->wall_restitution;
-    /* if rounding turns a very weak graze into a separation, there is no impulse: an impact never pulls */
+    /* if rounding turns a very weak graze into a separation, there is no impulse, because an impact never pulls bodies
+       together */
     if (met.approach > 0.0) {
         leave_wall(s, i, k, n, restitution * met.approach);
         if (law->wall_contact.friction > 0.0 || s->accelerated.rolling_resistance > 0.0) {
@@ -332,7 +337,7 @@ static inline bool apply_parabola_feature_impact(State *s, Index i, Index k, Ins
     impact.first_after[0] = a->vx;
     impact.first_after[1] = a->vy;
     double ux = impact.first_before[0] - surface.vx, uy = impact.first_before[1] - surface.vy;
-    /* if a disc returns to a feature that it has left, its time does not depend on a rounded gap */
+    /* if a disc returns to a feature that it has left, the time of this impact does not depend on a rounded gap */
     double resolution = 0.0;
     if (!returns && !is_in_corner) {
         double speed = ux * impact.normal[0] + uy * impact.normal[1];
@@ -359,13 +364,13 @@ static inline bool apply_parabola_feature_impact(State *s, Index i, Index k, Ins
 /* ---- the end of a motion ---- */
 
 /* Continue the motion of a disc whose mode of contact has ended, or that has stopped on a table. Return false and set
-   `State.stopped` if the run ends, at the end of a face. */
+   `State.stopped` if the run ends because the disc is at the end of a face and does not fly off. */
 static inline bool apply_motion_end(State *s, Index i, Instant at) {
     ModeRow row;
     set_instant(s, at);
     move_on_parabola(s, i, now_instant(s));
     if (s->accelerated.deceleration > 0.0) {
-        s->discs[i].last = NO_BODY; /* it now rests on a path of its own */
+        s->discs[i].last = NO_BODY; /* its new path begins here, where it rests */
         change_motion(s, i);
         return true;
     }
@@ -382,8 +387,8 @@ static inline bool apply_motion_end(State *s, Index i, Instant at) {
 
 /* ---- the start ---- */
 
-/* Begin the contact of each disc that is on a half-plane or a face at the start, up to the resolution of its
-   coordinates. Return false if there is no memory to record that. */
+/* At the start of the run, begin the contact of each disc that is on a half-plane or a face, up to the resolution of
+   its coordinates. Return false if there is no memory to record this. */
 static inline bool begin_contacts(State *s) {
     s->counts.has_begun = true;
     for (Index i = 0; i < s->disc_count; i++) {

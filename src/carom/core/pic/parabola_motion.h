@@ -1,8 +1,9 @@
 /* Motion of a disc that accelerates: its state at an instant, and when it reaches another disc or a feature of a wall.
 
    Two discs with the same acceleration move in a straight line relative to each other, so pair_time.h predicts their
-   impact as it does without gravity. Any other two collide at a root of a quartic, which fall_time.h solves. A time is
-   counted from the later of the discs' own instants, so it depends on their two paths only. */
+   impact as it does without gravity. Two discs with different accelerations collide at a root of a quartic, which
+   fall_time.h solves. The time of impact is counted from the later of the two discs' own instants, so it depends on
+   their two paths only. */
 
 #pragma once
 
@@ -28,7 +29,7 @@ static inline Instant now_instant(const State *s) {
 
 /* ---- state ---- */
 
-/* Return the state at a time of a disc that no impact moves. */
+/* Return the state of a disc that no impact moves, at a time. */
 static inline Motion immovable_state(const State *s, Index i, double time) {
     const Disc *a = &s->discs[i];
     const Driven *row = driven_row(&s->driving, i);
@@ -48,7 +49,7 @@ static inline Motion motion_at(const State *s, Index i, Instant at) {
     const Parabola *p = &s->accelerated.paths[i];
     Instant own = own_instant(a, p);
     if (s->accelerated.deceleration > 0.0 && !is_before(at, p->ends)) {
-        /* The distance to the stop is computed from the mean speed, which avoids the difference of two large
+        /* The distance to the stop is computed from the mean speed. This avoids the difference of two large
            distances. */
         double lasts = seconds_between(own, p->ends);
         return (Motion){a->x + 0.5 * lasts * a->vx, a->y + 0.5 * lasts * a->vy, 0.0, 0.0};
@@ -75,7 +76,7 @@ static inline Motion disc_motion(const State *s, Index i, Instant at) {
     return (Motion){centre.x, centre.y, a->vx, a->vy};
 }
 
-/* Return a disc at its own time relative to a wall. */
+/* Return the state of a disc relative to a wall, at the disc's own time. */
 static inline Motion motion_seen_from_wall(const State *s, Index i, Index wall) {
     const Disc *a = &s->discs[i];
     const Driven *row = driven_row(&s->driving, -1 - wall);
@@ -95,7 +96,7 @@ static inline double spin_at(const State *s, Index i, Instant at) {
     return p->spin_rate != 0.0 ? spin + p->spin_rate * seconds_between(own_instant(&s->discs[i], p), at) : spin;
 }
 
-/* Set the deceleration by the table for a disc with a new velocity, and the instant at which it stops. */
+/* For a disc with a new velocity, set its deceleration by the table and the instant at which it stops. */
 static inline void slow_down(State *s, Index i) {
     Disc *a = &s->discs[i];
     Parabola *p = &s->accelerated.paths[i];
@@ -142,8 +143,8 @@ static inline void move_on_parabola(State *s, Index i, Instant at) {
     a->vy = there.vy;
 }
 
-/* Return whether a disc that slides away from its corner with the inside of an arc turns back before the other corner.
-   The ground is a chord of the arc. (x, y) points from the corner to the arc's centre. */
+/* A disc slides on a ground that is a chord of an arc, away from its corner with the inside of the arc. Return whether
+   it turns back before the other corner. (x, y) points from the corner to the arc's centre. */
 static inline bool turns_back_inside(const State *s, Index i, double x, double y) {
     const Disc *a = &s->discs[i];
     const Parabola *p = &s->accelerated.paths[i];
@@ -153,10 +154,11 @@ static inline bool turns_back_inside(const State *s, Index i, double x, double y
     return rate < 0.0 && side * (2.0 * centre - p->corner_way) > speed * speed / (-2.0 * rate);
 }
 
-/* Return when a disc on a ground is back in the corner: see `Parabola.corner`. (x, y) points from there to the disc.
+/* Return when a disc on a ground is back in its corner with another body: see `Parabola.corner`. (x, y) points along
+   the ground away from the corner, on the side where the disc is.
 
-   The way to the corner is straight. On it, the disc does not touch the other body before: it is outside of a convex
-   body, or inside of an arc. */
+   The way to the corner is straight. On this way the disc does not touch the other body before the corner, because it
+   is outside of a convex body or inside of an arc. */
 static inline Instant return_to_corner(const State *s, Index i, double x, double y) {
     const Disc *a = &s->discs[i];
     const Parabola *p = &s->accelerated.paths[i];
@@ -168,13 +170,14 @@ static inline Instant return_to_corner(const State *s, Index i, double x, double
     return wait < CAROM_INF ? instant_after(own_instant(a, p), wait) : NEVER;
 }
 
-/* Return whether a body, or feature k as -1 - k, is the one that a disc in contact returns to from its last hop. */
+/* Return whether a disc is in contact with the ground of its corner, and `body` is the other body of this corner.
+   Feature k has the number -1 - k. */
 static inline bool is_in_corner_with(const Parabola *p, Index body) {
     return p->corner == body && p->ground == p->corner_ground;
 }
 
-/* Return whether a disc lands on the ground of its corner at its present instant. Until then it does not hit the other
-   body of that corner, although the rounded gap may be 0. */
+/* Return whether a disc is just landing on the ground of its corner, and `body` is the other body of that corner. The
+   disc does not hit `body` before it has landed, although the rounded gap may be 0. */
 static inline bool lands_beside(const State *s, Index i, Index body) {
     const Parabola *p = &s->accelerated.paths[i];
     return p->corner == body && p->ground == NO_OBSTACLE && s->discs[i].last == -1 - p->corner_ground &&
@@ -188,7 +191,7 @@ static inline bool accelerate_alike(const State *s, Index i, Index j) {
     return p->ax == q->ax && p->ay == q->ay;
 }
 
-/* Return when a disc hits one that no impact moves; NEVER if it does not on its present path. */
+/* Return when a disc hits a disc that no impact moves; NEVER if it does not hit it on its present path. */
 static inline Instant immovable_impact_time(const State *s, Index i, Index fixed) {
     const Disc *a = &s->discs[i], *b = &s->discs[fixed];
     const Parabola *p = &s->accelerated.paths[i];
@@ -261,7 +264,8 @@ static inline double fastest_leg(const Driving *d, const Driven *row) {
 
 /* Return an instant before which two discs with different accelerations cannot collide.
 
-   The quartic is expensive, and in most cases the disc hits something else before the exact instant is needed. */
+   Solving the quartic is expensive, and in most cases the disc hits something else before the exact instant is
+   needed. */
 static inline Instant earliest_meeting(const State *s, Index i, Index j) {
     if (s->discs[i].inverse_mass == 0.0) {
         return earliest_meeting(s, j, i);
@@ -280,7 +284,7 @@ static inline Instant earliest_meeting(const State *s, Index i, Index j) {
         double ax = p->ax - q->ax, ay = p->ay - q->ay;
         return instant_after(start, fall_pair_lower_bound(&disc, other.x, other.y, b->radius, ax, ay));
     }
-    /* A driven disc approaches no faster on any leg than in a straight line at its greatest speed. */
+    /* On no leg does a driven disc approach faster than in a straight line at its greatest speed. */
     double dx = one.x - other.x, dy = one.y - other.y;
     double gap = sqrt(dx * dx + dy * dy) - (a->radius + b->radius);
     gap -= 2.0 * gap_resolution(size_of(one.x, one.y, a->radius) + size_of(other.x, other.y, b->radius));

@@ -1,8 +1,8 @@
 /* Narrow phase for discs that accelerate: which disc a disc collides with next.
 
-   For pairs with the same acceleration, which move straight relative to each other, a scan has the rounds of
-   straight_partner.h. For any other pair, it first computes only a lower bound: the time to close the gap at the
-   greatest possible speed. The pair is solved when no other candidate is earlier than this bound. */
+   Two discs with the same acceleration move straight relative to each other. For such pairs, a scan has the rounds of
+   straight_partner.h. For any other pair, a scan first computes only a lower bound of the time of impact
+   (`earliest_meeting`). It solves the pair only if no other candidate is earlier than this bound. */
 
 #pragma once
 
@@ -10,7 +10,8 @@
 #include "carom/core/pic/straight_partner.h"
 
 typedef struct Meeting { /* possible next impact with a disc */
-    Instant time; /* the exact instant if `is_exact`, otherwise a lower bound of its high part; NEVER for never */
+    /* the exact instant if `is_exact`, otherwise a lower bound of its high part; NEVER if they do not collide */
+    Instant time;
     double latest;       /* upper bound of the high part */
     Index partner;
     bool is_exact;
@@ -23,7 +24,7 @@ static inline bool moves_straight(const State *s, Index i, Index j) {
     return s->discs[j].inverse_mass > 0.0 && accelerate_alike(s, i, j);
 }
 
-/* Return a lower bound of the time at which disc `i` collides with a disc that does not move straight relative to
+/* Return a lower bound of the time at which disc `i` collides with disc `j`, which does not move straight relative to
    it. */
 static inline Meeting bound_bent(const State *s, Index i, Index j) {
     Instant earliest = earliest_meeting(s, i, j);
@@ -31,7 +32,8 @@ static inline Meeting bound_bent(const State *s, Index i, Index j) {
 }
 
 /* Round 2 of straight_partner.h: keep the discs that move straight relative to disc `i` and approach it. Their relative
-   motion is computed as in `parabola_pair_time`. Return their number. The other discs become meetings in `bent`. */
+   motion is computed as in `parabola_pair_time`. Return the number of discs kept. Discs that do not move straight
+   relative to disc `i` become meetings in `bent`. */
 static inline Index keep_approaching_alike(State *s, Index i, Index count, Meeting *bent, Index *bent_count) {
     Candidates *c = &s->candidates;
     const Parabola *p = &s->accelerated.paths[i];
@@ -85,8 +87,8 @@ static inline void solve_meeting(const State *s, Index i, Meeting *m) {
     m->is_exact = true;
 }
 
-/* Return whether a candidate precedes another: by time, then a bound before an exact time, then by the disc's
-   number. */
+/* Return whether a candidate precedes another one. The earlier time is first. At the same time, a bound precedes an
+   exact time, and then the lower number of the partner is first. */
 static inline bool is_preceding(const Meeting *a, const Meeting *b) {
     if (a->time.high != b->time.high) {
         return a->time.high < b->time.high;
@@ -111,7 +113,7 @@ static inline Meeting earliest_meeting_of(const State *s, Index i, Meeting *cand
             }
         }
         Meeting *best = &candidates[first];
-        /* At the same time an exact candidate comes after all bounds. */
+        /* At the same time, an exact candidate comes after all candidates with bounds. */
         if (best->is_exact || second > best->latest) {
             return best->time.high < CAROM_INF ? *best : NO_MEETING;
         }
@@ -128,7 +130,7 @@ static inline Meeting predicted_meeting(const State *s, Index i) {
     if (p->exact) {
         return (Meeting){{p->impact_time, s->accelerated.paths[i].impact_low}, p->impact_time, p->partner, true};
     }
-    /* A lower bound is too low by at most ROOT_ERROR of the wait, or there is no upper bound. */
+    /* Either the lower bound is too low by at most CAROM_ROOT_ERROR of the wait, or there is no upper bound. */
     bool is_straight = moves_straight(s, i, p->partner) && p->impact_time >= 0.0;
     double latest = is_straight ? p->impact_time * (1.0 + 4.0 * CAROM_ROOT_ERROR) : CAROM_INF;
     return (Meeting){{p->impact_time, 0.0}, latest, p->partner, false};

@@ -9,8 +9,8 @@
    NOBODY.
 
    Such a pair never collides again on these paths. Rounding can leave a small speed of approach (with restitution 0,
-   the whole remaining normal speed is rounding). It must not cause another impact, and so on without end. The path of a
-   disc that never moves is always the same. */
+   the whole remaining normal speed is a rounding error). This speed must not cause another impact, which would be
+   followed by further impacts without end. The path of a disc that never moves is always the same. */
 static inline Index last_partner(const State *s, Index i) {
     Index last = s->discs[i].last;
     if (last < 0)
@@ -18,18 +18,20 @@ static inline Index last_partner(const State *s, Index i) {
     return s->discs[last].inverse_mass == 0.0 || s->discs[last].last == i ? last : NOBODY;
 }
 
-/* Return whether disc `i` does not approach a body on its present path, because an impact has left it no normal
-   speed. */
+/* Return whether disc `i` does not approach a body on its present path, because its last impact was with that body, or
+   because it touches that body without normal speed. */
 static inline bool is_parting_from(const State *s, Index i, Index body) {
     return s->discs[i].inverse_mass == 0.0 || s->discs[i].last == body || is_touched(&s->touched[i], body);
 }
 
-/* Return whether two discs touch without normal speed, or are still on the paths that began at their own impact. */
+/* Return whether two discs touch without normal speed, or are still on the paths that began at the impact of these two
+   discs. */
 static inline bool are_parting(const State *s, Index i, Index j) {
     return is_parting_from(s, i, j) && is_parting_from(s, j, i);
 }
 
-/* Return when the motion of a body can end a contact, as `contact_end`; infinity for a body that is not driven. */
+/* Return the time at which the motion of a body can end a contact: that of `contact_end`, or infinity for a body that
+   is not driven. */
 static inline double driven_contact_end(const State *s, Index body, bool is_flat, double nx, double ny) {
     const Driven *row = driven_row(&s->driving, body);
     if (row == NULL || row->leg_count == 0)
@@ -37,30 +39,32 @@ static inline double driven_contact_end(const State *s, Index body, bool is_flat
     return contact_end(&s->driving.legs[leg_at(&s->driving, row, s->clock.now)], is_flat, nx, ny);
 }
 
-/* Return whether disc `i` touches feature `k` without normal speed at a time since the start. If the feature is not
-   driven, any time will do. */
+/* Return whether disc `i` touches feature `k` without normal speed at a time since the start. If the feature's wall is
+   not driven, the time does not matter. */
 static inline bool touches_feature(const State *s, Index i, Index k, double time) {
     return CAROM_UNLIKELY(s->touched != NULL) && find_touched(&s->touched[i], -1 - k, time) != NULL;
 }
 
-/* Return whether disc `i` does not hit feature `k` on its present path, because it touches it without normal speed. A
-   disc that moves along the inside of an arc is pressed against it. */
+/* Return whether disc `i` does not hit feature `k` on its present path, because it touches the feature without normal
+   speed. The inside of an arc is an exception: a disc that moves along it is pressed against it. */
 static inline bool is_left_for_good(const State *s, Index i, Index k, double time) {
     return touches_feature(s, i, k, time) && s->features[k].kind != INNER_ARC;
 }
 
-/* Return where the path of disc `i` begins, relative to feature `k`. `last` is the last thing that it hit. */
+/* Return where the path of disc `i` begins, relative to feature `k`. `last` is the body or feature that the disc hit
+   last. */
 static inline PathStart path_start(const State *s, Index i, Index k, Index last) {
     if (last != -1 - k)
         return ELSEWHERE;
     return touches_feature(s, i, k, 0.0) ? JUST_STOPPED : JUST_LEFT;
 }
 
-/* Return a contact of disc `i` with a flat wall that disc `j` also touches, or NULL. Both must have the same radius.
+/* Return a contact of disc `i` with a flat wall that disc `j` also touches, or NULL if there is none. Both discs must
+   have the same radius.
 
-   Their centres are then at the same distance from the wall. So the normal of their own impact is exactly along the
-   wall, although the roundings of the centres tilt it. Between impacts, only straight motion keeps that distance:
-   gravity and friction may change the velocity along the wall's normal. */
+   Their centres are then at the same distance from the wall. So the normal of the impact of the two discs is exactly
+   along the wall, although the roundings of the centres tilt the computed normal. Between impacts, only straight motion
+   keeps that distance: gravity and friction may change the velocity along the wall's normal. */
 static inline const Touched *find_common_wall(const State *s, Index i, Index j) {
     const TouchedBodies *t = &s->touched[i];
     if (s->accelerated.paths != NULL || s->discs[i].radius != s->discs[j].radius)
@@ -74,15 +78,15 @@ static inline const Touched *find_common_wall(const State *s, Index i, Index j) 
     return NULL;
 }
 
-/* Remove from the change of a disc's velocity the part along n. `before` is the velocity before the change. */
+/* A disc's velocity has changed from `before`. Undo the part of the change along n. */
 static inline void keep_speed_along(Disc *a, const double *before, double nx, double ny) {
     double change = (a->vx - before[0]) * nx + (a->vy - before[1]) * ny;
     a->vx -= change * nx;
     a->vy -= change * ny;
 }
 
-/* Store an impact of two discs that was just applied. The normal is the unit vector from one to the other. `before` has
-   the velocities of both before the impact.
+/* Store an impact of two discs that was just applied. The normal is the unit vector from one disc to the other.
+   `before` contains the velocities of both discs before the impact.
 
    Without friction, an impact along a wall does not change speeds along the wall's normal. */
 static CAROM_NOINLINE void note_touching_discs(State *s, Index i, Index j, double nx, double ny, const double *before,
@@ -114,7 +118,7 @@ static CAROM_NOINLINE void note_touching_wall(State *s, Index i, Index k, double
     note_touched(&s->touched[i], touched, s->clock.reported, slides, stops);
 }
 
-/* Remove from a scan the discs that disc `i` does not approach. Return how many remain. */
+/* Remove from a scan the discs that disc `i` does not approach. Return how many discs remain. */
 static CAROM_NOINLINE Index remove_touching(State *s, Index i, Index count) {
     Index kept = 0;
     for (Index k = 0; k < count; k++) {

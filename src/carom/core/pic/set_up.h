@@ -55,7 +55,7 @@ static inline double obstacle_extent(const RunInput *input) {
     return extent;
 }
 
-/* Set the forces that accelerate discs, if there are any. `lay_out` places the rows. */
+/* Set gravity, table deceleration and rolling resistance, if discs accelerate. `lay_out` places the rows. */
 static inline void set_acceleration(State *s, const RunInput *input) {
     Accelerated *run = &s->accelerated;
     s->has_acceleration = input->has_acceleration;

@@ -1,10 +1,10 @@
 /* State of an event-driven run: discs, predictions, cells, queue, driven bodies and counts. Read this file before the
    other headers of PIC.
 
-   Units are metres, metres per second and kilograms. A `time` is in seconds since the present epoch unless its comment
-   says "since the start"; see `Clock`. An obstacle is something that a disc can hit and that is not a disc. Obstacles
-   are the walls if all walls are half-planes with the coefficients of the law. Otherwise they are the features of the
-   walls (half-planes, faces, vertices and arcs).
+   Units are metres, metres per second and kilograms. A `time` is in seconds since the present epoch, unless its comment
+   states "since the start"; see `Clock`. An obstacle is anything, except a disc, that a disc can hit. Obstacles are the
+   walls if all walls are half-planes with the coefficients of the law. Otherwise they are the features of the walls
+   (half-planes, faces, vertices and arcs).
 
    `event_loop.c` contains the loop. It takes the next event from the queue (`next_event.h`) and applies it
    (`straight_impact.h`, `pic/grid.h`). Then it predicts the changed discs again (`straight_partner.h`,
@@ -22,17 +22,18 @@ enum {
     NO_BODY = INT32_MIN, /* the disc has hit nothing yet */
 
     PLACES = 2,           /* number of places for discs in a cell; further discs are in a chain, see `Cell` */
-    /* of a grid; also the largest number of rows. With the ring of empty cells, 16 bits number each */
+    /* largest number of columns and of rows of a grid. With the ring of empty cells, the number of a column or row has
+       16 bits */
     MOST_COLUMNS = 32766,
     COLUMN_BITS = 16,
     COLUMN_MASK = 0xFFFF,
     MOST_OBSTACLES = 67108863, /* obstacle numbers have 26 bits, see `Prediction.obstacle` */
-    OUTWARD = 2,    /* lists of tiles at the rim are valid for this many cells beyond the grid */
-    EMPTY_LIST = 0, /* places in `Grid.lists` */
+    OUTWARD = 2,    /* the lists of tiles at the rim are also valid in this number of cells beyond the grid */
+    EMPTY_LIST = 0, /* `EMPTY_LIST` and `FULL_LIST` are indices in `Grid.lists` */
     FULL_LIST = 1,
 
     SIBLINGS = 8, /* number of times that a match of the event queue compares: one cache line */
-    LEVELS = 11,  /* of the event queue: enough for 8^10, or 10^9, discs */
+    LEVELS = 11,  /* of the event queue: enough for 8^10 (about 10^9) discs */
     BATCH = 64,   /* number of discs that a scan processes at once; nine cells with two places each hold 18 */
     LANES = 4,    /* number of candidates whose times are bounded together */
 };
@@ -45,7 +46,7 @@ typedef enum Edge { /* edge of a cell */
     RIGHT = 1,
     DOWN = 2,
     UP = 3,
-    MOTION_END = 4, /* no edge: the motion of an accelerating disc ends before it reaches one */
+    MOTION_END = 4, /* no edge: the motion of an accelerating disc ends before the disc reaches an edge */
 } Edge;
 
 typedef enum EventKind { /* kind of a disc's next event */
@@ -55,15 +56,15 @@ typedef enum EventKind { /* kind of a disc's next event */
     BOUNDED = 3,         /* impact with a disc; only a lower bound of its time is known */
     PAIR_IMPACT = 4,     /* impact with a disc at a known time */
     WALL_IMPACT = 5,     /* impact with an obstacle at a known time */
-    POSTPONED = 6,       /* no event yet: its time is later than its lower bound was */
+    POSTPONED = 6,       /* no event yet: the disc's next event may be later than the lower bound of its time was */
     MOTION_ENDS = 7,     /* the disc's mode of contact ends, or the disc stops on a table */
 } EventKind;
 
-typedef enum Change { /* which part of a disc's future an event changes */
+typedef enum Change { /* which predictions of a disc an event makes invalid */
     OF_PATH = 0,      /* everything */
     OF_PARTNER = 1,   /* its next impact with a disc */
-    OF_CELL = 2,      /* three more cells are near it, and it will leave a different cell */
-    OF_TIME = 3,      /* only the time that the queue has for it */
+    OF_CELL = 2,      /* the disc is in another cell, so three more cells are near it */
+    OF_TIME = 3,      /* only the disc's time in the queue */
 } Change;
 
 typedef enum Ending { /* how a call of the loop ends; run.py has the same numbers */
@@ -76,7 +77,8 @@ typedef enum Ending { /* how a call of the loop ends; run.py has the same number
     GLIDES = 5,       /* a disc begins to glide along an arc: contact without an impact */
     CRUSHED = 6,      /* a disc has no space left before the requested end */
     OUTGROWN = 7,     /* discs have left the present cells, so new ones are needed: see `choose_cells_again` */
-    /* a disc rests on a body that does not move. This and the next three are contacts that PIC does not solve */
+    /* a disc rests on a body that does not move. This ending and the next three are due to contacts that PIC does not
+       solve */
     AT_REST = 8,
     PRESSED = 9,      /* two discs stay in contact */
     CORNER = 10,      /* a disc is wedged between two walls */
@@ -90,16 +92,16 @@ typedef struct Event {
 
 /* ---- discs ---- */
 
-typedef struct Disc { /* 64 bytes, one cache line: everything that predictions of neighbours read */
+typedef struct Disc { /* 64 bytes, one cache line, with all data that predictions of neighbours read */
     double x;         /* centre at `time` */
     double y;
     double vx; /* velocity */
     double vy;
-    /* when the present path began: at the last impact; 0 without one in this epoch, or if the disc never moves */
+    /* when the present path began: at the last impact in this epoch; 0 if there was none, or if the disc never moves */
     double time;
     double radius;
     double inverse_mass; /* 0 for a disc that never moves */
-    int impacts;         /* number of its impacts; a changed number marks a prediction as stale */
+    int impacts;         /* number of its impacts; predictions of other discs are stale if this number has changed */
     int last;            /* the disc that it hit last, or -1 - k for obstacle k, or NO_BODY */
 } Disc;
 
@@ -108,7 +110,7 @@ typedef struct Prediction { /* 32 bytes: the next impact of a disc, and when it 
     double exit_time;       /* when it crosses `edge`, or hits `obstacle` before that */
     int partner;            /* disc, or NOBODY */
     int partner_impacts;    /* the partner's `impacts` at the time of the prediction */
-    int cell;               /* row << COLUMN_BITS | column of its cell; the ring around the grid counts */
+    int cell;               /* row << COLUMN_BITS | column of its cell, both counted from the ring around the grid */
     signed int obstacle : 27; /* obstacle hit at `exit_time`; NO_OBSTACLE if the disc crosses an edge then */
     signed int edge : 4;      /* edge crossed at `exit_time`; NO_EDGE if the disc hits an obstacle then */
     unsigned int exact : 1;   /* whether `impact_time` is the exact time and not a bound */
@@ -134,10 +136,10 @@ typedef struct Driving {
     Index leg_count;
 } Driving;
 
-typedef struct ToAndFro { /* how often in succession a disc has hit two exactly opposite bodies in turn */
+typedef struct ToAndFro { /* how many times in succession a disc has hit two exactly opposite bodies alternately */
     int last;             /* body that it hit last, or NO_BODY */
     int last_obstacle;    /* obstacle of that body; NO_OBSTACLE for a disc */
-    int across;           /* the same two for the opposite body */
+    int across;           /* the same two numbers for the opposite body */
     int across_obstacle;
     double nx; /* unit vector from the last body to the disc */
     double ny;
@@ -153,7 +155,8 @@ typedef struct Crush { /* a disc that has no space left */
 /* ---- cells ---- */
 
 typedef struct Cell { /* 8 bytes */
-    int disc[PLACES]; /* NOBODY if empty; CHAINED - i in the last place if a chain follows that begins with disc i */
+    /* NOBODY if empty; CHAINED - i in the last place if the cell also has a chain, which begins with disc i */
+    int disc[PLACES];
 } Cell;
 
 enum { CHAINED = -2 };
@@ -168,8 +171,8 @@ typedef struct Box {
 typedef struct Grid { /* square cells, surrounded by a ring of cells that stay empty */
     Cell *cells;      /* row by row, including the ring */
     int *chain;       /* for each disc the next disc in its cell's chain, or NOBODY */
-    /* for each tile: twice the place in `lists` where its obstacles begin, plus 1 for a tile at the rim; 0 for a tile
-       far from all obstacles */
+    /* for each tile: twice the index in `lists` at which its obstacles begin, plus 1 for a tile at the rim; 0 for a
+       tile far from all obstacles */
     unsigned int *list_of;
     int *lists;            /* numbers of obstacles, ascending; NO_OBSTACLE ends each list. See obstacle_lists.h */
     Index listed;          /* count of numbers in `lists` */
@@ -177,7 +180,7 @@ typedef struct Grid { /* square cells, surrounded by a ring of cells that stay e
     /* memory of cells that were chosen during the run; NULL for the first cells, which are in the arena */
     void *own_memory;
     size_t own_size;
-    Box area;  /* where the lists are valid */
+    Box area;  /* box in which the lists are valid */
     double x0; /* lower left corner of the first cell inside the ring */
     double y0;
     double width;      /* of a cell */
@@ -204,13 +207,13 @@ typedef struct Block { /* cells that a scan searches: lines of three cells */
 
 /* ---- scan for a disc's next impact ---- */
 
-typedef struct Candidate { /* possible next impact of a disc */
-    double low;            /* bounds of its time; equal if the time is exact; INF for never */
+typedef struct Candidate { /* possible next impact of a disc with `partner` */
+    double low;            /* bounds of the impact's time; equal if the time is exact; INF for never */
     double high;
     Index partner;
 } Candidate;
 
-typedef struct Candidates { /* candidates of a scan, in columns; one entry after the last may be overwritten */
+typedef struct Candidates { /* candidates of a scan, in columns; the entry after the last one may be overwritten */
     int disc[BATCH + LANES];
     double dx[BATCH + LANES]; /* centre relative to the scanning disc, at `start` */
     double dy[BATCH + LANES];
@@ -225,10 +228,11 @@ typedef struct Candidates { /* candidates of a scan, in columns; one entry after
 
 /* ---- event queue ---- */
 
-typedef struct Queue { /* tournament tree: level 0 has one time per disc, and the top level has the least of all */
+/* tournament tree: level 0 has one time per disc, and the top level has the earliest of all times */
+typedef struct Queue {
     double *time;
-    int *holder;         /* the disc that each time belongs to, in the same places; for levels 1 and up */
-    Index level[LEVELS]; /* place in `time` and `holder` where each level begins */
+    int *holder;         /* for levels 1 and up, the disc that each time belongs to, at the same index */
+    Index level[LEVELS]; /* index in `time` and `holder` at which each level begins */
     Index top;           /* number of the top level */
     Index discs;
 } Queue;
@@ -258,7 +262,8 @@ typedef struct Counts {
     Index ambiguous_in_row; /* with acceleration: ambiguous impacts in succession */
     Index has_begun; /* with acceleration: whether discs that touch walls at the start have been put in contact */
     Index predicted;     /* discs that have a prediction in this epoch */
-    /* impacts so far from the origin that floats do not resolve the distance of the centres; the run is then refused */
+    /* impacts so far from the origin that floats do not resolve the distance of the centres; callers refuse such a
+       run */
     Index too_far;
 } Counts;
 
@@ -266,7 +271,7 @@ typedef struct State { /* all data of a run */
     Disc *discs;
     Prediction *predictions;
     Wall *walls; /* the obstacles if all are half-planes with the coefficients of `law`; there are no features then */
-    Feature *features;   /* otherwise the obstacles: the features of all walls, wall by wall */
+    Feature *features;   /* if there are no `walls`, the obstacles: the features of all walls, wall by wall */
     Law *wall_laws;      /* the law of each wall, if there are features */
     double *last_impact; /* time of each disc's last impact, for the TC model only */
     Turning *turning;    /* of each disc; NULL if no disc spins */
@@ -274,13 +279,13 @@ typedef struct State { /* all data of a run */
     Index wall_count;
     Index feature_count;
     Index gliding;            /* the gliding disc, after `GLIDES` */
-    Index standstill;         /* more impacts than this at one instant stop the run, as time no longer advances */
+    Index standstill;         /* more impacts than this at one instant stop the run, because time no longer advances */
     bool has_acceleration;    /* whether there is gravity or a decelerating table: see `Accelerated` */
     bool has_touched;         /* whether some impact has restitution 0: see touched_bodies.h */
     bool needs_prefetch;      /* whether memory is prefetched: see prefetch.h */
-    bool has_special_paths;   /* whether there are features or driven bodies, which `predict_special` handles */
+    bool has_special_paths;   /* whether there are features or driven bodies; if so, `predict_special` predicts */
     bool solves_all_pairs;    /* whether `all_pairs.h` advances the run */
-    /* whether there are spins, features or driven bodies, which `apply_special_impact` handles */
+    /* whether there are spins, features or driven bodies; if so, `apply_special_impact` applies impacts */
     bool has_special_impacts;
     Clock clock;
     Law law;
@@ -297,7 +302,7 @@ typedef struct State { /* all data of a run */
     Resize resize;  /* for `Grid.lists` and `Grid.own_memory` */
     Ending stopped; /* ending that an impact has caused */
     double until;   /* latest requested end, since the start. Crushes later than this do not end the run */
-    Crush crush;    /* after `CRUSHED`; its time is since the start */
+    Crush crush;    /* set if the ending is `CRUSHED`; `time` is since the start here */
 } State;
 
 /* ---- functions for bindings ---- */
@@ -309,15 +314,16 @@ size_t carom_set_up(State *s, const RunInput *input);
    obstacles. */
 bool carom_begin(State *s, const RunInput *input, void *memory);
 
-/* Apply impacts until one of three limits: up to and including the time `until` (since the start), `impacts` impacts in
-   all, or about `events` events. Return the `Ending`, which is never NOT_ENDED or OUTGROWN. */
+/* Apply impacts until one of three limits is reached: the time `until` (since the start), at which impacts are still
+   applied; `impacts` impacts in the whole run; or about `events` events in this call. Return the `Ending`, which is
+   never NOT_ENDED or OUTGROWN. */
 Ending carom_advance(State *s, double until, Index impacts, Index events);
 
-/* Record all impacts from now on that are reported from `begin` to `end` (since the start). `recent` has one row per
-   disc. */
+/* From now on, record all impacts whose reported times are from `begin` to `end` (since the start). `recent` has one
+   row per disc. */
 void carom_record(State *s, Recent *recent, double begin, double end);
 
-/* Predict everything again, after discs, clock and counts have been set to those of an earlier run. */
+/* Make all predictions again, after discs, clock and counts have been set to those of an earlier run. */
 void carom_resume(State *s);
 
 /* Write x, y, vx and vy of each disc at a time since the epoch. With acceleration this time has a low part. */

@@ -11,7 +11,8 @@ typedef struct CellExit {
     Edge edge;
 } CellExit;
 
-/* Return the edge of its cell that a disc crosses first, and how long it takes. Row and column do not count the ring.
+/* Return which edge of its cell a disc crosses first, and how long it takes to reach this edge. Row and column do not
+   count the ring.
 
    A cell at the rim of the grid has no outer edges. */
 static inline CellExit cell_exit(const Grid *g, const Disc *a, Index row, Index column) {
@@ -27,7 +28,7 @@ static inline CellExit cell_exit(const Grid *g, const Disc *a, Index row, Index 
 
 /* Return whether a disc is in the area of the lists now and after a wait, and therefore at all times in between. */
 static inline bool stays_in_area(const Grid *g, const Disc *a, double wait) {
-    Point end = position_after(a, wait); /* NaN, which counts as outside, if the wait is infinite */
+    Point end = position_after(a, wait); /* if the wait is infinite, this is NaN, which counts as outside */
     bool is_inside = (g->area.left <= a->x) & (a->x <= g->area.right) & (g->area.low <= a->y) & (a->y <= g->area.high);
     return is_inside & (g->area.left <= end.x) & (end.x <= g->area.right) & (g->area.low <= end.y) &
            (end.y <= g->area.high);
@@ -35,7 +36,8 @@ static inline bool stays_in_area(const Grid *g, const Disc *a, double wait) {
 
 /* ---- obstacles ---- */
 
-/* Find the first wall that a disc hits within a wait. Return how long the disc takes, and set the wall's number.
+/* Find the first wall that a disc hits within a wait. Return how long the disc takes to reach it, and set `obstacle` to
+   the wall's number.
 
    If there is none, return the given wait. The time of an impact is the disc's own time plus the wait, and different
    waits can round to the same time. If several walls have the same time, the last one is first, since wall k is body -1
@@ -59,8 +61,9 @@ static inline double find_first_wall(const State *s, Index i, const Disc *a, con
 
 /* Find the first feature that a disc hits within a wait, as `find_first_wall` does.
 
-   If both features belong to one wall, the shorter wait is first; if the waits are equal, the lower number is first. If
-   two walls have the same time, the last one is first. */
+   If two features of one wall are hit at the same time, the one with the shorter wait is first, or with equal waits the
+   one with the lower number. If features of two walls are hit at the same time, the wall with the higher number is
+   first. */
 static inline double find_first_feature(const State *s, Index i, const Disc *a, const int *numbers, double wait,
                                         Index *obstacle) {
     Mover mover = mover_of(a);
@@ -86,7 +89,7 @@ static inline double find_first_feature(const State *s, Index i, const Disc *a, 
 
 /* Predict when disc `i` crosses an edge of its cell, or hits an obstacle (a feature or a wall) before that.
 
-   If both times are equal, the edge is first: the obstacle is also near the next cell. */
+   If both times are equal, the edge is first, because the obstacle is also in the list of the next cell. */
 static inline void predict_exit(State *s, Index i, bool has_features) {
     const Grid *g = &s->grid;
     Prediction *p = &s->predictions[i];
@@ -100,7 +103,8 @@ static inline void predict_exit(State *s, Index i, bool has_features) {
     bool has_list = list != 0;
     bool is_at_rim = list & 1;
     double wait = crossing.wait;
-    while (has_list) { /* at most twice. The functions are called in one place, so that compilers inline them here */
+    /* at most two rounds. Each function is called in only one place, so that compilers inline it here */
+    while (has_list) {
         wait = has_features ? find_first_feature(s, i, &a, numbers, crossing.wait, &obstacle)
                             : find_first_wall(s, i, &a, numbers, crossing.wait, &obstacle);
         has_list = is_at_rim && !stays_in_area(g, &a, wait);

@@ -6,8 +6,8 @@
 #include "carom/core/pic/clock.h"
 #include "carom/core/pic/separation.h"
 
-/* Return whether an impact of disc `i` now belongs to the same contact as its last one, by the TC model. It then loses
-   no energy. */
+/* Return whether, by the TC model, a present impact of disc `i` belongs to the same contact as the disc's last impact.
+   The impact then loses no energy. */
 static inline bool is_one_contact(State *s, Index i) {
     bool found = false;
     if (s->law.contact_duration > 0.0 && s->discs[i].inverse_mass > 0.0) {
@@ -51,7 +51,8 @@ static inline void apply_pair_impact(State *s, Index i, Index j, double time, bo
     if (CAROM_UNLIKELY(s->touched != NULL))
         note_touching_discs(s, i, j, dx / sqrt(distance2), dy / sqrt(distance2), (double[]){avx, avy, bvx, bvy},
                             is_elastic);
-    if (CAROM_UNLIKELY(is_wanted)) { /* the hint keeps this code apart from the code of runs without a record */
+    /* the hint makes the compiler place this code apart from the code that runs without a record use */
+    if (CAROM_UNLIKELY(is_wanted)) {
         double distance = sqrt(distance2);
         double nx = dx / distance;
         double ny = dy / distance;
@@ -69,7 +70,7 @@ static inline void apply_pair_impact(State *s, Index i, Index j, double time, bo
 
 /* ---- a disc and a wall ---- */
 
-/* Apply the impact of disc `i`, which moves, on wall `k`, like `apply_pair_impact`. */
+/* Apply the impact of disc `i`, which moves, on wall `k`. Record it if `is_wanted`. */
 static inline void apply_wall_impact(State *s, Index i, Index k, double time, bool is_wanted, bool has_spins) {
     Disc *a = &s->discs[i];
     Wall w = s->walls[k];
@@ -97,11 +98,11 @@ static inline void apply_wall_impact(State *s, Index i, Index k, double time, bo
 
 /* ---- a disc and a feature ---- */
 
-/* Return the resolution of the time at which a disc with the relative velocity u hits a feature, seconds.
+/* Return the resolution, in seconds, of the time at which a disc with the relative velocity u hits a feature.
 
    The disc is at its position at impact, whose coordinates are rounded. `speed` is the normal speed. If the disc
-   returns to an arc without another impact in between (`returns`), it hits the arc one chord later, regardless of the
-   gap. */
+   returns to an arc without another impact in between (`returns`), it hits the arc one chord later, whatever the
+   rounded gap is. */
 static inline double feature_resolution(const Feature *f, const Disc *a, double ux, double uy, double speed,
                                         bool returns) {
     Mover disc = mover_of(a);
@@ -120,7 +121,7 @@ static inline double feature_resolution(const Feature *f, const Disc *a, double 
     return pair_resolution(sizes, reach_of(&disc, f).high, ux, uy, speed);
 }
 
-/* Apply the impact of disc `i`, which moves, on feature `k`, like `apply_pair_impact`. Return the normal. */
+/* Apply the impact of disc `i`, which moves, on feature `k`. Record it if `is_wanted`. Return the normal. */
 static inline Direction apply_feature_impact(State *s, Index i, Index k, double time, bool is_wanted) {
     Disc *a = &s->discs[i];
     const Feature *f = &s->features[k];

@@ -1,8 +1,8 @@
 /* Straight motion of a disc: its path, and when that path reaches another disc, an obstacle or an edge of a cell.
 
-   From its own time on, a free disc moves in a straight line at constant velocity. This file contains everything that
-   relies on this; parabola_motion.h does the same for discs that accelerate. Exact times are computed by pair_time.h
-   and feature_time.h. */
+   From its own time on, a free disc moves in a straight line at constant velocity. This file contains all functions
+   that rely on this. parabola_motion.h contains the same functions for discs that accelerate. Exact times are computed
+   by pair_time.h and feature_time.h. */
 
 #pragma once
 
@@ -30,7 +30,7 @@ static inline void move_to(Disc *a, double time) {
     }
 }
 
-/* Return a disc at its own time, as functions for walls use it. */
+/* Return a disc at its own time, in the form that functions for walls require. */
 static inline Mover mover_of(const Disc *a) {
     return mover_at(a->x, a->y, a->vx, a->vy, a->radius);
 }
@@ -68,7 +68,8 @@ static inline double pair_impact_time(const Disc *a, const Disc *b) {
 /* Return how long a disc takes to reach a wall. The result is infinity for never, or if the time is certainly longer
    than `wait`.
 
-   A time that may round to the same time as `wait` is always returned, even in the worst case of all roundings. */
+   If the impact may round to the same time as an impact after `wait`, its wait is returned, even in the worst case of
+   all roundings. */
 static inline double wall_impact_wait(const Disc *a, const Wall *w, double wait) {
     Bounded toward = approach(a->vx, a->vy, w->nx, w->ny);
     Bounded rim = approach(a->x - w->x, a->y - w->y, w->nx, w->ny);
@@ -79,10 +80,10 @@ static inline double wall_impact_wait(const Disc *a, const Wall *w, double wait)
     return wall_time(a->x, a->y, a->vx, a->vy, a->radius, w->x, w->y, w->nx, w->ny);
 }
 
-/* Return whether a disc certainly does not reach a feature within a wait, in the worst case of all roundings.
+/* Return whether a disc certainly does not reach a feature within a wait, whatever the roundings are.
 
-   The result is also true if the centre is behind the line of a face, since the disc can then hit only the other side.
-   Error bounds cover eight roundings of a term, or sixteen of a distance. */
+   The result is also true if the centre is behind the line of a face, because the disc can then hit only the other side
+   of the edge. The error bounds cover eight roundings of a term, or sixteen roundings of a distance. */
 static inline bool is_out_of_reach(const Disc *a, const Mover *mover, const Feature *f, double wait) {
     double reach = a->radius + f->half_width;
     if (f->kind <= FACE) {

@@ -4,9 +4,9 @@
    only. A scan bounds these times by the plain form. It solves a pair exactly only if the bounds do not separate two
    candidates. The earliest candidate is solved exactly when it is the next event of all discs.
 
-   A scan has four rounds. Each round processes what the round before has kept, with as few branches as possible. Which
-   discs are near and which approach is unpredictable for a processor, and a misprediction costs as much as the
-   arithmetic of a pair. */
+   A scan has four rounds. Each round processes the discs that the previous round has kept, with as few branches as
+   possible. A processor cannot predict which discs are near and which of them approach, and a misprediction costs as
+   much as the arithmetic of a pair. */
 
 #pragma once
 
@@ -23,7 +23,7 @@ static inline double pair_event_time(const State *s, Index i, Index j) {
     return pair_impact_time(&s->discs[i < j ? i : j], &s->discs[i < j ? j : i]);
 }
 
-/* Round 1: find the discs in a block of cells, except those in chains. Return their number. */
+/* Round 1: find the discs in a block of cells, except those in chains. Return the number of discs found. */
 static inline Index gather_discs(State *s, Block block, Chains *chains) {
     Index count = 0;
     Index left = 0;
@@ -43,7 +43,8 @@ static inline Index gather_discs(State *s, Block block, Chains *chains) {
     return count;
 }
 
-/* Second part of round 1: add discs in chains to the `count` discs found, up to a batch. Return the new number. */
+/* Second part of round 1: add discs in chains to the `count` discs already found, until there are BATCH discs. Return
+   the new number of discs. */
 static CAROM_NOINLINE Index gather_chained_discs(State *s, Block block, Chains *chains, Index count) {
     while (chains->left > 0 && count < BATCH) {
         Index chain = chains->left;
@@ -66,7 +67,8 @@ static CAROM_NOINLINE Index gather_chained_discs(State *s, Block block, Chains *
     return count;
 }
 
-/* Round 2: keep the discs that approach disc `i`, with their relative motion. Return their number. */
+/* Round 2: keep the discs that approach disc `i`, and store their motion relative to it. Return the number of discs
+   kept. */
 static inline Index keep_approaching(State *s, Index i, Index met, Index count) {
     Candidates *c = &s->candidates;
     Disc a = s->discs[i];
@@ -83,7 +85,7 @@ static inline Index keep_approaching(State *s, Index i, Index met, Index count) 
         c->reach[kept] = a.radius + b->radius;
         c->start[kept] = r.start;
         Bounded along = approach(r.dx, r.dy, r.ux, r.uy);
-        /* for NaN, which results from overflow of products, the error-free form decides */
+        /* if products overflow, `along` is NaN; then the disc is kept, and the error-free form decides */
         int comes = !(along.value > along.error);
         int is_other = j != i;
         int is_free = j != met;
@@ -92,8 +94,8 @@ static inline Index keep_approaching(State *s, Index i, Index met, Index count) 
     return kept;
 }
 
-/* Round 3: bound the time at which each candidate is hit; infinity for never. `has_low` says whether starts have low
-   parts. */
+/* Round 3: bound the time at which each candidate is hit; infinity for never. `has_low` is true if `start_low` is
+   used. */
 static CAROM_ALWAYS_INLINE void bound_times(Candidates *c, Index count, bool has_low) {
     for (Index block = 0; block < (count + LANES - 1) / LANES; block++) {
         for (Index lane = 0; lane < LANES; lane++) { /* compilers turn this loop into vector instructions */
@@ -127,7 +129,8 @@ static CAROM_ALWAYS_INLINE void bound_times(Candidates *c, Index count, bool has
     }
 }
 
-/* Return the earliest of the candidates and `best`, solved exactly. In a tie the lower number is first. */
+/* Return the earliest of the candidates and `best`, with its exact time. In a tie the partner with the lower number is
+   first. */
 static inline Candidate solve_earliest(const State *s, Index i, Index count, Candidate best) {
     const Candidates *c = &s->candidates;
     double latest = best.high;
@@ -173,13 +176,14 @@ static inline Candidate earliest_of(const State *s, Index i, Index count, Candid
 /* Return the predicted impact of a disc. */
 static inline Candidate predicted_impact(const Prediction *p) {
     double high = p->impact_time;
-    if (!p->exact) /* a lower bound is too low by at most ROOT_ERROR of the wait, or nothing is known about it */
+    /* either the lower bound is too low by at most CAROM_ROOT_ERROR of the wait, or there is no upper bound */
+    if (!p->exact)
         high = p->impact_time >= 0.0 ? p->impact_time * (1.0 + 4.0 * CAROM_ROOT_ERROR) : CAROM_INF;
     return (Candidate){p->impact_time, high, p->partner};
 }
 
-/* Predict the next impact of disc `i` with another disc. The candidates are all discs around it. With OF_CELL they are
-   only the predicted partner and the discs of new cells. */
+/* Predict the next impact of disc `i` with another disc. The candidates are all discs near it. With OF_CELL they are
+   only the predicted partner and the discs in new neighbouring cells. */
 static inline void predict_partner(State *s, Index i, Change change) {
     Candidate best = {CAROM_INF, CAROM_INF, NOBODY};
     Index met = last_partner(s, i);

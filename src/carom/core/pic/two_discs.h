@@ -1,6 +1,7 @@
 /* Two discs without walls: they collide at most once, and the impact has a closed form.
 
-   A scene is solved in one step, with the operations of the event loop. Tests compare the bits of both. */
+   A scene is solved in one step, with the operations of the event loop. Tests check that both results have the same
+   bits. */
 
 #pragma once
 
@@ -47,8 +48,7 @@ static inline void write_disc(const FreeDisc *a, double wait, double *position, 
     write_velocity(velocity, a->vx, a->vy);
 }
 
-/* Set the velocities of two discs in contact after their impact, and record it. Return whether the impact has a
-   normal. */
+/* Apply and record the impact of two discs in contact. Return whether floats resolve the normal of the impact. */
 static inline bool apply_impact(FreeDisc *a, FreeDisc *b, double time, double restitution, Impact *row) {
     double dx = b->x - a->x;
     double dy = b->y - a->y;
