@@ -1,4 +1,4 @@
-"""Digest of the sources from which the extension was built. All its modules are built together."""
+"""Digest of the sources from which the extension was built. All modules of the extension are built together."""
 
 cdef extern from *:
     """
@@ -13,7 +13,7 @@ cdef extern from "float.h":
 
 #: `carom.core.extension.compute_sources_digest` at the time of the build.
 DIGEST = SOURCES.decode("ascii")
-#: 0 if every operation is rounded to its own type, as IEEE 754 requires.
+#: 0 if every operation is rounded to the type of its operands, as IEEE 754 requires.
 EVALUATION_METHOD = FLT_EVAL_METHOD
 
 

@@ -1,4 +1,4 @@
-"""Python binding of damping as a change of time, `damping.h`."""
+"""Python binding of damping as a substitution of the time, `damping.h`."""
 
 import numpy as np
 
@@ -19,7 +19,7 @@ cdef extern from "carom/core/damping.h" nogil:
 
 
 def kept(double rate, double seconds):
-    """Return the factor by which damping has decreased a speed after some seconds."""
+    """Return the factor by which damping multiplies a speed during some seconds."""
     return remaining_velocity(rate, seconds)
 
 
@@ -34,7 +34,7 @@ def damped(double rate, double undamped_s):
 
 
 def latest_undamped(double rate, double seconds):
-    """Return the greatest undamped time that `damped` maps to at most `seconds`."""
+    """Return the greatest undamped time t for which ``damped(rate, t)`` is at most `seconds`."""
     return latest_undamped_time(rate, seconds)
 
 
@@ -59,7 +59,7 @@ def slow_impacts(double rate, unsigned char[::1] impacts):
 
 
 def slow_spins(double rate, const unsigned char[::1] undamped, unsigned char[::1] spins):
-    """Convert the spins around impacts, as bytes, in place, given the impacts of the undamped run."""
+    """Convert spins before and after impacts, as bytes, in place. `undamped` contains impacts of the undamped run."""
     if spins.shape[0] > 0:
         with nogil:
             c_slow_spins(rate, <const Impact *>&undamped[0], <Spins *>&spins[0], spins.shape[0] // sizeof(Spins))

@@ -2,8 +2,8 @@
 
 Every float is a fraction whose denominator is a power of two. So a polynomial with float coefficients is a polynomial
 with integer coefficients, divided by a power of two. Sturm's theorem counts the roots in an interval. Intervals are
-halved until each contains a single root at which the polynomial turns negative, and until floats can't tell the ends of
-an interval apart. A root at which the polynomial only touches zero is a graze of zero depth, not an impact.
+halved until each contains a single root at which the polynomial turns negative, and until floats cannot distinguish the
+ends of an interval. A root at which the polynomial only touches zero is a graze of zero depth, not an impact.
 
 Source: J. C. F. Sturm's theorem with pseudo-remainders: D. E. Knuth, TAOCP vol. 2, 4.6.1, exercise 22.
 """
@@ -20,18 +20,18 @@ if TYPE_CHECKING:
 
     Polynomial = list[int]  # lowest power first
 
-#: Number of bits: two more than a float has.
+#: Number of bits to which instants are computed: two more than a float has.
 _BITS = 55
 
 
 def solve_quartic(powers: Sequence[Sequence[tuple[float, float]]], begin: float, is_closed: bool, index: int) -> float:
-    """Return an instant at which a gap closes, in seconds after `begin`; infinity if there are no more.
+    """Return an instant at which a gap closes, in seconds after `begin`; infinity if none has this index.
 
     Args:
-        powers: Pairs of numbers for each power of time, lowest power first. The coefficient is the sum of the pairs'
-            products.
+        powers: Pairs of numbers for each power of time, lowest power first. The coefficient of a power is the sum of
+            its pairs' products.
         begin: Start of the search, seconds.
-        is_closed: Whether the gap is 0 at `begin`. If so, the gap that follows from the powers is ignored at this time.
+        is_closed: Whether the gap is 0 at `begin`. If so, the polynomial's value at this time is ignored.
         index: Number of the instant, from 0. With -1 the sign of the gap at `begin` is returned instead.
     """
     gap = [sum((Fraction(a) * Fraction(b) for a, b in products), Fraction(0)) for products in powers]
@@ -97,7 +97,10 @@ def find_falls(polynomial: Sequence[int]) -> Iterator[float]:
 
 
 def _bisect(p: Polynomial, low: int, high: int, scale: int) -> float:
-    """Return the only root between two instants at which a polynomial turns negative, to about the nearest float."""
+    """Return the only root between two instants, to about the nearest float.
+
+    The polynomial turns negative at this root.
+    """
     while (high - low) << _BITS > high:
         low, high, scale = 2 * low, 2 * high, scale + 1
         middle = (low + high) // 2
@@ -118,7 +121,7 @@ def _compute_value(p: Polynomial, t: int, scale: int) -> int:
 
 
 def _count_changes(values: Sequence[int]) -> int:
-    """Return the number of changes of sign, without zeros."""
+    """Return how many times the sign changes along the values. Zeros are ignored."""
     signs = [value > 0 for value in values if value]
     return sum(a != b for a, b in pairwise(signs))
 

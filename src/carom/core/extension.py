@@ -36,9 +36,9 @@ def require_extension() -> None:
 
 
 def find_extension_notes() -> tuple[str, ...]:
-    """Return the notes on the extension for a result: a note if the extension is stale, otherwise none.
+    """Return notes on the extension for a result: one note if the extension is stale, otherwise none.
 
-    Warn once per process.
+    If the extension is stale, also warn once per process.
     """
     stale = _find_staleness()
     if not stale:
@@ -48,9 +48,9 @@ def find_extension_notes() -> tuple[str, ...]:
 
 
 def compute_sources_digest() -> str:
-    """Return a digest of all sources of the extension, with their names: .pyx, .pxd, .h and .c files.
+    """Return a digest of the names and contents of the extension's sources: .pyx, .pxd, .h and .c files.
 
-    The build calls this function too, so it must not import Carom.
+    The build also calls this function, so the function must not import Carom.
     """
     import hashlib
 

@@ -1,14 +1,14 @@
 """The law of impact for arrays: many impacts at once, with and without friction.
 
-Without friction, it is Newton's law of restitution with conservation of momentum.
+Without friction, the law is Newton's law of restitution with conservation of momentum.
 
 The impulse acts along the line of centres only. With unit normal ``n`` from first to second, approach speed
 ``w = (v1 - v2).n`` and restitution ``e``,
 
     J = (1 + e) w / (1/m1 + 1/m2),   v1' = v1 - (J/m1) n,   v2' = v2 + (J/m2) n,
 
-which conserves momentum, turns the normal relative velocity into ``-e`` times itself, and, for ``e = 1``, conserves
-kinetic energy. An infinite mass has ``1/m = 0``. The source paper leaves this formula out; see ``docs/theory/pic.md``.
+This conserves momentum and multiplies the normal relative velocity by ``-e``. For ``e = 1`` it also conserves kinetic
+energy. An infinite mass has ``1/m = 0``. The source paper leaves this formula out; see ``docs/theory/pic.md``.
 
 With friction, the law is that of `core/impact_law.h`. Spins are given as speeds of rims, ``R w`` in metres a second,
 since the law adds them to velocities.
@@ -35,9 +35,9 @@ def resolve_impact(
 
     Args:
         v1: Velocity of body 1 before, metres a second; shape ``(..., 2)``.
-        m1: Mass of body 1, kilograms, above 0; infinity is immovable; shape ``(...)``.
+        m1: Mass of body 1, kilograms, above 0; infinity for an immovable body; shape ``(...)``.
         v2: Velocity of body 2 before.
-        m2: Mass of body 2; not both may be infinite.
+        m2: Mass of body 2; `m1` and `m2` must not both be infinite.
         normal: Direction from body 1 to body 2; shape ``(..., 2)``; its length does not matter, but must not be zero.
         restitution: Coefficient of restitution, 0 to 1; shape ``(...)``.
 
@@ -119,7 +119,7 @@ class ContactFriction(NamedTuple):
 
 
 class ContactFrictions(NamedTuple):
-    """Friction of the bodies of `m` impacts, as `ContactFriction`; shape ``(m,)`` each."""
+    """Friction in `m` impacts, with the attributes of `ContactFriction`; shape ``(m,)`` each."""
 
     friction: NDArray[np.float64]
     restitution: NDArray[np.float64]
@@ -149,9 +149,10 @@ def compute_branches(
     pressed: NDArray[np.float64],
     contacts: ContactFrictions,
 ) -> Branches:
-    """Return the friction impulses of bodies that the normal impulses J, shape ``(m,)``, press together.
+    """Return the friction impulses of bodies that are pressed together by normal impulses.
 
-    `tangent` is the unit normal from first to second turned by +90 degrees, shape ``(m, 2)``.
+    `tangent` is the unit normal (from first to second), turned by +90 degrees, shape ``(m, 2)``. `pressed` contains the
+    normal impulses J, shape ``(m,)``.
     """
     slip = np.sum((first.velocity - second.velocity) * tangent, axis=-1) + first.rim + second.rim
     inverse_effective_mass = (1.0 + 1.0 / first.inertia) / first.mass + (1.0 + 1.0 / second.inertia) / second.mass

@@ -30,10 +30,10 @@ cdef class Kernel:
         until: End of the run, seconds since the start, unless `run` is called with a later one. Crushes after the end
             do not stop the run.
         acceleration: The scene, `carom.solvers.run.Start`, if it has gravity or a table that slows discs; otherwise
-            None. A scene requires obstacles with grounds.
+            None. With a scene, `obstacles` must contain grounds.
         contact_duration: Duration of a contact in the TC model, seconds; 0 if the model is not used.
-        standstill: Number of impacts at one instant after which time no longer advances.
-        cell_factor: Factor on the width of a cell; infinity for a single one.
+        standstill: More impacts than this at one instant stop the run, because time no longer advances.
+        cell_factor: Factor on the width of a cell; infinity for a single cell.
         all_pairs: Whether to use the all-pairs loop, see `all_pairs.h`; it changes no result.
 
     Raises:
@@ -70,7 +70,7 @@ cdef class Kernel:
         cdef size_t size = carom_set_up(&self.s, &given)
         if size == 0:
             raise ValueError("more discs or obstacles than can be numbered")
-        # One array: systems use large pages for large arrays, which reduces page look-ups.
+        # The rows are in one array, because systems use large pages for large arrays, which reduces page look-ups.
         self.memory = np.empty(size + 64, np.uint8)
         cdef unsigned char[::1] memory = self.memory
         if not carom_begin(&self.s, &given, <void *>((<uintptr_t>&memory[0] + 63) // 64 * 64)):
@@ -97,7 +97,7 @@ cdef class Kernel:
         return ending
 
     def record(self, double begin, double end):
-        """Record impacts from now on that are reported from `begin` to `end`, seconds since the start."""
+        """From now on, record impacts whose reported times are from `begin` to `end`, seconds since the start."""
         self.recent_memory = np.empty(self.s.disc_count * sizeof(Recent), np.uint8)
         cdef unsigned char[::1] recent = self.recent_memory
         carom_record(&self.s, <Recent *>&recent[0], begin, end)
@@ -107,7 +107,7 @@ cdef class Kernel:
         return release_rows(&self.s.record)
 
     def take_modes(self):
-        """Return the changes of mode recorded since the last call, as bytes; None for none."""
+        """Return the changes of mode recorded since the last call, as bytes; None if there are none."""
         run = &self.s.accelerated
         if run.mode_count == 0:
             return None
@@ -126,7 +126,7 @@ cdef class Kernel:
         return self.s.record.released + self.s.record.count
 
     cdef rows(self, void *begin, size_t size):
-        """Return a view of rows in the run's memory, as bytes, `size` per disc. It is empty if there are no rows."""
+        """Return a view of rows in the run's memory, with `size` bytes per disc. It is empty if there are no rows."""
         if begin == NULL:
             return np.empty(0, np.uint8)
         cdef const unsigned char[::1] memory = self.memory

@@ -46,13 +46,14 @@ cdef class FrameLoop:
     """A PIT run of discs and walls. `carom.solvers.rows.RecordedImpacts` collects the rows of its impacts.
 
     Args:
-        start: State at the begin of the run, `carom.solvers.run.Start`.
+        start: State at the start of the run, `carom.solvers.run.Start`.
         clock: Times of the frames, `carom.solvers.pit.clock.FrameClock`.
         skips: Whether tests that can find nothing are skipped.
-        max_waste: How much work of skipping may be wasted before plain looping replaces it for a while. The unit is the
-            work of scheduling all discs once; infinity for no limit.
-        damping_per_s: Rate at which the motion of the discs is damped. With damping, positions and velocities are
-            undamped, at an undamped time. Recorded impacts are damped.
+        max_waste: Largest excess of the work of skipping over the work that it saves. With a larger excess, all tests
+            are made at each frame for a while. The unit is the work of scheduling all discs once; infinity for no
+            limit.
+        damping_per_s: Rate at which the motion of the discs is damped. With damping, methods of this class take
+            undamped times and return undamped velocities. Recorded impacts are damped.
     """
 
     cdef State s
@@ -82,7 +83,7 @@ cdef class FrameLoop:
         free_record(&self.s.record)
 
     def run(self, Index until, Index most, double work):
-        """Pass the frames before number `until`, or fewer if `work` is used up.
+        """Compute the frames with numbers below `until`, or fewer if `work` is used up.
 
         Args:
             until: Number of a frame.
@@ -107,7 +108,7 @@ cdef class FrameLoop:
 
     @property
     def counts(self):
-        """Counts of work so far, by name. A test that a bound makes unnecessary counts when the bound is computed."""
+        """Counts of work so far, by name. A test that a bound makes unnecessary counts once, with that bound."""
         c = &self.s.counts
         looked_at = {"frames_looked_at": c.tested, "frames_skipped": c.frames - c.tested}
         return {"frames": c.frames, **looked_at, "pair_tests": c.pair_tests}
@@ -126,15 +127,15 @@ cdef class FrameLoop:
         return None
 
     def ambiguous(self):
-        """Return the rows that share a movable disc with an earlier impact of the same frame."""
+        """Return the numbers of the impacts that share a movable disc with an earlier impact of the same frame."""
         return ambiguous_rows(&self.s.record)
 
     def positions(self, double time):
-        """Return the centres at a time, which is not before the last frame, metres, shape ``(n, 2)``."""
+        """Return the centres, metres, shape ``(n, 2)``, at a time that must not be before the last frame."""
         return self.states(time)[:, :2].copy()
 
     def velocities(self, double time):
-        """Return the velocities at a time, which is not before the last frame, metres per second, shape ``(n, 2)``."""
+        """Return the velocities, m/s, shape ``(n, 2)``, at a time that must not be before the last frame."""
         return self.states(time)[:, 2:].copy()
 
     def present_spins(self):

@@ -1,7 +1,8 @@
 """Single formulas of the core for Python: times of impact, features of a wall, and impulses.
 
-Lengths are in metres, velocities in metres per second, times in seconds from now. A time is 0 for bodies that touch or
-overlap and approach, and infinity for never. A disc relative to a wall is a `carom.core.wall_features.Mover`.
+Lengths are in metres, velocities in metres per second, times in seconds from now. A time is 0 for bodies that approach
+while they touch or overlap, and infinity for bodies that never collide. A disc relative to a wall is a
+`carom.core.wall_features.Mover`.
 """
 
 from cpython.mem cimport PyMem_Free, PyMem_Malloc
@@ -65,10 +66,10 @@ def disc_fall_time(
     double x, double y, double vx, double vy, double radius, double fixed_x, double fixed_y, double fixed_radius,
     double ax, double ay, leaving=None,
 ):
-    """Return the seconds until an accelerating disc touches a fixed one.
+    """Return the seconds until an accelerating disc touches a fixed disc.
 
-    If it has just hit the fixed disc, `leaving` is the speed at which it leaves. The gap is then exactly 0, and
-    `leaving` is its rate of change, although rounded positions and velocities may differ.
+    If the accelerating disc has just hit the fixed disc, `leaving` is the speed at which it leaves. The gap is then
+    exactly 0, and `leaving` is its rate of change, although rounded positions and velocities may differ.
     """
     cdef ExactQuartic exact = exact_solver()
     cdef FallingDisc disc = FallingDisc(x, y, vx, vy, radius)
@@ -111,9 +112,9 @@ cdef class WallFeatures:
         return &self.rows[number]
 
     def first_touch(self, disc, int last):
-        """Return when a disc on a straight path hits a feature, the feature's number, and whether it glides there.
+        """Return when a disc on a straight path hits a feature, the feature's number, and whether the disc glides.
 
-        `last` is the number of the feature that the disc hit last, on its present path; -1 for none. The returned
+        `last` is the number of the feature with whose impact the disc's present path begins; -1 for none. The returned
         number is -1 if the disc hits no feature.
         """
         cdef Mover seen = mover_from(disc)
@@ -153,7 +154,7 @@ cdef class WallFeatures:
         return formulas.feature_gap(&seen, self.at(number))
 
     def overlap_start(self, int number, disc):
-        """Return when a disc that overlaps a feature and approaches it began to touch it: seconds from now, 0 or less.
+        """Return when a disc began to touch a feature that it now overlaps and approaches: seconds from now, 0 or less.
 
         The path is straight, and plain formulas are used. The result is 0 if rounding leaves no speed of approach.
         """
@@ -230,7 +231,7 @@ def frictional_impulses(
     double friction, double restitution, double rolling_resistance, double slip, double rim, double inverse_inertia_ratio,
     double pressed,
 ):
-    """Return the impulses of friction on a disc that hits a wall, and on its rim, per unit of its mass.
+    """Return the impulses of friction on a disc that hits a wall, and on the disc's rim, per unit of the disc's mass.
 
     The impulse on the rim includes rolling resistance. The third result is whether rolling resistance stops the rim.
     """

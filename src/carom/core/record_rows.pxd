@@ -18,7 +18,7 @@ cdef inline array memory_as_array(void *memory, size_t size):
 
 
 cdef inline tuple release_rows(Record *r):
-    """Return the impacts recorded since the last call, at least one, as bytes, with their spins and contacts.
+    """Return the impacts recorded since the last call, their spins and contacts, as bytes. There must be an impact.
 
     No row is copied. Spins are None if no disc spins. Contacts are None if all walls are half-planes.
     """

@@ -30,12 +30,15 @@ def size_of(x: float, y: float, radius: float) -> float:
 
 
 def gap_resolution(sizes: float) -> float:
-    """Return the resolution of the gap between two bodies, metres, from the sum of `size_of` of both."""
+    """Return the resolution of the gap between two bodies, metres. `sizes` is the sum of `size_of` for both bodies."""
     return 5.0 * ULP * sizes
 
 
 def clock_resolution(time_s: float) -> float:
-    """Return the resolution of a time since the start. A root is rounded, and so is its sum with the time."""
+    """Return the resolution of a time since the start.
+
+    It covers the rounding of a root, and that of the sum of a time and this root.
+    """
     return 2.0 * ULP * time_s
 
 

@@ -68,7 +68,7 @@ typedef struct RunInput {
     double rate;
     double damping;  /* rate at which discs are damped, per second; 0 for none */
     bool skips;      /* whether tests that can find nothing are skipped. It changes no result */
-    double max_waste; /* how much work of skipping may be wasted: see `State.max_waste` in pit/state.h */
+    double max_waste; /* largest allowed excess of the work of skipping: see `State.max_waste` in pit/state.h */
 } RunInput;
 
 /* Return leg `n`, counted over all paths. */

@@ -52,7 +52,7 @@ cdef extern from "carom/core/run_input.h" nogil:
 
 
 cdef inline Law law_of(start, double contact_duration) except *:
-    """Return the law of a start, `carom.model.disc_arrays.DiscArrays`, with a contact duration of the TC model."""
+    """Return the law of a start, `carom.model.disc_arrays.DiscArrays`, and a contact duration of the TC model."""
     return Law(
         start.restitution, start.wall_restitution, contact_duration,
         ContactFriction(start.friction, start.tangential_restitution),
@@ -71,7 +71,7 @@ cdef inline const double *floats(list kept, values) except? NULL:
 
 
 cdef inline RunInput input_of(start, acceleration, list kept) except *:
-    """Return the input for both solvers of a start, `carom.model.disc_arrays.DiscArrays`. `kept` keeps arrays alive.
+    """Return a start, `carom.model.disc_arrays.DiscArrays`, as input for both solvers. `kept` keeps arrays alive.
 
     `acceleration` is a `carom.solvers.run.Start` whose discs may accelerate, or None.
     """

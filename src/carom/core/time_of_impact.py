@@ -1,10 +1,10 @@
-"""Time of impact of arrays of discs, in straight uniform motion: the public form.
+"""Public function for times of impact of discs in straight uniform motion, for arrays.
 
 The core computes each time: `core/straight/pair_time.h` describes the method and its guarantee. If numbers are not of
-moderate size, a fourth-degree term of its formulas could leave the range of floats. Such numbers are first multiplied
+moderate size, a fourth-degree term of the formulas could leave the range of floats. Such numbers are first multiplied
 by powers of two, which is exact. If no power of two makes all of them moderate, the time is solved in rational numbers.
 
-All decisions depend on whether the discs approach. No time or distance is compared with a tolerance.
+All decisions use exact signs, such as that of the closing speed. No time or distance is compared with a tolerance.
 """
 
 from __future__ import annotations
@@ -27,14 +27,16 @@ if TYPE_CHECKING:
 _EXPONENT = 100
 _MOST, _LEAST = 2.0**_EXPONENT, 2.0 ** -(_EXPONENT + 1)
 #: Number of bits of a root: three more than a float has. So a time, rounded once at the end, has an error of at most an
-#: eighth of a unit in its last place, in addition to the half of the rounding.
+#: eighth of a unit in its last place, in addition to the half unit of this rounding.
 _ROOT_BITS = 56
 
 
 def time_of_impact(
     p1: ArrayLike, v1: ArrayLike, r1: ArrayLike, p2: ArrayLike, v2: ArrayLike, r2: ArrayLike
 ) -> NDArray[np.float64] | float:
-    """Return the seconds until discs 1 and 2 collide, with an error of at most 2 units in the last place at any size.
+    """Return the seconds until discs 1 and 2 collide, with an error of at most 2 units in the last place.
+
+    This is true for numbers of any size.
 
     Args:
         p1: Centre of disc 1, metres; shape ``(..., 2)``.
@@ -45,8 +47,8 @@ def time_of_impact(
         r2: Radius of disc 2.
 
     Returns:
-        Seconds, in the broadcast shape of all arguments; a float if no argument is an array. 0 where the discs touch or
-        overlap and approach; infinity where they never collide, or only after more seconds than the largest float.
+        Seconds, in the broadcast shape of all arguments; a float if no argument is an array. 0 where the discs approach
+        while they touch or overlap; infinity where they never collide, or where the time exceeds the largest float.
 
     Raises:
         InputError: A value is not finite, a radius is not positive, or a last axis is not of length 2.
@@ -83,7 +85,10 @@ def _check_radii(name: str, value: ArrayLike) -> NDArray[np.float64]:
 def compute_scaled_pair_time(
     x1: float, y1: float, vx1: float, vy1: float, r1: float, x2: float, y2: float, vx2: float, vy2: float, r2: float
 ) -> float:
-    """Return the seconds until two discs collide, infinity beyond the largest float."""
+    """Return the seconds until two discs collide.
+
+    The result is infinity if they never collide, or if the time exceeds the largest float.
+    """
     row = (x1, y1, vx1, vy1, r1, x2, y2, vx2, vy2, r2)
     dx, dy, reach = Fraction(x2) - Fraction(x1), Fraction(y2) - Fraction(y1), Fraction(r1) + Fraction(r2)
     ux, uy = Fraction(vx2) - Fraction(vx1), Fraction(vy2) - Fraction(vy1)

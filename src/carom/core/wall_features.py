@@ -1,15 +1,17 @@
-"""Features of finite walls that a disc's rim meets: straight faces, vertices, and both sides of arcs.
+"""Features of finite walls, which the rim of a disc can meet: straight faces, vertices, and both sides of arcs.
 
-A wall consists of all points within a half width of a line of straight edges and arcs. A disc touches the wall when the
-distance of its centre from that line is the half width plus the disc's radius. Such centres form a straight line for a
-face, and a circle for a vertex or for a side of an arc. So a vertex is represented as a circle of radius 0.
+A wall consists of all points whose distance from a line of straight edges and arcs is at most a half width. A disc
+touches the wall when the distance of its centre from that line is the half width plus the disc's radius. Such centres
+form a straight line for a face, and a circle for a vertex or for a side of an arc. So a vertex is represented as a
+circle of radius 0.
 
-Features are frozen. Features contain everything that times of impact need, precomputed from the numbers of the scene
-file. An exact value is stored as a pair ``(high, low)`` of its nearest floats: see `core/arithmetic/double_double.h`.
+Features are immutable. They contain all values that are needed to compute times of impact, precomputed from the numbers
+of the scene file. An exact value is stored as a pair ``(high, low)`` of floats, whose sum is nearest to the value: see
+`core/arithmetic/double_double.h`.
 
 Neighbouring edges on the same line, or on the same circle, are one feature. A joint has no vertex if the tangents of
-its edges agree. So a wall that is cut into pieces, at points exactly on it, has the same features and bit-identical
-impacts. All decisions use rational numbers, so that nothing is rounded.
+its two edges have the same direction. So a wall that is cut into pieces, at points exactly on it, has the same features
+and bit-identical impacts. All decisions use rational numbers, so that nothing is rounded.
 """
 
 from __future__ import annotations
@@ -31,17 +33,17 @@ Exact = tuple[Fraction, Fraction]
 #: Number of bits of a square root before the root is rounded to a pair, which has 106 bits.
 _ROOT_BITS = 160
 
-#: Least room of a disc inside a circle, as a fraction of the circle's coordinates. This room has four to eight floats
-#: in each direction. With less room, normals would consist of rounding errors.
+#: Least room of a disc inside a circle, as a fraction of the circle's coordinates. This room contains four to eight
+#: floats in each direction. With less room, normals would consist of rounding errors.
 _PLACES = 2.0**-50
 
-#: Sine of the largest angle by which an arc may fall short of half a circle and still be treated as half a circle. A
-#: disc as wide as such an arc passes between the arc's ends, except for rounding.
+#: Sine of an angle. An arc that is shorter than half a circle by at most this angle is treated as half a circle.
+#: Without rounding, a disc as wide as such an arc would pass between the arc's ends.
 _NEARLY_HALF = Fraction(1, 2**20)
 
 
 class Mover(NamedTuple):
-    """A disc in the frame of a wall, which may be driven.
+    """A disc relative to a wall. The wall may be driven.
 
     Attributes:
         x: First coordinate of the disc's centre, metres.
@@ -59,7 +61,7 @@ class Mover(NamedTuple):
 
     @classmethod
     def at(cls, position: Point, velocity: Point, radius: float, wall_velocity: Point = (0.0, 0.0)) -> Mover:
-        """Return a disc in the frame of a wall, which is at its position in the file and moves at `wall_velocity`."""
+        """Return a disc relative to a wall that is at its position in the file and moves at `wall_velocity`."""
         ux, uy = primitives.two_diff(velocity[0], wall_velocity[0]), primitives.two_diff(velocity[1], wall_velocity[1])
         return cls((position[0], 0.0), (position[1], 0.0), ux, uy, radius)
 
@@ -147,7 +149,10 @@ class Arc:
     def on(
         cls, circle: ExactCircle, ends: tuple[Point, Point] | None = None, half_width: float = 0.0, *, inside: bool
     ) -> Arc:
-        """Return one side of a circle, or of its arc counterclockwise from the first of `ends` to the second."""
+        """Return one side of a circle, or of its arc.
+
+        The arc runs counterclockwise from the first of `ends` to the second.
+        """
         sector = None if ends is None else _build_sector(circle, *ends)
         place, size = (to_pair(circle.x), to_pair(circle.y)), compute_root(circle.radius2)
         return cls(
@@ -155,7 +160,7 @@ class Arc:
         )
 
     def build_stop(self, circle: ExactCircle, way: tuple[Fraction, Fraction]) -> Arc:
-        """Return the stop of this inner side that is at `way` from the circle's centre. Wide discs meet the stop."""
+        """Return a stop of this inner side, at the offset `way` from the circle's centre. Too wide discs meet it."""
         (x, y), nothing = way, (0.0, 0.0)
         half = Sector((to_pair(-y), to_pair(x)), (to_pair(y), to_pair(-x)), reflex=False)
         place = to_pair(circle.x + x), to_pair(circle.y + y)
@@ -175,7 +180,7 @@ def compute_root(square: Fraction) -> Pair:
     """Return the pair of floats nearest to the square root of a rational number, which is 0 or more."""
     if square == 0:
         return 0.0, 0.0
-    # The root of square 4^shift has some _ROOT_BITS bits before its point.
+    # The root of square * 4^shift has about _ROOT_BITS bits before the binary point.
     shift = _ROOT_BITS - (square.numerator.bit_length() - square.denominator.bit_length()) // 2
     return to_pair(Fraction(math.isqrt(math.floor(square * Fraction(4) ** shift))) / Fraction(2) ** shift)
 
@@ -229,7 +234,7 @@ class JoinedEdges(NamedTuple):
         return (self.edge.bulge > 0.0) - (self.edge.bulge < 0.0)
 
     def compute_tangent(self, point: tuple[float, float]) -> Exact:
-        """Return the direction of travel along the edges at their start or end."""
+        """Return the direction of travel along the edges at `point`, which is their start or end."""
         if self.circle is None:
             a, b = to_exact(self.edge.a), to_exact(self.edge.b)
             return b[0] - a[0], b[1] - a[1]
@@ -247,11 +252,11 @@ class JoinedEdges(NamedTuple):
 
 
 def build_features(outline: Outline, widest_m: float = math.inf) -> tuple[WallFeature, ...]:
-    """Return the features of a wall, on both sides of each edge. The first of two simultaneous features counts.
+    """Return the features of a wall, on both sides of each edge. If a disc meets two at once, the first one counts.
 
     Faces and arcs come first, in the order of the edges, and vertices after them. A disc that meets the vertex at the
-    end of a face meets the face at the same time or earlier, and the face's normal is the right one. The stops of arcs
-    in which a disc of the radius `widest_m` does not fit come last: see `find_stops`.
+    end of a face meets the face at the same time or earlier, and the face has the correct normal. Stops come last. Only
+    arcs in which a disc of the radius `widest_m` does not fit have stops: see `find_stops`.
     """
     if outline.radius == 0.0:
         return (WallFeature(Arc.vertex(outline.points[0], outline.half_width), (0,), EdgeKind.VERTEX),)
@@ -266,11 +271,11 @@ def build_features(outline: Outline, widest_m: float = math.inf) -> tuple[WallFe
 
 
 def are_decidable(one: Feature, other: Feature, *, elastic: bool) -> bool:
-    """Whether a disc that meets two smooth features at one instant moves on in the same way in either order of impacts.
+    """Whether a disc moves on in the same way for both orders of two simultaneous impacts on frictionless features.
 
     This holds at a corner of 90 degrees and, if both features are elastic, of 60, 45 and 30 degrees. In general it
-    holds at pi/n; these are the angles whose cosines have rational squares. The order also does not matter for a
-    feature and itself, because a disc meets a feature again only after it has left it.
+    holds at the angles pi/n. The four named angles are those whose cosines have rational squares. The order also does
+    not matter for a feature and itself, because a disc meets a feature again only after it has left it.
     """
     if one == other:
         return True
@@ -301,7 +306,7 @@ def is_smooth_joint(one: JoinedEdges, other: JoinedEdges) -> bool:
 
 
 def join_edges(outline: Outline) -> list[JoinedEdges]:
-    """Return the edges of a chain in order, joined if they continue one line or circle. A circle has a single run."""
+    """Return the edges of a chain in order, joined if they continue one line or circle. A circle is one edge."""
     if outline.radius is not None:
         (x, y), radius = to_exact(outline.points[0]), Fraction(outline.radius)
         return [JoinedEdges(outline.stretches[0].edge, ExactCircle(x, y, radius * radius), (0,))]
@@ -356,7 +361,7 @@ def find_stops(runs: list[JoinedEdges], k: int, *, closed: bool) -> list[Exact]:
     A disc exactly as wide as an arc touches the whole arc at once, so a few points can represent the arc. A whole
     circle has four stops, a quarter turn apart. An arc of more than half a circle, which such a disc can't leave, has
     two stops, a quarter turn from each end. Exactly half a circle has one stop, in the middle. A disc touches an end of
-    a shorter arc no later than the arc itself. So only the smooth ends of a shorter arc have stops, since rounding may
+    a shorter arc no later than the arc itself. So a shorter arc has stops only at its smooth ends, where rounding may
     place the point of contact beyond the edge.
     """
     run = runs[k]

@@ -101,7 +101,7 @@ static inline Bounded distance_to(const Feature *f, double x, double y) {
     return found;
 }
 
-/* Return the side of a feature on which a box of tiles is. This is the same as `side_of_wall`, but for a feature. */
+/* Return the side of a feature on which a box of tiles is. `side_of_wall` does the same for a wall. */
 static inline Side side_of_feature(const Grid *g, const Feature *f, const Box *box) {
     if (f->kind == PLANE) {
         Wall plane = {f->x.high, f->y.high, f->nx, f->ny};

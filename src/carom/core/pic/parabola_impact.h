@@ -32,10 +32,9 @@ static inline void change_motion(State *s, Index i) {
 
 /* Return whether a predicted impact must not be applied, because the disc rests on the other body.
 
-   The result is true if the gap accelerates towards closing (`pull` below 0) and one of three conditions is true.
-   First, the disc does not approach. Second, it returns from its last bounce on the body (at `last`), after a flight
-   that is too short for the clock to resolve. Third, it comes from elsewhere, and its speed makes a hop that is lower
-   than the resolution of the gap. */
+   `pull` must be below 0, and one of three conditions must be true. First, the disc does not approach. Second, it
+   returns from its last bounce on the body (at `last`), after a flight too short for the clock to resolve. Third, it
+   comes from elsewhere, and its hop would be lower than the resolution of the gap. */
 static inline bool is_at_rest(const State *s, const Encountered *met, const Instant *last) {
     if (!(met->pull < 0.0) || !(met->approach > 0.0)) {
         return met->pull < 0.0;
@@ -78,8 +77,7 @@ static inline bool finish_impact(State *s, bool is_wanted, const Impact *impact,
             record_mode(s, &row);
         }
     }
-    /* Bodies that other bodies press together collide infinitely often, and the intervals soon become too short for the
-       arithmetic to resolve. */
+    /* Bodies that others press together collide infinitely often, at intervals that soon are too short to resolve. */
     s->counts.ambiguous_in_row = is_ambiguous ? s->counts.ambiguous_in_row + 1 : 0;
     if (s->counts.at_instant > s->standstill || s->counts.ambiguous_in_row > s->standstill) {
         s->stopped = STANDSTILL;
@@ -90,8 +88,7 @@ static inline bool finish_impact(State *s, bool is_wanted, const Impact *impact,
 
 /* ---- two discs ---- */
 
-/* Return the motion of disc `i`, which moves, along the normal between it and disc `j`. Both discs are at the present
-   instant. */
+/* Return the motion of disc `i`, which moves, along the normal to disc `j`. Both are at the present instant. */
 static inline Encountered encounter_disc(const State *s, Index i, Index j) {
     const Disc *a = &s->discs[i], *b = &s->discs[j];
     const Parabola *p = &s->accelerated.paths[i], *q = &s->accelerated.paths[j];
@@ -133,7 +130,7 @@ static inline bool apply_parabola_pair_impact(State *s, Index i, Index j, Instan
     move_on_parabola(s, i, now);
     move_on_parabola(s, j, now);
     Encountered met = encounter_disc(s, one, other);
-    /* Two discs with the same acceleration are not pressed together, even if `pull` is below 0. */
+    /* Nothing presses two discs with the same acceleration together. */
     bool presses = has_fixed || p->ax != q->ax || p->ay != q->ay;
     if (presses && is_at_rest(s, &met, has_just_met || is_in_corner ? &last : NULL)) {
         end_in_contact(s, one, other, NO_OBSTACLE, met.approach, s->law.restitution);
@@ -213,8 +210,7 @@ static inline Encountered encounter_feature(const State *s, Index i, Index k, co
     double approach = -wall_speed(seen->vx, seen->vy, n.x, n.y).high;
     double size = size_of(a->x, a->y, a->radius);
     if (f->kind == PLANE) {
-        /* On a table, the acceleration towards a flat feature counts as 0, although the rounded value may differ from
-           0. */
+        /* On a table, the pull towards a flat feature counts as 0, although the rounded value may differ. */
         double pull = s->accelerated.deceleration > 0.0 ? 0.0 : wall_speed(p->ax, p->ay, n.x, n.y).high;
         return (Encountered){approach, pull, gap_resolution(size + size_of(f->x.high, f->y.high, 0.0))};
     }
@@ -324,8 +320,7 @@ static inline bool apply_parabola_feature_impact(State *s, Index i, Index k, Ins
     a->y -= gap * n.y;
     p->sticks = p->rubs = false;
     double restitution = law->wall_restitution;
-    /* if rounding turns a very weak graze into a separation, there is no impulse, because an impact never pulls bodies
-       together */
+    /* if rounding turns a very weak graze into a separation, there is no impulse: an impact never pulls bodies */
     if (met.approach > 0.0) {
         leave_wall(s, i, k, n, restitution * met.approach);
         if (law->wall_contact.friction > 0.0 || s->accelerated.rolling_resistance > 0.0) {

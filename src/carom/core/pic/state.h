@@ -171,8 +171,8 @@ typedef struct Box {
 typedef struct Grid { /* square cells, surrounded by a ring of cells that stay empty */
     Cell *cells;      /* row by row, including the ring */
     int *chain;       /* for each disc the next disc in its cell's chain, or NOBODY */
-    /* for each tile: twice the index in `lists` at which its obstacles begin, plus 1 for a tile at the rim; 0 for a
-       tile far from all obstacles */
+    /* for each tile: twice the index in `lists` of its first obstacle, plus 1 for a tile at the rim; 0 if it is far
+       from all obstacles */
     unsigned int *list_of;
     int *lists;            /* numbers of obstacles, ascending; NO_OBSTACLE ends each list. See obstacle_lists.h */
     Index listed;          /* count of numbers in `lists` */

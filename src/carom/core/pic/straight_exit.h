@@ -39,9 +39,9 @@ static inline bool stays_in_area(const Grid *g, const Disc *a, double wait) {
 /* Find the first wall that a disc hits within a wait. Return how long the disc takes to reach it, and set `obstacle` to
    the wall's number.
 
-   If there is none, return the given wait. The time of an impact is the disc's own time plus the wait, and different
-   waits can round to the same time. If several walls have the same time, the last one is first, since wall k is body -1
-   - k. */
+   If there is none, return `wait`. The time of an impact is the disc's own time plus the wait, and different waits can
+   round to the same time. If several walls are hit at the same time, the one with the highest number is first, because
+   wall k is body -1 - k. */
 static inline double find_first_wall(const State *s, Index i, const Disc *a, const int *numbers, double wait,
                                      Index *obstacle) {
     *obstacle = NO_OBSTACLE;
