@@ -246,7 +246,7 @@ typedef struct Law {
     ContactFriction wall_contact;
 } Law;
 
-typedef struct Body {    /* a disc as the impact law uses it */
+typedef struct Body {    /* data of a disc for the impact law */
     double *velocity;    /* x and y */
     double inverse_mass; /* 0 for a disc that never moves */
     double radius;

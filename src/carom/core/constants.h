@@ -11,8 +11,8 @@
 
 /* ---- compilers ---- */
 
-/* Branch hints. CAROM_NOINLINE marks functions that are not inlined: inlined into a hot loop that rarely calls them,
-   they would occupy its registers. CAROM_ALWAYS_INLINE marks functions that a constant argument specialises. */
+/* Branch hints. CAROM_NOINLINE marks functions that are rarely called in a hot loop: if they were inlined, they would
+   occupy the loop's registers. CAROM_ALWAYS_INLINE marks functions that are specialised for a constant argument. */
 #if defined(__GNUC__)
 #define CAROM_LIKELY(condition) __builtin_expect(!!(condition), 1)
 #define CAROM_UNLIKELY(condition) __builtin_expect(!!(condition), 0)
@@ -32,7 +32,7 @@
 
 /* ---- all files ---- */
 
-/* For a time, in seconds: never. For a resolution: unknown at any time. */
+/* As a time, in seconds: never. As a resolution: the time of the impact is completely unknown. */
 #define CAROM_INF HUGE_VAL
 
 /* ---- primitives: double_double.h, pair_time.h, line_time.h, feature_time.h ---- */
@@ -115,7 +115,7 @@
 /* Largest rounding error of a disc's path over the frames for which a bound is valid, relative to the path's extent. It
    includes the error of the bound itself. docs/theory/pit.md derives it. */
 #define CAROM_PATH_MARGIN 0x1p-34
-/* An upper bound of the rounding errors of a sum of times and of a frame's time, relative to them. */
+/* An upper bound of the rounding errors of a sum of times and of a frame's time, relative to these times. */
 #define CAROM_TIME_MARGIN 0x1p-50
 /* Returned instead of a wait if the two bodies approach and may overlap at this frame. A wait is never negative. */
 #define CAROM_IN_CONTACT (-1.0)
@@ -202,7 +202,7 @@
 #define CAROM_ROUNDOFF 0x1p-53
 /* 1 plus 32 ROUNDOFF. */
 #define CAROM_WIDER (1.0 + 0x1p-48)
-/* Smallest error of a coordinate and of a velocity component. */
+/* Smallest error that is assumed for a coordinate or a velocity component. */
 #define CAROM_TINY 0x1p-500
 /* An upper bound of the underflow error in two products. */
 #define CAROM_FLOOR 0x1p-1060

@@ -92,7 +92,7 @@ typedef struct Slowing { /* deceleration of a disc on a table */
     Instant stops; /* when the disc stops; NEVER if it does not move */
 } Slowing;
 
-/* Return the slowing of a disc that has a velocity at an instant. */
+/* Return the deceleration of a disc on a table that has the velocity (vx, vy) at the instant `now`. */
 static inline Slowing slowing_by(double deceleration, double vx, double vy, Instant now) {
     double speed = nearest_length(vx, vy);
     if (speed == 0.0)
@@ -131,7 +131,7 @@ static inline void slow_impacts(double rate, Impact *impacts, Index count) {
     }
 }
 
-/* Convert the spins around impacts, given the impacts of the undamped run. */
+/* Convert spins before and after impacts of an undamped run to those of the damped run. */
 static inline void slow_spins(double rate, const Impact *undamped, Spins *spins, Index count) {
     for (Index k = 0; k < count; k++)
         slow_spin(&spins[k], 1.0 - rate * undamped[k].time);

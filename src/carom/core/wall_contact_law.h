@@ -9,7 +9,7 @@
 
    If s is 0, friction keeps s at 0 if it can. If q is 0, rolling resistance keeps q at 0 if it can. The law has exactly
    one solution forward in time. In an impact with the impulse J, the same law holds with changes of speed instead of
-   rates. docs/theory/contact.md derives it. */
+   rates. docs/theory/contact.md derives the law. */
 
 #pragma once
 
@@ -133,11 +133,11 @@ static inline double time_to_zero(double value, double rate) {
 
 /* Return the slip after the infinitely many bounces that begin now.
 
-   Bounce n has the normal speed w e^n. If the disc slides in all of it, this bounce reduces the slip by C w e^n, where
-   C = f (1 + e)(1 + 1/k). The hop after it adds 2 a e w e^n / P. Bounces that slide in one direction therefore change
-   the slip by (2 a e / P - C sign(s)) w / (1 - e) in all. If a slip of that sign remains, no bounce stops it. Otherwise
-   one bounce stops it, or a hop reverses it. From there on the slip is as small as the bounces are, so no slip remains
-   at the end. `approach` is w, the normal speed of the disc, and `restitution` is e < 1. */
+   Bounce n has the normal speed w e^n. If the disc slides during the whole bounce, the bounce reduces the slip by C w
+   e^n, where C = f (1 + e)(1 + 1/k). The hop after it adds 2 a e w e^n / P. Bounces that slide in one direction
+   therefore change the slip by (2 a e / P - C sign(s)) w / (1 - e) in all. If a slip of that sign remains, no bounce
+   stops it. Otherwise one bounce stops it, or a hop reverses it. From there on the slip is as small as the bounces are,
+   so no slip remains at the end. `approach` is w, the normal speed of the disc, and `restitution` is e < 1. */
 static inline double slip_after_bounces(const Press *press, double slip, double approach, double restitution) {
     if (slip == 0.0) {
         return 0.0;

@@ -100,7 +100,7 @@ static inline DoubleDouble times_double(DoubleDouble a, double b) {
     return quick_sum(p.high, p.low + a.low * b);
 }
 
-/* Return a pair times a power of two, which may be negative. */
+/* Return the product of a pair and a power of two, or its negative. */
 static inline DoubleDouble times_power_of_two(DoubleDouble a, double power) {
     return (DoubleDouble){a.high * power, a.low * power};
 }
@@ -149,7 +149,7 @@ static inline TripleDouble add_square(TripleDouble total, DoubleDouble p, double
     return add_product(total, p.low, sign * p.low);
 }
 
-/* Round a sum to a pair whose high part is its nearest float. */
+/* Round a sum to a pair whose high part is the float nearest to the sum. */
 static inline DoubleDouble round_sum(TripleDouble total) {
     DoubleDouble top = two_sum(total.high, total.middle);
     return two_sum(top.high, top.low + total.low);
@@ -202,7 +202,7 @@ static inline int write_parts(double *parts, const double *terms, int count) {
     return size;
 }
 
-/* Return the sum of at most MOST_TERMS terms. Its sign is exact. */
+/* Return the sum of at most MOST_TERMS terms. The sign of the result is exact. */
 static inline DoubleDouble exact_sum(const double *terms, int count) {
     double parts[MOST_TERMS];
     DoubleDouble sum = {0.0, 0.0};

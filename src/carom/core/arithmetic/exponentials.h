@@ -2,7 +2,7 @@
 
    Results of C libraries differ from each other by up to a unit in the last place. Here a sum of two floats with a
    relative error of 2^-100 decides which float is nearest (Ziv's rounding test). For about one in 2^45 arguments, the
-   point halfway between two floats is within the error. Then fixed-point numbers of 192 bits decide.
+   point halfway between two floats is within the error of this sum. Then fixed-point numbers of 192 bits decide.
 
    Sources: P. T. P. Tang, "Table-driven implementation of the exponential function in IEEE floating-point arithmetic",
    ACM TOMS 15 (1989); A. Ziv, "Fast evaluation of elementary mathematical functions with correctly rounded last bit",
@@ -167,7 +167,7 @@ static CAROM_NOINLINE double decide_expm1(double x) {
     return wide_to_double(power, twos - FRACTION_BITS - 3);
 }
 
-/* Return the logarithm of 1 + x, given a float near it, by one third-order step of Newton's method. */
+/* Return the logarithm of 1 + x by one third-order step of Newton's method. `near` is a float near the result. */
 static CAROM_NOINLINE double decide_log1p(double x, double near) {
     int twos;
     int exponent;

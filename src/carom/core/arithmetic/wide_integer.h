@@ -151,7 +151,7 @@ static inline double wide_to_double(WideInteger a, int exponent) {
     uint64_t mantissa = (uint64_t)top.limb[1] << 32 | top.limb[0];
     if (dropped > 0) {
         WideInteger rest = wide_subtract(size, wide_shift(top, dropped));
-        /* minus half of a unit in the last place */
+        /* `rest` minus half of a unit in the last place */
         WideInteger excess = wide_subtract(rest, wide_power_of_two(dropped - 1));
         if (!wide_is_negative(excess) && (!wide_is_zero(excess) || (mantissa & 1) != 0)) {
             mantissa++;

@@ -196,7 +196,7 @@ static void choose_cells_again(State *s) {
     if (!is_better)
         *g = old;
     s->counts.choices += is_better;
-    g->beyond_limit = 2 * old.beyond_limit; /* the cost of all choices stays below what they can save */
+    g->beyond_limit = 2 * old.beyond_limit; /* this keeps the cost of all choices below the savings */
     g->predictions = s->counts.predictions;
     g->beyond = s->counts.beyond;
     s->counts.predicted = 0;

@@ -41,7 +41,7 @@ static inline double ground_gap_resolution(const State *s, Index i, Index k) {
     return gap_resolution(size_of(a->x, a->y, a->radius) + size_of(g->x, g->y, 0.0));
 }
 
-/* Remove the gap between a disc and its ground, which is a rounding error. */
+/* Remove the rounding error of the gap between a disc and its ground. */
 static inline void place_on_wall(State *s, Index i, Index k) {
     Disc *a = &s->discs[i];
     const Feature *f = &s->features[k];
@@ -119,7 +119,8 @@ static inline ModeRow continue_in_contact(State *s, Index i, Index k, Slips now)
     Press press = pressing_on(s, i, f);
     double speed = a->vx * f->ny - a->vy * f->nx;
     bool resists = press.rolling_resistance > 0.0;
-    if (resists && now.slip == 0.0) { /* slip 0 means that `speed` is minus the rim speed, which rounding may violate */
+    /* with slip 0, `speed` is minus the rim speed, although rounding may make them differ */
+    if (resists && now.slip == 0.0) {
         speed = now.rim != 0.0 ? speed : 0.0;
         now.rim = 0.0 - speed;
     }
@@ -170,8 +171,8 @@ static inline ModeRow land(State *s, Index i, Index k, double approach) {
     Press press = pressing_on(s, i, f);
     Slips now = {slip_on(s, i, f), rim_speed(s, i)};
     bool sticks = p->sticks && a->last < 0 && a->last != NO_BODY && s->features[-1 - a->last].wall == f->wall;
-    /* A slip that an impact has reversed remains. If infinitely many bounces follow, `slip_after_bounces` returns what
-       remains. */
+    /* If the tangential restitution has reversed the slip, the slip is not 0. If infinitely many bounces follow,
+       `slip_after_bounces` returns the slip that remains. */
     sticks = sticks && law->wall_contact.restitution == 0.0;
     /* If the remaining bounces do not stop the slip, they only reduce it. The contact reduces the slip by the same
        amount during the time that those bounces would last. */
@@ -186,7 +187,7 @@ static inline ModeRow land(State *s, Index i, Index k, double approach) {
         } else if (left.rim == 0.0) {
             now = (Slips){speed, 0.0};
         }
-    } else if (sticks) { /* the rest of the slip is rounding */
+    } else if (sticks) { /* the remaining slip is a rounding error */
         now.slip = 0.0;
     } else if (approach > 0.0 && restitution < 1.0 &&
                slip_after_bounces(&press, now.slip, approach, restitution) == 0.0) {

@@ -159,7 +159,7 @@ static inline Event next_event(State *s, Index i) {
         return (Event){kind, i};
     double time = event_time(&s->predictions[i]);
     /* In most cases this impact is far earlier than all other events. It changes the disc's path, so the queue need not
-       store its time. */
+       store the exact time of the impact. */
     if (time < earliest_except(&s->queue, i, other_holder(s, i, time)))
         return (Event){kind, i};
     if (CAROM_UNLIKELY(s->queue.time[i] == time))

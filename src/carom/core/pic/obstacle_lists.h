@@ -49,8 +49,8 @@ static inline Box box_of(const Grid *g, const Tiles *tiles) {
     };
 }
 
-/* Return the side of a wall on which a box of tiles is. It is NEARBY if the distance between its middle and the wall is
-   at most the largest radius plus half a diagonal of the box.
+/* Return the side of a wall on which a box of tiles is. It is NEARBY if the distance between the middle of the box and
+   the wall is at most the largest radius plus half a diagonal of the box.
 
    The code uses half the sum of the sides instead of half the diagonal. For a tile the difference is .29 of its width,
    which is more than the roundings of a path. */

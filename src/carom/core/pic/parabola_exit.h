@@ -212,7 +212,7 @@ typedef struct NextObstacle {
     Index feature; /* NO_OBSTACLE if none is hit before `time` */
 } NextObstacle;
 
-/* Return the first of some features that a disc hits, if that is before `next`.
+/* Return the first of some features that a disc hits, or `next` if none is hit before it.
 
    If two features of one wall are hit at the same instant, the earlier one in the list is first. If they belong to two
    walls, the later one in the list is first, because wall k is body -1 - k. */
@@ -235,7 +235,7 @@ static inline NextObstacle first_of_features(const State *s, Index i, const int 
     return next;
 }
 
-/* Return the first feature of a driven wall that a disc hits, if that is before `next`. */
+/* Return the first feature of a driven wall that a disc hits, or `next` if none is hit before it. */
 static inline NextObstacle first_of_driven_wall(const State *s, Index i, const Driven *wall, NextObstacle next) {
     const Disc *a = &s->discs[i];
     Index first = leg_at(&s->driving, wall, a->time);

@@ -121,7 +121,8 @@ static inline Meeting earliest_meeting_of(const State *s, Index i, Meeting *cand
     }
 }
 
-/* Return the predicted impact of a disc as a candidate. If it is a bound, the bound is computed again. */
+/* Return the predicted impact of a disc as a candidate. If its time is a lower bound, an upper bound is computed from
+   it. */
 static inline Meeting predicted_meeting(const State *s, Index i) {
     const Prediction *p = &s->predictions[i];
     if (p->partner == NOBODY) {

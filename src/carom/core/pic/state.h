@@ -8,7 +8,8 @@
 
    `event_loop.c` contains the loop. It takes the next event from the queue (`next_event.h`) and applies it
    (`straight_impact.h`, `pic/grid.h`). Then it predicts the changed discs again (`straight_partner.h`,
-   `obstacle_lists.h`, `driven_impact.h`). `straight_motion.h` contains everything that depends on the shape of a path.
+   `obstacle_lists.h`, `driven_impact.h`). `straight_motion.h` and `parabola_motion.h` contain the functions that depend
+   on the shape of a path.
    */
 
 #pragma once
@@ -329,7 +330,7 @@ void carom_resume(State *s);
 /* Write x, y, vx and vy of each disc at a time since the epoch. With acceleration this time has a low part. */
 void carom_states(const State *s, double time, double time_low, double *states);
 
-/* Write the spin of each disc at a time since the epoch. Requires a run in which discs spin or accelerate. */
+/* Write the spin of each disc at a time since the epoch. In the run, discs must spin or accelerate. */
 void carom_spins(const State *s, double time, double time_low, double *spins);
 
 /* Write the number of impacts of each disc. */

@@ -17,7 +17,7 @@ static inline bool is_one_contact(State *s, Index i) {
     return found;
 }
 
-/* Return disc `i` as the impact law uses it. */
+/* Return the data of disc `i` for the impact law. */
 static inline Body body_of(State *s, Index i, bool has_spins) {
     Disc *a = &s->discs[i];
     return (Body){&a->vx, a->inverse_mass, a->radius, has_spins ? &s->turning[i] : NULL};

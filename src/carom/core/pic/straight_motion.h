@@ -20,7 +20,7 @@ static inline Point position_at(const Disc *a, double time) {
     return position_after(a, time - a->time);
 }
 
-/* Move a disc along its path to a time, which becomes its own time. A disc that never moves keeps the start time. */
+/* Move a disc along its path to a time, which becomes its own time. A disc that never moves keeps the time 0. */
 static inline void move_to(Disc *a, double time) {
     if (a->inverse_mass > 0.0) {
         Point centre = position_at(a, time);
@@ -65,8 +65,8 @@ static inline double pair_impact_time(const Disc *a, const Disc *b) {
 
 /* ---- a disc and an obstacle ---- */
 
-/* Return how long a disc takes to reach a wall. The result is infinity for never, or if the time is certainly longer
-   than `wait`.
+/* Return how long a disc takes to reach a wall. The result is infinity if the disc never reaches it, or certainly takes
+   longer than `wait`.
 
    If the impact may round to the same time as an impact after `wait`, its wait is returned, even in the worst case of
    all roundings. */
@@ -108,8 +108,8 @@ static inline bool is_out_of_reach(const Disc *a, const Mover *mover, const Feat
     return gap > (fabs(a->vx) + fabs(a->vy)) * wait;
 }
 
-/* Return how long a disc takes to reach a feature. The result is infinity for never, or if the time is certainly longer
-   than `wait`.
+/* Return how long a disc takes to reach a feature. The result is infinity if the disc never reaches it, or certainly
+   takes longer than `wait`.
 
    `mover` is the result of `mover_of` for the disc. */
 static inline double feature_impact_wait(const Disc *a, const Mover *mover, const Feature *f, PathStart start,

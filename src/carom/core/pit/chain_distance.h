@@ -102,7 +102,7 @@ static inline Point find_nearest_on_segment(const ChainEdge *e, double x, double
     return part <= 0.0 ? (Point){e->ax, e->ay} : (Point){e->bx, e->by};
 }
 
-/* Find the circle around an edge. */
+/* Set the circle that encloses an edge. */
 static inline void enclose_edge(ChainEdge *e) {
     double ex = e->bx - e->ax;
     double ey = e->by - e->ay;

@@ -74,8 +74,8 @@ static inline double time_in_leeway(const State *s, const Disc *a, double margin
 
 /* ---- levels, chosen once ---- */
 
-/* Return how many times the largest radius can be halved without falling below a disc's radius; at most MAX_LEVELS -
-   1. */
+/* Return how many times the largest radius can be halved without falling below a disc's radius. The result is at most
+   MAX_LEVELS - 1. */
 static inline int halvings_of(double radius, double largest) {
     int power;
     double fraction = frexp(radius / largest, &power);

@@ -12,7 +12,7 @@
 
 /* ---- two discs ---- */
 
-/* Return whether two discs approach and touch or overlap. */
+/* Return whether two discs approach while they touch or overlap. */
 static inline bool discs_interfere(const Disc *a, const Disc *b) {
     double dx = b->x - a->x;
     double dy = b->y - a->y;
@@ -40,7 +40,7 @@ static inline bool pair_interferes(const State *s, Index i, Index j) {
 
 /* ---- a disc and a wall ---- */
 
-/* Return whether a disc approaches a half-plane and touches or overlaps it. */
+/* Return whether a disc approaches a half-plane while it touches or overlaps it. */
 static inline bool plane_interferes(const Disc *a, const Wall *wall) {
     double along = a->vx * wall->nx + a->vy * wall->ny;
     double depth = (a->x - wall->x) * wall->nx + (a->y - wall->y) * wall->ny;
@@ -48,7 +48,7 @@ static inline bool plane_interferes(const Disc *a, const Wall *wall) {
     return depth <= a->radius && along < 0.0;
 }
 
-/* Return whether a disc approaches a chain and touches or overlaps it. `a` is disc i relative to chain k. */
+/* Return whether a disc approaches a chain while it touches or overlaps it. `a` is disc i relative to chain k. */
 static inline bool chain_interferes(const State *s, const Disc *a, Index i, Index k) {
     const Chain *chain = &s->chains[k];
     Nearest nearest = find_nearest(chain, a->x, a->y, near_edge(s, i, k));
@@ -83,7 +83,7 @@ static inline bool wall_interferes(const State *s, Index i, Index k) {
 
 /* ---- impacts ---- */
 
-/* Return disc i as the impact law uses it. */
+/* Return the data of disc i for the impact law. */
 static inline Body body_of(const State *s, Index i) {
     Disc *a = &s->discs[i];
     return (Body){&a->vx, a->inverse_mass, a->radius, &s->turning[s->record.has_spins ? i : 0]};

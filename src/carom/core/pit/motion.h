@@ -1,7 +1,8 @@
 /* Motion between frames.
 
    Discs are advanced frame by frame, x += v dt, and each product and sum is rounded, as Algorithm 1 requires. One long
-   step therefore cannot replace several frames. But one disc can be advanced over many frames before the next disc is.
+   step therefore cannot replace several frames. But one disc can be advanced over many frames before the next disc is
+   advanced.
 
    Each kind of motion is a branch in `advance_disc` and `carom_pit_write_states`. */
 

@@ -4,7 +4,7 @@
      approach again, except for a chain that bends or that the disc reaches from its other side. Then the disc
      approaches another feature of the chain, or the inside of an arc. A falling disc can come back.
    - An impact with restitution 0 makes the normal speed 0, but in floats a rounding error remains. touched_bodies.h
-     stores that this speed is 0 until an impact changes it that is not perpendicular to it. */
+     stores that this speed is 0 until it is changed by an impact that is not perpendicular to it. */
 
 #pragma once
 

@@ -6,7 +6,7 @@
    has no root in the interval if all b have one sign, and exactly one if they change sign once. Otherwise the interval
    is halved by de Casteljau's algorithm, which computes means of neighbouring coefficients. A sign counts only if the
    coefficient exceeds its error bound. If a sign that matters is uncertain, the result is QUARTIC_UNDECIDED. The result
-   is correct for any c. If c is near a minimum of the polynomial, few halvings are needed. In pairs, intervals are
+   is correct for any c. If c is near a minimum of the polynomial, few halvings are needed. With pairs, intervals are
    finite, and falls.h proceeds from one interval to the next. So the roots may differ by many orders of magnitude.
 
    Source: R. T. Farouki, "The Bernstein polynomial basis: a centennial retrospective", Comput. Aided Geom. Des. 29

@@ -115,7 +115,7 @@ static inline bool round_quartic_root(const QuarticRoot *root, double *time) {
    float. The interval of a later root begins at the end of the interval before it, so the result may be a neighbour of
    the nearest float. The functions below do the same with roots that are known to twice the precision of floats. */
 
-/* Return -1, 0 or 1 for a root that is before an instant, possibly at it, or after it. */
+/* Return -1 if a root is certainly before an instant, 1 if it is certainly after it, and otherwise 0. */
 static inline int compare_root(const QuarticRoot *root, double t) {
     double away = root->time - t;
     double difference = away + root->rest;

@@ -57,8 +57,8 @@ static inline double linear_root(DoubleDouble gap, DoubleDouble speed) {
     return t - (((gap.high + product.high) + product.low) + (gap.low + t * speed.low)) / speed.high;
 }
 
-/* Return the seconds until a disc touches a wall: 0 if it touches or overlaps the wall and approaches, infinity for
-   never. */
+/* Return the seconds until a disc touches a wall: 0 if it approaches while it touches or overlaps the wall, infinity if
+   it never touches it. */
 static inline double wall_time(double x, double y, double vx, double vy, double radius, double qx, double qy, double nx,
                                double ny) {
     Bounded toward = approach(vx, vy, nx, ny);

@@ -278,7 +278,7 @@ static inline double exact_pair_time(Encounter e) {
 
 /* Return the seconds until two circles collide. Their positions, velocities and reach are pairs.
 
-   The result is 0 if they touch or overlap and approach, and infinity if they never collide. A graze without any
+   The result is 0 if they approach while they touch or overlap, and infinity if they never collide. A graze without any
    overlap (D = 0) exchanges no momentum and is not an impact. */
 static inline double meeting_time(Encounter e) {
     Bounded b = approach(e.x.high, e.y.high, e.ux.high, e.uy.high);
