@@ -205,6 +205,16 @@ def test_impact_on_the_inside_of_an_arc_with_restitution_0_is_the_last(place: fl
             assert trace.end_time_s == trace.impacts["time_s"][0]
 
 
+def test_disc_that_an_impact_stops_does_not_glide_along_the_arc() -> None:
+    """A disc from the centre of a ring with restitution 0 rests where it hits the ring, and the run goes on."""
+    for number in range(40):
+        angle = random.Random(number).uniform(0.0, 2.0 * math.pi)
+        disc = disc_at(0.0, 0.0, math.cos(angle), math.sin(angle), r=0.1)
+        trace = solve_pic(build_scene(disc, Ring(centre_m=(0, 0), radius_m=1.0), wall_restitution=0.0, duration_s=3.0))
+        assert (trace.outcome, len(trace.impacts)) == (Outcome.COMPLETED, 1)
+        assert not trace.final_velocity_m_s.any()
+
+
 @each("restitution", [0.0, 0.2, 0.5, 0.9])
 def test_disc_in_an_inelastic_ring_glides_after_infinite_impacts(restitution: float) -> None:
     r"""In a ring with restitution below 1 a run ends with GLIDES at the sum of all chord times, to 1e-12.

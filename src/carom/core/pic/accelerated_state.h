@@ -42,8 +42,8 @@ typedef struct Parabola { /* path of a disc: data that its row `Disc` does not c
     /* for a disc that bounces between two walls: the ground from which an impact on the other wall lifted it; otherwise
        NO_OBSTACLE */
     int left_ground;
-    /* body at rest that the disc hit last while it was on `corner_ground`, as in `Disc.last`; NO_BODY if there is none,
-       or if the disc has since hit anything except `corner_ground` */
+    /* convex body at rest that the disc hit last while it was on `corner_ground`, as in `Disc.last`; NO_BODY if there is
+       none, or if the disc has since hit anything except `corner_ground` */
     int corner;
     int corner_ground;
     int changes;      /* number of changes of its motion without an impact; Disc.impacts includes them */

@@ -318,9 +318,9 @@ static inline bool update_contact_after_impact(State *s, Index i, Index struck, 
     const Feature *f = &s->features[k];
     double approach = ground_approach(s, i, f);
     bool is_flat = struck < 0 && s->features[-1 - struck].kind <= FACE;
-    /* The return to a body at rest is computed exactly. The return to a curved body that moves is rounded, so the end
+    /* The return to a convex body at rest is computed exactly. The return to another curved body is rounded, so the end
        of a hop that is lower than the resolution would be uncertain. */
-    bool has_corner = never_moves(s, struck);
+    bool has_corner = never_moves(s, struck) && (struck >= 0 || s->features[-1 - struck].kind != INNER_ARC);
     bool hops = false;
     if (is_flat || has_corner) {
         double part = fabs(normal[0] * f->nx + normal[1] * f->ny);

@@ -190,17 +190,10 @@ static inline Instant parabola_feature_meeting(const State *s, Index i, Index k,
         return return_to_left_ground(s, i);
     }
     if (CAROM_UNLIKELY(is_in_corner_with(p, -1 - k))) {
-        const Feature *f = &s->features[k], *ground = &s->features[p->ground];
-        Direction n = normal_at(f, disc);
-        if (f->kind != INNER_ARC) {
-            return return_to_corner(s, i, n.x, n.y);
-        }
-        double x = f->x.high - a->x + p->corner_way * ground->ny, y = f->y.high - a->y - p->corner_way * ground->nx;
-        if (turns_back_inside(s, i, x, y)) {
-            return return_to_corner(s, i, x, y);
-        }
+        Direction n = normal_at(&s->features[k], disc);
+        return return_to_corner(s, i, n.x, n.y);
     }
-    if (CAROM_UNLIKELY(lands_beside(s, i, -1 - k))) {
+    if (CAROM_UNLIKELY(lands_at_corner_of(s, i, -1 - k))) {
         return NEVER;
     }
     double wait = parabola_feature_wait(s, i, k, disc, a->last == -1 - k, keeps_touching(s, i, k, 0.0), within);

@@ -143,22 +143,11 @@ static inline void move_on_parabola(State *s, Index i, Instant at) {
     a->vy = there.vy;
 }
 
-/* A disc slides on a ground that is a chord of an arc, away from its corner with the inside of the arc. Return whether
-   it turns back before the other corner. (x, y) points from the corner to the arc's centre. */
-static inline bool turns_back_inside(const State *s, Index i, double x, double y) {
-    const Disc *a = &s->discs[i];
-    const Parabola *p = &s->accelerated.paths[i];
-    const Feature *ground = &s->features[p->ground];
-    double centre = along_ground(ground, x, y), side = centre < 0.0 ? -1.0 : 1.0;
-    double speed = along_ground(ground, a->vx, a->vy), rate = side * along_ground(ground, p->ax, p->ay);
-    return rate < 0.0 && side * (2.0 * centre - p->corner_way) > speed * speed / (-2.0 * rate);
-}
-
 /* Return when a disc on a ground is back in its corner with another body: see `Parabola.corner`. (x, y) points along
    the ground away from the corner, on the side where the disc is.
 
-   The way to the corner is straight. On this way the disc does not touch the other body before the corner, because it
-   is outside of a convex body or inside of an arc. */
+   The way to the corner is straight and the other body is convex. So the disc does not touch that body before the
+   corner. */
 static inline Instant return_to_corner(const State *s, Index i, double x, double y) {
     const Disc *a = &s->discs[i];
     const Parabola *p = &s->accelerated.paths[i];
@@ -178,7 +167,7 @@ static inline bool is_in_corner_with(const Parabola *p, Index body) {
 
 /* Return whether a disc is just landing on the ground of its corner, and `body` is the other body of that corner. The
    disc does not hit `body` before it has landed, although the rounded gap may be 0. */
-static inline bool lands_beside(const State *s, Index i, Index body) {
+static inline bool lands_at_corner_of(const State *s, Index i, Index body) {
     const Parabola *p = &s->accelerated.paths[i];
     return p->corner == body && p->ground == NO_OBSTACLE && s->discs[i].last == -1 - p->corner_ground &&
            p->leaving == 0.0;
@@ -198,7 +187,7 @@ static inline Instant immovable_impact_time(const State *s, Index i, Index fixed
     if (CAROM_UNLIKELY(is_in_corner_with(p, fixed))) {
         return return_to_corner(s, i, a->x - b->x, a->y - b->y);
     }
-    if (CAROM_UNLIKELY(lands_beside(s, i, fixed))) {
+    if (CAROM_UNLIKELY(lands_at_corner_of(s, i, fixed))) {
         return NEVER;
     }
     const Driven *row = driven_row(&s->driving, fixed);

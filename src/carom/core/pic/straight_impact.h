@@ -121,6 +121,16 @@ static inline double feature_resolution(const Feature *f, const Disc *a, double 
     return pair_resolution(sizes, reach_of(&disc, f).high, ux, uy, speed);
 }
 
+/* Give a disc exactly the velocity of the surface that it has hit, if the difference is a rounding error of its relative
+   speed before the impact. Otherwise it would glide along an arc although the impact has stopped it. */
+static inline void remove_rounding_of_rest(Disc *a, const Surface *surface, double speed) {
+    double sizes = speed + fabs(surface->vx) + fabs(surface->vy);
+    if (fabs(a->vx - surface->vx) + fabs(a->vy - surface->vy) <= CAROM_ERROR * sizes) {
+        a->vx = surface->vx;
+        a->vy = surface->vy;
+    }
+}
+
 /* Apply the impact of disc `i`, which moves, on feature `k`. Record it if `is_wanted`. Return the normal. */
 static inline Direction apply_feature_impact(State *s, Index i, Index k, double time, bool is_wanted) {
     Disc *a = &s->discs[i];
@@ -150,6 +160,8 @@ static inline Direction apply_feature_impact(State *s, Index i, Index k, double 
     double ux = seen->vx;
     double uy = seen->vy;
     double along = collide_wall(law, &w, row != NULL ? &surface : NULL, &body, is_elastic, has_spins, &spins);
+    if (f->kind == INNER_ARC && law->wall_restitution == 0.0 && !is_elastic)
+        remove_rounding_of_rest(a, &surface, fabs(ux) + fabs(uy));
     a->impacts += 1;
     a->last = (int)(-1 - k);
     s->counts.wall_impacts += 1;
