@@ -186,8 +186,8 @@
 /* An upper bound of the relative errors of e^x, e^x - 1 and the logarithm as pairs. The comments in exponentials.h
    state the individual errors, whose sum is smaller. Measured errors are at most 2^-103. */
 #define CAROM_EXP_ERROR 0x1p-100
-/* log(2) / 32 in three parts. The first two parts have 37 bits, so that their products with integers up to 2^16 are
-   exact. The sum has an error of 2^-137. */
+/* The logarithm of 2 over 32, in three parts. The first two parts have 37 bits, so that their products with integers up
+   to 2^16 are exact. The sum has an error of 2^-137. */
 #define CAROM_STEP_HIGH 0x1.62e42fefa0000p-6
 #define CAROM_STEP_MIDDLE 0x1.cf79abc9e0000p-45
 #define CAROM_STEP_LOW 0x1.d9cc01f97b57ap-84
