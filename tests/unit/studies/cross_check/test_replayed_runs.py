@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from html import unescape
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -246,9 +247,12 @@ def test_film_of_an_invented_impact_magnifies_the_run(monkeypatch: pytest.Monkey
     assert shown.score.spurious == (0,)
     regions = list[tuple[object, object]]()
     draw = films._draw_inset  # noqa: SLF001 - its region is what counts
-    monkeypatch.setattr(
-        films, "_draw_inset", lambda axes, region, limits: regions.append(region) or draw(axes, region, limits)
-    )
+
+    def draw_and_keep(axes: Axes, region: Any, limits: Any) -> Any:
+        regions.append(region)
+        return draw(axes, region, limits)
+
+    monkeypatch.setattr(films, "_draw_inset", draw_and_keep)
     made = films.build_film(shown.reference, shown.observed, shown.score)
     made._draw_was_started = True  # type: ignore[attr-defined]  # noqa: SLF001 - it was looked at, and need not warn
     ((low, high),) = regions
