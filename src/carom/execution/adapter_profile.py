@@ -43,7 +43,7 @@ def capabilities_of(adapter: Adapter, profile: str) -> Capabilities:
 def prepare_settings(
     adapter: Adapter, profile: str, dt_s: float, overrides: SettingOverrides = ()
 ) -> Mapping[str, Setting]:
-    """Return the settings of a profile for a step size, including the settings that replace its own.
+    """Return the settings of a profile for a step size. Settings in `overrides` replace the profile's settings.
 
     Raises:
         UnknownNameError: The adapter has no such profile.

@@ -19,13 +19,13 @@ class JobKey:
     """Identifies a job and its result, in any study on any machine.
 
     Attributes:
-        scene: Name of the scene, for readers.
+        scene: Name of the scene, for display.
         scene_sha256: Hash of the whole scene, including its name.
         method: Engine and profile.
         dt_s: Step size, seconds.
-        phase: Part of a step, 0 to 1, by which the scene begins earlier.
-        versions: Name and version of every distribution that the numbers depend on, in order of name.
-        form: Anything else that is requested, such as "drawn" or "timed"; empty otherwise.
+        phase: Fraction of a step, 0 to 1. The scene begins earlier by this fraction.
+        versions: Name and version of every distribution that affects the result, sorted by name.
+        form: Additional request, such as "drawn" or "timed"; empty if there is none.
     """
 
     scene: str
@@ -39,14 +39,14 @@ class JobKey:
 
 @lru_cache(maxsize=64)
 def compute_scene_hash(scene: Scene) -> str:
-    """Return the SHA-256 of a scene: of all fields except the description, with every bit of each float."""
+    """Return the SHA-256 of all fields of a scene except the description. Every bit of each float counts."""
     # Pydantic writes each float as the shortest text that reads back as the same float.
     return hashlib.sha256(scene.model_dump_json(exclude={"description"}).encode()).hexdigest()
 
 
 @cache
 def find_versions(engine: str) -> tuple[tuple[str, str], ...]:
-    """Return name and version of everything that an engine's numbers depend on; empty if there is no such engine."""
+    """Return name and version of every distribution that affects an engine's results; empty for an unknown engine."""
     found = [
         ("carom", metadata.version("carom")),
         ("numpy", metadata.version("numpy")),

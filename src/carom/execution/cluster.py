@@ -25,15 +25,15 @@ from carom.support.limits import DEFAULT_TIME_LIMIT_S
 #: Seconds to wait for the scheduler's first answer.
 CONNECT_S = 10
 
-#: Number of times that Dask's scheduler repeats an item that was lost with a worker.
+#: Largest number of times that Dask's scheduler repeats an item whose worker was lost.
 RETRIES = 3
 
-#: Seconds that a cluster may be without a worker. A restarted worker needs less time.
+#: Seconds that a cluster may be without a worker. A worker restarts in less time.
 WORKERLESS_S = 60.0
 #: Seconds between checks of the number of workers.
 LOOK_S = 1.0
 
-#: What to do about a cluster that was lost.
+#: Hint for users whose cluster was lost.
 _CONTINUE = "run the command again; if it has an output folder, --resume continues from the finished results"
 
 T = TypeVar("T")
@@ -50,8 +50,8 @@ class ClusterPool(Pool):
     As a context manager, the pool disconnects from the cluster at the end. The cluster continues to run.
 
     Args:
-        scheduler: Address of the scheduler, such as ``tcp://10.0.0.1:8786``. With ``tls://``, the certificates of
-            Dask's configuration are used.
+        scheduler: Address of the scheduler, such as ``tcp://10.0.0.1:8786``. For ``tls://``, the certificates in Dask's
+            configuration are used.
         time_limit_s: Time limit of a task, seconds, as in `carom.execution.pool.Lane`.
         memory_limit_mb: Memory limit of a process, megabytes, as in `carom.execution.pool.Lane`, on each machine of the
             cluster.
@@ -59,7 +59,7 @@ class ClusterPool(Pool):
     Raises:
         MissingExtraError: distributed (the extra `cluster`) is not installed.
         ClusterError: No scheduler answers at the address, or it has no worker.
-        InputError: A worker has other versions than this machine, so that results would differ.
+        InputError: The versions on a worker differ from those on this machine, so results would not be the same.
     """
 
     def __init__(
@@ -101,11 +101,11 @@ class ClusterPool(Pool):
     def map_unordered(
         self, items: Iterable[tuple[str, Item]], work: Callable[[Item, TaskRunner], Iterable[T]]
     ) -> Iterator[list[T]]:
-        """Work on the items, on the cluster. The results of an item are yielded together.
+        """Process the items on the cluster. All results of an item are yielded together.
 
         Raises:
-            ClusterError: Items were repeatedly lost with their workers (raised after all other results), the scheduler
-                is gone, or there was no worker for `WORKERLESS_S`.
+            ClusterError: The workers of some items were lost repeatedly (raised after all other results), the scheduler
+                is gone, or the cluster had no worker for `WORKERLESS_S`.
         """
         distributed: Any = importlib.import_module("distributed")
         submitted = {
@@ -132,9 +132,9 @@ class ClusterPool(Pool):
 
     @contextmanager
     def _watch_workers(self, submitted: Mapping[Any, str]) -> Iterator[list[str]]:
-        """Cancel the submitted items at the end, or if workers are missing for long.
+        """Cancel the submitted items when the context ends, or when the cluster has had no worker for `WORKERLESS_S`.
 
-        Yield an empty list. If workers are missing, the reason is added to this list.
+        Yield an empty list. If the items are cancelled because there is no worker, the reason is added to this list.
         """
         has_ended, reasons = threading.Event(), list[str]()
 
@@ -187,7 +187,7 @@ _THREAD_LOCAL = threading.local()
 def _carry_out(
     work: Callable[[Item, TaskRunner], Iterable[T]], item: Item, limits: tuple[float, float | None]
 ) -> list[T]:
-    """Work on one item in the cluster's worker. Engines keep running between items."""
+    """Process one item in a worker of the cluster. Engines keep running between items."""
     if not hasattr(_THREAD_LOCAL, "lane"):
         _THREAD_LOCAL.lane = Lane(*limits)  # its processes end by themselves when this process ends
     return list(work(item, _THREAD_LOCAL.lane))

@@ -1,7 +1,8 @@
 """Converts values to JSON and back, for journals and for the answers of worker processes.
 
 Reading validates each field against the declared type and runs no code. A float is written as the shortest text that
-reads back as the same float, NaN or an infinity as a string, and an array as its shape and its bytes in base64.
+reads back as the same float. NaN and infinities are written as strings. An array is written as its shape and its bytes
+in base64.
 """
 
 from __future__ import annotations
@@ -26,15 +27,15 @@ T = TypeVar("T")
 
 
 class Codec(Generic[T]):
-    """Converts values of one type to JSON and back. Creating a codec takes milliseconds.
+    """Converts values of one type to JSON and back. The creation of a codec takes milliseconds.
 
     Args:
         kind: The type: a dataclass that JSON can represent.
     """
 
     def __init__(self, kind: Any) -> None:
-        # pydantic does not accept a configuration for a dataclass. So the type is a tuple with the dataclass, which
-        # gets the tuple's configuration.
+        # pydantic does not accept a configuration for a dataclass. So the type is a tuple that contains the dataclass.
+        # The configuration of the tuple also applies to the dataclass.
         self._adapter = TypeAdapter(tuple[kind], config=ConfigDict(ser_json_inf_nan="strings"))
 
     def dumps(self, value: T) -> bytes:
@@ -45,7 +46,7 @@ class Codec(Generic[T]):
         """Return the value of a line of JSON.
 
         Raises:
-            pydantic.ValidationError: The line is not JSON, or not of the type.
+            pydantic.ValidationError: The line is not JSON, or its value does not have the codec's type.
         """
         value: T = self._adapter.validate_json(b"[" + line + b"]")[0]
         return value
@@ -99,10 +100,10 @@ def _build_field_type(hint: Any, carried: Any) -> Any:
 
 
 def _build_dataclass_type(kind: type[Any], **carried: Any) -> Any:
-    """Return a dataclass type that pydantic can convert, as the JSON text of an object.
+    """Return a type that pydantic can convert, for a dataclass. A value is written as a string that contains JSON.
 
-    A separate JSON text can have NaN and infinities as numbers. As strings, they could not be distinguished from
-    settings that are texts. `carried` has the argument `carried` of `_build_field_type` by the field's name.
+    In this inner JSON, NaN and infinities are numbers. As strings, they could not be distinguished from settings that
+    are texts. `carried` maps a field's name to the argument `carried` of `_build_field_type`.
     """
     known = {"Scene": Scene, "LocalTruth": LocalTruth, "States": States, "np": np, "NDArray": NDArray}
     hints = get_type_hints(kind, localns=known)
@@ -127,7 +128,10 @@ def _build_dataclass_type(kind: type[Any], **carried: Any) -> Any:
 
 
 def _check_shapes(value: Any) -> Any:
-    """Return a value unchanged. For a trace, first check the shapes of arrays against scene and impacts."""
+    """Return a value unchanged.
+
+    If it is a trace, first check that its arrays have the shapes that its scene and impacts require.
+    """
     if not isinstance(value, Trace):
         return value
     discs, impacts = len(value.scene.discs), len(value.impacts)

@@ -1,8 +1,8 @@
 """Declarations and settings of adapters, queried in worker processes, since an adapter is third-party code.
 
 Only the adapters that a command needs are queried. Adapters of one distribution share a process, since the start of a
-process takes longer than the query. If an adapter hangs, ends its process or declares something invalid, it is
-unavailable for that reason. Other adapters are not affected.
+process takes longer than a query. An adapter that hangs, ends its process or declares something invalid is unavailable,
+with that reason. Other adapters are not affected.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from carom.support.escaping import format_value
 
 @dataclass(frozen=True)
 class DescribeTask(AdapterTask):
-    """Query the declarations of an adapter, in the process of `engine`. The adapter's own engine is not imported."""
+    """Query the declarations of the adapter `name`, in the process of the adapter `engine`. No engine is imported."""
 
     name: str
 
@@ -81,7 +81,7 @@ class EngineList(Shown, list[EngineInfo]):
 
 
 def engines(names: Sequence[str] | None = None) -> EngineList:
-    """Return the descriptions of engines, queried in worker processes that are then ended.
+    """Query engines in worker processes, end these processes, and return the descriptions of the engines.
 
     Args:
         names: Names of adapters; by default all that are installed.
@@ -101,7 +101,9 @@ def engines(names: Sequence[str] | None = None) -> EngineList:
 
 
 def describe_engines(names: Sequence[str] | None, pool: Pool) -> EngineList:
-    """Return the descriptions of engines, with Carom's own two first. Each unavailable engine has a reason.
+    """Return the descriptions of engines, Carom's two methods first.
+
+    The description of an unavailable engine has the reason.
 
     Args:
         names: Names of adapters; None for all that are installed.
@@ -114,30 +116,30 @@ def describe_engines(names: Sequence[str] | None, pool: Pool) -> EngineList:
         require_named(name)
     there_are = list_adapter_points()
     points = {name: point for name, point in there_are.items() if names is None or name in names}
-    # Every study compares with PIT, so it is queried here too. Otherwise another pool would have to be started for PIT
-    # later.
+    # PIT is always queried, because every study compares with PIT. Otherwise a study would have to start another pool
+    # to query PIT.
     also = {PIT_METHOD.engine} & there_are.keys()
     todo = [
         name
         for name in (*points, *sorted(also - points.keys()))
         if (one := _KNOWN.get((name, there_are[name].value))) is None or not one.profiles
     ]
-    # A manifest without a distribution has a process of its own.
+    # An adapter without a distribution, such as one from a manifest, has a separate process.
     groups = [list(names) for _, names in groupby(sorted(todo, key=_process_key_of), _process_key_of)]
     for found in pool.map_unordered(((names[0], names) for names in groups), _describe):
         _KNOWN.update(((info.name, there_are[info.name].value), info) for info in found)
     infos = [_KNOWN[name, point.value] for name, point in points.items()]
-    # Carom's own methods come first, then the others in alphabetical order. All tables use this order.
+    # Carom's methods come first, then the other engines in alphabetical order. All tables use this order.
     return EngineList(sorted(infos, key=lambda info: (bool(info.engine != "Carom"), info.name)))
 
 
 def select_engines(infos: Sequence[EngineInfo], names: Sequence[str] | None) -> list[EngineInfo]:
-    """Return the engines to run: the requested ones, or all that are installed if none is requested."""
+    """Return the engines to run: the requested engines or, if no engine is requested, all installed ones."""
     return [info for info in infos if names is not None or not info.missing]
 
 
 def find_engine(name: str) -> EngineInfo:
-    """Return the description of an engine. The engine is queried only if this process does not know it yet."""
+    """Return the description of an engine. The engine is queried only if this process has not queried it yet."""
     return _KNOWN.get((name, list_adapter_points()[name].value)) or engines([name])[0]
 
 
@@ -150,8 +152,8 @@ def _process_key_of(name: str) -> tuple[str, str]:
 def _describe(names: Sequence[str], runner: TaskRunner) -> Iterator[EngineInfo]:
     answers = list(runner.run_each([DescribeTask(names[0], name) for name in names]))
     for name, first_answer in zip(names, answers, strict=True):
-        # A query that fails after other queries in the same process may have failed because of them, so it is repeated
-        # alone.
+        # A query can fail because of an earlier query in the same process. So such a query is repeated in a separate
+        # process.
         failed = first_answer.status in (Status.FAILED, Status.CRASHED) and name != names[0]
         answer = runner.run(DescribeTask(name, name)) if failed else first_answer
         if answer.value is not None and answer.value.name == name:
@@ -163,13 +165,13 @@ def _describe(names: Sequence[str], runner: TaskRunner) -> Iterator[EngineInfo]:
         yield EngineInfo(name, name, "", reason, None, {}, distribution_of(name))
 
 
-#: The settings at each step, or the reason why there are none.
+#: For each step size, the settings or the reason why there are none.
 _Settings = tuple[Mapping[str, Setting] | str, ...]
 
 
 @dataclass(frozen=True)
 class SettingsTask(AdapterTask):
-    """Query the settings of a profile for several step sizes, with replaced settings."""
+    """Query the settings of a profile for several step sizes. Settings in `tried` replace the profile's settings."""
 
     profile: str
     dts: tuple[float, ...]
@@ -189,11 +191,11 @@ class SettingsTask(AdapterTask):
 
 @dataclass(frozen=True)
 class Methods:
-    """The methods to run with each step size, and the reasons why some can't be run.
+    """The methods to run with each step size, and the reasons why some methods can't be run.
 
     Attributes:
-        at: Methods by engine and step size. If profiles have the same settings, only the last is included.
-        refused: Why a method of an available engine can't be run with a step size in any scene.
+        at: Methods by engine and step size. Of several profiles with the same settings, only the last is included.
+        refused: By method and step size, why a method of an available engine can run no scene with this step size.
         infos: Descriptions of the engines, by name.
     """
 
@@ -202,7 +204,7 @@ class Methods:
     infos: Mapping[str, EngineInfo]
 
     def find_refusal(self, method: Method, dt_s: float) -> Answer[Any] | None:
-        """Return why a method can't be run with a step size in any scene; None if no reason is known."""
+        """Return why a method can run no scene with a step size; None if no reason is known."""
         info = self.infos.get(method.engine)
         if info is not None and info.unavailable:
             return Answer(Status.UNAVAILABLE, info.unavailable)
@@ -213,7 +215,7 @@ class Methods:
         info = self.infos.get(job.engine)
         if (known := self.find_refusal(job.method, job.dt_s)) is not None or info is None or info.capabilities is None:
             return known
-        # The capabilities of a profile apply only to its own settings.
+        # A profile's capabilities apply only if no setting is replaced.
         capabilities = info.capabilities if job.method.tried else info.own.get(job.profile, info.capabilities)
         reason = unsupported_reason(job.scene, capabilities, job.dt_s, located=job.profile in info.located)
         return Answer(Status.UNSUPPORTED, reason) if reason else None
@@ -251,7 +253,7 @@ def list_methods(
     refused: dict[tuple[Method, float], Answer[Any]] = {}
     for info in infos:
         own_overrides = overrides.get(info.name, ())
-        # An adapter without declarations gets one row, with the reason.
+        # An adapter without declarations gets one row, which shows the reason.
         own_profiles = info.own_profiles(profiles) if info.profiles else profiles[-1:]
         for k, dt_s in enumerate(steps):
             last_of: dict[object, str] = {}
@@ -270,9 +272,10 @@ def list_methods(
 def _extract_settings(
     info: EngineInfo, answer: Answer[_Settings] | None, step: int
 ) -> Mapping[str, Setting] | Answer[Any]:
-    """Return the settings of a profile for a step size, or why a method with this profile can't be run."""
+    """Return the settings of a profile for step size number `step`, or why a method with this profile can't be run."""
     if answer is not None and answer.value is not None and isinstance(settings := answer.value[step], Mapping):
-        # Even if an engine is not installed, the settings of its profiles show which profiles are the same method.
+        # The settings are needed even if the engine is not installed: they show which of its profiles are the same
+        # method.
         return settings
     if info.unavailable or answer is None:
         return Answer(Status.UNAVAILABLE, info.unavailable)

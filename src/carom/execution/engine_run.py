@@ -1,4 +1,4 @@
-"""Run of an engine that is observed: one world goes through one scene, step by step. The result is a trace."""
+"""Observed run of an engine: advances one world through one scene, step by step, and builds a trace."""
 
 from __future__ import annotations
 
@@ -36,14 +36,15 @@ from carom.model.step_windows import States
 from carom.model.trace import Outcome, Samples, Trace, resolve_profile
 from carom.support.limits import LARGEST
 
-#: Largest number of discs for which states are kept if discs may come to rest, and largest number of such states.
+#: States are kept for scenes in which discs may come to rest. Largest number of discs of such a scene, and largest
+#: number of states.
 MOST_LOOKED_AT = 10
 MOST_LOOKS = 256
 
-#: Number of rows in a block of states, times the number of discs: about 3 MB.
+#: Number of rows times number of discs in a block of states: about 3 MB.
 _ROWS = 2**16
 
-#: Largest number of samples. Samples are for drawing, and no picture is wider than this many pixels.
+#: Largest number of samples. Samples are only drawn, and no picture is wider than this number of pixels.
 MOST_SAMPLES = 4096
 
 
@@ -72,8 +73,8 @@ def observe_run(
 ) -> Trace:
     """Run a scene, observe it after each step, and return the trace.
 
-    The final state is the state at the end of the scene: the state after the last step, advanced along its free path.
-    The run stops early once only free flight is left.
+    The final state is the state after the last step, advanced along free paths to the end of the scene. The run stops
+    early if only free flight is left.
 
     Args:
         adapter: Adapter of the engine.
@@ -82,11 +83,11 @@ def observe_run(
         dt_s: Step size, seconds.
         overrides: Settings that replace those of the profile.
         samples: Whether to keep positions for drawing.
-        watched: Whether to compare each step with PIC from the run's own state, for `local_truth` of the trace.
+        watched: Whether to compare each step with PIC, started from the run's state, for `local_truth` of the trace.
 
     Raises:
         UnknownNameError: The adapter has no such profile.
-        AdapterError: The adapter refuses the scene or fails.
+        AdapterError: The adapter refuses the scene, or fails.
     """
     settings = prepare_settings(adapter, profile, dt_s, overrides)
     run = _Run(scene, dt_s, adapter.capabilities.float_bits, samples=samples, watched=watched)
@@ -118,14 +119,14 @@ def observe_run(
 
 
 def run_pit(scene: Scene, dt_s: float) -> Trace:
-    """Run a scene with PIT, to measure errors that are caused by sampling alone."""
+    """Run a scene with PIT, whose only errors are those of sampling."""
     return observe_run(load_adapter(PIT_METHOD.engine), scene, PIT_METHOD.profile, dt_s)
 
 
 def choose_kept_steps(steps: int) -> frozenset[int]:
-    """Return the steps of a run after which the state is kept: all, or one from each of at most `MOST_LOOKS` intervals.
+    """Return the steps after which the state is kept: all, or one step in each of at most `MOST_LOOKS` intervals.
 
-    The step within an interval is quasi-random, because at fixed intervals, a disc that hops every two steps could seem
+    The step within an interval is quasi-random. With equally spaced steps, a disc that hops every two steps could seem
     to rest.
     """
     stretch = -(-steps // MOST_LOOKS)
@@ -143,13 +144,13 @@ class _Run:
         self.scene, self.dt_s, self.samples = scene, dt_s, samples
         self.steps, self.taken = scene.step_count(dt_s), 0
         arrays, discs = scene.arrays, len(scene.discs)
-        #: The last states, and the row of the present state. The first row is the start, or the last state of the
-        #: previous rows.
+        #: The latest states, and the row of the present state. The first row is the initial state, or the last row of
+        #: the previous block.
         self.rows, self.row = StateRows(1 + min(self.steps, max(_ROWS // discs, 2)), discs), 0
         self.rows.position_m[0], self.rows.velocity_m_s[0] = arrays.position_m, arrays.velocity_m_s
         self.rows.spin_rad_s[0], self.rows.has_spins = arrays.spins, arrays.turns
         self.contacts = tuple[Contact, ...]()
-        #: The last state before these rows that is within the scene's duration, and its time.
+        #: Time and state of the last step before this block that ended within the scene's duration.
         self.before = (0.0, self.state)
         self.collector, self.collected = ImpactCollector(scene, self.state, float_bits), 0
         self.watch = StepWatch(scene, dt_s, float_bits) if watched else None
@@ -168,7 +169,7 @@ class _Run:
 
     @property
     def earlier(self) -> tuple[float, Observation]:
-        """The last state before the present one that is within the scene's duration, and its time."""
+        """Time and state of the last step before the present state that ended within the scene's duration."""
         rows_within = np.flatnonzero(self.rows.time_s[: self.row] <= self.scene.duration_s)
         if not len(rows_within):
             return self.before
@@ -206,7 +207,9 @@ class _Run:
                 return
 
     def _take_quiet_steps(self, world: QuietWorld, until_s: float) -> Observation | None:
-        """Take steps until one has contacts or a warning, or ends near `until_s`. Return the last step's observation.
+        """Take steps until a step has contacts or a warning, or ends near `until_s`.
+
+        Return the last step's observation.
 
         Add the states of the taken steps, except the last one. If only one step is possible, take no step and return
         None. No contact may be open.
@@ -265,7 +268,7 @@ class _Run:
         return True
 
     def _begin_rows(self) -> None:
-        """Begin new rows. Their first row is the last state."""
+        """Begin a new block of rows, whose first row is the present state."""
         self._pass_on_states()
         if self.rows.time_s[self.row] <= self.scene.duration_s:
             self.before = (float(self.rows.time_s[self.row]), self.state)
@@ -278,7 +281,7 @@ class _Run:
         self.row = 0
 
     def _pass_on_states(self) -> None:
-        """Pass the states of the rows to the comparison of steps, which already has the first row."""
+        """Pass all states of the block to the comparison of steps, except the first, which it already has."""
         if self.watch is not None:
             self.watch.add(self.rows.states(slice(1, self.row + 1)))
 
@@ -348,7 +351,7 @@ def _take_step_in_pieces(world: World, cutter: Cutter | None, step: int, dt_s: f
 
 
 def _classify_end(warning: str) -> tuple[Outcome, tuple[str, ...]]:
-    """Return the outcome and the notes of a run that ends at a non-finite state or with a warning of its engine."""
+    """Return the outcome and the notes of a run that ends because of a non-finite state or its engine's warning."""
     if not warning:
         return Outcome.NON_FINITE, ()
     if warning == Outcome.STANDSTILL.value:  # not a fault: the state is valid

@@ -21,7 +21,7 @@ class Environment:
         date: Date and time in UTC (ISO 8601), to the second.
         carom: Version of Carom.
         python: Implementation and version.
-        system: Operating system, architecture and C library, whose rounding of elementary functions can differ.
+        system: Operating system, architecture and C library. C libraries can round elementary functions differently.
         processor: Name of the processor.
         cores: Number of cores that this process may use.
         versions: Version of every distribution that the run uses, by name.
@@ -37,7 +37,7 @@ class Environment:
 
     @property
     def machine(self) -> tuple[str, str, int]:
-        """System, processor and number of cores, on which run times depend in addition to versions."""
+        """System, processor and number of cores. Run times depend on these and on the versions."""
         return (self.system, self.processor, self.cores)
 
 
@@ -56,7 +56,10 @@ def describe_environment(infos: Iterable[EngineInfo] = ()) -> Environment:
 
 
 def measure_resident_bytes(field: str = "VmRSS", process: int | str = "self") -> int | None:
-    """Return the resident memory of a process: VmRSS is the present value, VmHWM the peak. Only Linux has them."""
+    """Return the resident memory of a process; None on systems other than Linux.
+
+    VmRSS is the present value, VmHWM the peak.
+    """
     kibibytes = _read_proc_field(f"/proc/{process}/status", field).split()
     return int(kibibytes[0]) * 1024 if kibibytes else None
 

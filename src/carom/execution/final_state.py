@@ -45,9 +45,9 @@ class LastStep:
         return Slowing.of(self.scene)
 
     def move_to(self, time_s: float) -> Observation:
-        """Return the state at a time, if no disc has an impact between the step's end and that time.
+        """Return the state at a time, provided that no disc has an impact between this time and the step's end.
 
-        The spins are None if no disc of the scene turns. An adapter may omit them if no disc can turn.
+        The spins are None in a scene without spins.
         """
         seconds, state = time_s - self.end_s, self.state
         speed = np.hypot(*state.velocity_m_s.T).tolist()
@@ -67,8 +67,8 @@ class LastStep:
     def _compute_rates_of_change(self) -> tuple[Array, Array | None]:
         """Return the rates at which velocities and spins change between the scene's end and the end of the step.
 
-        In flight, a disc falls. If a wall balances more than half of gravity, and the velocity changed slowly enough
-        for contact, velocity and spin change at the mean rates of the last step.
+        A disc in flight falls. A disc counts as resting if a wall balances more than half of gravity and its velocity
+        changed slowly enough. The velocity and spin of a resting disc change at the mean rates of the last step.
         """
         falls = float(np.hypot(*self.scene.gravity_m_s2))
         if not falls:
@@ -90,7 +90,7 @@ class LastStep:
         turned_s: Array,
         spins: NDArray[np.void] | None,
     ) -> LastStep:
-        """Return the step up to a time, in which some discs have only the given impacts.
+        """Return a step that ends at another time, and in which the discs `discs` have only the given impacts.
 
         Such a disc flies freely from its last given impact in the step, or from the start of the step.
 

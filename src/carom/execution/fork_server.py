@@ -1,7 +1,7 @@
 """Fork server: forks worker processes whose imports are already done, since imports take longer than most runs.
 
-The server is forked from the main thread of the `carom` command, before any other thread starts. The server has no open
-files except null and its socket. The server loads no adapter and no engine. For each request it forks a watchdog
+The server is forked from the main thread of the `carom` command, before any other thread starts. Its only open files
+are the null device and its socket. The server loads no adapter and no engine. For each request it forks a watchdog
 (`carom.execution.watchdog`), whose streams, folder, session, limits and environment equal those of a new process. The
 server ends with the command, and everything that it forked ends with it.
 
@@ -30,9 +30,9 @@ from typing import TYPE_CHECKING, NoReturn
 if TYPE_CHECKING:
     import socket
 
-#: Seconds to wait for the server, which needs milliseconds to fork.
+#: Seconds to wait for the server. A fork takes milliseconds.
 PATIENCE_S = 2.0
-#: Size limit of a request; folder, path and environment take less.
+#: Size limit of a request. Folder, path and environment together are smaller.
 MOST_REQUEST_BYTES = 2**22
 #: Number of pipes of a watchdog: standard input, output and error, and one for its exit status.
 _STREAMS = 4
@@ -43,14 +43,17 @@ _allowed = False
 def allow_forking() -> None:
     """Allow pools of this process to fork their workers.
 
-    Only the command `carom` calls this function, because it knows all its threads.
+    Only the command `carom` calls this function, because only there all threads are known.
     """
     global _allowed  # noqa: PLW0603 - a property of the process
     _allowed = True
 
 
 def list_search_path() -> list[str]:
-    """Return the search path of modules for a worker, which must find exactly the adapters that this process finds."""
+    """Return the search path of modules for a worker.
+
+    With this path, the worker finds exactly the adapters of this process.
+    """
     return [os.path.abspath(entry or os.curdir) for entry in sys.path]
 
 
@@ -70,13 +73,13 @@ class ForkedProcess:
         """Return the exit code, like `subprocess.Popen.wait`.
 
         Raises:
-            subprocess.TimeoutExpired: The process still runs after this many seconds.
+            subprocess.TimeoutExpired: The process still runs after `timeout` seconds.
         """
         if self._code is None:
             if not select.select([self._status], [], [], timeout)[0]:
                 raise TimeoutExpired("carom.execution.watchdog", timeout)
             status = os.read(self._status, array.array("i", [0]).itemsize)
-            # If the server was killed, everything that it had forked was killed too, and the pipe is empty.
+            # If the server was killed, its watchdogs were killed too, and the pipe is empty.
             self._code = array.array("i", status)[0] if status else -signal.SIGKILL
         return self._code
 
@@ -105,7 +108,7 @@ class ForkServer:
 
     @classmethod
     def launch(cls) -> ForkServer | None:
-        """Fork a server. Return None if forking is not allowed: then workers start in new interpreters."""
+        """Fork a server. Return None if forking is not allowed. Without a server, workers start in new interpreters."""
         known = sys.platform == "linux" and hasattr(os, "pidfd_open")
         if not (known and _allowed and threading.active_count() == 1):
             return None
@@ -113,10 +116,10 @@ class ForkServer:
 
         ours, its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         for stream in (sys.stdout, sys.stderr):
-            stream.flush()  # otherwise both processes would write what is in the buffer
+            stream.flush()  # otherwise both processes would write the content of the buffer
         parent = os.getpid()
         with warnings.catch_warnings():
-            # The warning is about threads of BLAS, which handles forks itself.
+            # The warning is about the threads of BLAS. BLAS handles forks itself.
             warnings.simplefilter("ignore", DeprecationWarning)
             child = os.fork()
         if not child:
@@ -190,10 +193,10 @@ def _serve(requests: socket.socket, parent: int) -> NoReturn:
 
 
 def _detach(kept_file: int) -> None:
-    """Detach this process from the command's terminal, signals and files, except the file `kept_file`."""
+    """Detach this process from the command's terminal, signals and files. Only the file `kept_file` stays open."""
     import gc
 
-    gc.disable()  # collection is off, so that no finalizer runs for an object of the command
+    gc.disable()  # so that no finaliser runs for an object of the command
     gc.freeze()
     os.setsid()
     signal.set_wakeup_fd(-1)
@@ -208,11 +211,11 @@ def _detach(kept_file: int) -> None:
 
 
 class _Server:
-    """The fork server's own loop."""
+    """The loop that runs in the fork server's process."""
 
     def __init__(self, requests: socket.socket) -> None:
         self._requests = requests
-        self._status_files: dict[int, int] = {}  # receives the exit status of each watchdog
+        self._status_files: dict[int, int] = {}  # by watchdog, the pipe that receives its exit status
         self._woken, wake = os.pipe()
         for file in (self._woken, wake):
             os.set_blocking(file, False)
@@ -221,7 +224,7 @@ class _Server:
         signal.signal(signal.SIGCHLD, lambda *_: None)
 
     def serve(self) -> None:
-        """Fork a watchdog for each request, until the other end is closed."""
+        """Fork a watchdog for each request, until the command closes its end of the socket."""
         import socket
 
         poll = select.poll()
@@ -259,13 +262,13 @@ class _Server:
                 if not watchdog:
                     return
                 file = self._status_files.pop(watchdog)
-                with suppress(OSError):  # the other end can be closed
+                with suppress(OSError):  # the command can have closed its end
                     os.write(file, array.array("i", [os.waitstatus_to_exitcode(status)]).tobytes())
                 os.close(file)
 
 
 def _become_watchdog(message: bytes, files: Sequence[int], server_files: Sequence[int]) -> NoReturn:
-    """Turn this forked process into a watchdog. The watchdog's worker also ends in this function."""
+    """Turn this forked process into a watchdog. Both the watchdog and its worker end in this function."""
     code = 1
     try:
         server = os.getppid()
@@ -282,7 +285,7 @@ def _become_watchdog(message: bytes, files: Sequence[int], server_files: Sequenc
 
         path = environment["PYTHONPATH"].split(os.pathsep)
         if (path, environment.get(MANIFESTS)) != (list_search_path(), os.environ.get(MANIFESTS)):
-            list_adapter_points.cache_clear()  # adapters may be in other places than at the start of the server
+            list_adapter_points.cache_clear()  # the path of adapters may have changed since the server started
         os.chdir(folder)
         os.environ.clear()
         os.environ.update(environment)

@@ -16,40 +16,41 @@ from carom.model.scene import Scene, Wall
 
 Array = NDArray[np.float64]
 
-#: Engines detect contacts before bodies touch, by margins and prediction. A margin as wide as the disc, and two steps,
-#: are more than any engine uses.
+#: Engines detect contacts before bodies touch, by margins and prediction. This margin, measured from a disc's centre,
+#: and two steps of prediction are more than any engine uses.
 _MARGIN_RADII = 2.0
 _AHEAD_STEPS = 2
 
-#: Factor of radii in the search for touching discs: more than the rounding of the squares that it compares.
+#: Factor on the radii in the search for touching discs. The factor covers the rounding of the squared distances that
+#: the search compares.
 _WIDER = 1.0 + 2.0**-40
 
-#: Factor between the times within which pairs are examined, one after another.
+#: The search for approaching pairs examines longer and longer times. Factor between one time and the next.
 _WIDENED = 4.0
 
-#: Number of steps that must have left every velocity unchanged, and moved every disc by its velocity.
+#: Number of last steps that must leave every velocity unchanged and move every disc by its velocity.
 _QUIET_STEPS = 2
 
-#: Allowed rounding error of a position in a step, in units in the last place of the largest coordinate or of the
-#: longest path. The product, the sum, the instants, the step and the engine's own origin contribute up to one unit
-#: each.
+#: Allowed rounding error of a position in a step, in units in the last place of the largest coordinate or path length.
+#: The product, the sum, the instants, the step and the engine's origin contribute up to one unit each.
 _ROUNDINGS = 4
 
 
 class FreeFlight:
     """Determines after each step whether another impact is possible.
 
-    This depends on the engine's own state, not on the reference. Two conditions must hold:
+    The decision depends on the engine's state, not on the reference. The rest of a run is free flight if two conditions
+    hold:
 
-    - No two bodies overlap or come near each other before the end, on their present paths.
-    - The last two steps left every velocity unchanged, to the bit, and moved every disc by its velocity, to the
-      rounding of the engine's floats. So the engine does not damp, push or move discs in any other way.
+    - On their present paths, no two bodies overlap or come near each other before the end.
+    - The last two steps left every bit of every velocity unchanged, and moved every disc by its velocity, apart from
+    the rounding of the engine's floats. So the engine does not damp discs, push them or move them in any other way.
 
-    If both conditions are met, the final state is at the end of these straight paths.
+    In free flight, the final state is at the end of these straight paths.
 
     Attributes:
-        needed_from_s: Time from which `has_begun` must be called after every step. Before that time, only steps with
-            contacts are needed.
+        needed_from_s: Time from which `has_begun` must be called after every step. Before that time, call it only after
+            steps with contacts.
 
     Args:
         scene: The scene.
@@ -75,7 +76,10 @@ class FreeFlight:
         ]
 
     def has_begun(self, time_s: float, observation: Observation) -> bool:
-        """Whether the rest of the run is free flight. Call this after every step that is needed."""
+        """Whether the rest of the run is free flight.
+
+        See `needed_from_s` for the steps after which to call this method.
+        """
         self._seen.append((time_s, observation))
         spins = observation.spin_rad_s if self._turns else None
         self._motions.append(observation.velocity_m_s.tobytes() + (b"" if spins is None else spins.tobytes()))
@@ -84,7 +88,7 @@ class FreeFlight:
         if time_s < self._look_from_s or len(self._seen) <= _QUIET_STEPS or not self._is_quiet():
             return False
         earliest_s = time_s + self._compute_earliest_contact(observation, self._scene.duration_s - time_s)
-        # No pair comes near before that time. While a pair is near, the test is repeated at increasing intervals.
+        # Before `earliest_s` no pair comes near. While a pair is near, the test is repeated at increasing intervals.
         self._pause_s *= 2.0
         self._look_from_s = max(earliest_s, time_s + self._pause_s)
         self.needed_from_s = self._look_from_s - (_QUIET_STEPS + 0.5) * self._dt_s
@@ -108,7 +112,10 @@ class FreeFlight:
         )
 
     def _compute_earliest_contact(self, observation: Observation, left_s: float) -> float:
-        """Return the seconds until a contact is possible. Pairs are skipped if a wall is near before the end."""
+        """Return the seconds until a contact is possible.
+
+        Pairs of discs are not examined if a disc comes near a wall before the end.
+        """
         p, v = observation.position_m, observation.velocity_m_s
         for first, second in find_near_pairs(p, _WIDER * self._radius, self._movable):
             offsets = p[second] - p[first]
@@ -120,7 +127,7 @@ class FreeFlight:
     def compute_pair_wait(self, p: Array, v: Array, left_s: float) -> float:
         """Return the seconds until two discs come near each other; any later time if none do before the end."""
         speed, end_s = np.hypot(v[:, 0], v[:, 1]), left_s + (_AHEAD_STEPS + 1) * self._dt_s
-        # Only pairs that can come near within this time are examined, because the number of all pairs may be huge.
+        # Only pairs that can come near within `within_s` are examined, because the number of all pairs may be huge.
         within_s = min(self._pause_s, end_s)
         while True:
             wait = math.inf
@@ -133,7 +140,7 @@ class FreeFlight:
             within_s = min(_WIDENED * within_s, end_s)
 
     def _compute_wall_wait(self, wall: tuple[Array, Array] | Outline, p: Array, v: Array) -> float:
-        if not isinstance(wall, tuple):  # no disc reaches the wall before it has flown this distance
+        if not isinstance(wall, tuple):  # no disc reaches the wall before it has moved by this distance
             away = np.array(
                 [wall.compute_gap(x, y, reach) for (x, y), reach in zip(p.tolist(), self._margin.tolist(), strict=True)]
             )
@@ -152,8 +159,8 @@ class FreeFlight:
 def compute_time_until_near(offsets: Array, velocity: Array, reach: Array) -> Array:
     """Return the seconds until pairs come within reach: 0 if near and approaching, infinity if never.
 
-    This plain formula is twenty times faster than the time of impact. The margin is a radius, so the rounding of this
-    formula does not matter.
+    This formula is twenty times faster than the computation of an impact's time. Its rounding does not matter, because
+    near pairs are still far from touching.
 
     Args:
         offsets: Vector from first to second, metres, shape ``(n, 2)``.
@@ -168,6 +175,7 @@ def compute_time_until_near(offsets: Array, velocity: Array, reach: Array) -> Ar
         # Each root is computed separately, because a product of lengths could leave the range of floats.
         half_chord = np.sqrt(reach - aside) * np.sqrt(reach + aside)
         wait = np.where((speed > 0.0) & (along < 0.0) & (aside < reach), (-along - half_chord) / speed, np.inf)
-    # If a distance or a speed overflows, the result is unknown: a contact at once is possible.
+    # If a distance or a speed overflows, the result is unknown. Then 0 is returned, because an immediate contact is
+    # possible.
     known = (speed == 0.0) | (np.isfinite(along) & np.isfinite(speed))
     return np.where(known, np.maximum(wait, 0.0), 0.0)

@@ -34,8 +34,8 @@ class Method:
     Attributes:
         engine: Name of the adapter.
         profile: Name of the profile. An alias is replaced by the name.
-        tried: Settings that replace those of the profile. With such settings, the method differs from the method of the
-            profile.
+        tried: Settings that replace those of the profile. With such settings, the method is another method than the
+            profile's.
     """
 
     engine: str
@@ -47,7 +47,7 @@ class Method:
 
     @property
     def profile_shown(self) -> str:
-        """The profile with the replaced settings, for display."""
+        """The profile and the settings in `tried`, for display."""
         return format_profile(self.engine, self.profile, dict(self.tried))
 
     @property
@@ -78,9 +78,9 @@ class Job:
         scene: The scene.
         method: Engine and profile.
         dt_s: Step size, seconds.
-        refinement: Index of the step size among those of the scene, 0 for the largest. Results of different scenes are
-            compared at the same index.
-        phase: Fraction of a step, 0 to 1, by which the scene begins earlier.
+        refinement: Index of the step size among the scene's step sizes, 0 for the largest. Results of different scenes
+            are compared at the same index.
+        phase: Fraction of a step, 0 to 1. The scene begins earlier by this fraction.
     """
 
     scene: Scene
@@ -116,8 +116,8 @@ class JobTask:
         return self.job.engine
 
 
-#: Seconds that an adapter may take to answer a query, even if the time limit of a run is shorter, because the adapter's
-#: process has to start first.
+#: Seconds that an adapter may always take to answer a query, because its process has to start first. The time limit of
+#: a run can be shorter.
 MIN_TIME_LIMIT_S = 20.0
 
 
@@ -166,7 +166,7 @@ class Answer(Generic[T]):
 
 
 class Task(Protocol[T_co]):
-    """Work with one engine. The task is sent to a worker process, carried out there, and its value is sent back."""
+    """Work with one engine. The task is sent to a worker process and carried out there, and its value is sent back."""
 
     @property
     def engine(self) -> str:

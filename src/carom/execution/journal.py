@@ -1,9 +1,9 @@
-"""Journals: append-only files of results, one line of JSON each, from which an interrupted study resumes.
+"""Journals: append-only files with one line of JSON per result. An interrupted study resumes from its journal.
 
 Each append writes complete lines at once, and returns when they are on the disk. A process that is killed during a
 write can leave one torn line at the end, which is removed when the journal is opened next. The first line identifies
-the study. A float is written as the shortest text that reads back as the same float, NaN or an infinity as a string.
-Control characters are escaped, so that a line contains no line break.
+the study. A float is written as the shortest text that reads back as the same float. NaN and infinities are written as
+strings. Control characters are escaped, so that a line contains no line break.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ JOURNAL_FORMAT = 5
 #: again after a resume.
 LONGEST_LINE = 64 * 2**20
 _REMOVE = "remove the line, or name another folder"
-#: Bytes read at a time in the backward search for the end of a line.
+#: Number of bytes that the backward search for the end of a line reads at once.
 _BLOCK = 2**20
 
 K = TypeVar("K")
@@ -43,11 +43,11 @@ T = TypeVar("T")
 
 @runtime_checkable
 class PartialEntry(Protocol):
-    """A value from several tasks, with a flag for an engine that failed in one of them."""
+    """A value that several tasks contribute to."""
 
     @property
     def cut_off(self) -> bool:
-        """Whether an engine failed, so that a second attempt may give a more complete value."""
+        """Whether an engine failed in one of the tasks, so that a second attempt may give a more complete value."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class JournalEntry(Generic[K, T]):
 
 
 class MemoryJournal(Generic[K, T]):
-    """Journal in memory only: its entries are lost when the process ends."""
+    """Journal in memory only. Its entries are lost when the process ends."""
 
     def __init__(self) -> None:
         self._entries: dict[K, JournalEntry[K, T]] = {}
@@ -86,15 +86,15 @@ class MemoryJournal(Generic[K, T]):
 
 
 class Journal(MemoryJournal[K, T], Closeable):
-    """Journal in a file, opened by one process at a time. Used as a context manager.
+    """Journal in a file that one process at a time can open. A journal is used as a context manager.
 
     Args:
-        study: Name of the content, such as "scores". The first line contains it.
+        study: Name of the content, such as "scores". The file's first line contains this name.
         kind: Type of the entries. Keys and values of entries must be JSON values.
         path: The file, in an existing folder. The file is created if it does not exist.
         stamp: Options that a resumed run must share with the run that began the journal.
         resume: Whether to continue an existing journal. Without `resume` an existing journal is refused.
-        retry: Whether to continue an existing journal, but to drop entries in which an engine failed.
+        retry: Whether to continue an existing journal without the entries in which an engine failed.
 
     Raises:
         InputError: The file exists, and neither `resume` nor `retry` is set. The file has another content, stamp or
@@ -177,7 +177,7 @@ class Journal(MemoryJournal[K, T], Closeable):
 
 
 def remove_unused(path: Path) -> None:
-    """Remove the journal if it exists and contains only its first line."""
+    """Remove the journal at a path if it contains only its first line."""
     if not path.exists():
         return
     with path.open("rb") as file:
@@ -199,7 +199,7 @@ def _describe_difference(stored: Mapping[str, Any], stamp: Mapping[str, Any]) ->
     if stored.get("format") != JOURNAL_FORMAT:
         format_note = f"it has the format {shorten(repr(stored.get('format')))} of another version of Carom"
         return f"{format_note}, and this version uses {JOURNAL_FORMAT}"
-    # A name that only one of the two has is a difference, even if its value is null.
+    # A name in only one of the two stamps is a difference, even if its value is null.
     names = [
         name for name in {**stamp, **stored} if (name in stored, stored.get(name)) != (name in stamp, stamp.get(name))
     ]
@@ -214,7 +214,7 @@ def _describe_difference(stored: Mapping[str, Any], stamp: Mapping[str, Any]) ->
 
 
 def _parse_line(line: bytes) -> Any:
-    """Return the JSON value of a line; None if it is not JSON, or has more values than any line of Carom."""
+    """Return the JSON value of a line; None if the line is not JSON, or has more values than any line of Carom."""
     try:
         return json.loads(line) if count_values(line) <= MOST_VALUES[".json"] else None
     except (ValueError, RecursionError):
@@ -224,7 +224,7 @@ def _parse_line(line: bytes) -> Any:
 def _lock(file: int, path: Path) -> None:
     try:
         import fcntl
-    except ImportError:  # not a POSIX system: there is no lock
+    except ImportError:  # systems other than POSIX have no lock
         return
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)  # the system releases the lock however the process ends
@@ -259,7 +259,7 @@ def _find_after_line_feed(file: int, end: int) -> int:
 def _read_lines(file: int, end: int) -> Iterator[bytes]:
     """Yield the lines up to `end` without line feeds.
 
-    A line that is too long is cut just above the limit, so that it is recognised.
+    A line that is too long is cut just above the limit, so that the reader recognises it as too long.
     """
     with open(file, "rb", closefd=False) as stream:
         stream.seek(0)

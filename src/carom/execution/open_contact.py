@@ -1,4 +1,4 @@
-"""A contact that an engine reports in one step or in several, and the instant at which it turned its bodies."""
+"""A contact that an engine reports in one or several steps, and the instant of the contact's impact."""
 
 from __future__ import annotations
 
@@ -39,14 +39,14 @@ class OpenContact:
         number: Position in the order in which contacts began.
         reported: The contact as reported in its first step.
         before: Velocities and spins of the two bodies before the contact's first step.
-        start_s: Start of the contact's first step, seconds.
+        start_s: Time at the start of the contact's first step, seconds.
         start: State at the start of the contact's first step.
         after: Velocities and spins after the contact's last step so far.
-        end_s: End of the contact's last step so far, seconds.
+        end_s: Time at the end of the contact's last step so far, seconds.
         end: State at the end of the contact's last step so far.
         alone: Whether neither body had another contact in any of these steps.
         steps: Number of the contact's steps so far.
-        impulse: Sum of the impulses of all steps, or of the changes of velocity if no impulses are reported.
+        impulse: Sum of the impulses of all steps or, if no impulses are reported, of the changes of relative velocity.
         along: Sum of impulse times normal.
         length: Sum of impulse times length of the normal.
         rested: The contact at the step boundary at which the pair came to rest; None if the pair does not rest.
@@ -73,7 +73,10 @@ class OpenContact:
         return (self.reported.first, self.reported.second)
 
     def cut_at_rest(self) -> OpenContact:
-        """Return the contact up to the step after which the pair rests; the whole contact if the pair does not rest."""
+        """Return the contact up to the step after which the pair rests.
+
+        If the pair does not rest, return the whole contact.
+        """
         return self if self.rested is None or self.rested.steps == self.steps else self.rested
 
     def add(self, impulse: float, normal: Vector) -> None:
@@ -98,8 +101,8 @@ class OpenContact:
         """Return the instant at which a pair that comes to rest reaches its resting position on its free path.
 
         `compute_turn_time` does not apply, because gravity holds the pair together and no free path follows. After the
-        impact, the distance along the normal changes at the speed at the step boundary. The free path before the impact
-        is a parabola, or a line if gravity moves both bodies alike.
+        impact, the distance along the normal changes at the normal speed that the pair has at the step boundary. The
+        free path before the impact is a parabola, or a line if gravity moves both bodies alike.
 
         Args:
             gravity: Acceleration of each disc, from `compute_gravity`.
@@ -120,12 +123,13 @@ class OpenContact:
         return self.start_s + 2.0 * gap / (closing + math.sqrt(square))
 
     def compute_turn_time(self, gravity: Array, slowing: Slowing, leg: Course) -> float:
-        """Return the instant at which the free paths before and after the contact are nearest, by least squares.
+        """Return the instant at which the free paths before and after the contact are nearest to each other.
 
-        Let d and u be the relative position and velocity in the last state before the contact (0) and in the first
-        state after it (1). The paths are the lines d0 + u0 (t - t0) and d1 + u1 (t - t1). Their difference is a linear
-        function of t with slope u0 - u1, also under gravity, where both paths are parabolas of the same curvature. With
-        damping, the paths are lines in undamped time. On a table, the paths have different curvatures.
+        Let d0 and u0 be the relative position and velocity in the last state before the contact, at t0, and d1 and u1
+        those in the first state after it, at t1. The paths are the lines d0 + u0 (t - t0) and d1 + u1 (t - t1). Their
+        difference is a linear function of t with slope u0 - u1. This also holds under gravity, where both paths are
+        parabolas of the same curvature. With damping, the paths are lines in undamped time. On a table, the paths have
+        different curvatures. The nearest instant is found by least squares.
 
         Args:
             gravity: Acceleration of each disc, from `compute_gravity`.
@@ -144,13 +148,13 @@ class OpenContact:
         squared = float(slope @ slope)
         if squared == 0.0:
             return math.nan
-        # Times are measured from the contact's start, so that a late contact is as exact as an early one.
+        # Times are measured from the contact's start, so that late contacts are computed as exactly as early ones.
         offset = d0 - (d1 - u1 * flown_time_s + pull * (duration_s * duration_s / 2))
         turn_s = self.start_s + slowing.damping.to_damped(-float(offset @ slope) / squared)
         return turn_s if math.isfinite(turn_s) else math.nan
 
     def _compute_gap_on_table(self, slowing: Slowing, leg: Course, time_s: float) -> tuple[Array, Array]:
-        """Return the distance at a time between the free paths before and after the contact, and its rate of change."""
+        """Return the vector between the free paths before and after the contact at a time, and its rate of change."""
         motions = []
         for state, since_s in ((self.start, self.start_s), (self.end, self.end_s)):
             speed, elapsed_s = np.hypot(*state.velocity_m_s.T), np.array(time_s - since_s)

@@ -1,4 +1,4 @@
-"""Runs of a scene from many start positions within a step (phases), and the distribution of their scores.
+"""Sub-step phases: where within a step a scene begins. Distribution of a scene's scores over many phases.
 
 At a single phase, an engine can find or miss an impact by chance. `carom.comparator.shifted_scenes` shifts a scene to
 another phase.
@@ -16,8 +16,8 @@ import numpy as np
 from carom.comparator import Score
 from carom.model.scene import Scene
 
-#: No number is harder to approximate by fractions than the golden ratio, so its multiples fill the interval most
-#: evenly.
+#: No number is harder to approximate by fractions than the golden ratio. So the fractional parts of its multiples fill
+#: the interval from 0 to 1 most evenly.
 _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 
@@ -31,11 +31,11 @@ class PhaseSpread:
         missed: Number of phases with a missed impact.
         velocity_median: Median over phases of the largest velocity error, divided by the scene's speed; NaN if no
             velocity error is known.
-        velocity_worst: Largest velocity error of all phases, divided by the scene's speed.
-        time_median_s: Median over phases of the magnitude of the largest time error, seconds.
-        time_worst_s: Largest time error of all phases in magnitude, seconds.
-        pit_miss_probability: Fraction of all phases in which PIT misses the impact, by a closed form; NaN unless the
-            scene has two discs that meet on straight paths.
+        velocity_worst: Largest velocity error over all phases, divided by the scene's speed.
+        time_median_s: Median over phases of the largest magnitude of a time error, seconds.
+        time_worst_s: Largest magnitude of a time error over all phases, seconds.
+        pit_miss_probability: Fraction of all possible phases in which PIT misses the impact, by a closed formula; NaN
+            unless the scene has two discs that meet on straight paths.
     """
 
     phases: int
@@ -49,7 +49,7 @@ class PhaseSpread:
 
     @property
     def miss_probability(self) -> float:
-        """Fraction of the phases with a missed impact."""
+        """Fraction of the phases that ran in which an impact was missed."""
         return self.missed / self.phases if self.phases else math.nan
 
 
@@ -62,12 +62,12 @@ def generate_phases(count: int, seed: int = 0) -> tuple[float, ...]:
 
 
 def compute_pit_miss_probability(scene: Scene, dt_s: float) -> float:
-    """Return the fraction of all phases in which PIT misses the impact of two discs; NaN if they do not meet.
+    """Return the fraction of all possible phases in which PIT misses the impact of two discs; NaN if there is none.
 
     PIT detects the impact if a frame is in the interval in which the discs overlap and approach. The interval's length
-    is half the chord, ``sqrt(R^2 - b^2)``, over the relative speed. If the interval is at least a step long, a frame is
-    always in it. If it is shorter, the probability of a frame is its length in steps. The formula is valid for straight
-    relative paths at constant speed.
+    is half the chord, ``sqrt(R^2 - b^2)``, divided by the relative speed. An interval of at least one step always
+    contains a frame. A shorter interval contains a frame with a probability of its length in steps. The formula is
+    valid for straight relative paths at constant speed.
     """
     if len(scene.discs) != 2 or scene.walls or scene.damping_per_s or scene.table_deceleration_m_s2:
         return math.nan
@@ -87,7 +87,7 @@ def compute_pit_miss_probability(scene: Scene, dt_s: float) -> float:
         return math.nan
     half_chord = math.sqrt((reach - offset) * (reach + offset))
     if -float(d @ u) / speed - half_chord > speed * scene.duration_s:
-        return math.nan  # they meet after the run
+        return math.nan  # the discs meet after the end of the run
     return max(0.0, 1.0 - half_chord / (speed * dt_s))
 
 

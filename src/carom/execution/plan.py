@@ -1,6 +1,6 @@
 """The plan of a cross-check: which scene runs on which engine, with which profile and step size.
 
-The plan follows from the scenes and from the declarations of the adapters. Each adapter is queried in its own process,
+The plan follows from the scenes and from the declarations of the adapters. Adapters are queried in worker processes,
 and no engine is imported. Runs and the output of ``--explain`` use the same plan.
 """
 
@@ -31,7 +31,7 @@ ALL_PROFILES = "all"
 
 @dataclass(frozen=True)
 class Plan:
-    """The jobs of a cross-check, and the scenes, engines and methods that they were derived from.
+    """The jobs of a cross-check, and the scenes, engines and methods from which the jobs were derived.
 
     Attributes:
         scenes: The scenes; no two have the same name.
@@ -40,7 +40,7 @@ class Plan:
         profiles: Names of the profiles to run.
         jobs: The jobs, sorted by scene, engine, step size and profile.
         options: The requested options.
-        methods: The methods, and why some of them can't be run.
+        methods: The methods, and the reasons why some methods can't be run.
     """
 
     scenes: tuple[Scene, ...]
@@ -53,7 +53,7 @@ class Plan:
 
 
 def select_profiles(infos: Sequence[EngineInfo], names: Sequence[str] | None) -> tuple[str, ...]:
-    """Return the names of the profiles to run: the requested ones, all, or those of `DEFAULT_PROFILES`.
+    """Return the names of the profiles to run: the requested profiles, all profiles, or those of `DEFAULT_PROFILES`.
 
     Raises:
         UnknownNameError: No requested engine has such a profile.
@@ -66,7 +66,7 @@ def select_profiles(infos: Sequence[EngineInfo], names: Sequence[str] | None) ->
             raise UnknownNameError(f"no requested engine has a profile {profile!r}", hints=hints)
     if names is None:
         names = [name for name in DEFAULT_PROFILES if any(info.own_profiles([name]) for info in infos)]
-    # If no requested adapter can be loaded, a row for each adapter shows the reason.
+    # If no requested adapter can be loaded, there is still a row for each adapter, which shows the reason.
     return tuple(offered if ALL_PROFILES in names else names) or DEFAULT_PROFILES
 
 

@@ -1,6 +1,7 @@
 """Pools: carry out tasks in worker processes of this machine, or in this process.
 
-A pool returns an `Answer` to every task, whatever an engine does. `carom.execution.cluster` has a third pool.
+A pool returns an `Answer` to every task, even if an engine crashes or hangs. `carom.execution.cluster` has another
+pool.
 """
 
 from __future__ import annotations
@@ -24,9 +25,9 @@ from carom.support.system import count_available_cores, measure_available_memory
 
 
 def compute_memory_share(lanes: int) -> float:
-    """Return the megabytes that each of `lanes` worker processes may use.
+    """Return the number of megabytes that each of `lanes` worker processes may use.
 
-    An equal share is left for everything else.
+    One more share of the same size is left for everything else.
     """
     return measure_available_memory() / (lanes + 1) / 1e6
 
@@ -58,14 +59,14 @@ class TaskRunner(Closeable, ABC):
 
     @abstractmethod
     def run_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
-        """Carry out tasks of one engine one after another, and yield the answer to each in turn."""
+        """Carry out tasks of one engine one after another, and yield their answers in order."""
 
 
 class Pool(TaskRunner):
     """Carries out several tasks at a time. As a context manager, the pool ends the processes that it started."""
 
     def renew(self) -> None:
-        """Replace the worker processes, if there are any, so that later tasks run in fresh ones."""
+        """End the worker processes, if there are any, so that later tasks run in new processes."""
 
     def to_local_pool(self) -> AbstractContextManager[Pool]:
         """Return a pool whose tasks run on this machine. Only run times of one machine can be compared."""
@@ -78,13 +79,14 @@ class Pool(TaskRunner):
         """Apply a function to each item, several at a time, and yield the results as they finish, in any order.
 
         Args:
-            items: Each item with the name of the engine that it needs.
-            work: Yields the results of an item. The function runs tasks on the runner that is passed with the item.
+            items: The items, each as a pair of the name of the engine that it needs and the item itself.
+            work: Function that yields the results of an item. It runs its tasks on the runner that it gets as second
+                argument.
         """
 
 
 class InProcessPool(Pool):
-    """Carries out all tasks in this process, one after another. If an engine crashes, this process ends too."""
+    """Carries out all tasks in this process, one after another. If an engine crashes, this process also ends."""
 
     def run_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
         """Carry out tasks one after another."""
@@ -93,17 +95,17 @@ class InProcessPool(Pool):
     def map_unordered(
         self, items: Iterable[tuple[str, Item]], work: Callable[[Item, TaskRunner], Iterable[T]]
     ) -> Iterator[list[T]]:
-        """Work on the items, one after another."""
+        """Process the items one after another."""
         return ([result] for _, item in items for result in work(item, self))
 
 
 class Lane(TaskRunner):
-    """Worker processes that one thread uses, one for each engine. So an engine is loaded once and runs alone.
+    """Worker processes of one thread, one for each engine. So an engine is loaded once and has a process of its own.
 
     Args:
         time_limit_s: Seconds after which a task without an answer is ended and reported as timed out.
-        memory_limit_mb: Megabytes that a process may use; by default `compute_memory_share` of one lane.
-        fork_server: The fork server that forks the processes; without one, new interpreters are started.
+        memory_limit_mb: Megabytes that a process may use; by default the result of `compute_memory_share` for one lane.
+        fork_server: The fork server that forks the processes. Without a server, new interpreters are started.
     """
 
     def __init__(
@@ -136,7 +138,7 @@ class Lane(TaskRunner):
             return self._workers[engine]
 
     def run_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
-        """Carry out tasks of one engine in its worker. The tasks are sent as one message."""
+        """Carry out tasks of one engine in the engine's worker. The tasks are sent as one message."""
         if not tasks:
             return iter(())
         limit_s = max(self._time_limit_s, getattr(tasks[0], "min_time_limit_s", 0.0))
@@ -178,7 +180,8 @@ class LocalPool(Pool):
         lanes = jobs or count_available_cores()
         share_mb = compute_memory_share(lanes) if memory_limit_mb is None else memory_limit_mb
         with suppress(AdapterError):  # reported where an adapter is loaded
-            list_adapter_points()  # cached before forking, so that workers need not search the installed packages again
+            # cached before the forks, so that workers need not search the installed packages again
+            list_adapter_points()
         self._fork_server = ForkServer.launch()
         self._lanes = [Lane(time_limit_s, share_mb, self._fork_server) for _ in range(lanes)]
         self._threads: list[threading.Thread] = []
@@ -186,17 +189,17 @@ class LocalPool(Pool):
     def close(self) -> None:
         """End the worker processes and the threads that wait for their answers."""
         for lane in self._lanes:
-            lane.stop()  # a close takes a while, so all lanes are stopped first
+            lane.stop()  # closing takes time, so all lanes are stopped first
         for lane in self._lanes:
             lane.close()
         for thread in self._threads:
-            if thread.is_alive():  # a signal can interrupt before a thread was started
+            if thread.is_alive():  # a signal can have interrupted the method before this thread was started
                 thread.join()
         if self._fork_server is not None:
             self._fork_server.close()
 
     def worker_of(self, engine: str) -> Worker:
-        """Return the worker that `run` uses for an engine: an existing worker if there is one."""
+        """Return the worker that `run` uses for an engine. A worker that already exists is reused."""
         return self._lane_of(engine).worker_of(engine)
 
     def renew(self) -> None:
@@ -214,7 +217,10 @@ class LocalPool(Pool):
     def map_unordered(
         self, items: Iterable[tuple[str, Item]], work: Callable[[Item, TaskRunner], Iterable[T]]
     ) -> Iterator[list[T]]:
-        """Work on items in all lanes. Results that are ready are yielded together, so that one write stores them."""
+        """Process items in all lanes.
+
+        All results that are ready are yielded together, so that a journal can store them in one write.
+        """
         pending = _PendingItems(items)
         messages: queue.SimpleQueue[tuple[T] | BaseException | None] = queue.SimpleQueue()
 
@@ -250,8 +256,9 @@ class LocalPool(Pool):
 class _PendingItems(Generic[Item]):
     """Items that no lane has taken yet.
 
-    A lane takes items of one engine until none is left. Then the lane prefers an engine from which no lane takes items,
-    among these one that it has already started, and among these the one with the most items.
+    A lane takes items of one engine until none is left. Then the lane takes items of another engine. It prefers, in
+    this order: an engine of which no other lane takes items, an engine that this lane has already started, and the
+    engine with the most items.
 
     Attributes:
         engines: Names of the engines that any of the items needs.
@@ -267,7 +274,7 @@ class _PendingItems(Generic[Item]):
         self._lock = threading.Lock()
 
     def take(self, lane: Lane) -> tuple[Item] | None:
-        """Return the next item for a lane, None if there is none left."""
+        """Return the next item for a lane; None if no item is left."""
         with self._lock:
             engine = self._engines.get(lane)
             if engine is None or not self._items[engine]:

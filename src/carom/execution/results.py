@@ -28,10 +28,10 @@ class Row:
         trace: The trace; None if the job was not run.
         score: The comparison with the reference; None if the job was not run.
         timing: Run times; None if the job was not timed.
-        time_ratio: Run time of all steps divided by PIT's run time for the same scene and step, both from the same
-            round; None if either was not timed.
+        time_ratio: Run time of all steps divided by PIT's run time for the same scene and step size, both measured in
+            the same round; None if either was not timed.
         spread: Scores over many sub-step phases; None if only one phase was run.
-        untimed: Reason why the job was not timed, if it ran and timing was requested; empty otherwise.
+        untimed: Reason why a job that ran was not timed although timing was requested; empty otherwise.
     """
 
     job: Job
@@ -62,20 +62,21 @@ class Results(Tabular):
     Attributes:
         rows: The rows, sorted by scene, engine, profile and step size.
         references: The PIC trace of each scene, by the scene's name.
-        known: Known answer of each catalogue scene and the reference's deviation from it, by the scene's name.
-        engines: Description of each requested engine. If none is requested, description of every engine; engines that
-            are not installed are not run.
+        known: By the scene's name, the known answer of each catalogue scene and the reference's deviation from this
+            answer.
+        engines: Description of each requested engine. If no engine is requested, descriptions of all engines; those
+            that are not installed are not run.
         environment: Machine and versions.
-        command: The command that repeats this cross-check; empty if it was called from Python.
+        command: The command that repeats this cross-check; empty if the cross-check was called from Python.
         elapsed_s: Wall-clock seconds of the whole cross-check.
-        certified: Certification of a scene's reference, or why there is none, by the scene's name. Scenes of one or two
+        certified: By the scene's name, the certification of the reference, or why there is none. Scenes of one or two
             discs are included on request only.
-        horizons: Time up to which runs of a scene are compared with its reference, seconds, by the scene's name. After
-            this time the reference is not reliable (certified or estimated), or lasting contact has begun. Other scenes
-            are compared completely.
-        phases: Number of sub-step phases at which each job was run in addition to the scene's own.
-        skipped: Run times that PIC and PIT (at the largest step size) save by skipping needless work, by the scene's
-            name. Empty if no run was timed, or no report is drawn.
+        horizons: By the scene's name, the time up to which runs are compared with the reference, seconds. After this
+            time the reference is not reliable (by certification or by an estimate), or lasting contact has begun.
+            Scenes that are not included are compared completely.
+        phases: Number of sub-step phases at which each job was run, in addition to the run without a shift.
+        skipped: By the scene's name, the run times that PIC and PIT (at the largest step size) save by skipping
+            needless work. Empty if no run was timed, or no report is drawn.
 
     Examples:
         >>> results = carom.cross_check(["paper"], ["pit"], dts=[1 / 24], timing=False)

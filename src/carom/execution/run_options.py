@@ -28,7 +28,7 @@ CERTIFY_SECONDS = 10.0
 #: The best grade that counts as a violation.
 FailOn = StrEnum("FailOn", "CLOSE SAMPLED INACCURATE WRONG NEVER")
 
-#: Ratio of two successive default steps of a scene. The ratio is large enough to show an order of convergence.
+#: Ratio of two successive default step sizes of a scene. The ratio is large enough to show an order of convergence.
 REFINEMENT = 4
 REFINEMENTS = 3
 
@@ -39,7 +39,7 @@ def compute_default_dts(scene: Scene) -> tuple[float, ...]:
 
 
 def _to_mapping(value: Any) -> dict[str, Any]:
-    if not isinstance(value, Mapping | tuple):  # the default, an empty tuple, is an empty mapping
+    if not isinstance(value, Mapping | tuple):  # the default, an empty tuple, becomes an empty mapping
         raise TypeError
     return dict(value)
 
@@ -69,18 +69,18 @@ class Options(LimitOptions):
         engines: Names of adapters; by default every one whose engine is installed.
         dts: Step sizes, seconds; by default those of `compute_default_dts` for each scene.
         profiles: Names of profiles, or "all"; by default those of `carom.execution.plan.DEFAULT_PROFILES` that an
-            engine has. If two profiles of an engine have the same settings, only the later one is run. A profile that
-            cuts steps is run only at a scene's largest step size, unless steps are given, because its results do not
-            depend on the step size.
-        settings: Settings to try instead of the profiles' own, by name. Every requested engine must have the settings.
+            engine has. If two profiles of an engine have the same settings, only the later one is run. Results of a
+            profile that cuts steps do not depend on the step size. So such a profile is run only at a scene's largest
+            step size, unless step sizes are given.
+        settings: Settings that replace those of the profiles, by name. Every requested engine must have these settings.
             A text is converted to the type of the setting.
-        phases: Number of sub-step phases at which to run each job in addition to the scene's own, for the spread of
-            errors.
+        phases: Number of sub-step phases at which to run each job, in addition to the run without a shift, to measure
+            the spread of errors.
         seed: Start of the quasi-random sequence of phases.
-        certified: Whether to score against certified runs. By default PIC is the reference. For scenes of three discs
-            or more, a certified run shows up to which impact PIC is reliable, if python-flint is installed.
+        certified: Whether to score against certified runs. By default PIC is the reference. If python-flint is
+            installed, a certified run of a scene of three discs or more shows up to which impact PIC is reliable.
         certify_s: Seconds for the certified run of each scene.
-        timing: Whether to time each job at its scene's largest step size too, in a pass in which nothing else runs.
+        timing: Whether to also time each job with its scene's largest step size, while nothing else runs.
         samples: Whether to keep states for drawing. Only reports need these states.
 
     Raises:

@@ -19,10 +19,10 @@ from carom.support.checks import check_number
 #: Name of the adapter that reads a file, by the file's ending.
 READERS = {".pkl": "pymunk", ".pickle": "pymunk", ".xml": "mujoco"}
 
-#: Ending of a Planck dump, which is plain data: no engine is needed to read it.
+#: Ending of a Planck dump. A dump is plain data, so no engine is needed to read it.
 DUMP = ".json"
 
-#: Limit of a file. A pymunk space of 100,000 discs takes about 30 MB.
+#: Size limit of a file. A pymunk space of 100,000 discs takes about 30 MB.
 MOST_BYTES = 64 * 2**20
 
 
@@ -35,7 +35,7 @@ class _ReadTask(AdapterTask):
     duration_s: float
 
     def carry_out(self) -> Imported:
-        """Return the scene, and a list of everything that was dropped.
+        """Return the scene, and a list of the file's parts that scenes do not support.
 
         Raises:
             UnavailableError: The engine is not installed.
@@ -54,7 +54,7 @@ class _ReadTask(AdapterTask):
 def import_scene(
     path: str | Path, *, name: str = "", duration_s: float = 10.0, pixels_per_metre: float = 1.0
 ) -> Imported:
-    """Return the scene in a file of an engine, in metres, and a list of its parts that scenes do not support.
+    """Return the scene in a file of an engine, in metres, and a list of the file's parts that scenes do not support.
 
     Args:
         path: The file: a pickled `pymunk.Space` (``.pkl``, ``.pickle``), an MJCF model (``.xml``), or a world written
@@ -62,7 +62,7 @@ def import_scene(
             creates only types of the engine; see ``docs/reference/security.md``.
         name: Name of the scene; by default the name of the file.
         duration_s: Duration of the scene, seconds.
-        pixels_per_metre: Number of the file's units of length in a metre.
+        pixels_per_metre: Number of units of length of the file in a metre.
 
     Raises:
         InputError: The ending is not supported, the file can't be read, or a number is out of range.
@@ -97,7 +97,7 @@ def import_scene(
 
 
 def _convert_to_metres(scene: Scene, unit: float) -> Scene:
-    """Convert a scene to metres; `unit` is the number of its units of length in a metre."""
+    """Convert a scene to metres. A metre has `unit` of the scene's units of length."""
     if unit == 1.0:
         return scene
 

@@ -1,4 +1,4 @@
-"""Reference of a scene: PIC's trace, the certified part of it, and the time up to which it is reliable."""
+"""Reference of a scene: a trace of PIC or of a certified run, and the time up to which the trace is reliable."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from carom.support.formatting import format_instant
 #: Largest number of impacts of a reference in a cross-check. Each impact needs memory.
 MOST_IMPACTS = 200_000
 
-#: Scenes with more discs are certified on request only: bounds for all pairs take 8 MB at 1000 discs.
+#: Scenes with more discs are certified on request only. For 1000 discs, bounds for all pairs take 8 MB.
 MOST_DISCS = 1000
 #: Scenes with fewer discs are certified on request only, since a closed form solves them.
 FEWEST_DISCS = 3
@@ -33,8 +33,8 @@ class Reference:
 
     Attributes:
         trace: The PIC trace, or the certified trace.
-        certified: Agreement of PIC with the certified run, or why the agreement is unknown; None if no certified run
-            was requested.
+        certified: Agreement of PIC with the certified run, or why this agreement is unknown; None if there was to be no
+            certified run.
         horizon_s: Time at which `trace` stops being reliable or lasting contact begins; None if neither happens.
         pic: The PIC trace, if `trace` is the certified trace.
     """
@@ -46,7 +46,7 @@ class Reference:
 
 
 def solve_reference(scene: Scene) -> Trace | str:
-    """Solve a scene with PIC, and return the trace, or the reason why there is no reference."""
+    """Solve a scene with PIC. Return the trace, or the reason why there is none."""
     try:
         trace = solve_pic(scene, max_impacts=MOST_IMPACTS)
     except InputError as error:
@@ -61,10 +61,10 @@ def solve_reference(scene: Scene) -> Trace | str:
 
 
 def shift_to_phase(job: Job) -> Scene:
-    """Return the scene of a job, with its start shifted by the job's phase.
+    """Return the scene of a job, with the scene's start shifted by the job's phase.
 
     Raises:
-        UnsupportedError: The scene can't begin earlier by the time of the phase.
+        UnsupportedError: The scene can't begin earlier by this phase.
     """
     try:
         return shift_start(job.scene, job.phase * job.dt_s)
@@ -84,17 +84,17 @@ def require_reference(found: Trace | str) -> Trace:
 
 
 def needs_certification(scene: Scene, is_requested: bool | None) -> bool:
-    """Whether a scene's reference is to be certified; see `build_reference`."""
+    """Whether to certify a scene's reference. `is_requested` is the argument `asked` of `build_reference`."""
     return bool(is_requested) or (is_requested is None and len(scene.discs) >= FEWEST_DISCS)
 
 
 def build_reference(trace: Trace, asked: bool | None, time_budget_s: float = CERTIFY_SECONDS) -> Reference:
-    """Build the reference of a scene, certified as far as the time allows, or else with an estimated horizon.
+    """Build the reference of a scene: certified as far as the time budget allows, or else with an estimated horizon.
 
     Args:
         trace: The PIC trace of the scene.
-        asked: True to certify and to score against the certified run. None to certify only the horizon, for scenes of
-            three discs or more, if python-flint is installed. False not to certify.
+        asked: If true, certify, and use the certified run as the reference. If None, and if python-flint is installed,
+            certify only the horizon of scenes of three discs or more. If false, do not certify.
         time_budget_s: Seconds for the certified run.
 
     Raises:
@@ -122,7 +122,8 @@ def _certify_reference(trace: Trace, is_requested: bool | None, time_budget_s: f
             raise
         return Reference(trace, f"not certified: {error}")
     found = compute_horizon(certified, trace)
-    if certified.degeneracy is not None:  # beyond this time, results depend on a convention: PIC's is used
+    # beyond this time, results depend on a convention, and PIC's convention is used
+    if certified.degeneracy is not None:
         reach = describe_certified_impacts(len(certified), complete=False)
         return Reference(trace, f"{reach}; the next event is undecided: {certified.degeneracy}")
     if not is_requested:

@@ -16,9 +16,9 @@ from carom.execution.job import Answer, Task
 from carom.execution.journal import JournalEntry, MemoryJournal
 from carom.execution.pool import Pool, TaskRunner
 
-#: Largest number of steps in a batch, over all its tasks: about a second of work. So the cost of sending a batch is
-#: negligible, and little work is lost with a batch. The limit on the number of tasks keeps the workers evenly busy to
-#: the end.
+#: Largest total number of steps of the tasks in a batch: about a second of work. So the cost of sending a batch is
+#: negligible, and little work is lost if a batch is lost. The limit on the number of tasks keeps the workers evenly
+#: busy to the end.
 BATCH_STEPS = 50_000
 BATCH_TASKS = 16
 
@@ -43,14 +43,14 @@ class DependentTasks(ABC, Generic[T]):
         """Run the tasks and return their common result."""
 
     def complete(self, answer: Answer[Any]) -> Answer[T]:
-        """Turn the result of `run` into the answer for the journal. This method runs in the study's process."""
+        """Convert the result of `run` to the answer for the journal. This method runs in the study's process."""
         return answer
 
 
 #: The types of tasks that a request can contain.
 AnyTask = Task[T] | DependentTasks[T]
 
-#: Tasks that are sent together, each with the key of its journal entry.
+#: Tasks that are sent together. Each task has the key of its journal entry.
 Batch = list[tuple[K, AnyTask[T]]]
 
 
@@ -59,11 +59,12 @@ class TaskRequest(Generic[S, K, T]):
     """A task that a study requests.
 
     Attributes:
-        subject: The study's own label of the task; returned with the answer.
+        subject: Label that the study gives the task. The label is returned with the answer.
         key: Key of the task's journal entry. Tasks with the same key are the same task.
         task: Task to carry out.
-        refused: Why the task can't be carried out, if that is known. A refused task is neither sent nor journalled.
-        steps: Number of engine steps. Tasks with few steps share a batch. Each other task has a batch of its own.
+        refused: Why the task can't be carried out; None if no reason is known. A refused task is neither sent nor
+            journalled.
+        steps: Number of engine steps. Tasks with few steps share a batch. A task with many steps is a batch of its own.
     """
 
     subject: S
@@ -76,12 +77,12 @@ class TaskRequest(Generic[S, K, T]):
 def run_tasks(
     requests: Iterable[TaskRequest[S, K, T]], pool: Pool, journal: MemoryJournal[K, T], *, one_at_a_time: bool = False
 ) -> Iterator[tuple[S, Answer[T]]]:
-    """Yield subject and answer of each request: first known and refused requests, then the others as they finish.
+    """Yield subject and answer of each request: first of known and refused requests, then of the others as they finish.
 
     Args:
         requests: The tasks; those with the same key are carried out once.
         pool: Pool that carries out the tasks; it stays open.
-        journal: The known answers. New answers are added before they are yielded.
+        journal: Journal with the known answers. New answers are added to it before they are yielded.
         one_at_a_time: Whether tasks are carried out one at a time, while nothing else runs.
     """
     pending: dict[K, list[TaskRequest[S, K, T]]] = {}
@@ -111,7 +112,10 @@ def _complete(entry: JournalEntry[K, Any], task: AnyTask[T]) -> JournalEntry[K, 
 
 
 def build_batches(tasks: Iterable[tuple[K, AnyTask[T], float]]) -> list[tuple[str, Batch[K, T]]]:
-    """Group tasks, given with key and number of steps, into batches of one engine. Order within an engine is kept."""
+    """Group tasks into batches, each of one engine. Tasks of an engine stay in order.
+
+    Each task is given with its key and number of steps.
+    """
     batches: list[tuple[str, Batch[K, T]]] = []
     batch_steps = 0.0
     for key, task, steps in sorted(tasks, key=lambda item: item[1].engine):

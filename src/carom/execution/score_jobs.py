@@ -30,13 +30,13 @@ class Measures:
     """The numbers of a score, see `carom.comparator.Score`.
 
     Attributes:
-        total: The largest errors against the reference, kind by kind.
+        total: The largest error of each kind, measured against the reference.
         expected: Number of impacts of the reference.
         matched: Number of impacts found.
         missed: Number of impacts missed.
         spurious: Number of impacts invented.
-        undecided: Number of impacts that are so close to the end of the run that they may not have been reported yet.
-        duration_s: Duration of the scene, the unit of dimensionless times.
+        undecided: Number of impacts so close to the end of the run that the engine may not have reported them yet.
+        duration_s: Duration of the scene, seconds. Dimensionless times are divided by this duration.
         outcome: Outcome of the run, the name of a `carom.model.trace.Outcome`.
     """
 
@@ -97,10 +97,10 @@ def score_jobs(
 
     Args:
         jobs: The jobs.
-        pool: Pool that runs them; it stays open.
-        journal: Journal with the known scores, to which new ones are added.
+        pool: Pool that runs the jobs; it stays open.
+        journal: Journal with the known scores. New scores are added to it.
         progress: Called with (done, total, description) as jobs finish.
-        refusal: Returns why a job can't be run, if that is known. A refused job is not sent.
+        refusal: Function that returns why a job can't be run; None if no reason is known. A refused job is not sent.
     """
     answers: dict[JobKey, Answer[Measures]] = {}
     requests = [
@@ -114,7 +114,7 @@ def score_jobs(
 
 
 def sort_by_start(jobs: Iterable[Job]) -> list[Job]:
-    """Sort jobs so that those with the same start are adjacent, since a worker keeps only a few references."""
+    """Sort jobs so that jobs with the same scene and phase are adjacent, since a worker keeps only a few references."""
     return sorted(jobs, key=lambda job: (job.scene.name, job.phase * job.dt_s, job.dt_s))
 
 

@@ -26,7 +26,7 @@ MOST_CODE = 10_000_000
 
 
 def build_example_scene() -> Scene:
-    """Return a scene with a body of each kind, for users who want settings and name no scene."""
+    """Return a scene with a body of each kind, for users who ask for settings without a scene."""
     return Scene(
         name="two discs and a floor",
         discs=[
@@ -47,7 +47,7 @@ class _CodeTask(AdapterTask):
     dt_s: float
     heading: str
     tried: SettingOverrides = ()
-    #: Whether the profile's limits apply. A search can find settings without these limits.
+    #: Whether the profile's limits apply. For settings that a search has found, they may not apply.
     limited: bool = True
 
     def carry_out(self) -> str:
@@ -55,7 +55,7 @@ class _CodeTask(AdapterTask):
 
         Raises:
             UnsupportedError: The engine does not declare to support the scene.
-            AdapterError: The adapter refuses, or fails.
+            AdapterError: The adapter refuses the scene, or fails.
         """
         adapter = load_adapter(self.engine)
         settings = prepare_settings(adapter, self.profile, self.dt_s, self.tried)
@@ -73,14 +73,14 @@ class _CodeTask(AdapterTask):
 
 
 def write_code(engine: str, profile: str, scene: Scene, dt_s: float, *, command: str = "") -> str:
-    """Return a scene with a profile's settings as code of the engine, which need not be installed.
+    """Return a scene with a profile's settings as code of the engine. The engine need not be installed.
 
     Args:
         engine: Name of the adapter.
         profile: Name of one of its profiles.
         scene: The scene.
         dt_s: Step size, seconds.
-        command: The command line that repeats this, for the heading of the code.
+        command: The command line that writes the same code again. The heading of the code contains it.
 
     Raises:
         UnknownNameError: There is no such engine or profile.
@@ -113,14 +113,14 @@ def write_code(engine: str, profile: str, scene: Scene, dt_s: float, *, command:
 
 
 def find_step_code(engine: str, profile: str, scene: Scene, dt_s: float, pool: Pool) -> str:
-    """Return the lines of `write_code` that set the step size and the number of steps per frame.
+    """Return the lines of an engine's code that set the step size and the number of steps per frame.
 
     Args:
         engine: Name of the adapter.
         profile: Name of one of its profiles.
         scene: The scene, with its frame rate.
         dt_s: Step size, seconds.
-        pool: Where the adapter runs; it stays open.
+        pool: Pool in which the adapter runs; it stays open.
 
     Returns:
         The lines; empty if there are none, or the adapter writes no code for this scene.
@@ -142,7 +142,7 @@ def find_changed_code(
         overrides: The settings that replace those of the profile.
         scene: The scene.
         dt_s: Step size, seconds.
-        pool: Where the adapter runs; it stays open.
+        pool: Pool in which the adapter runs; it stays open.
 
     Returns:
         The lines; empty if there are none, or the adapter writes no code for this scene.
@@ -158,10 +158,9 @@ _COMMENT = re.compile(r"<!--.*?-->\s*", re.DOTALL)
 def find_step_lines(code: str, at_another_step: str) -> str:
     """Return the statements of a program, or the lines of a model, that depend on the step size.
 
-    - Python: statements that set or use `dt` or `steps`, or differ with another step size, and the constants that these
-      statements use. The scene's bodies are left out.
-    - XML: lines that differ with another step size.
-    - JavaScript: none, since its world exists only within the written module.
+    - Python: statements that set or use `dt` or `steps`, statements that differ with another step size, and the
+    constants that all these statements use. The scene's bodies are left out. - XML: lines that differ with another step
+    size. - JavaScript: none, since the world exists only within the written module.
 
     Args:
         code: Code of a scene, as written by an adapter (`carom.engines.api.CodedAdapter`).
@@ -179,7 +178,7 @@ def find_step_lines(code: str, at_another_step: str) -> str:
     own_functions = {one.name for one in statements if isinstance(one, ast.FunctionDef)}
     chosen: list[ast.stmt] = []
     changed_names: set[str] = set()
-    # In reverse order, so that the uses of a name are known at its assignment.
+    # The order is reversed, so that all uses of a name are known when its assignment is reached.
     for statement in reversed(statements):
         if isinstance(statement, ast.FunctionDef) or own_functions & (names := set(_find_names(statement, ast.Load))):
             continue
@@ -195,7 +194,7 @@ def find_step_lines(code: str, at_another_step: str) -> str:
 def find_changed_lines(code: str, before: str) -> str:
     """Return the statements of a Python program, or the lines of another text, that differ from an earlier version.
 
-    In a program, also return the statements that use a name that these statements assign. Comments are left out.
+    In a program, also return each statement that uses a name assigned by a changed statement. Comments are left out.
     """
     if not code.startswith("#"):
         model = code.startswith("<")

@@ -1,4 +1,4 @@
-"""Settings that replace those of a profile (``--set``): checks that the engine has them, and converts their values."""
+"""Checks settings that replace those of a profile (``--set``), and converts their values to the settings' types."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ from carom.execution.pool import TaskRunner
 from carom.model.trace import Setting, format_setting
 from carom.support.escaping import build_name_hints
 
-#: The step is not replaced like a setting: it has an option of its own, since it is part of a job.
+#: Name of the step size among the settings. The step size can't be replaced like a setting. It has a separate option,
+#: since it is part of a job.
 STEP = "dt_s"
 
 _BOOLS = {"true": True, "false": False}
@@ -23,10 +24,10 @@ _KINDS = {bool: "true or false", int: "a whole number", float: "a finite number"
 
 @dataclass(frozen=True)
 class KnownSettingsTask(AdapterTask):
-    """Query all settings that any profile of an adapter has, with an example value of each.
+    """Query all settings of all profiles of an adapter, with an example value of each setting.
 
     Attributes:
-        profiles: Names of the profiles whose values take precedence.
+        profiles: Names of profiles. Their example values take precedence.
         dt_s: Step size, seconds.
     """
 
@@ -34,7 +35,7 @@ class KnownSettingsTask(AdapterTask):
     dt_s: float
 
     def carry_out(self) -> Mapping[str, Setting]:
-        """Return the values by name. A profile that fails is skipped, since the caller reports it anyway."""
+        """Return the values by name. A profile that fails is skipped, since the failure is reported elsewhere."""
         adapter = load_adapter(self.engine)
         found: dict[str, Setting] = {}
         for profile in dict.fromkeys((*self.profiles, *adapter.profiles)):
@@ -48,20 +49,21 @@ class KnownSettingsTask(AdapterTask):
 def resolve_settings(
     info: EngineInfo, overrides: Mapping[str, Setting], profiles: Sequence[str], dt_s: float, runner: TaskRunner
 ) -> SettingOverrides:
-    """Check and convert the settings that replace those of a profile; return them in order of name.
+    """Check and convert the settings that replace those of a profile. Return them sorted by name.
 
     Args:
         info: Description of the engine.
         overrides: The settings by name. Texts are converted to the type of the setting.
         profiles: The profiles whose settings are replaced.
-        dt_s: A step size at which to query the settings of the profiles, seconds.
+        dt_s: Step size for the query of the profiles' settings, seconds.
         runner: Pool for the query of the adapter.
 
     Raises:
         UnknownNameError: The engine has no such setting.
         InputError: A value has the wrong type.
     """
-    if not overrides or not info.profiles:  # if the adapter's declarations are missing, its rows show the reason
+    # if the adapter's declarations are missing, the rows of results show the reason
+    if not overrides or not info.profiles:
         return ()
     answer = runner.run(KnownSettingsTask(info.name, tuple(profiles), dt_s))
     if answer.value is None:

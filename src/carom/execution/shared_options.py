@@ -32,9 +32,9 @@ def _resolve_engine(text: str) -> str:
 
 
 def declare_engines() -> Any:
-    """Declare the option for engines, by name or manifest.
+    """Declare the option for engines, each given by name or by manifest.
 
-    A manifest is registered, and replaced by the name of its engine.
+    A manifest is registered, and then replaced by the name of its engine.
     """
     return declare_option(
         None,
@@ -48,7 +48,7 @@ def declare_engines() -> Any:
 
 
 def declare_profiles(*default: str, help_text: str = "Settings profile, repeatable.", default_text: str = "") -> Any:
-    """Declare the option for profiles; `default_text` describes the default if it is None."""
+    """Declare the option for profiles. If the default is None, `default_text` describes it."""
     return declare_option(
         default or None, build_name_kind(), help_text, "--profile", "-p", many=True, default_text=default_text
     )
@@ -115,7 +115,8 @@ class LimitOptions(DeclaredOptions):
         time_limit_s: Seconds after which an engine without an answer is ended.
         memory_limit_mb: Memory limit of an engine's process, megabytes; by default that of
             `carom.execution.pool.LocalPool`.
-        scheduler: Address of the Dask scheduler whose cluster the study runs on; by default it runs on this machine.
+        scheduler: Address of a Dask scheduler. The study runs on its cluster; by default the study runs on this
+            machine.
     """
 
     jobs: int | None = declare_option(
@@ -151,7 +152,7 @@ class LimitOptions(DeclaredOptions):
 
 
 def _build_codecs() -> None:
-    """Build the codecs of the most frequent tasks, so that the processes that a pool forks already have them."""
+    """Build the codecs of the most frequent tasks, so that processes that a pool forks later have them."""
     from carom.execution.describe_engines import DescribeTask
     from carom.execution.engine_run import ObserveTask
     from carom.execution.timing import TimeTask

@@ -1,4 +1,4 @@
-"""Rows of arrays for the states of consecutive steps, so that a run keeps no object for each step."""
+"""Arrays with one row per step for the states of consecutive steps, so that a run keeps no object for each step."""
 
 from __future__ import annotations
 

@@ -1,11 +1,12 @@
-"""Cuts an engine's steps so that they end when bodies begin to touch, by the engine's own contact test.
+"""Cuts an engine's steps so that they end when bodies begin to touch. The engine's own contact test decides this.
 
-An engine detects an impact at a step boundary, up to a step late. If new bodies touch after a step, the driver restores
-the state before it and bisects the step size. The bisection stops at two lengths that the clock can't
-distinguish: bodies touch after the longer and not after the shorter. The motion and the contact test come from the
-engine alone. No formula of Carom is used.
+An engine detects an impact at a step boundary, up to a step late. If bodies newly touch after a step, `Cutter` restores
+the state before the step and bisects the step's length. The bisection stops at two lengths that the clock can't
+distinguish: bodies touch after the longer but not after the shorter. Motion and contact test are only the engine's. No
+formula of Carom is used.
 
-Bodies that touch only between two boundaries are not found. Contact is tested once per step, as without cutting.
+Bodies that touch only between two step boundaries are not found, because contact is tested only at the boundaries, as
+without cutting.
 """
 
 from __future__ import annotations
@@ -15,17 +16,17 @@ from collections.abc import Iterator
 from carom.engines.api import CuttableWorld, World
 from carom.errors import AdapterError
 
-#: Limit for steps with infinitely many impacts. Other steps have far fewer pieces.
+#: Largest number of pieces of a step. Only a step with infinitely many impacts reaches it.
 MOST_PIECES = 10_000
 
 
 class Cutter:
-    """Advances a world in pieces of steps, and counts them.
+    """Advances a world in pieces of steps, and counts the pieces.
 
     Attributes:
         world: The world, initially at time 0.
         pieces: Number of pieces so far.
-        probes: Number of steps that were taken to find the end of a piece, and undone.
+        probes: Number of trial steps, which were taken to find the end of a piece and then undone.
         stuck: Whether a step was aborted at `MOST_PIECES`.
     """
 
@@ -54,7 +55,7 @@ class Cutter:
                 length = self._bisect(state, now_s, length, new_contacts)
                 world.restore(state)
                 found = self._try(length)
-            # The last piece ends exactly at the boundary, not at a sum of rounded lengths.
+            # The last piece ends exactly at the step boundary, not at a sum of rounded lengths.
             now_s = now_s + length if new_contacts else end_s
             self._known = found
             pieces += 1
@@ -72,7 +73,7 @@ class Cutter:
     def _bisect(
         self, state: object, now_s: float, touching_s: float, new_contacts: frozenset[tuple[int, int]]
     ) -> float:
-        """Return the shortest length, to the resolution of the clock, after which one of the pairs touches."""
+        """Return the shortest length after which one of the pairs touches, to the resolution of the clock."""
         apart_s = 0.0
         while True:
             middle_s = apart_s + (touching_s - apart_s) / 2

@@ -1,4 +1,4 @@
-"""Run time that Carom's own methods save by skipping needless work, measured by runs with and without skipping."""
+"""Run time that Carom's methods save by skipping needless work. It is measured by runs with and without skipping."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from carom.solvers.pit.clock import FrameClock
 from carom.solvers.pit.solve import start_pit_run
 from carom.solvers.run import build_trace
 
-#: Smallest and largest number of rounds, and the seconds after which no further round begins. A round has one run with
-#: skipping and one without.
+#: Smallest and largest number of rounds, and the seconds after which no further round begins. A round consists of one
+#: run with skipping and one run without.
 _LEAST_ROUNDS, _ROUNDS, _ENOUGH_S = 3, 25, 0.3
 
-#: Limit of the tests of pairs and walls in a run without skipping. With more tests a run would take too long.
+#: Largest number of tests of pairs and walls in a run without skipping. A run with more tests would take too long.
 MOST_TESTS = 20_000_000
 
 
 class SkippedTime(NamedTuple):
-    """Median run time with skipping, in seconds, and the median ratio of the run times without and with skipping."""
+    """Median run time with skipping, seconds, and median ratio of the run times without and with skipping."""
 
     with_s: float
     ratio: float
 
 
 class SceneSkips(NamedTuple):
-    """Savings of PIC and PIT in a scene; None if the run without skipping would take too long."""
+    """Savings of PIC and PIT in a scene. A saving is None if the run without skipping would take too long."""
 
     pic: SkippedTime | None
     pit: SkippedTime | None
@@ -39,28 +39,33 @@ class SceneSkips(NamedTuple):
 
 
 def measure_skips(reference: Trace, dt_s: float) -> SceneSkips:
-    """Measure the savings of PIC, and of PIT with a step size, in the scene of a reference."""
+    """Measure the savings of PIC and PIT in the scene of a reference. PIT runs with the step size `dt_s`."""
     scene = reference.scene
     return SceneSkips(measure_pic_saving(scene, reference), measure_pit_saving(scene, dt_s), dt_s)
 
 
 def count_tests_per_frame(scene: Scene) -> int:
-    """Return the number of pairs of discs, and of discs with walls, that a frame tests."""
+    """Return the number of pairs that a frame tests: pairs of two discs, and pairs of a disc and a wall."""
     discs = len(scene.discs)
     return discs * (discs - 1) // 2 + discs * len(scene.walls)
 
 
 def is_closed_form(reference: Trace) -> bool:
-    """Whether PIC used the closed form for two discs. Only this form counts no crossings on straight paths."""
+    """Whether PIC used the closed form for two discs on straight paths.
+
+    On such paths, every other form counts crossings.
+    """
     scene = reference.scene
     straight = not (any(scene.gravity_m_s2) or scene.damping_per_s or scene.table_deceleration_m_s2)
     return straight and "crossings" not in reference.counts
 
 
 def measure_pic_saving(scene: Scene, reference: Trace) -> SkippedTime | None:
-    """Measure the time that PIC saves by the closed form or, without one, by predicting only the discs of an impact.
+    """Measure the time that PIC saves.
 
-    Return None if there are too many pairs.
+    PIC uses a closed form if possible, and otherwise predicts only the discs of an impact.
+
+    Return None if the run without skipping would need too many tests.
     """
     if len(reference.impacts) * count_tests_per_frame(scene) > MOST_TESTS:
         return None
@@ -68,7 +73,7 @@ def measure_pic_saving(scene: Scene, reference: Trace) -> SkippedTime | None:
     closed = is_closed_form(reference)
 
     def prepare(skipping: bool) -> Callable[[], object]:
-        if closed:  # both times include everything from the scene to the trace
+        if closed:  # both times include everything from reading the scene to building the trace
             return partial(solve_pic, scene) if skipping else partial(_run_event_driven, scene)
         return partial(start_pic_run(scene, all_pairs=not skipping).advance_to, until_s)
 
@@ -81,7 +86,10 @@ def _run_event_driven(scene: Scene) -> Trace:
 
 
 def measure_pit_saving(scene: Scene, dt_s: float) -> SkippedTime | None:
-    """Measure the time PIT saves by skipping frames and pairs that can't touch; None if the plain loop is too slow."""
+    """Measure the time that PIT saves by skipping frames and pairs that can't touch.
+
+    Return None if the loop without skipping is too slow.
+    """
     if scene.step_count(dt_s) * count_tests_per_frame(scene) > MOST_TESTS:
         return None
     clock = FrameClock(rate_hz=1.0 / dt_s)
@@ -91,7 +99,7 @@ def measure_pit_saving(scene: Scene, dt_s: float) -> SkippedTime | None:
 
 
 def _measure(prepare: Callable[[bool], Callable[[], object]]) -> SkippedTime:
-    """Time runs with and without skipping alternately. Preparation is not timed."""
+    """Time runs with skipping and runs without it, alternately. Preparation is not timed."""
 
     def measure_seconds(skipping: bool) -> float:
         run = prepare(skipping)
@@ -103,7 +111,7 @@ def _measure(prepare: Callable[[bool], Callable[[], object]]) -> SkippedTime:
     rounds: list[tuple[float, float]] = []
     started = time.perf_counter()
     while len(rounds) < _LEAST_ROUNDS or (len(rounds) < _ROUNDS and time.perf_counter() - started < _ENOUGH_S):
-        first = len(rounds) % 2 == 0  # the order alternates, since the second run of a pair has warm caches
+        first = len(rounds) % 2 == 0  # the order alternates, since the second run of a round has warm caches
         seconds = {skipping: measure_seconds(skipping) for skipping in (first, not first)}
         rounds.append((seconds[True], seconds[False]))
     ratio = statistics.median(plain_s / with_s for with_s, plain_s in rounds)

@@ -1,7 +1,7 @@
-"""Timed run of an engine: all steps in as few calls as possible, without observation, each run in a new world.
+"""Timed runs of an engine: all steps in as few calls as possible, without observation. Each run has a new world.
 
-Preparation and steps are timed separately. Everything that times an engine uses this loop; `carom.studies.bench`
-compares engines with it.
+Preparation and steps are timed separately. Everything that times an engine uses this module. `carom.studies.bench` uses
+it to compare engines.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from carom.execution.step_cutter import Cutter
 from carom.execution.validate_adapter import build_adapter_error
 from carom.model.scene import Scene
 
-#: Timed runs of a job. The median of three ignores one disturbed run.
+#: Number of timed runs of a job. The median of three ignores one disturbed run.
 TIMING_RUNS = 3
 
-#: Two consecutive runs that differ by less than this fraction are enough for a ratio of run times.
+#: For a ratio of run times, no further run is made once two consecutive run times differ by less than this fraction.
 AGREED = 0.1
 
 
@@ -46,8 +46,9 @@ class Timing:
         prepare_s: Seconds to build the world.
         advance_s: Seconds to take all steps, without observation.
         runs: Number of runs.
-        call_s: Seconds of a call with no steps, if requested; NaN if the adapter does not accept such a call.
-        ends: Number of final states that differ in at least one bit; 1 if the engine is repeatable. None if the times
+        call_s: Seconds of a call with no steps; NaN if it was not requested, or the adapter does not accept such a
+            call.
+        ends: Number of distinct final states, compared to the bit; 1 if the engine is repeatable. None if the times
             were read from a file of an older version.
     """
 
@@ -60,7 +61,7 @@ class Timing:
 
 @dataclass(frozen=True)
 class TimeTask(JobTask):
-    """Time a job in a worker process. The caller ensures that nothing else is running."""
+    """Time a job in a worker process. The caller ensures that nothing else runs."""
 
     def carry_out(self) -> Timing:
         """Return the run times."""
@@ -95,9 +96,9 @@ def time_run(
         runs: Largest number of runs, 1 or more.
         enough_s: No further run is made once this many seconds have been timed.
         agreed: No further run is made once two consecutive times differ by less than this fraction.
-        call: Whether to time a call with no steps too. The call is made before the steps and not included in their
-            time.
-        zero: Whether a time of 0 is accepted, for runs so short that only their overhead is measured.
+        call: Whether to also time a call with no steps. The call is made before the steps, and its time is not included
+            in theirs.
+        zero: Whether to accept a time of 0. This is for very short runs that measure only overhead.
 
     Raises:
         UnknownNameError: The adapter has no such profile.
@@ -126,7 +127,7 @@ def time_run(
             finally:
                 world.close()
     call_s = math.nan if any(map(math.isnan, called)) else statistics.median(called)
-    if not (zero or statistics.median(advanced) > 0.0):  # a time of 0 allows no ratio
+    if not (zero or statistics.median(advanced) > 0.0):  # a ratio of run times can't be computed from a time of 0
         raise UnsupportedError(_TOO_SHORT.format(steps=steps, runs=len(advanced)))
     return Timing(statistics.median(prepared), statistics.median(advanced), len(advanced), call_s, len(ends))
 
@@ -138,10 +139,10 @@ def _are_last_two_close(times_s: list[float], fraction: float) -> bool:
 
 
 def _time_steps(world: World, steps: int, dt_s: float, *, located: bool) -> float:
-    """Take steps and return the seconds, by the world's own clock if it has one."""
+    """Take steps and return the seconds that they take. If the world has a clock of its own, this clock is read."""
     own_clock_s = world.seconds if isinstance(world, TimedWorld) else 0.0
     started = time.perf_counter()
-    if located:  # the time for cutting steps counts, because the profile needs it
+    if located:  # the time for cutting steps counts, because the profile can't run without it
         cutter = Cutter(world)
         for step in range(1, steps + 1):
             for _ in cutter.take_step((step - 1) * dt_s, step * dt_s):
@@ -153,7 +154,7 @@ def _time_steps(world: World, steps: int, dt_s: float, *, located: bool) -> floa
 
 
 def _read_own_clock(world: TimedWorld, before_s: float) -> float:
-    """Return the seconds on a world's own clock since it showed `before_s`."""
+    """Return the seconds since a world's clock showed `before_s`, by this clock."""
     found = world.seconds
     numbers = isinstance(before_s, int | float) and isinstance(found, int | float)
     if not (numbers and -sys.float_info.max <= before_s <= found <= sys.float_info.max):
@@ -176,7 +177,7 @@ def _time_empty_call(world: World) -> float:
 
 @contextmanager
 def _pause_garbage_collection() -> Iterator[None]:
-    """Suspend garbage collection, which would add time for objects of other code."""
+    """Suspend garbage collection. It would add time for objects of other code."""
     collecting = gc.isenabled()
     gc.disable()
     try:

@@ -1,7 +1,7 @@
-"""Validates what an adapter returns, except for observations: declarations, settings and counts.
+"""Validates the declarations, settings and counts that an adapter returns. Observations are validated elsewhere.
 
-A mistake in what an adapter returns raises an `AdapterError` with the field and the value, so that a reader does not
-blame the engine.
+A wrong value raises an `AdapterError` that contains the field and the value, so that users do not take the adapter's
+mistake for a fault of the engine.
 """
 
 from __future__ import annotations
@@ -24,10 +24,11 @@ from carom.model.trace import Setting
 
 Kind = TypeVar("Kind")
 
-#: Sections of the adapter reference: allowed values of each field, and declarations.
+#: Sections of the adapter reference: the allowed values of each field, and what an adapter declares.
 FIELDS, DECLARED = "field-by-field", "3-what-you-declare"
 
-#: Largest number of characters of a text, and largest number of settings or counts. People read all of these.
+#: Largest number of characters of a text. Also the largest number of settings and of counts. All of these are
+#: displayed.
 MOST_CHARACTERS = 2000
 MOST_ENTRIES = 1000
 #: Limit of whole numbers. Python can't even print much larger numbers.
@@ -64,7 +65,9 @@ def to_plain_text(value: object, name: str, max_characters: int = MOST_CHARACTER
 
 
 def to_plain_settings(settings: object, owner: str) -> dict[str, Setting]:
-    """Return settings as plain numbers, bools and strings. In messages, the owner of the settings is `owner`.
+    """Return settings as plain numbers, bools and strings.
+
+    Messages contain `owner`, the description of where the settings belong.
 
     Raises:
         AdapterError: The settings are not a mapping, or a name or value has another type.
@@ -189,7 +192,7 @@ def _check_capabilities(found: object, where: str) -> Capabilities:
 
 
 def _check_fields(found: object, kind: type[Kind], where: str) -> Kind:
-    """Return a dataclass of the adapter interface, after checking that each field has its declared type."""
+    """Return a dataclass of the adapter interface, after a check that each field has its declared type."""
     if not isinstance(found, kind):
         raise build_wrong_value_error(where, f"{kind.__name__}(...)", found, DECLARED)
     hints, values = get_type_hints(kind), {}
@@ -210,7 +213,7 @@ def _check_fields(found: object, kind: type[Kind], where: str) -> Kind:
 
 @cache
 def _build_type_adapter(hint: Any) -> TypeAdapter[Any]:
-    """Return the validator of a type, which many fields share."""
+    """Return the validator of a type. Many fields have the same type, so the validator is cached."""
     return TypeAdapter(hint)
 
 

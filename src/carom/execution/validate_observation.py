@@ -1,7 +1,7 @@
 """Validates the observations that an adapter returns: states and contacts.
 
-A non-finite state is accepted, since the engine itself can produce it. Values that can't be scored are refused, such as
-a velocity of a static wall that is not 0, or a number whose square overflows.
+A non-finite state is accepted, since the engine itself can produce such a state. Values that can't be scored are
+refused: for example, a static wall's velocity other than 0, or a number whose square overflows.
 """
 
 from __future__ import annotations
@@ -45,8 +45,8 @@ class Validator:
         self._drives = [arrays.drive_of_wall(k) for k in range(len(scene.walls))]
         self._movable = np.isfinite(arrays.mass_kg)
         self._needs_spins = arrays.turns and bool(np.isfinite(arrays.inertia).any())
-        # The tolerance is half of the method's digits. A normal whose length differs more from 1 is a mistake, not
-        # rounding.
+        # The tolerance is half of the digits of the method's floats. If the length of a normal differs from 1 by more,
+        # the reason is a mistake, not rounding.
         self._rounding = 2.0 ** (-MANTISSA_BITS[float_bits] / 2)
 
     def read(self, found: object, rows: StateRows, row: int) -> bool:
@@ -72,7 +72,7 @@ class Validator:
         if found.warning != "":  # most steps have no warning
             to_plain_text(found.warning, "the warning of an observation")
         # If the sum of squares is within the limit, each number is within the limit. This fast check runs after every
-        # step. The sum of numbers that are refused below may overflow.
+        # step. The sum may overflow if it contains numbers that are refused below.
         numbers = rows.numbers[row]
         with np.errstate(over="ignore"):
             squares = numbers.dot(numbers)
@@ -86,7 +86,7 @@ class Validator:
         return bool(finite.all())
 
     def check_contacts(self, found: object, begin_s: float, end_s: float) -> tuple[Contact, ...]:
-        """Return checked contacts of the step, or piece of a step, between two times.
+        """Check and return the contacts of a step, or of a piece of a step, that lasts from `begin_s` to `end_s`.
 
         Raises:
             AdapterError: A field of a contact has a wrong type or value.
@@ -112,7 +112,8 @@ class Validator:
             )
         owner = f"of a contact of bodies {first} and {second}"
         time_s = _check_number(found.time_s, "time_s", owner)
-        # Engines sum their own clocks. One more step on either side allows more than the rounding of that sum.
+        # Engines compute times by summing steps, with rounding errors. These errors are less than the allowed step on
+        # either side.
         if not begin_s - self._dt_s <= time_s <= end_s + self._dt_s:
             step = f"{format_number(begin_s, 9)} to {format_number(end_s, 9)} s"
             raise build_adapter_error(
@@ -176,7 +177,7 @@ def _check_items(found: object, name: str, count: int) -> tuple[object, ...]:
 
 
 def _is_plain(found: object) -> TypeGuard[float]:
-    """Whether a value is a Python float within the limits, as nearly all numbers are."""
+    """Whether a value is a Python float within the limits. Nearly all numbers are."""
     return type(found) is float and abs(found) <= LARGEST
 
 

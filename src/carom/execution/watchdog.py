@@ -1,4 +1,4 @@
-"""Watchdog: terminates a worker and all its child processes when the worker ends or the parent exits.
+"""Watchdog: terminates a worker and all its descendants when the worker ends or the parent exits.
 
 `carom.execution.worker_process` enforces the time limits of a worker.
 
@@ -14,8 +14,8 @@ After that, the watchdog kills all remaining processes and exits with the worker
 
 On Linux the watchdog adopts orphaned descendants of the worker, so that it also finds processes that have left the
 session. If the watchdog is killed, the system kills the worker. On other systems, processes that have left the worker's
-process group are not found. Two cases are not covered on any system: a program that changes its session faster than the
-watchdog searches, and a program that has left the session before the worker kills the watchdog.
+process group are not found. Two kinds of programs are not found on any system: programs that change their session
+faster than the watchdog searches, and programs that left the session before the worker killed the watchdog.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ PR_SET_CHILD_SUBREAPER = 36
 
 
 #: The system sends SIGCHLD if a child has ended, and SIGCONT if the parent has ended. The parent sends SIGCONT to
-#: continue a stopped watchdog, and SIGTERM to request its end.
+#: continue a stopped watchdog, and SIGTERM to end the watchdog.
 _SIGNALS = (signal.SIGCHLD, signal.SIGCONT, signal.SIGTERM)
 
 
@@ -42,7 +42,7 @@ def watch_worker(parent: int, memory_bytes: int) -> None:
     """Fork a worker and watch it. The function returns only in the worker, after its last task.
 
     Args:
-        parent: The process whose exit ends the watchdog and the worker.
+        parent: Number of the parent process. If it exits, watchdog and worker end.
         memory_bytes: Memory limit of the worker.
     """
     watchdog = os.getpid()
@@ -74,15 +74,15 @@ def watch_worker(parent: int, memory_bytes: int) -> None:
 def _wait_and_clean_up(worker: int, woken: int, parent: int) -> None:
     """Wait until the worker ends or is no longer needed. Kill what is left, and exit with the worker's status.
 
-    The worker is no longer needed when the other end of the input is closed, when the parent sends SIGTERM, or when the
-    parent has exited. All three conditions are checked, since a process that the parent has forked can hold the other
-    end of the input open.
+    The worker is no longer needed when the other end of standard input is closed, when the parent sends SIGTERM, or
+    when the parent has exited. The first condition is not enough, since a process that the parent has forked can hold
+    the other end open.
     """
     null = os.open(os.devnull, os.O_WRONLY)
     os.dup2(null, 1)  # only the worker may keep the answer pipe open
     os.dup2(null, 2)
     poll = select.poll()
-    poll.register(0, 0)  # only the closing of the other end is polled; the worker reads the input itself
+    poll.register(0, 0)  # only the closing of the other end is polled, since the worker reads the input
     poll.register(woken, select.POLLIN)
     status: int | None = None
     while status is None and all(file == woken for file, _ in poll.poll()):
@@ -91,16 +91,16 @@ def _wait_and_clean_up(worker: int, woken: int, parent: int) -> None:
         if signal.SIGTERM in received or os.getppid() != parent:
             break
     while _has_children() if sys.platform == "linux" else status is None:
-        # Usually only the worker is left, and the list of all processes of the system is long.
+        # Until the worker has ended, only the worker is listed, because a search of all processes takes long.
         children = [worker] if status is None else _find_children()
-        if not children:  # the list of processes does not show the ones that remain
+        if not children:  # the list of processes does not show the remaining children
             break
         for child in children:
             _kill(child)
         worker_status = _reap_children(worker, wait=True)
         status = worker_status if status is None else status
     if status is not None and os.WIFSIGNALED(status):
-        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))  # the worker has already written a core file
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))  # the worker has already written the core file
         number = os.WTERMSIG(status)
         if number != signal.SIGKILL:
             signal.signal(number, signal.SIG_DFL)
@@ -132,13 +132,13 @@ def _has_children() -> bool:
 
 
 def _find_children() -> list[int]:
-    """Return the children of this process, including adopted and ended ones."""
+    """Return the numbers of this process's children, including adopted and ended ones."""
     found = []
     for name in os.listdir("/proc"):
         if name.isdecimal():
             with suppress(OSError), open(f"/proc/{name}/stat", "rb") as file:
-                # The name of the program, in parentheses, can contain anything. The state and the parent's number come
-                # after the name.
+                # The program's name, in parentheses, can contain any character. The state and the parent's number
+                # follow the name.
                 if int(file.read().rpartition(b")")[2].split()[1]) == os.getpid():
                     found.append(int(name))
     return found
@@ -157,17 +157,17 @@ def _kill(child: int) -> None:
 def _limit_memory(memory_bytes: int) -> None:
     """Limit the memory of this process and of each process that it starts.
 
-    The limit counts writable data. Address space is not limited, because libraries reserve much more of it than they
-    use.
+    The limit applies to writable data. Address space is not limited, because libraries reserve much more address space
+    than they use.
     """
     _, hard = resource.getrlimit(resource.RLIMIT_DATA)
     limit_bytes = memory_bytes if hard == resource.RLIM_INFINITY else min(memory_bytes, hard)
-    with suppress(ValueError, OSError):  # the system has no such limit
+    with suppress(ValueError, OSError):  # some systems have no such limit
         resource.setrlimit(resource.RLIMIT_DATA, (limit_bytes, limit_bytes))
 
 
 def set_process_option(option: int, value: int) -> None:
-    """Set an option of this process, see prctl(2). Does nothing on systems other than Linux."""
+    """Set an option of this process; see prctl(2). On systems other than Linux, do nothing."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(option, value, 0, 0, 0)
 

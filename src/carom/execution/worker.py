@@ -1,11 +1,11 @@
 """Main program of a worker process: reads tasks from standard input, carries them out, and writes answers.
 
 The program is started only by `carom.execution.watchdog`. An engine that prints, aborts or hangs affects only this
-process. The engine's output goes to standard error; the parent keeps the end of it, and shows it with a failure or a
-crash.
+process. The engine's output goes to standard error. The parent keeps the last part of the output, and shows it after a
+failure or a crash.
 
-A message is a pickled list of tasks from Carom itself. An answer is a line of JSON, since its content comes from an
-adapter: the number of the task, counted from the start of the process, and the `Answer`.
+A message from Carom is a pickled list of tasks. An answer is a line of JSON, since its content comes from an adapter.
+It contains the number of the task, counted from the start of the process, and the `Answer`.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ from carom.execution.job import Answer, Status, Task, UnavailableError, Unsuppor
 #: ASCII's record separator, which separates the output of one task from the output of the next.
 TASK_END = b"\x1e"
 
-#: Exit code of a worker that can't answer, since the engine has closed the answer pipe: EX_IOERR of sysexits.
+#: Exit code of a worker that can't answer, because the engine has closed the answer pipe. It is EX_IOERR of sysexits.
 ANSWERS_CLOSED = 74
 
-#: Seconds between checks whether the watchdog still runs, on systems that do not end a worker with its watchdog. A
-#: check is cheap.
+#: Seconds between checks whether the watchdog still runs. Only systems that do not end a worker with its watchdog need
+#: these checks, which are cheap.
 WATCHDOG_CHECK_S = 0.5
 
 T = TypeVar("T")
@@ -57,13 +57,16 @@ def carry_out(task: Task[T]) -> Answer[T]:
 
 @cache
 def build_codec(task: type[Task[T]]) -> Codec[tuple[int, Answer[T]]]:
-    """Return the codec for the answers to tasks of a type, from the return type of its `carry_out`."""
+    """Return the codec for the answers to tasks of a type.
+
+    The return type of the tasks' `carry_out` determines the codec.
+    """
     kind: Any = get_type_hints(task.carry_out, include_extras=True)["return"]
     return Codec(tuple[int, Answer[kind]])
 
 
 def _exit_after(watchdog: int) -> None:
-    """Wait until the watchdog has ended, then end this process. Linux does this by itself."""
+    """Wait until the watchdog has ended, then end this process. On Linux the system does this."""
     while os.getppid() == watchdog:
         time.sleep(WATCHDOG_CHECK_S)
     os._exit(1)
@@ -71,7 +74,7 @@ def _exit_after(watchdog: int) -> None:
 
 def main() -> None:
     """Answer tasks until standard input ends."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent, which then ends this process
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles Ctrl-C and then ends this process
     requests: BinaryIO = os.fdopen(os.dup(0), "rb")
     answers: BinaryIO = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # from here on, output of an engine can't be mistaken for an answer
@@ -87,14 +90,15 @@ def main() -> None:
             return
         for task in tasks:
             line = _build_answer_line(number, task)
-            if os.getpid() != own_pid:  # the engine has forked this process, and only the original may answer
+            # this is a copy that the engine has forked, and only the original process may answer
+            if os.getpid() != own_pid:
                 os._exit(1)
             c_library.fflush(None)  # an engine's output from C can still be buffered
             with suppress(AttributeError, OSError, ValueError):  # an engine can have closed or replaced standard output
                 sys.stdout.flush()
             with suppress(OSError):
                 os.write(2, TASK_END)
-            # Each answer is sent at once. So a crash loses one task only, and the parent knows which task.
+            # Each answer is sent immediately. So only one task is lost in a crash, and the parent can determine which.
             try:
                 answers.write(line)
                 answers.flush()

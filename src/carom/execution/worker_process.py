@@ -1,4 +1,4 @@
-"""Worker processes as seen by the parent: starts them, sends tasks, receives answers, and handles every failure.
+"""The parent's side of worker processes: starts them, sends tasks, receives answers, and handles every failure.
 
 Every wait has a time limit, every buffer has a size limit, and no code that a worker returns is run.
 """
@@ -28,13 +28,13 @@ from carom.execution.worker import ANSWERS_CLOSED, TASK_END, build_codec
 from carom.execution.working_folder import Folder
 from carom.support.escaping import find_last_message
 
-#: Longer answers are refused. The answer for half a million impacts is shorter than this.
+#: Longer answers are refused. An answer with half a million impacts is shorter.
 MOST_ANSWER_BYTES = 2**27
-#: This many bytes at the end of an engine's output are kept.
+#: Number of bytes that are kept from the end of an engine's output.
 MOST_PRINTED_BYTES = 2**16
-#: The largest capacity of a pipe; the default is smaller.
+#: The largest capacity that a pipe can have. The default is smaller.
 MOST_PIPE_BYTES = 2**20
-#: This many bytes of an invalid answer are shown.
+#: Number of bytes of an invalid answer that are shown.
 SHOWN_BYTES = 60
 
 #: Seconds that the system may take to end a process.
@@ -50,11 +50,13 @@ class ClosedError(Exception):
 
 
 class Worker:
-    """One worker process. The process is started at the first task, and again after a task that ended it.
+    """One worker process. It is started for the first task.
+
+    If a task ends the process, it is started again for the next task.
 
     Args:
         memory_bytes: Memory limit of the process, and of each process that it starts.
-        fork_server: The fork server that forks the process; without one, a new interpreter is started.
+        fork_server: The fork server that forks the process. Without a server, a new interpreter is started.
     """
 
     def __init__(self, memory_bytes: int, fork_server: ForkServer | None = None) -> None:
@@ -69,8 +71,8 @@ class Worker:
     def run_each(self, tasks: Sequence[Task[T]], time_limit_s: float) -> Iterator[Answer[T]]:
         """Send tasks in one message and yield the answer to each, in order, as soon as it arrives.
 
-        Only the task itself fails if it ends the process, exceeds `time_limit_s` or returns an invalid answer. The
-        task's answer has the reason, and the tasks after it are sent again.
+        If a task ends the process, exceeds `time_limit_s` or returns an invalid answer, only this task fails. Its
+        answer contains the reason, and the later tasks are sent again.
 
         Raises:
             ClosedError: The worker was closed during a task.
@@ -87,7 +89,8 @@ class Worker:
                     del todo[0]
                     yield answer
         finally:
-            if todo:  # the caller stopped early: later answers must not be taken for those of the next call
+            # the caller stopped early, and the remaining answers must not be taken for answers to the next call
+            if todo:
                 with self._lock:
                     self._end()
 
@@ -99,10 +102,10 @@ class Worker:
         return self._process
 
     def _receive(self, process: _Process, codec: Codec[tuple[int, Answer[T]]], time_limit_s: float) -> Answer[T]:
-        """Return an answer. A process that gives no answer, or an invalid answer, is ended.
+        """Return the next answer. If the process returns no answer or an invalid one, end the process.
 
-        Each wait counts for at most its requested length. A wait may last longer if the machine sleeps or this process
-        is stopped, but the engine does not run in that time.
+        Each wait is counted with at most its requested length. A wait can last longer if the machine sleeps or this
+        process is stopped, but the engine does not run in that additional time.
         """
         left_s = time_limit_s
         while (line := process.take_line()) is None and not process.ended:
@@ -128,7 +131,7 @@ class Worker:
         return answer
 
     def read_output(self) -> str:
-        """Return the end of what the process has printed since its start."""
+        """Return the last part of the output that the process has printed since its start."""
         with self._lock:
             return self._process.read_output() if self._process else ""
 
@@ -158,7 +161,7 @@ class _Process:
 
     Attributes:
         answered: Number of tasks answered.
-        ended: Whether no further answer can come, since the process has ended or closed its pipe.
+        ended: Whether the process has ended or closed its answer pipe, so that no further answer can come.
     """
 
     def __init__(self, folder: str, memory_bytes: int, fork_server: ForkServer | None) -> None:
@@ -191,14 +194,14 @@ class _Process:
             self._searched = len(self._found)
             if len(self._found) <= MOST_ANSWER_BYTES:
                 return None
-            end = 2 * SHOWN_BYTES  # the line is too long for an answer: its beginning is enough for the message
+            end = 2 * SHOWN_BYTES  # no answer is that long, and the beginning of the line is enough for the message
         line = bytes(self._found[:end])
         del self._found[: end + 1]
         self._searched = 0
         return line
 
     def exchange(self, wait_s: float) -> None:
-        """Send and receive what is possible now, after waiting for at most `wait_s` seconds."""
+        """Wait at most `wait_s` seconds until data can be sent or received. Then send and receive what is possible."""
         for key, _ in self._selector.select(wait_s):
             try:
                 if key.fd == self._requests:
@@ -216,26 +219,29 @@ class _Process:
                     self.ended |= key.fd == self._answers
             except BlockingIOError:
                 pass
-            except BrokenPipeError:  # the process ended before it had read everything; its answers show that
+            except BrokenPipeError:  # the process ended before it had read everything, which its answers show
                 self._selector.unregister(self._requests)
 
     def read_output(self) -> str:
-        """Return the end of what the process has printed."""
+        """Return the last part of the output that the process has printed."""
         for _ in range(MOST_PIPE_BYTES // MOST_PRINTED_BYTES):
             self.exchange(0)
         return self._tail.replace(TASK_END, b"").decode(errors="replace")
 
     def describe_last_output(self) -> str:
-        """Return a phrase with the last output of the first unanswered task; empty if it printed nothing."""
+        """Return a phrase with the last output of the first unanswered task; empty if the task printed nothing."""
         self.read_output()
-        since = self._tasks_ended - self.answered  # the tasks that have ended, but whose answers are not yet counted
+        since = self._tasks_ended - self.answered  # number of tasks that have ended but are not counted as answered
         parts = self._tail.split(TASK_END)
-        printed = parts[-1 - since] if 0 <= since < len(parts) else b""  # older output has been dropped
+        printed = parts[-1 - since] if 0 <= since < len(parts) else b""  # older output is no longer kept
         message = find_last_message(printed.decode(errors="replace"))
         return f"it last printed: {message}" if message else ""
 
     def describe_end(self) -> Answer[Any]:
-        """Return how the process ended and its last output. A process that closed its answer pipe has not crashed."""
+        """Return an answer that describes how the process ended, with its last output.
+
+        A process that only closed its answer pipe has not crashed.
+        """
         try:
             code = self._popen.wait(GRACE_S)
         except subprocess.TimeoutExpired:
@@ -250,10 +256,10 @@ class _Process:
 
     def end(self) -> None:
         """End the process and all processes that it started."""
-        self._popen.send_signal(signal.SIGCONT)  # the watchdog can have been stopped
+        self._popen.send_signal(signal.SIGCONT)  # if the watchdog is stopped, continue it
         for pipe in (self._popen.stdin, self._popen.stdout, self._popen.stderr):
             if pipe is not None:
-                pipe.close()  # the watchdog ends when its input does
+                pipe.close()  # the watchdog ends when its input is closed
         self._popen.terminate()  # a forked process can hold the other end of the pipe open
         self._selector.close()
         with suppress(subprocess.TimeoutExpired):

@@ -1,4 +1,7 @@
-"""Working folders of worker processes. A folder is removed when its owner ends or, after a kill, at the next start."""
+"""Working folders of worker processes. A folder is removed when its owner ends.
+
+If the owner is killed, the next start of Carom removes the folder.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,8 @@ from pathlib import Path
 
 PREFIX = "carom-worker-"
 
-#: Lock file. The owner holds it as long as it runs. Folders of other programs have no such file.
+#: Name of the lock file. The owner of a folder holds the lock as long as the owner runs. Folders of other programs have
+#: no such file.
 LOCK = "carom.lock"
 WORK = "work"
 
@@ -25,13 +29,14 @@ class Folder:
     """
 
     def __init__(self) -> None:
-        import fcntl  # this module is missing on systems without worker processes
+        import fcntl  # fcntl is missing on systems without worker processes
 
         _clear_abandoned()
         self._root = Path(tempfile.mkdtemp(prefix=PREFIX))
         self.path = self._root / WORK
         self.path.mkdir()
-        # The lock file gets its name only when it is locked, so that no other process removes the folder as abandoned.
+        # The file gets the name `LOCK` only when it is locked. So no other process takes the folder for abandoned and
+        # removes it.
         self._lock = os.open(self._root / f"{LOCK}.new", os.O_CREAT | os.O_RDWR, 0o600)
         fcntl.flock(self._lock, fcntl.LOCK_EX)
         os.rename(self._root / f"{LOCK}.new", self._root / LOCK)
@@ -44,7 +49,7 @@ class Folder:
 
 @cache
 def _clear_abandoned() -> None:
-    """Remove folders that remain because their owners were killed. This function runs once per process."""
+    """Remove folders whose owners were killed. This function runs once per process."""
     import fcntl
 
     for root in Path(tempfile.gettempdir()).glob(f"{PREFIX}*"):
@@ -58,14 +63,14 @@ def _clear_abandoned() -> None:
 
 
 def _remove(root: Path) -> None:
-    """Remove a folder. The lock is removed last, so that a partly removed folder is found again.
+    """Remove a folder. The lock file is removed last, so that a partly removed folder is found again.
 
     Subfolders are moved up into the folder before they are emptied, so that folders of any depth can be removed. Links
     are not followed.
     """
     try:
         top = os.open(root, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
-    except OSError:  # an engine can have removed or replaced the folder
+    except OSError:  # an engine may have removed or replaced the folder
         return
     try:
         todo = [name for name in os.listdir(top) if not name.startswith(LOCK)]
@@ -80,7 +85,8 @@ def _remove(root: Path) -> None:
                 try:
                     for entry in os.listdir(folder):
                         if _is_folder(entry, folder):
-                            while _is_there(f"{free_number}", top):  # an interrupted removal has left such a name
+                            # an interrupted removal may have left a folder with this name
+                            while _is_there(f"{free_number}", top):
                                 free_number += 1
                             os.rename(entry, f"{free_number}", src_dir_fd=folder, dst_dir_fd=top)
                             todo.append(f"{free_number}")
@@ -96,7 +102,10 @@ def _remove(root: Path) -> None:
 
 
 def _is_folder(name: str, parent: int) -> bool:
-    """Whether a name is a folder, not a link. Permissions are restored, since an engine can change them."""
+    """Whether a name is that of a folder, not of a link.
+
+    The folder's permissions are restored, since an engine can have changed them.
+    """
     found = stat.S_ISDIR(os.stat(name, dir_fd=parent, follow_symlinks=False).st_mode)
     if found:
         os.chmod(name, 0o700, dir_fd=parent)
