@@ -1,4 +1,4 @@
-"""The adapter under test: its declarations, and a worker process that calls its engine."""
+"""The adapter under test: its declarations, and a worker process that runs its engine."""
 
 from __future__ import annotations
 
@@ -40,9 +40,9 @@ class CatalogueRun(NamedTuple):
         reference: The known answer as a trace.
         trace: Trace of the run.
         score: Score of the run against the known answer.
-        pit: PIT's score at the same step.
-        margin: Score of PIC with bodies thickened by the profile's promised margin, whose errors are those that the
-            margin allows; None without a margin.
+        pit: PIT's score with the same step size.
+        margin: Score of PIC in the scene with bodies that are thicker by the margin that the profile declares. Its
+            errors are the errors that the margin allows. None if there is no margin.
     """
 
     setup: Setup
@@ -55,12 +55,12 @@ class CatalogueRun(NamedTuple):
 
     @property
     def misses_impacts(self) -> bool:
-        """Whether the run or PIT misses an impact, so that their paths may differ."""
+        """Whether the run or PIT misses an impact. If so, the paths of the two may differ."""
         return any(score.missed or score.undecided for score in (self.score, self.pit))
 
 
 class Subject(Closeable):
-    """The adapter under test. At the end of a `with` block, its worker process is ended.
+    """The adapter under test. At the end of a `with` block, the worker process is ended.
 
     Methods that run the engine raise `Violation` if the worker process crashes or hangs, or if the adapter raises an
     error. Some methods return the adapter's error instead.
@@ -86,16 +86,16 @@ class Subject(Closeable):
         return self._limits.open_local_pool(1)
 
     def create_fresh_copy(self) -> Subject:
-        """Return the same adapter with a new worker process."""
+        """Return a `Subject` of the same adapter with a new worker process."""
         return Subject(self.name, self._limits)
 
     @property
     def rounding(self) -> float:
-        """Relative rounding error of a run at the declared width of floats, as in the comparator."""
+        """Allowed relative rounding error of a run at the declared width of floats, as in the comparator."""
         return THRESHOLDS.rounding_of(self.adapter.capabilities.float_bits)
 
     def capabilities(self, profile: str = "tuned") -> Capabilities:
-        """Return the capabilities of a profile: its own if declared, otherwise the adapter's."""
+        """Return the capabilities that a profile declares or, if it declares none, those of the adapter."""
         return capabilities_of(self.adapter, profile)
 
     def find_unsupported_reason(self, setup: Setup) -> str:
@@ -135,10 +135,10 @@ class Subject(Closeable):
 
         Args:
             setup: The run.
-            extra_settings: Settings in addition to those of the profile.
+            extra_settings: Settings that are added to those of the profile.
             looks: Number of observations after each step; 0 takes all steps in one call and observes only the end.
-            cut: Whether to cut the steps.
-            disturbed: Whether to try and undo other steps in between.
+            cut: Whether to set the length of each step by `cut`.
+            disturbed: Whether to take and undo another step before each step, and to query contacts.
         """
         settings = {**self.settings(setup.profile, setup.dt_s), **extra_settings}
         steps = setup.scene.step_count(setup.dt_s)
@@ -146,7 +146,7 @@ class Subject(Closeable):
         return self._ask(Watch(self.name, setup.scene, settings, steps, looks, cut_s, disturbed), setup)
 
     def measure_growth(self, setup: Setup, worlds: int, *, step: bool = True) -> int | None:
-        """Create and close worlds one after another. Return the growth of memory, bytes; None if unknown."""
+        """Create and close worlds one after another. Return the growth of memory, bytes; None if it is not known."""
         settings = self.settings(setup.profile, setup.dt_s)
         answer = self._ask(Make(self.name, setup.scene, settings, worlds, step), setup)
         if isinstance(answer, Raised):
@@ -154,7 +154,7 @@ class Subject(Closeable):
         return answer.bytes
 
     def score(self, profile: str, name: str) -> CatalogueRun:
-        """Return a run of a catalogue scene with its scores."""
+        """Return a run of a catalogue scene, with the scores of the run, of PIT and of the margin."""
         if (profile, name) not in self._scores:
             setup = build_catalogue_setup(name, profile)
             trace = self._ask(ObserveTask(Job(setup.scene, Method(self.name, profile), setup.dt_s)), setup)
@@ -182,13 +182,13 @@ class Subject(Closeable):
 
 _FAILURES = {Status.CRASHED: "the engine ends its process", Status.TIMED_OUT: "the engine hangs"}
 
-#: Number of steps per frame of a catalogue scene. The step is the middle one of the three steps in `carom run`.
+#: Number of steps per frame of a catalogue scene. The step size is the middle one of the three that `carom run` uses.
 STEPS_A_FRAME = 4
 
 
 @cache
 def _compute_pit_score(name: str) -> tuple[Trace, Trace, Score]:
-    """Return the known answer of a catalogue scene, the trace of PIT with the suite's step size, and PIT's score."""
+    """Return three results for a catalogue scene: the known answer as a trace, PIT's trace, and PIT's score."""
     setup = build_catalogue_setup(name, "tuned")
     reference = build_known_trace(setup.scene, all_scenes()[name].known)
     pit = observe_run(load_adapter("pit"), setup.scene, setup.profile, setup.dt_s)
@@ -208,10 +208,10 @@ def build_catalogue_setup(name: str, profile: str) -> Setup:
 
 
 def find_greatest_speed(scene: Scene) -> float:
-    """Return the greatest speed at the start, metres a second; 1 if nothing moves."""
+    """Return the greatest initial speed of a disc, metres a second; 1 if no disc moves."""
     return max(math.hypot(*disc.velocity_m_s) for disc in scene.discs) or 1.0
 
 
 def list_masses(scene: Scene) -> list[float]:
-    """Return the masses of discs, kg; 0 for an immovable disc, which takes no part in the momentum."""
+    """Return the masses of discs, kg; 0 for an immovable disc, whose momentum does not count."""
     return [0.0 if disc.immovable else disc.mass_kg for disc in scene.discs]

@@ -1,4 +1,4 @@
-"""Cases of the suite for one adapter. A case is a check with parameters; its name never changes."""
+"""Cases of the suite for one adapter. A case is a check with parameters. The name of a case never changes."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ class Case:
 
     Attributes:
         name: ``check[parameters]``. The full name in a file of known failures is ``engine::check[parameters]``.
-        run: The check, which raises an error if the adapter does not conform.
-        meaning: The requirement in one sentence, from the first line of the check's docstring.
+        run: The check. It raises an error if the adapter does not conform.
+        meaning: The requirement in one sentence: the first line of the check's docstring.
         skip: Reason why the declared capabilities exclude the case; empty if the case is run.
         profile: The profile that the case checks; empty if the case checks the adapter as a whole.
     """
@@ -43,7 +43,7 @@ class Case:
     profile: str = ""
 
 
-#: Ends and middle of the declared range of restitution, for discs and for walls.
+#: Position within the declared range of restitution: its ends and its middle, for discs and for walls.
 RESTITUTION_SHARES = {"least": 0.0, "middle": 0.5, "greatest": 1.0}
 
 _OF_ADAPTER = {
@@ -93,7 +93,7 @@ _OF_PROFILE = {
     "observations-stay": conduct.keeps_what_it_showed,
 }
 
-#: Additional checks of a profile whose steps are cut. All other checks run in whole steps.
+#: Additional checks of a profile whose steps are cut. All other checks run with steps of full length.
 _OF_LOCATED = {
     "settings": settings.settings_are_read_back,
     "start": settings.starts_as_written,

@@ -1,6 +1,6 @@
-"""Catalogue scenes of the suite with complete known answers, which are converted to traces.
+"""The suite's scenes from the catalogue. They have complete known answers, which are converted to traces.
 
-So runs are compared with mathematics instead of a solver.
+So runs are compared with exact solutions instead of a solver's results.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from carom.errors import InputError
 from carom.model.scene import Scene
 from carom.model.trace import ImpactRecord, Trace, build_impact_array, build_spin_array, wall_index
 
-#: Catalogue scenes of the suite. The names are listed here, so that a new catalogue scene does not add cases to
-#: people's suites. Scenes without a unique answer, or with rounding errors that grow from impact to impact, are
-#: excluded.
+#: Names of the suite's scenes from the catalogue. They are listed here, so that a new catalogue scene adds no cases to
+#: the suites of existing adapters. Scenes without a unique answer are excluded, and so are scenes in which rounding
+#: errors grow from impact to impact.
 CATALOGUE_SCENES = (
     "paper/missed",
     "paper/late",
@@ -49,7 +49,8 @@ CATALOGUE_SCENES = (
 )
 
 
-#: Scenes for profiles with cut steps: head-on, off-centre, inelastic and successive impacts, walls, and friction.
+#: Names of the scenes for profiles with cut steps: head-on, off-centre, inelastic and successive impacts, walls, and
+#: friction.
 LOCATED_SCENES = (
     "paper/missed",
     "paper/late",
@@ -65,10 +66,10 @@ LOCATED_SCENES = (
 
 
 def build_known_trace(scene: Scene, known: KnownAnswer) -> Trace:
-    """Return the trace of a complete known answer. Discs must move in straight lines between impacts.
+    """Convert a complete known answer to a trace. Discs must move in straight lines between impacts.
 
     Raises:
-        InputError: The known answer does not have all impacts of the scene, or not all velocities after them.
+        InputError: The known answer lacks some impacts of the scene, or some velocities after impacts.
     """
     if known.count != len(known.impacts):
         raise InputError(f"the known answer of {scene.name!r} has only {len(known.impacts)} of {known.count} impacts")

@@ -1,4 +1,6 @@
-"""Known failures: entries of a file, each with a reason. When a listed case passes, its entry must be removed.
+"""Known failures: a file of cases that fail, each with a reason.
+
+When a listed case passes, it must be removed from the file.
 
 ::
 
@@ -46,8 +48,8 @@ class KnownFailure:
     Attributes:
         reason: Reason why the cases fail.
         cases: Full names of the cases.
-        versions: Releases of the engine for which the entry is valid, such as ">=7,<8"; empty for all.
-        platform: Platform for which the entry is valid, such as "linux" or "linux-aarch64"; empty for all.
+        versions: Releases of the engine for which the entry is valid, such as ">=7,<8"; empty for all releases.
+        platform: Platform for which the entry is valid, such as "linux" or "linux-aarch64"; empty for all platforms.
     """
 
     reason: str
@@ -56,7 +58,7 @@ class KnownFailure:
     platform: str = ""
 
     def is_valid_for(self, version: str, platform_: str) -> bool:
-        """Return whether the entry is valid for a release on a platform.
+        """Return whether the entry is valid for a release of the engine on a platform.
 
         Raises:
             InputError: The entry depends on the release, but the engine's version is unknown.
@@ -73,7 +75,7 @@ class KnownFailure:
 
 
 def find_platform_name() -> str:
-    """Return the name of this platform as used in entries."""
+    """Return the name of this platform in the form that entries use."""
     return f"{sys.platform.rstrip('0123456789')}-{platform.machine()}".lower()
 
 
@@ -146,7 +148,7 @@ def _parse_platform(value: object, location: str) -> str:
 def list_known_reasons(
     entries: Iterable[KnownFailure], versions: Mapping[str, str], platform_: str, path: Path
 ) -> dict[str, str]:
-    """Return the reasons of the known failures for some releases and a platform, by full name of the case.
+    """Return the reason of each known failure that is valid for some releases and a platform, by full name of the case.
 
     Args:
         entries: Entries of the file.
@@ -155,7 +157,7 @@ def list_known_reasons(
         path: The file.
 
     Raises:
-        InputError: Two entries are valid for the same case, or an entry depends on a version that is unknown.
+        InputError: Two valid entries contain the same case, or an entry depends on a version that is not known.
     """
     found: dict[str, str] = {}
     for number, entry in enumerate(entries, start=1):
@@ -185,14 +187,14 @@ def check_names(
 
     Args:
         entries: Entries of the file.
-        known: Names of the cases in entries that are valid here.
+        known: Names of the cases in entries that are valid for the tested releases and this platform.
         names: Full names of all cases of the tested engines.
         skipped: For each case that the declared capabilities exclude, the reason.
-        installed: Names of all engines. Cases of engines that are not tested are ignored.
+        installed: Names of all installed engines. Cases of those that are not tested are ignored.
         path: The file.
 
     Raises:
-        InputError: A name is no case, or its case is skipped, so that it can't fail.
+        InputError: A name is not that of a case, or the case is skipped and so can't fail.
     """
     run = {name.partition("::")[0] for name in names}
     for name in (name for entry in entries for name in entry.cases):
@@ -223,11 +225,11 @@ def write_known_failures(
     versions: Mapping[str, str],
     platform: str,
 ) -> list[str]:
-    """Update the file of known failures, and return the cases whose reason is not yet written.
+    """Update the file of known failures, and return the cases for which the user has not yet written a reason.
 
     Unchanged entries keep their text and the comments directly above them. Reasons are kept. New failures are added at
-    the end, with one entry for each kind of failure. A case that the file lists only for other releases or platforms is
-    added for this release and platform.
+    the end of the file, with one entry for each kind of failure. If the file lists a case only for other releases or
+    platforms, the case is added for this release and platform.
 
     Args:
         path: The file, which may not exist yet.
@@ -256,7 +258,8 @@ def write_known_failures(
     parts = [before, *(chunk for _, chunk in stay), *map(_render_entry, joined)]
     new = "\n\n".join(part.strip() for part in parts if part.strip()) + "\n"
     if _parse_entries(new) != [_build_table(entry) for entry in all_entries]:
-        new = "\n".join(map(_render_entry, all_entries))  # an unusual form of TOML is rewritten and loses its comments
+        # a file in an unusual form of TOML is rewritten and loses its comments
+        new = "\n".join(map(_render_entry, all_entries))
     if failed or passed:
         write_file(path, new)
     return [name for entry in all_entries if entry.reason.startswith(TO_BE_WRITTEN) for name in entry.cases]
@@ -291,7 +294,7 @@ def _drop_passing_cases(
 def _build_new_entries(
     failed: Mapping[str, str], entries: Sequence[KnownFailure], versions: Mapping[str, str], platform: str
 ) -> Iterator[KnownFailure]:
-    """Yield an entry for each kind of failure with its cases.
+    """Yield an entry for each kind of failure. The entry lists the cases with this failure.
 
     Failures are of one kind if their messages differ only in numbers.
     """
@@ -311,7 +314,7 @@ def _build_table(entry: KnownFailure) -> dict[str, object]:
 
 
 def _parse_entries(text: str) -> list[dict[str, object]]:
-    """Parse the entries of a text as tables like those of `_build_table`."""
+    """Parse a text, and return its entries as tables like those of `_build_table`."""
     tables = tomllib.loads(text).get("known_failure", [])
     return [{**one, "reason": one["reason"].strip()} for one in tables]
 

@@ -1,7 +1,7 @@
 """Pytest plug-in. Without ``--carom-engine`` the plug-in adds only its options and imports no other module.
 
-With ``--carom-engine`` the plug-in adds the suite's cases to the collected tests. The adapter's repository needs no
-test file.
+With ``--carom-engine`` the plug-in adds the suite's cases to the collected tests. The repository of the adapter needs
+no test file.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Plan the suite if requested. Invalid options end the run before its first test."""
+    """Plan the suite if it is requested. Invalid options end the run before the first test."""
     engine_names = config.getoption("carom_engine")
     if not engine_names:
         return

@@ -1,6 +1,6 @@
-"""Probes of an engine: runs with an observation after each step, refusals, and many worlds.
+"""Probes of an engine: tasks that run a scene with an observation after each step, or create and close many worlds.
 
-Each probe is a task of a worker process. An error raised by the adapter becomes the result `Raised`.
+A worker process carries out each probe. If the adapter raises an error, the result is a `Raised`.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from carom.execution.environment import measure_resident_bytes
 from carom.model.scene import Scene
 from carom.model.trace import Setting
 
-#: Number of worlds after which an engine's memory pools no longer grow.
+#: After this number of worlds, an engine's memory pools no longer grow.
 WARM_UP_WORLDS = 10
 
 Probe = TypeVar("Probe")
@@ -35,9 +35,8 @@ class Watched:
 
     Attributes:
         settings: The world's settings after its steps.
-        seen: Observations at the start and after each step (the last one if there are several), or at start and end
-            only.
-        altered: Number of the first observation that a later step changed; None if none changed.
+        seen: Observations at the start and after each step (the first if there are several), or at start and end only.
+        altered: Number of the first observation that a later step changed; None if no observation was changed.
     """
 
     settings: Mapping[str, Setting]
@@ -47,7 +46,7 @@ class Watched:
 
 @dataclass(frozen=True)
 class Leftover:
-    """Growth of the resident memory, bytes; None where the system does not report it."""
+    """Growth of the resident memory, bytes; None if the system does not report this memory."""
 
     bytes: int | None
 
@@ -89,7 +88,7 @@ def _catch_adapter_errors(method: str) -> Iterator[None]:
 
 
 def _return_adapter_error(carry_out: Callable[[Probe], Seen | Raised]) -> Callable[[Probe], Seen | Raised]:
-    """Wrap a function so that it returns the adapter's error as its result."""
+    """Decorator: if the adapter raises an error in the function, return this error as the result."""
 
     @wraps(carry_out)
     def call_probe(probe: Probe) -> Seen | Raised:
@@ -108,7 +107,7 @@ class _Probe:
     Attributes:
         engine: Name of the adapter.
         scene: The scene.
-        settings: The settings for preparing the scene.
+        settings: The settings with which the scene is prepared.
     """
 
     engine: str
@@ -148,7 +147,7 @@ class Watch(_Probe):
         looks: Number of observations after each step; 0 takes all steps in one call and observes only the end.
         cut_s: Length to which each step is cut, seconds; None for whole steps.
         disturbed: Whether to take and undo a step of three times the length before each cut step, and to query contacts
-            after each.
+            after each of the two steps.
     """
 
     steps: int
@@ -197,7 +196,7 @@ class Watch(_Probe):
 
 @dataclass(frozen=True)
 class Make(_Probe):
-    """Task that creates, steps and closes many worlds, and measures the growth of memory after the first ten.
+    """Task that creates and closes many worlds, and measures the growth of memory after the first ten worlds.
 
     The memory of child processes is included, because an engine can be a program.
 
@@ -228,9 +227,9 @@ class Make(_Probe):
 
 
 def _measure_memory() -> int | None:
-    """Return the resident memory of this process and its children; None where the system does not report it.
+    """Return the resident memory of this process and its children; None if the system does not report this memory.
 
-    Before the measurement, the C library is asked to return free memory to the system. glibc keeps up to 20 MB of it.
+    Before the measurement, the C library returns free memory to the system, of which glibc keeps up to 20 MB.
     """
     give_back = getattr(ctypes.CDLL(None), "malloc_trim", None)
     if give_back is not None:

@@ -1,4 +1,4 @@
-"""The suite as pytest nodes: one collector per adapter, one item per case, and the final summary."""
+"""The suite in pytest: one collector per adapter, one item per case, and the summary at the end."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class EngineCollector(pytest.Collector):
     known: Mapping[str, str]
 
     def collect(self) -> Iterator[pytest.Item]:
-        """Yield an item for each case. For an unavailable engine, yield one skipped item with the reason."""
+        """Yield an item for each case. If the engine is unavailable, yield one skipped item with the reason."""
         info = self.engine.info
         missing = Case("available", lambda _: None, "The engine is installed.", info.unavailable)
         for case in self.engine.cases or (missing,):
@@ -113,24 +113,24 @@ class ConformanceRun:
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_collection_modifyitems(self, session: pytest.Session, items: list[pytest.Item]) -> None:
-        """Add the suite to the collected items, before -k, -m and --deselect are applied."""
+        """Add the items of the suite to the collected items, before -k, -m and --deselect are applied."""
         for engine in self._plan.engines:
             name = engine.info.name
             collector = EngineCollector.from_parent(session, name=name, nodeid=f"{PREFIX}::{name}")
             collector.engine, collector.known = engine, self._plan.known
-            items.extend(session.genitems(collector))  # also creates the collection reports
+            items.extend(session.genitems(collector))  # also reports the collection
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_makereport(
         self, item: pytest.Item, call: pytest.CallInfo[None]
     ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-        """Let a known failure fail the run if its case passes or does not apply."""
+        """Let a case that is listed as a known failure fail if the case passes or does not apply."""
         report = yield
         if not isinstance(item, CaseItem) or report.when != "call":
             return report
         name = f"{item.engine.info.name}::{item.case.name}"
         reason = self._plan.known.get(name)
-        # pytest-xdist sends this attribute to its controller, which writes the file.
+        # pytest-xdist sends this attribute to its controller. The controller writes the file of known failures.
         if reason is None and report.failed and call.excinfo and isinstance(call.excinfo.value, CaromError):
             vars(report)["carom_failed"] = [name, _format_failure(call.excinfo.value)]
         elif reason is not None and not hasattr(report, "wasxfail"):
@@ -157,7 +157,7 @@ class ConformanceRun:
         return lines
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
-        """Print the numbers of passed, failed, skipped and known failing cases of each engine."""
+        """Print for each engine how many cases passed, failed, were skipped, and failed as known."""
         if terminalreporter.config.option.collectonly:
             return
         write = terminalreporter.write_line
@@ -174,7 +174,8 @@ class ConformanceRun:
                 f"{count('passed')} passed, {count('failed', 'error')} failed, {count('skipped')} skipped, "
                 f"{count('xfailed')} known failures"
             )
-            brought = f" ({info.distribution})" if info.distribution else ""  # a manifest has no distribution
+            # an engine from a manifest has no distribution
+            brought = f" ({info.distribution})" if info.distribution else ""
             write(f"{info.name}: {info.engine} {info.version}{brought}: {counts}")
         if self._write_to is not None:
             write(self._update_known_failures(self._write_to))

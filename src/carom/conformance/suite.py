@@ -33,7 +33,7 @@ class EnginePlan:
 
     Attributes:
         info: Description of the engine.
-        subject: The adapter; None if its engine is unavailable, for the reason in `info`.
+        subject: The adapter; None if its engine is unavailable. `info` contains the reason.
         cases: Cases of the adapter; empty if the engine is unavailable.
     """
 
@@ -48,8 +48,8 @@ class Suite:
 
     Attributes:
         engines: The adapters.
-        known: Reason of each known failure that is valid for the tested releases and this platform, by full name of the
-            case.
+        known: By full name of the case, the reason of each known failure that is valid for the tested releases and this
+            platform.
         known_file: The file of known failures; None if there is none.
         entries: All entries of the file.
     """
@@ -72,14 +72,14 @@ def make_suite(
     folders: Sequence[Path],
     limits: LimitOptions,
 ) -> Suite:
-    """Plan the suite, without importing an engine.
+    """Plan the suite. No engine is imported.
 
     Args:
         engine_names: Values of ``--carom-engine``.
         profiles: Values of ``--carom-profile``: names, or ``all`` (default: `carom.execution.plan.DEFAULT_PROFILES`).
-        known_file: The file of known failures; None for the first one in `folders`.
-        folders: pytest's root directory, and the working directory. The two differ if the value of an option is also
-            the name of a folder, because pytest then uses this folder as its root.
+        known_file: The file of known failures; None to use the first such file in `folders`.
+        folders: pytest's root directory, and the working directory. If the value of an option is also the name of a
+            folder, the two differ, because pytest then uses this folder as its root.
         limits: Limits of the engines' processes.
 
     Raises:
@@ -95,7 +95,7 @@ def make_suite(
             subject = Subject(info.name, limits)
             of_engine = tuple(list_cases(subject))
             run_profiles = info.profiles if ALL in profiles else info.own_profiles(profiles or DEFAULT_PROFILES)
-            # The file may also name cases of profiles that are not run. Known failures of such cases are ignored.
+            # The file may also contain cases of profiles that are not run. Known failures of such cases are ignored.
             everything |= {f"{info.name}::{case.name}": case.skip for case in of_engine}
             chosen = tuple(case for case in of_engine if not case.profile or case.profile in run_profiles)
             planned.append(EnginePlan(info, subject, chosen))
@@ -115,14 +115,15 @@ def make_suite(
 
 
 def select_engines(engine_names: Sequence[str], pool: Pool) -> list[EngineInfo]:
-    """Return the adapters that the given words select, without duplicates.
+    """Return the adapters that the values of ``--carom-engine`` select, without duplicates.
 
     Args:
-        engine_names: Names of adapters, distributions or packages with entry points; manifests; or ``all``.
-        pool: Worker pool for queries of adapters. The pool is not closed.
+        engine_names: The values: names of adapters, of distributions, or of packages with entry points; manifests; or
+            ``all``.
+        pool: Pool for queries of adapters; it stays open.
 
     Raises:
-        UnknownNameError: A word selects nothing.
+        UnknownNameError: A value selects no adapter.
         InputError: An adapter that is selected by its name is unavailable.
         AdapterError: A manifest can't be read.
     """
@@ -146,7 +147,7 @@ def select_engines(engine_names: Sequence[str], pool: Pool) -> list[EngineInfo]:
 
 
 def _contains(name: str, word: str) -> bool:
-    """Whether a word means all adapters, or the package or distribution of an adapter."""
+    """Whether a word is ``all``, or the package or distribution of the adapter `name`."""
     package = list_adapter_points()[name].module.partition(".")[0]
     return word in (ALL, package) or _normalize_name(distribution_of(name)) == _normalize_name(word)
 

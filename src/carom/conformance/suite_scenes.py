@@ -1,4 +1,7 @@
-"""Scenes of the suite that test one feature each. `known_answers` lists the suite's scenes from the catalogue."""
+"""Scenes of the suite, each for the test of one feature.
+
+`known_answers` lists the suite's other scenes, from the catalogue.
+"""
 
 from __future__ import annotations
 
@@ -13,10 +16,10 @@ from carom.comparator.thresholds import THRESHOLDS
 from carom.engines.api.declarations import Capabilities
 from carom.model.scene import Chain, Disc, Ring, Scene, Wall
 
-#: Step of the suite's own scenes. The step is a power of two, so that step boundaries are exact floats.
+#: Step size for these scenes, seconds. It is a power of two, so that step boundaries are exact floats.
 DT_S = 1 / 128
 
-#: Number of steps after which the bodies of `build_rubbing` touch.
+#: Number of steps after which the bodies in the scene of `build_rubbing` touch.
 TOUCH_STEPS = 8
 
 
@@ -35,20 +38,20 @@ def build_crowd() -> Scene:
 
 
 def build_walled_box() -> Scene:
-    """Return the crowd within four walls."""
+    """Return the scene of `build_crowd` within four walls."""
     normals = ((1, 0), (0, 1), (-1, 0), (0, -1))
     walls = [Wall(point_m=(3.6 * -nx, 3.6 * -ny), normal=(nx, ny)) for nx, ny in normals]
     return _build_scene("box", build_crowd().discs, 2.5, walls=walls)
 
 
 def build_approach(speed_m_s: float = 3.0, gap_m: float = 1.01, x_m: float = 0.0, radius_m: float = 0.5) -> Scene:
-    """Return a disc that meets an equal disc at rest head-on. The struck disc takes over the velocity."""
+    """Return a disc that meets an equal disc at rest head-on. The struck disc gets the velocity of the other disc."""
     discs = [build_disc(x_m, speed_m_s, radius_m), build_disc(x_m + 2 * radius_m + gap_m, 0, radius_m)]
     return _build_scene(f"approach-{speed_m_s:g}-{x_m:g}-{radius_m:g}", discs, 2 * gap_m / speed_m_s)
 
 
 def build_single_disc(speed_m_s: float = 1.0, x_m: float = 0.0, radius_m: float = 0.5, mass_kg: float = 1.0) -> Scene:
-    """Return a scene of a few steps with one free disc."""
+    """Return a scene with one free disc that lasts a few steps."""
     name = f"alone-{speed_m_s:g}-{x_m:g}-{radius_m:g}" + (f"-{mass_kg:g}" if mass_kg != 1.0 else "")
     return _build_scene(name, [build_disc(x_m, speed_m_s, radius_m, mass_kg)], 4 * DT_S)
 
@@ -59,13 +62,13 @@ def build_spinning_disc(spin_rad_s: float) -> Scene:
 
 
 def build_bullet(phase: float) -> Scene:
-    """Return a fast disc that meets a disc at rest head-on, and would pass through it within a step of 1/60 s."""
+    """Return a fast disc that meets a disc at rest head-on, and can pass through that disc within a step of 1/60 s."""
     start_m = -0.3 - 100 / 60 * (2 + phase)
     return _build_scene(f"bullet-{phase:g}", [build_disc(start_m, 100, 0.05), build_disc(0, 0, 0.25, 3)], 6 / 60)
 
 
 def build_bounce_and_pair(restitution: float, wall_restitution: float, *, wall: bool) -> Scene:
-    """Return a disc of 1 kg at 1 m/s that meets a disc of 2 kg at -2 m/s; with `wall`, also a disc and a wall."""
+    """Return a disc of 1 kg at 1 m/s that meets a disc of 2 kg at -2 m/s. With `wall`, another disc meets a wall."""
     name = f"restitution-{restitution:g}-{wall_restitution:g}"
     discs, laws = [build_disc(0, 1, 0.5), build_disc(2.01, -2, 0.5, 2.0)], dict[str, Any]()
     if wall:
@@ -85,14 +88,17 @@ def _build_head_on(
     duration_s: float = 0.6,
     **laws: Any,
 ) -> Scene:
-    """Return a scene of discs that meet a wall head-on. `places` has the centre and the velocity along x of each."""
+    """Return a scene of discs that meet a wall head-on.
+
+    `places` contains the centre and the velocity along x of each disc.
+    """
     restitution, discs = capabilities.restitution[1], [build_disc(place, speed, 0.5) for place, speed in places]
     laws |= {"walls": [wall], "wall_restitution": restitution}
     return _build_scene(f"{name}-{restitution:g}", discs, duration_s, **laws)
 
 
 def build_two_sided_edge(capabilities: Capabilities) -> Scene:
-    """Return a single edge that two discs meet head-on at 3 m/s, one from either side."""
+    """Return a single edge that two discs meet head-on at 3 m/s, one from each side."""
     return _build_head_on("edge", capabilities, _EDGE_PLACES, Chain(points_m=[(0, -2), (0, 2)]))
 
 
@@ -107,7 +113,7 @@ def build_outside_circle(capabilities: Capabilities) -> Scene:
 
 
 def build_starting_paddle(capabilities: Capabilities) -> Scene:
-    """Return a half-plane that moves at 1 m/s after 0.25 s.
+    """Return a half-plane that starts to move after 0.25 s, at 1 m/s.
 
     A disc meets the half-plane at -3 m/s and leaves at (1 + 4 e) m/s.
     """
@@ -122,13 +128,13 @@ def build_belt(capabilities: Capabilities) -> Scene:
 
 
 def build_edge_belt(capabilities: Capabilities) -> Scene:
-    """Return an edge with a surface speed of 9 m/s. Two discs meet it, one from either side, and slip on it."""
+    """Return an edge with a surface speed of 9 m/s. Two discs meet the edge, one from each side, and slip on it."""
     friction, edge = min(0.25, capabilities.friction[1]), Chain(points_m=[(0, -2), (0, 2)], surface_speed_m_s=9.0)
     return _build_head_on(f"edge-belt-{friction:g}", capabilities, _EDGE_PLACES, edge, wall_friction=friction)
 
 
 def build_two_walls(first: float, second: float) -> Scene:
-    """Return two half-planes with different restitutions that discs meet head-on at 3 m/s."""
+    """Return two half-planes with different restitutions. Discs meet them head-on at 3 m/s."""
     left = Wall(point_m=(-3, 0), normal=(1, 0), restitution=first)
     right = Wall(point_m=(3, 0), normal=(-1, 0), restitution=second)
     discs = [build_disc(complex(1.49 * side, side), 3 * side, 0.5) for side in (-1, 1)]
@@ -150,13 +156,13 @@ def build_mallet(capabilities: Capabilities) -> Scene:
 
 
 def build_post(*, first: bool = False) -> Scene:
-    """Return a disc of 2 kg that meets an immovable disc at 3 m/s. With `first`, the immovable disc has number 0."""
+    """Return a disc of 2 kg that meets an immovable disc at 3 m/s. With `first`, the immovable disc is disc 0."""
     discs = [build_disc(0, 3, 0.5, 2.0), build_disc(2.01, 0, 0.5, math.inf)]
     return _build_scene("post-first", discs[::-1], 0.6) if first else _build_scene("post", discs, 0.6)
 
 
 def build_posts() -> Scene:
-    """Return a scene of two overlapping immovable discs, in which nothing happens."""
+    """Return a scene of two overlapping immovable discs. Nothing happens in this scene."""
     return _build_scene("posts", [build_disc(x, 0, 1, math.inf) for x in (0, 1)], 0.1)
 
 
@@ -166,7 +172,7 @@ def build_fall() -> Scene:
 
 
 def build_damped_disc(*, spins: bool) -> Scene:
-    """Return a damped disc that moves for half a second, and with `spins` also spins."""
+    """Return a damped disc that moves for half a second. With `spins`, it also spins."""
     disc = build_disc(0, 0.6 - 0.8j, 0.5, spin_rad_s=1.0 if spins else 0.0)
     return _build_scene(f"slowing{'-spin' * spins}", [disc], 0.5, damping_per_s=0.8)
 
@@ -179,15 +185,15 @@ def build_rolling_disc() -> Scene:
 
 
 def build_sliding_disc() -> Scene:
-    """Return a disc that a table decelerates for half a second."""
+    """Return a disc on a table that slows it down for half a second."""
     return _build_scene("table", [build_disc(0, 0.6 - 0.8j, 0.5)], 0.5, table_deceleration_m_s2=0.5)
 
 
 def build_mixed_contacts(*, wall: bool, restitution: float) -> Scene:
-    """Return two discs that meet off centre; with `wall`, the first also bounces off a slanted wall.
+    """Return two discs that meet off-centre. With `wall`, the first disc also bounces off a slanted wall.
 
-    With a restitution below 1, discs still overlap for some steps while they separate slowly. Contacts that
-    separate have no impulse.
+    With a restitution below 1, discs separate slowly and still overlap for some steps. The contacts of these steps have
+    no impulse.
     """
     walls = [Wall(point_m=(-1, 0), normal=(1, 0.2))] if wall else []
     discs = [build_disc(0, 3, 0.5), build_disc(1.72 + 0.3j, -1 + 0.1j, 0.5, 2)]
@@ -201,11 +207,11 @@ def build_rubbing(
     inertia_factor: float = 0.5,
     restitution: float = 1.0,
 ) -> Scene:
-    """Return two discs that meet along x and slip. If walls are supported, a third disc slips on a wall.
+    """Return two discs that meet along x and slip on each other. If walls are supported, a third disc slips on a wall.
 
-    The bodies touch just before the end of a step. The bodies then overlap by enough for the declared float width, but
-    by less than the rounding allowance. So the lever arm of friction and the normal are correct even in an engine that
-    derives them from overlapping positions.
+    The bodies touch just before the end of a step. At its end, their overlap is large enough to be detected with the
+    declared width of floats, but smaller than the allowed rounding. So the lever arm of friction and the normal are
+    correct even in an engine that derives them from overlapping positions.
     """
     factor = inertia_factor if capabilities.spin else math.inf
     turns = math.isfinite(factor)
@@ -227,7 +233,7 @@ def build_rubbing(
 
 
 def build_rubbing_crowd(capabilities: Capabilities, friction: float, restitution: float) -> Scene:
-    """Return the crowd as spinning discs with friction, in a box if walls are supported."""
+    """Return the scene of `build_crowd` with spinning discs and friction, and in a box if walls are supported."""
     scene = build_walled_box() if capabilities.walls else build_crowd()
     spun = {"spin_rad_s": 4.0} if capabilities.spin else {"inertia_factor": math.inf}
     discs = [disc.model_copy(update={k: v * (-1) ** i for k, v in spun.items()}) for i, disc in enumerate(scene.discs)]

@@ -1,4 +1,4 @@
-"""Failure of a check: what is wrong, the expected and found values, and the run that shows it."""
+"""Failure of a check: what is wrong, the expected value, the found value, and the run that shows the failure."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Setup:
         scene: The scene.
         profile: Name of the profile.
         dt_s: Step size, seconds.
-        catalogued: Whether the scene is in the catalogue, so that `carom run` finds it by name.
+        catalogued: Whether the scene is in the catalogue. If it is, `carom run` finds the scene by its name.
     """
 
     scene: Scene
@@ -30,7 +30,7 @@ class Setup:
         return f"{self.scene.name!r}, profile {self.profile!r}, dt = {format_step_option(self.dt_s)} s"
 
 
-class Violation(CaromError):  # noqa: N818 - the result of a check, not an error of the suite
+class Violation(CaromError):  # noqa: N818 - this is the result of a check, not an error of the suite
     """An adapter violates its interface or its declarations.
 
     Attributes:
@@ -45,8 +45,8 @@ class Violation(CaromError):  # noqa: N818 - the result of a check, not an error
         super().__init__(f"{problem}: expected {self.expected}, got {self.found}" + (f" in {setup}" if setup else ""))
 
 
-class NotApplicable(CaromError):  # noqa: N818 - a reason to skip, not an error
-    """Signal that a check does not apply, such as for an undeclared capability. The message is the reason."""
+class NotApplicable(CaromError):  # noqa: N818 - this is a reason to skip, not an error
+    """Raised if a check does not apply, for example because a capability is not declared. The message is the reason."""
 
 
 def require(holds: bool, problem: str, expected: object, found: object, setup: Setup | None = None) -> None:

@@ -1,1 +1,1 @@
-"""Engines: the adapter interface, engines in other languages, importers of engines' files, and the registry."""
+"""Engines: the adapter interface, engines in other languages, importers of files of engines, and the registry."""

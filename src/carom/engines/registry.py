@@ -1,4 +1,7 @@
-"""Registry of adapters: finds entry points and manifests, and loads adapters. Finding them imports no engine."""
+"""Registry of adapters: finds entry points and manifests, and loads adapters.
+
+No engine is imported to find its adapter.
+"""
 
 from __future__ import annotations
 
@@ -23,27 +26,28 @@ if TYPE_CHECKING:
     from carom.engines.protocol.adapter import ProgramAdapter
 
 ENTRY_POINT_GROUP = "carom.adapters"
-#: Environment variable with additional manifests: files, or folders that contain a manifest, separated as in PATH.
+#: Environment variable that lists additional manifests: files, or folders that contain a manifest, separated as in
+#: PATH.
 MANIFESTS = "CAROM_ENGINES"
 
 
 @dataclass(frozen=True)
 class EngineInfo:
-    """Description of an engine and its adapter, obtained without importing the engine.
+    """Description of an engine and its adapter. The engine is not imported for this description.
 
     Attributes:
         name: Name of the adapter, for ``--engine``.
         engine: Name of the engine.
-        version: Version of the engine's distribution; empty if it is unavailable.
-        unavailable: Why the engine can't be used here; empty if it can.
+        version: Version of the engine's distribution; empty if the engine is unavailable.
+        unavailable: Why the engine can't be used on this machine; empty if it can be used.
         capabilities: Declared capabilities; None if the adapter can't be loaded.
         profiles: Descriptions of the profiles, by name.
         distribution: The distribution that contains the adapter.
         located: Names of the profiles whose steps are cut.
-        own: Capabilities of profiles that differ from `capabilities`, by the profile's name.
-        knobs: Settings that may be searched, with their ranges, by name.
-        install: Command that installs the engine; empty if it needs none.
-        code: Whether the adapter can write its settings as code of the engine.
+        own: Capabilities of the profiles whose capabilities differ from `capabilities`, by the profile's name.
+        knobs: Settings that ``carom tune`` may change, with their ranges, by name.
+        install: Command that installs the engine; empty if no command is needed.
+        code: Whether the adapter can write settings as code of the engine.
 
     Examples:
         >>> (info,) = carom.engines(["pit"])
@@ -65,18 +69,18 @@ class EngineInfo:
     code: bool = False
 
     def own_profiles(self, names: Iterable[str]) -> list[str]:
-        """Return which of the requested profiles the engine has. An alias is replaced by the name."""
+        """Return those of the requested profiles that the engine has. An alias is replaced by the profile's name."""
         resolved = dict.fromkeys(resolve_profile(self.name, profile) for profile in names)
         return [profile for profile in resolved if profile in self.profiles]
 
     @property
     def available(self) -> bool:
-        """Whether scenes can be run on this engine here."""
+        """Whether scenes can be run on this engine on this machine."""
         return not self.unavailable
 
     @property
     def missing(self) -> bool:
-        """Whether the adapter is installed and can be loaded, but its engine is not available here."""
+        """Whether the adapter is installed and can be loaded, but its engine is not available on this machine."""
         return not self.available and self.capabilities is not None
 
 
@@ -89,7 +93,7 @@ class AdapterPoint:
         value: The object reference of the entry point, or the path of the manifest.
         distribution: The distribution that contains the adapter; empty if there is no distribution, or if its name
             can't be read.
-        manifest: Whether it is a manifest.
+        manifest: Whether the location is a manifest.
         broken: Why the entry point is invalid; empty if it is valid.
     """
 
@@ -115,14 +119,17 @@ class AdapterPoint:
 
 @cache
 def _load_program(manifest: str) -> ProgramAdapter:
-    """Return the adapter of a manifest. The adapter is cached, since it keeps its program for the next world."""
+    """Return the adapter of a manifest. The adapter is cached, since its program stays running for the next world."""
     from carom.engines.protocol.adapter import program_adapter
 
     return program_adapter(manifest)
 
 
 def _read_manifest_name(path: Path) -> str:
-    """Return the name of the engine in a manifest, or the name of its folder or file if it can't be read."""
+    """Return the name of the engine in a manifest.
+
+    If the manifest can't be read, return the name of its folder or file.
+    """
     from carom.engines.protocol.manifest import MANIFEST, load_manifest
 
     try:
@@ -144,7 +151,7 @@ def list_adapter_points() -> Mapping[str, AdapterPoint]:
             found.setdefault(point.name, point)
     for word in filter(None, os.environ.get(MANIFESTS, "").split(os.pathsep)):
         path = _find_manifest(Path(word))
-        if not path.is_absolute():  # a worker process has a working folder of its own
+        if not path.is_absolute():  # a worker process has another working folder
             raise AdapterError(f"{MANIFESTS} must contain absolute paths, got {word!r}")
         name = _read_manifest_name(path)
         if name in found:
@@ -156,7 +163,8 @@ def list_adapter_points() -> Mapping[str, AdapterPoint]:
 def _list_points(distribution: metadata.Distribution) -> list[AdapterPoint]:
     """Return the adapters of a distribution.
 
-    If its entry points can't be read, return one broken adapter, named by the distribution's location.
+    If the distribution's entry points can't be read, return one broken adapter, named after the distribution's
+    location.
     """
     try:
         points = distribution.entry_points.select(group=ENTRY_POINT_GROUP)
@@ -192,7 +200,7 @@ def _find_manifest(path: Path) -> Path:
 
 
 def resolve_engine(word: str) -> str:
-    """Return the name of an engine that is given by its name or its manifest. Register the manifest first.
+    """Return the name of an engine that is given by its name or its manifest. Register a manifest first.
 
     Worker processes of this machine inherit the registration through the environment.
 
@@ -220,13 +228,13 @@ def resolve_engine(word: str) -> str:
 
 
 def format_engine_argument(name: str) -> str:
-    """Return a value for ``--engine`` that works in any process: the manifest, or the name if there is none."""
+    """Return a value for ``--engine`` that works in any process: the manifest or, if the engine has none, the name."""
     point = list_adapter_points().get(name)
     return point.value if point is not None and point.manifest else name
 
 
 def distribution_of(name: str) -> str:
-    """Return the name of the distribution that contains an adapter; empty if there is none."""
+    """Return the name of the distribution that contains an adapter; empty if there is no distribution."""
     return list_adapter_points()[name].distribution
 
 
@@ -254,7 +262,7 @@ def require_named(name: str) -> None:
 
 
 def load_adapter(name: str) -> Adapter:
-    """Load an adapter. This runs third-party code, so call it only in worker processes.
+    """Load an adapter. This runs third-party code, so call this function only in worker processes.
 
     Raises:
         UnknownNameError: No adapter has the name.
@@ -264,8 +272,8 @@ def load_adapter(name: str) -> Adapter:
     point = list_adapter_points()[name]
     try:
         adapter: Any = point.load()
-        is_adapter = isinstance(adapter, Adapter)  # runs the adapter's properties on some versions of Python
-    except AdapterError:  # the message of an error about a manifest is complete
+        is_adapter = isinstance(adapter, Adapter)  # on some versions of Python, this runs the adapter's properties
+    except AdapterError:  # an error about a manifest has a complete message
         raise
     except Exception as error:
         message = f"the adapter {name!r} can't be loaded from {point.value}: {type(error).__name__}: {error}"
@@ -273,7 +281,8 @@ def load_adapter(name: str) -> Adapter:
     if not is_adapter:
         parts = ("name", "engine", "capabilities", "profiles", "prepare")
         missing = [part for part in parts if not has_part(adapter, part)]
-        for part in set(parts) - set(missing):  # for `isinstance`, an AttributeError in a property means it is missing
+        # `isinstance` takes a property that raises an AttributeError for a missing one
+        for part in set(parts) - set(missing):
             try:
                 getattr(adapter, part)
             except AttributeError as error:
@@ -284,19 +293,23 @@ def load_adapter(name: str) -> Adapter:
 
 
 def has_part(value: object, part: str) -> bool:
-    """Whether an object has an attribute. A property is not read, because it could itself raise an AttributeError."""
+    """Whether an object has an attribute. A property is not read, because reading it could raise an AttributeError."""
     try:
         inspect.getattr_static(value, part)
     except AttributeError:
-        return hasattr(value, part)  # by its `__getattr__`
+        return hasattr(value, part)  # finds attributes that `__getattr__` provides
     return True
 
 
 def explain_unavailable_engine(engine: Engine) -> str:
-    """Return why an engine can't be used here (missing or too old); empty if it can. The engine is not imported."""
+    """Return why an engine can't be used on this machine (missing or too old); empty if it can.
+
+    The engine is not imported.
+    """
     try:
         found = not engine.module or importlib.util.find_spec(engine.module) is not None
-    except (ImportError, ValueError):  # the parent package of a dotted name is missing, or a loaded module has no spec
+    # the parent package of a dotted name is missing, or the loaded module has no spec
+    except (ImportError, ValueError):
         found = False
     if found:
         installed = _find_installed_release(engine.distribution) if engine.oldest else ""
@@ -311,7 +324,7 @@ def explain_unavailable_engine(engine: Engine) -> str:
     return f"{reason}; {engine.install}" if engine.install else reason
 
 
-@cache  # every run of a worker calls this, and reading the metadata takes as long as some runs
+@cache  # a worker calls this for every run, and reading the metadata takes as long as some runs
 def _find_installed_release(distribution: str) -> str:
     """Return the installed release of a distribution; empty if it is not installed, or the name is empty."""
     try:
@@ -321,9 +334,10 @@ def _find_installed_release(distribution: str) -> str:
 
 
 def explain_unavailable_adapter(adapter: Adapter) -> str:
-    """Return why an adapter's engine can't be used here; empty if it can.
+    """Return why an adapter's engine can't be used on this machine; empty if it can be used.
 
-    An adapter may have a method ``unavailable()`` for reasons other than a module: a missing program, a licence.
+    An adapter may have a method ``unavailable()`` for reasons other than a missing module, such as a missing program or
+    licence.
     """
     method = getattr(adapter, "unavailable", None)
     return explain_unavailable_engine(adapter.engine) or (str(method()) if callable(method) else "")
@@ -332,8 +346,8 @@ def explain_unavailable_adapter(adapter: Adapter) -> str:
 def find_version(adapter: Adapter, adapter_distribution: str) -> str:
     """Return the version of an engine, from its adapter or its distribution.
 
-    An adapter may have a method ``version()`` if its engine is not a Python distribution. An engine with neither a
-    module nor such a method is part of its adapter, and has the adapter's version.
+    An adapter may have a method ``version()`` if its engine is not a Python distribution. If an engine has no module
+    and its adapter has no such method, the engine is part of the adapter and has the adapter's version.
     """
     method = getattr(adapter, "version", None)
     if callable(method):

@@ -1,9 +1,9 @@
 """Checks of accuracy: impacts, times and velocities of scenes with known answers.
 
-PIT runs the same scene with the same step size. PIT's errors are the cost of checking for overlap once per step. An
-adapter's errors may be as large as PIT's plus the errors that its profile declares in `Accuracy`. A profile with cut
-steps finds the instant of contact, so only the declared errors and rounding are allowed. For a profile with a contact
-margin, the allowed errors are those of `carom.conformance.contact_margin` if they are larger than PIT's.
+PIT runs the same scene with the same step size. PIT's errors arise because it checks for overlap only once per step. An
+adapter's errors may be as large as PIT's errors plus the errors that the profile declares in `Accuracy`. A profile with
+cut steps finds the instant of contact, so only the declared errors and rounding are allowed. For a profile with a
+contact margin, the errors of `carom.conformance.contact_margin` replace PIT's errors if they are larger.
 """
 
 from __future__ import annotations
@@ -23,7 +23,10 @@ from carom.support.formatting import format_instant, format_number, format_secon
 
 
 def finds_impacts(subject: Subject, profile: str, name: str) -> None:
-    """The engine finds every impact that PIT finds, and invents no impact except within a promised margin."""
+    """The engine finds every impact that PIT finds.
+
+    Any invented impact is due to a declared contact margin or also PIT's.
+    """
     run = subject.score(profile, name)
     trace, score, due = run.trace, run.score, run.reference.impacts
     found = "; ".join((trace.outcome.value, *trace.notes))
@@ -43,14 +46,14 @@ def finds_impacts(subject: Subject, profile: str, name: str) -> None:
 
 
 def times_are_right(subject: Subject, profile: str, name: str) -> None:
-    """A path turns no earlier than PIT's, and at most a step or PIT's lateness later, plus the declared lateness.
+    """No impact is earlier than PIT's, or later than PIT's (or one step, if that is more) plus the declared lateness.
 
-    With a promised margin, an impact may be as early or late as the same impact of bodies that are thicker by the
+    With a declared margin, an impact may also be as early or late as the same impact of bodies that are thicker by the
     margin.
     """
     run, described = subject.score(profile, name), subject.adapter.profiles[profile]
     dt_s, promise_s = run.setup.dt_s, described.accuracy.late_steps * run.setup.dt_s
-    # An impact can be anywhere in a step, so sampling can be late by up to a whole step.
+    # An impact can be at any instant of a step, so sampling can detect it up to a whole step late.
     times = _read_errors(run.pit, "time_s").values()
     sampled_s, early_s = max([dt_s, *times]), max([0.0, *(-time_s for time_s in times)])
     if described.located:
@@ -58,7 +61,7 @@ def times_are_right(subject: Subject, profile: str, name: str) -> None:
     rounding_s = subject.rounding * run.setup.scene.duration_s
     margin = _read_errors(run.margin, "time_s")
     for error in _list_compared_errors(run, "time_s"):
-        # Errors of successive impacts add up.
+        # The declared errors of successive impacts add up.
         shifted_s = margin.get(error.reference, 0.0)
         late_s = max(sampled_s, shifted_s) + promise_s * (error.reference + 1)
         impact, early = run.reference.impacts[error.reference], shifted_s < 0
@@ -76,7 +79,7 @@ def times_are_right(subject: Subject, profile: str, name: str) -> None:
 
 
 class _Allowed(NamedTuple):
-    """Allowed errors of velocities or spins by cause, relative to the scene's speed."""
+    """Allowed errors of velocities or spins for each cause, relative to the scene's speed."""
 
     sampled: float
     promise: float
@@ -89,7 +92,7 @@ class _Allowed(NamedTuple):
 
 
 def _compute_allowed_errors(subject: Subject, run: CatalogueRun, kind: str) -> _Allowed:
-    """Return the allowed errors of a kind after each impact and at the end."""
+    """Return the allowed errors of velocities or spins (`kind`) after each impact and at the end."""
     described, final = subject.adapter.profiles[run.setup.profile], f"final_{kind}"
     promise, margin = described.accuracy.velocity, _read_errors(run.margin, kind)
     paid = [] if described.located else _read_errors(run.pit, kind).values()
@@ -99,7 +102,7 @@ def _compute_allowed_errors(subject: Subject, run: CatalogueRun, kind: str) -> _
 
 
 def velocities_are_right(subject: Subject, profile: str, name: str) -> None:
-    """Errors of velocities, after impacts and at the end, are at most PIT's errors plus the promised errors."""
+    """Errors of velocities, after impacts and at the end, are at most PIT's errors plus the declared errors."""
     run = subject.score(profile, name)
     trace, speed, allowed = run.trace, run.score.scales.speed_m_s, _compute_allowed_errors(subject, run, "velocity")
     for error in _list_compared_errors(run, "velocity"):
@@ -119,7 +122,7 @@ def velocities_are_right(subject: Subject, profile: str, name: str) -> None:
             run.setup,
         )
     if run.misses_impacts:
-        return  # paths differ after a missed impact
+        return  # after a missed impact the paths differ, so the final velocities can't be compared
     worst, limit = run.score.total.final_velocity, format_number(allowed.end * speed, 3)
     expected = f"{_format_vectors(run.known.final_velocity_m_s or ())} m/s to {limit} m/s"
     found = f"{_format_vectors(trace.final_velocity_m_s.tolist())} m/s"
@@ -128,7 +131,7 @@ def velocities_are_right(subject: Subject, profile: str, name: str) -> None:
 
 
 def spins_are_right(subject: Subject, profile: str, name: str) -> None:
-    """Errors of spins, after impacts and at the end, are at most PIT's errors plus the promised errors."""
+    """Errors of spins, after impacts and at the end, are at most PIT's errors plus the declared errors."""
     run = subject.score(profile, name)
     trace, speed, allowed = run.trace, run.score.scales.rim_m_s, _compute_allowed_errors(subject, run, "spin")
     why = f"PIT's error {format_number(allowed.sampled, 3)}, declared {format_number(allowed.promise, 3)}"
@@ -153,14 +156,17 @@ def spins_are_right(subject: Subject, profile: str, name: str) -> None:
 
 
 def _list_compared_errors(run: CatalogueRun, field: str) -> list[ImpactError]:
-    """Return the impacts that PIT also finds, so that the cost of sampling is known; the largest error is first."""
+    """Return the errors of impacts that PIT also finds, since the error of sampling is known only for these.
+
+    Largest first.
+    """
     common = {error.reference for error in run.pit.errors}
     compared = [error for error in run.score.errors if error.reference in common]
     return sorted(compared, key=lambda error: -abs(getattr(error, field)))
 
 
 def _read_errors(score: Score | None, field: str) -> dict[int, float]:
-    """Return the finite errors of a field by impact; none without a score."""
+    """Return the finite errors of a field, by impact; none if there is no score."""
     all_errors = {error.reference: getattr(error, field) for error in (score.errors if score else ())}
     return {impact: error for impact, error in all_errors.items() if math.isfinite(error)}
 

@@ -17,22 +17,22 @@ from carom.model.scene import Scene
 from carom.support.formatting import format_number
 from carom.support.limits import LARGEST
 
-#: Largest tested coordinates and speeds for an engine without a declared limit. These values are a thousand times those
-#: of any catalogue scene, but float64 rounding is still negligible.
+#: Largest tested coordinates and speeds for an engine without a declared limit. They are a thousand times the values of
+#: any catalogue scene, but the rounding of 64-bit floats is still negligible.
 FAR_M = 1e5
 FAST_M_S = 1e5
 
-#: Smallest tested size: a thousandth of the smallest size in the catalogue.
+#: Smallest tested radius: a thousandth of the smallest radius in the catalogue.
 SMALL_M = 1e-5
 SLOW_M_S = 1e-4
 
-#: Number of start positions of the fast disc within a step. Without continuous detection, the disc misses the impact
-#: from most of these positions.
+#: Number of phases, each of which starts the fast disc elsewhere within a step. Without continuous detection, the
+#: engine misses the impact at most of these phases.
 PHASES = 8
 
 
 def restitution_as_declared(subject: Subject, share: float, wall_share: float) -> None:
-    """Discs and walls bounce with their own restitution, in every combination within the declared range."""
+    """Restitutions of discs and of walls can have any values in the declared range, and have the right effect."""
     capabilities = subject.capabilities()
     low, high = capabilities.restitution
     e, wall_e = low + share * (high - low), low + wall_share * (high - low)
@@ -47,7 +47,7 @@ def restitution_as_declared(subject: Subject, share: float, wall_share: float) -
 
 
 def immovable_stays(subject: Subject, order: str) -> None:
-    """A disc that hits an immovable disc reverses its velocity, whichever disc has the lower number."""
+    """A disc that hits an immovable disc head-on reverses its velocity, no matter which disc has the lower number."""
     setup = require_supported(subject, scenes.build_post(first=order == "first"))
     expected = [(-3.0, 0.0), (0.0, 0.0)]
     end = end_with_velocities(subject, setup, expected[:: -1 if order == "first" else 1], "an immovable disc")
@@ -63,7 +63,7 @@ def immovable_stays(subject: Subject, order: str) -> None:
 
 
 def posts_stand_still(subject: Subject) -> None:
-    """Overlapping immovable discs stay at rest without contacts."""
+    """Overlapping immovable discs stay at rest, and their contacts have no effect."""
     setup = require_supported(subject, scenes.build_posts())
     end = subject.watch(setup).seen[-1]
     has_moved = end.velocity_m_s.any() or end.position_m.tolist() != [list(d.position_m) for d in setup.scene.discs]
@@ -79,12 +79,12 @@ def falls_as_declared(subject: Subject) -> None:
 
 
 def slows_as_declared(subject: Subject) -> None:
-    """Velocity and spin of a free damped disc decrease as exp(-c t), to within the error of one step."""
+    """Velocity and spin of a free damped disc decrease as exp(-c t). First-order integrators are accurate enough."""
     setup = require_supported(subject, scenes.build_damped_disc(spins=subject.capabilities().spin))
     scene, end = setup.scene, subject.watch(setup).seen[-1]
     disc, steps = scene.discs[0], scene.step_count(setup.dt_s)
     step = scene.damping_per_s * setup.dt_s
-    # First-order integrators replace exp(-c dt) by 1 - c dt or 1 / (1 + c dt), which are a lower and an upper bound.
+    # First-order integrators replace exp(-c dt) by 1 - c dt, a lower bound, or by 1 / (1 + c dt), an upper bound.
     lower, upper = (1.0 - step) ** steps, (1.0 + step) ** -steps
     found = [(end.velocity_m_s[0] @ disc.velocity_m_s) / math.hypot(*disc.velocity_m_s) ** 2]
     if disc.spin_rad_s:
@@ -96,7 +96,7 @@ def slows_as_declared(subject: Subject) -> None:
 
 
 def rolls_as_declared(subject: Subject) -> None:
-    """A disc that rolls with rolling resistance decelerates by c g/(1 + k), to within the error of one step."""
+    """A disc that rolls with rolling resistance decelerates by c g/(1 + k). The error is at most that of one step."""
     setup = require_supported(subject, scenes.build_rolling_disc())
     scene, end = setup.scene, subject.watch(setup).seen[-1]
     rate = scene.wall_rolling_resistance * math.hypot(*scene.gravity_m_s2) / (1.0 + scene.discs[0].inertia_factor)
@@ -109,7 +109,7 @@ def rolls_as_declared(subject: Subject) -> None:
 
 
 def slows_on_a_table_as_declared(subject: Subject) -> None:
-    """A disc on a table slows by the table's deceleration, to within the error of one step."""
+    """A disc on a table slows down by the table's deceleration. The error is at most that of one step."""
     setup = require_supported(subject, scenes.build_sliding_disc())
     scene, (u, v) = setup.scene, subject.watch(setup).seen[-1].velocity_m_s[0].tolist()
     left = 1.0 - scene.table_deceleration_m_s2 * scene.duration_s
@@ -121,7 +121,7 @@ def slows_on_a_table_as_declared(subject: Subject) -> None:
 
 
 def _require_velocity_transfer(subject: Subject, scene: Scene, label: str, dt_s: float = scenes.DT_S) -> None:
-    """Check the impact of a disc on an equal disc at rest. The struck disc must take over the velocity."""
+    """Check the impact of a disc on an equal disc at rest. The struck disc must get the velocity of the other disc."""
     speed = scene.discs[0].velocity_m_s[0]
     end_with_velocities(subject, Setup(scene, dt_s=dt_s), [(0.0, 0.0), (speed, 0.0)], label)
 
@@ -132,14 +132,14 @@ def _require_transfer_at(subject: Subject, speed: float) -> None:
 
 
 def fast_as_declared(subject: Subject) -> None:
-    """At the greatest declared speed, with steps scaled accordingly, a disc passes its velocity on to an equal disc."""
+    """At the greatest declared speed, and with a shorter step, a disc passes its velocity on to an equal disc."""
     _require_transfer_at(subject, min(subject.capabilities().max_speed_m_s, FAST_M_S))
 
 
 def far_as_declared(subject: Subject) -> None:
     """At the greatest declared coordinate, a disc passes its velocity on to an equal disc."""
     capabilities = subject.capabilities()
-    # Beyond this coordinate, rounding exceeds a thousandth of the disc's radius in any engine.
+    # Beyond this coordinate, the rounding of positions exceeds a thousandth of the disc's radius.
     finest = 0.5e-3 * 2.0 ** MANTISSA_BITS[capabilities.float_bits]
     coordinate = min(capabilities.max_coordinate_m, FAR_M, finest)
     scene = scenes.build_approach(x_m=coordinate - 4.0)
@@ -161,7 +161,7 @@ def moves_as_declared(subject: Subject) -> None:
 def small_as_declared(subject: Subject) -> None:
     """At the smallest declared radius, a disc passes its velocity on to an equal disc."""
     radius = subject.capabilities().min_radius_m or SMALL_M
-    # Scale lengths by 2 r, and times and speeds by the square root of 2 r. This keeps accelerations.
+    # Lengths are scaled by 2 r, and times and speeds by the square root of 2 r, so that accelerations stay the same.
     root = math.sqrt(2 * radius)
     scene = scenes.build_approach(speed_m_s=3.0 * root, gap_m=2.02 * radius, radius_m=radius)
     _require_velocity_transfer(subject, scene, f"radius {radius:g} m", scenes.DT_S * root)
@@ -180,7 +180,7 @@ def slow_as_declared(subject: Subject) -> None:
 
 
 def detects_continuously(subject: Subject) -> None:
-    """A disc that would pass through another one in a step hits it at every phase."""
+    """A disc that is fast enough to pass through another disc within a step hits this disc at every tested phase."""
     require_declared(subject, "continuous_detection")
     for k in range(PHASES):
         setup = Setup(scenes.build_bullet(k / PHASES), dt_s=1 / 60)
@@ -191,7 +191,7 @@ def detects_continuously(subject: Subject) -> None:
 
 
 def _build_scene_at_twice(limit: float, field: str) -> Scene | None:
-    """Return a disc at twice an upper limit; None for values above 1e150, whose squares overflow."""
+    """Return a disc with a field at twice its upper limit; None for values above 1e150, whose squares overflow."""
     return None if 2 * limit > 1e150 else scenes.build_single_disc(**{field: 2 * limit})
 
 
@@ -207,7 +207,7 @@ def _build_fast_scene(capabilities: Capabilities) -> Scene | None:
 
 
 def _build_spinning_scene(field: str, capabilities: Capabilities) -> Scene | None:
-    """Return a disc whose spin exceeds one limit but not the other, so that the message names this limit."""
+    """Return a disc whose spin exceeds the limit `field` but not the other limit, so that the message names `field`."""
     limits = {"max_spin_rad_s": capabilities.max_spin_rad_s, "max_turn_rad": capabilities.max_turn_rad / scenes.DT_S}
     spin, other = 2 * limits.pop(field), min(*limits.values(), LARGEST)
     return scenes.build_spinning_disc(spin) if capabilities.spin and spin < other else None
@@ -240,8 +240,8 @@ def _build_uncombined_scene(capabilities: Capabilities) -> Scene | None:
     return None if beyond is None or not capabilities.walls else scenes.build_bounce_and_pair(pair, beyond, wall=True)
 
 
-#: For each capability: its field, and a function that returns a scene which needs more than is declared, or None. The
-#: scene of a capability that is True or False is only used if the capability is False.
+#: For each capability: its field, and a function that returns a scene which needs more than is declared, or None if
+#: there is no such scene. If a capability is True or False, the scene is used only if the capability is False.
 REFUSALS: dict[str, tuple[str, Callable[[Capabilities], Scene | None]]] = {
     "walls": ("walls", lambda _: scenes.build_walled_box()),
     "segments": ("segments", scenes.build_two_sided_edge),

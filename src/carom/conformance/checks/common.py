@@ -39,12 +39,12 @@ def require_supported(subject: Subject, scene: Scene, profile: str = "tuned") ->
 def end_with_velocities(
     subject: Subject, setup: Setup, expected: Sequence[tuple[float, float]], label: str
 ) -> Observation:
-    """Run a scene of head-on impacts, check the final velocities, and return the final state.
+    """Run a scene of head-on impacts, check the velocities at the end, and return the final state.
 
     Head-on impacts have the same result with any step size.
 
     Raises:
-        Violation: An error exceeds rounding and the profile's promise.
+        Violation: An error exceeds the sum of rounding and the error that the profile declares.
     """
     end = subject.watch(setup).seen[-1]
     promise = subject.adapter.profiles[setup.profile].accuracy.velocity

@@ -1,4 +1,4 @@
-"""Checks of contacts: they are well formed, stamped within their step, and the only causes of velocity changes."""
+"""Checks of contacts: they are well formed, have a time within their step, and explain all changes of velocity."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 def _build_setup(subject: Subject, profile: str) -> Setup:
     capabilities = subject.capabilities(profile)
     low, high = capabilities.restitution
-    # Use a restitution well below 1 if the declared range allows, so that discs separate while they still overlap.
+    # If the declared range allows, use a restitution well below 1, so that discs still overlap while they separate.
     return Setup(build_mixed_contacts(wall=capabilities.walls, restitution=min(max(low, 0.4), high)), profile)
 
 
@@ -37,7 +37,9 @@ def _watch_steps(subject: Subject, setup: Setup) -> Iterator[tuple[int, Observat
 
 
 def contacts_are_well_formed(subject: Subject, profile: str) -> None:
-    """A contact is between a disc and a wall or a later disc. Its unit normal points from the first to the second body.
+    """A contact is between a disc and a wall, or a disc and a later disc.
+
+    Its unit normal points from first to second body.
 
     An impulse is 0 or more. An impulse of 0 has no effect.
     """
@@ -62,7 +64,7 @@ def contacts_are_well_formed(subject: Subject, profile: str) -> None:
 
 
 def contacts_are_stamped(subject: Subject, profile: str) -> None:
-    """The time of a contact is within the step that reports it; or at the step's start or end, if that is declared."""
+    """A contact's time is within the step that reports the contact; if declared, it is the step's start or end."""
     if subject.capabilities(profile).contact_times is ContactTimes.NONE:
         raise NotApplicable(f"contact times are declared to be {ContactTimes.NONE.value}")
     setup, stamp = _build_setup(subject, profile), subject.capabilities(profile).stamp
@@ -81,7 +83,7 @@ def contacts_are_stamped(subject: Subject, profile: str) -> None:
 
 
 def contacts_account_for_velocities(subject: Subject, profile: str) -> None:
-    """No velocity changes without a contact. Reported impulses equal the change of momentum."""
+    """No velocity changes without a contact. Reported impulses equal the changes of momentum."""
     setup = _build_setup(subject, profile)
     allowed = subject.rounding * find_greatest_speed(setup.scene)
     for step, before, after in _watch_steps(subject, setup):
@@ -100,13 +102,13 @@ def contacts_account_for_velocities(subject: Subject, profile: str) -> None:
 
 
 def acting_contacts(observation: Observation) -> tuple[list[Contact], set[int]]:
-    """Return the contacts of a step that have an effect, and their bodies."""
+    """Return the contacts of a step that have an effect, and the bodies of these contacts."""
     acting = [contact for contact in observation.contacts if contact.impulse_n_s != 0]
     return acting, {body for contact in acting for body in (contact.first, contact.second)}
 
 
 def require_explained(setup: Setup, change: Array, acting: list[Contact], allowed: float, step: int) -> None:
-    """Compare a step's changes of velocity with the reported impulses, normal and tangential."""
+    """Compare a step's changes of velocity with the changes that the reported normal and tangential impulses cause."""
     mass, reported = list_masses(setup.scene), np.zeros_like(change)
     for contact in acting:
         along, across = contact.impulse_n_s or 0.0, contact.tangential_impulse_n_s or 0.0
@@ -123,7 +125,7 @@ def require_explained(setup: Setup, change: Array, acting: list[Contact], allowe
 
 
 def _compute_direction(setup: Setup, before: Observation, contact: Contact) -> tuple[float, float]:
-    """Return the unit vector from the first body of a contact to the second, in the state before the step."""
+    """Return the unit vector from a contact's first body to its second body, in the state before the step."""
     if contact.second < 0:
         x, y = setup.scene.half_planes()[wall_index(contact.second)].normal
         return (-x, -y)

@@ -1,4 +1,4 @@
-"""Checks of declarations: they are complete, valid, and available without the engine."""
+"""Checks of declarations: they are complete and valid, and can be read without importing the engine."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PROFILES = ("default", "tuned")
 
 
 def declares_capabilities(subject: Subject) -> None:
-    """The adapter has all attributes of the interface, the name of its entry point, and valid values."""
+    """The adapter has all attributes of the interface with valid values, and its name is that of its entry point."""
     adapter = subject.adapter
     problem = "the adapter's declaration is incomplete or invalid"
     require(isinstance(adapter, Adapter), problem, "the attributes of carom.engines.api.Adapter", type(adapter))
@@ -47,7 +47,10 @@ def declares_capabilities(subject: Subject) -> None:
 
 
 def declares_profiles(subject: Subject) -> None:
-    """Profiles `default` and `tuned` exist. Every profile has a description, settings with `dt_s`, and a promise."""
+    """Profiles `default` and `tuned` exist.
+
+    Every profile has a description, settings with `dt_s`, and a declared accuracy.
+    """
     profiles = subject.adapter.profiles
     for name in PROFILES:
         require(name in profiles, "a profile is missing", name, ", ".join(profiles))
@@ -68,7 +71,7 @@ def declares_profiles(subject: Subject) -> None:
 
 
 def imports_no_engine(subject: Subject) -> None:
-    """Finding, loading and reading the adapter in a new process does not import its engine."""
+    """A new process that finds, loads and reads the adapter does not import the engine."""
     module = subject.adapter.engine.module
     if not module:
         return

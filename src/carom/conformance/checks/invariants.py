@@ -25,7 +25,8 @@ def momentum_is_kept(subject: Subject, profile: str) -> None:
     masses = list_masses(setup.scene)
     momenta = [(np.array(masses) @ observation.velocity_m_s).tolist() for observation in observations]
     start = momenta[0]
-    # `rounding` is the allowance for a whole run. Nine discs with a few impacts each have a smaller rounding error.
+    # `rounding` is the rounding error that is allowed for a whole run. The error of nine discs with a few impacts each
+    # is smaller.
     allowed = subject.rounding * sum(masses) * find_greatest_speed(setup.scene)
     for step, found in enumerate(momenta):
         problem = f"momentum is not conserved in step {step}"
@@ -35,11 +36,11 @@ def momentum_is_kept(subject: Subject, profile: str) -> None:
 
 
 def energy_is_kept(subject: Subject, profile: str) -> None:
-    """Elastic impacts conserve kinetic energy, except for the error that the profile promises."""
+    """Elastic impacts conserve kinetic energy, except for the error that the profile declares."""
     setup = Setup(build_crowd(), profile)
     observations = subject.watch_cached(setup).seen
     start = kinetic_energy(setup.scene, observations[0].velocity_m_s)
-    # A soft contact stores energy while it lasts, so use the last state without a contact.
+    # A soft contact stores energy while it lasts, so the last state without a contact is used.
     last = next((observation for observation in reversed(observations) if not observation.contacts), observations[-1])
     found = kinetic_energy(setup.scene, last.velocity_m_s)
     allowed = max(ENERGY, subject.adapter.profiles[profile].accuracy.energy)

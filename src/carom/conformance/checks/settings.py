@@ -1,4 +1,4 @@
-"""Checks of settings and of the start state: settings are read back as requested, or refused if unknown."""
+"""Checks of settings and of the initial state: settings are read back as requested, or refused if they are unknown."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from carom.model.trace import Setting
 UNKNOWN = "carom_no_such_setting"
 
 #: Number of roundings when a value is converted to the engine's units and back: two for a length, and four for a
-#: velocity, which has units of length and of time.
+#: velocity, because its unit consists of a length and a time.
 ROUNDINGS = {"position_m": 2, "velocity_m_s": 4}
 
 _FLOATS = {32: np.float32, 64: np.float64}
 
 
 def settings_are_read_back(subject: Subject, profile: str) -> None:
-    """A world reports every setting of its profile with the requested value, to the declared width of floats."""
+    """A world reports each setting of its profile with the requested value, rounded to the declared float width."""
     setup = Setup(build_crowd(), profile)
     used = subject.watch_cached(setup).settings
     bits = subject.capabilities(profile).float_bits
@@ -33,15 +33,15 @@ def settings_are_read_back(subject: Subject, profile: str) -> None:
 
 
 def _are_equal(requested: Setting, found: Setting, bits: int) -> bool:
-    """Return whether two settings are equal in an engine's floats, which have `bits` bits."""
+    """Return whether two settings are equal in floats of `bits` bits."""
     if isinstance(requested, str) or isinstance(found, str) or not isinstance(requested + found, float):
         return requested == found
-    with np.errstate(over="ignore"):  # values beyond the largest float become infinite
+    with np.errstate(over="ignore"):  # values above the largest float become infinite
         return bool(_FLOATS[bits](requested) == _FLOATS[bits](found))
 
 
 def refuses_unknown_setting(subject: Subject) -> None:
-    """A setting that would have no effect raises an AdapterError that names it."""
+    """A setting that does not exist raises an AdapterError that contains the setting's name."""
     setup = Setup(build_crowd())
     answer = subject.try_to_watch(setup, {UNKNOWN: 1})
     prefix, expected = "an unknown setting is", f"prepare() to raise an AdapterError naming {UNKNOWN!r}"
@@ -52,13 +52,13 @@ def refuses_unknown_setting(subject: Subject) -> None:
 
 
 def starts_as_written(subject: Subject, profile: str) -> None:
-    """Before its first step, a world is in the scene's start state, to the declared width of floats.
+    """Before its first step, a world is in the scene's initial state, rounded to the declared width of floats.
 
-    An engine may use other units, so each number may be rounded by conversion into them and back.
+    An engine may use other units, so the conversion to these units and back may round each number.
     """
     setup = Setup(build_crowd(), profile)
     start = subject.watch_cached(setup).seen[0]
-    # Relative error of one rounding at the declared width: half a unit in the last place.
+    # The relative error of one rounding at the declared width is half a unit in the last place.
     rounding = 2.0 ** -(MANTISSA_BITS[subject.capabilities().float_bits] + 1)
     for i, disc in enumerate(setup.scene.discs):
         for field, times in ROUNDINGS.items():

@@ -1,4 +1,4 @@
-"""Checks of spin and friction: coefficients and inertias have their effect, and contacts explain changes of spin."""
+"""Checks of spin and friction: coefficients and inertia factors act correctly, and contacts explain changes of spin."""
 
 from __future__ import annotations
 
@@ -17,15 +17,16 @@ from carom.model.scene import Disc, Scene, Wall
 from carom.support.formatting import format_number
 from carom.support.limits import LARGEST
 
-#: Tested coefficients of friction: both ends of the declared range, and one so small that the suite's discs keep
-#: sliding in an impact.
+#: Tested coefficients of friction: both ends of the declared range, and a coefficient so small that the suite's discs
+#: slide throughout an impact.
 FRICTIONS = ("least", "sliding", "greatest")
 
-#: Tested inertia factors: the least declared one (0 here), a sphere's, a hoop's, and an infinite one for a disc that
-#: can't turn.
+#: Tested inertia factors: the least declared factor (0 in this table), that of a sphere, that of a hoop, and infinity
+#: for a disc that can't turn.
 INERTIAS = {"least": 0.0, "sphere": 0.4, "hoop": 1.0, "unturnable": math.inf}
 
-#: Inertia factor and spin tested for an engine without declared limits. Both values are beyond any catalogue scene.
+#: Inertia factor and spin that are tested for an engine without declared limits. No catalogue scene has so small a
+#: factor or so large a spin.
 SMALL_INERTIA = 1e-6
 FAST_RAD_S = 1e5
 
@@ -33,7 +34,7 @@ Motion = tuple[tuple[float, float], float]
 
 
 def friction_as_declared(subject: Subject, share: str, wall_share: str) -> None:
-    """Discs and walls have their own friction, in every combination within the declared range."""
+    """Frictions of discs and of walls can have any values in the declared range, and have the right effect."""
     capabilities = _require_friction(subject)
     if not capabilities.walls and wall_share != share:
         raise NotApplicable("walls are not declared, so there is no second coefficient")
@@ -43,7 +44,7 @@ def friction_as_declared(subject: Subject, share: str, wall_share: str) -> None:
 
 
 def inertia_as_declared(subject: Subject, inertia: str) -> None:
-    """After an impact, a disc spins as its inertia factor requires, from the least declared factor to infinity."""
+    """After an impact, a disc has the spin that its inertia factor requires, for all declared factors and infinity."""
     capabilities = _require_friction(subject)
     factor = INERTIAS[inertia] or capabilities.min_inertia_factor or SMALL_INERTIA
     if not capabilities.spin and math.isfinite(factor):
@@ -54,7 +55,7 @@ def inertia_as_declared(subject: Subject, inertia: str) -> None:
 
 
 def spins_as_declared(subject: Subject) -> None:
-    """A free disc keeps its counterclockwise spin, at the greatest declared spin or rotation per step."""
+    """A free disc keeps its counterclockwise spin, even at the greatest declared spin or rotation per step."""
     capabilities = require_declared(subject, "spin")
     spin = min(capabilities.max_spin_rad_s, capabilities.max_turn_rad / DT_S, FAST_RAD_S)
     setup = Setup(build_spinning_disc(spin))
@@ -68,9 +69,10 @@ def spins_as_declared(subject: Subject) -> None:
 
 
 def rubs_as_told(subject: Subject, profile: str) -> None:
-    """Friction is at most what the coefficient allows, and impulses explain changes of velocities and spins.
+    """Friction does not exceed what the coefficient allows, and impulses explain all changes of velocities and spins.
 
-    Friction acts at a distance from a disc's centre between the radius minus the overlap of the bodies and the radius.
+    The distance from a disc's centre at which friction acts is at most the radius, and at least the radius minus the
+    bodies' overlap.
     """
     capabilities = _require_friction(subject, profile)
     friction = _choose_friction(capabilities, "sliding")
@@ -123,7 +125,7 @@ def _read_spins(observation: Observation, setup: Setup) -> list[float]:
 
 
 def _end_by_the_law(subject: Subject, scene: Scene, label: str) -> None:
-    """Run a scene of `build_rubbing`, and compare its end with the closed form of an impact with friction."""
+    """Run a scene of `build_rubbing`, and compare the final state with the closed form of an impact with friction."""
     setup = require_supported(subject, scene)
     first, second, *wall_discs = scene.discs
     expected_motions = [*_compute_motion_after(first, second, (1.0, 0.0), scene.restitution, scene.friction)]
@@ -147,10 +149,10 @@ def _end_by_the_law(subject: Subject, scene: Scene, label: str) -> None:
 def _compute_motion_after(
     first: Disc, second: Disc | Wall, normal: tuple[float, float], restitution: float, friction: float
 ) -> tuple[Motion, Motion]:
-    """Return velocity and spin of both bodies after their impact; see docs/theory/friction.md.
+    """Return the velocities and spins of two bodies after their impact; see docs/theory/friction.md.
 
-    `normal` points from first to second. The normal velocities follow Newton's restitution. The tangential impulse
-    stops the slip, or is the largest impulse that Coulomb's law allows.
+    `normal` points from first to second. Newton's restitution gives the normal velocities. The tangential impulse is
+    the impulse that stops the slip, but at most what Coulomb's law allows.
     """
     (nx, ny), (tx, ty) = normal, (-normal[1], normal[0])
     fixed_disc = Disc(position_m=(0, 0), radius_m=1, mass_kg=math.inf)
@@ -190,7 +192,7 @@ def _require_cone(setup: Setup, acting: list[Contact], friction: float, allowed:
 def _require_spin_explained(
     setup: Setup, before: Observation, after: Observation, acting: list[Contact], allowed: float, step: int
 ) -> None:
-    """Compare a step's changes of spin with the reported tangential impulses."""
+    """Compare a step's changes of spin with the changes that the reported tangential impulses cause."""
     discs, mass = setup.scene.discs, list_masses(setup.scene)
     explained, arm_short = np.zeros(len(discs)), np.full(len(discs), allowed)
     for contact in acting:
@@ -210,7 +212,7 @@ def _require_spin_explained(
 
 
 def _compute_overlap(scene: Scene, contact: Contact, state: Observation) -> float:
-    """Return the overlap of a contact's bodies, metres; 0 for bodies that do not overlap."""
+    """Return the overlap of the two bodies of a contact, metres; 0 if they do not overlap."""
     first, centre = scene.discs[contact.first], state.position_m[contact.first]
     if contact.second < 0:
         wall = scene.half_planes()[-1 - contact.second]

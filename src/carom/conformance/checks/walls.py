@@ -48,36 +48,36 @@ def paddles_as_declared(subject: Subject) -> None:
 
 
 def mallets_as_declared(subject: Subject) -> None:
-    """A disc leaves a driven disc as fast as it leaves a driven wall, and the driven disc keeps its velocity."""
+    """A disc leaves a driven disc, which keeps its velocity, with that velocity plus e times the closing speed."""
     scene = scenes.build_mallet(require_declared(subject, "driven_discs"))
     _end_with(subject, scene, [(1.0, 0.0), (1 + 4 * scene.restitution, 0.0)], "a driven disc")
 
 
 def legs_as_declared(subject: Subject) -> None:
-    """A wall that starts to move later strikes a disc with its later velocity."""
+    """A wall that starts to move during the run hits a disc with the velocity that the wall has at that time."""
     scene = scenes.build_starting_paddle(require_declared(subject, "legs"))
     _end_with(subject, scene, [(1 + 4 * scene.wall_restitution, 0.0)], "a wall that starts")
 
 
 def belts_as_declared(subject: Subject) -> None:
-    """A disc that slips on a belt gains f (1 + e) times its impact speed along the belt."""
+    """A disc that hits a belt and slips gains a speed along the belt of f (1 + e) times its closing speed."""
     scene = scenes.build_belt(require_declared(subject, "belts"))
     e = scene.wall_restitution
     _end_with(subject, scene, [(3 * e, 3 * (1 + e) * scene.wall_friction)], "a belt")
 
 
 def edge_belts_as_declared(subject: Subject) -> None:
-    """On both sides of a conveyor edge, a slipping disc gains the same speed along the edge, in opposite directions."""
+    """A slipping disc gains the same speed along a conveyor edge on either side, but in opposite directions."""
     scene = scenes.build_edge_belt(require_declared(subject, "edge_belts"))
     e, up = scene.wall_restitution, 3 * (1 + scene.wall_restitution) * scene.wall_friction
     _end_with(subject, scene, [(-3 * e, -up), (3 * e, up)], "a conveyor edge")
 
 
 def materials_as_declared(subject: Subject) -> None:
-    """Two walls of a scene have different restitutions: the least and the greatest possible one."""
+    """Two walls of one scene can have different restitutions: the least and the greatest possible restitution."""
     capabilities = require_declared(subject, "wall_materials")
     low, high = capabilities.restitution
-    # The scene's restitution between discs is 1.
+    # Between discs, the restitution of the scene is 1.
     least, greatest = COMBINE_RULES[capabilities.restitution_combine](1.0, high)
     first, second = max(low, least), min(high, greatest)
     scene = scenes.build_two_walls(first, second)

@@ -1,9 +1,9 @@
 """Adapter interface: everything that the author of an engine adapter imports from Carom.
 
-An adapter is any object with the attributes of `Adapter`; no base class is needed. Register it in the entry-point group
-``carom.adapters``, and the harness finds it. The harness drives the world that `prepare` returns. The harness measures,
-joins the steps of one contact into one impact, derives effective times, and skips scenes that `capabilities` excludes.
-``docs/reference/adapters.md`` builds an adapter in forty lines.
+An adapter is any object with the attributes of `Adapter`; no base class is needed. The harness finds an adapter by its
+entry point in the group ``carom.adapters``. The harness drives the world that `prepare` returns. It measures the
+world's states, joins the steps of one contact into one impact, derives effective times, and skips scenes that
+`capabilities` excludes. ``docs/reference/adapters.md`` shows how to write an adapter in forty lines.
 """
 
 from carom.engines.api.checks import require_sound, require_supported, unsupported_reason

@@ -1,4 +1,4 @@
-"""Input checks for engines: finite numbers, and only scenes that the adapter declares to support."""
+"""Input checks for engines: numbers must be finite, and the adapter must declare to support the scene."""
 
 from __future__ import annotations
 
@@ -16,18 +16,19 @@ from carom.support.formatting import format_number
 #: Largest number of steps, since engines count them in a C int.
 MAX_STEPS = 2**31 - 1
 
-#: Bits of a float after the leading one (IEEE 754), by declarable width. A width of 16 bits can't be declared: rounding
-#: errors of a hundred units in the last place would be a tenth of the value.
+#: Number of bits after the leading bit of a float (IEEE 754), by the width that an adapter declares. 16 bits can't be
+#: declared, because rounding errors of a hundred units in the last place would be a tenth of the value.
 MANTISSA_BITS = {32: 23, 64: 52}
 
-#: Rules by which an engine combines the coefficients of two bodies, each from 0 to a largest value. Given the
-#: coefficient of two discs, each function returns the smallest and largest possible coefficient of a wall. "pair" means
-#: that pairs have independent coefficients, so every coefficient is possible.
+#: Rules by which an engine combines the coefficients of two bodies. Coefficients are from 0 to a largest value. Given
+#: the combined coefficient of two discs and the largest value, each function returns the smallest and largest possible
+#: combined coefficient of a disc and a wall. "pair" means that pairs have independent coefficients, so every
+#: coefficient is possible.
 COMBINE_RULES: Mapping[str, Callable[[float, float], tuple[float, float]]] = {
     "pair": lambda _, most: (0.0, most),
     "one": lambda pair, _: (pair, pair),
     "product": lambda pair, most: (0.0, math.sqrt(pair) * most),
-    "root": lambda pair, most: (0.0, math.sqrt(pair * most)),  # of the product
+    "root": lambda pair, most: (0.0, math.sqrt(pair * most)),  # root of the product of both coefficients
     "average": lambda pair, most: (pair / 2, (pair + most) / 2),
     "minimum": lambda pair, _: (0.0, pair),
     "maximum": lambda pair, most: (pair, most),
@@ -47,16 +48,16 @@ def require_sound(
     at_most: Mapping[str, float] | None = None,
     words: Mapping[str, Sequence[str]] | None = None,
 ) -> None:
-    """Refuse scenes with invalid numbers, and unknown or invalid settings.
+    """Refuse scenes that contain invalid numbers, and settings that are unknown or invalid.
 
-    Engines abort on such numbers or silently change them, and a scene can be created without validation. Limits of an
-    engine are checked by `require_supported` and by the adapter.
+    Engines abort on invalid numbers or silently change them, and a scene can be created without validation.
+    `require_supported` and the adapter check the limits of the engine.
 
     Args:
         engine: Name of the engine in messages.
         scene: The scene.
         settings: The requested settings.
-        known: Names of all settings except ``dt_s``.
+        known: Names of all settings that exist, except ``dt_s``.
         at_least: Smallest values of settings, including ``dt_s``.
         at_most: Largest values of settings, including ``dt_s``.
         words: Allowed values of settings that are words.
@@ -101,13 +102,13 @@ def require_sound(
 
 
 def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *, located: bool = False) -> str:
-    """Return why a method with these capabilities can't run the scene; empty if it can.
+    """Return why a method with these capabilities can't run the scene; empty if the method can run it.
 
     Args:
         scene: The scene.
         capabilities: Declared capabilities.
         dt_s: Step size, seconds.
-        located: Whether steps are cut to end at contacts.
+        located: Whether steps are cut so that they end at contacts.
     """
     needs = scene.needs
     for need in Need:
@@ -115,8 +116,8 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
             suffix = " yet: gravity_m_s2 must be [0, 0]" if need is Need.GRAVITY else ""
             return f"the scene has {need.value}, which this method does not support{suffix}"
     if located and Need.GRAVITY in needs and needs & {Need.WALLS, Need.IMMOVABLE}:
-        # The semi-implicit and the explicit Euler method have this error. In whole steps, the late detection of impacts
-        # cancels this error.
+        # The semi-implicit and the explicit Euler method have this error. If steps are not cut, the late detection of
+        # impacts cancels it.
         gained_m_s = math.hypot(*scene.gravity_m_s2) * dt_s
         return (
             "discs fall onto walls or immovable discs, and this profile ends steps at impacts. So the engine's error "
@@ -175,7 +176,7 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
     farthest = max(max(abs(c) for c in disc.position_m) + disc.radius_m for disc in scene.discs)
     if farthest > capabilities.max_coordinate_m:
         return f"a disc reaches to {farthest:g} m, and this method's limit is {capabilities.max_coordinate_m:g} m"
-    # If positions are rounded by more than the size of a disc, the location of the disc is undefined.
+    # If positions are rounded by more than the radius of a disc, the position of the disc is meaningless.
     rounding, smallest = farthest * 2.0 ** -MANTISSA_BITS[capabilities.float_bits], min(d.radius_m for d in scene.discs)
     if rounding > smallest:
         floats = f"{capabilities.float_bits}-bit floats"
@@ -188,9 +189,9 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
 
 
 def supports(capabilities: Capabilities, need: Need) -> bool:
-    """Whether the capabilities include a feature that a scene needs.
+    """Whether the capabilities include a feature that a scene needs. A range of restitutions is checked elsewhere.
 
-    Most capabilities have the same name as the needed feature.
+    Most capabilities have the same name as the feature.
     """
     match need:
         case Need.IMMOVABLE:
@@ -199,7 +200,7 @@ def supports(capabilities: Capabilities, need: Need) -> bool:
             return capabilities.posts or capabilities.arcs
         case Need.FRICTION:
             return capabilities.friction[1] > 0.0
-        case Need.RESTITUTION:  # this need is declared as a range and checked separately
+        case Need.RESTITUTION:  # restitution is declared as a range, which is checked separately
             return True
         case _:
             return bool(getattr(capabilities, need.name.lower()))
@@ -219,7 +220,7 @@ def _find_combination_problem(rule: str, coefficients: Sequence[tuple[str, float
 
 
 def _compute_greatest_speed(body: Disc | Wall | Chain | Ring) -> float:
-    """Return the greatest speed that a body's own velocity or legs have, metres a second."""
+    """Return the greatest speed of a body, metres a second: that of its velocity or, if it has legs, of its legs."""
     return body.drive.fastest if body.legs else math.hypot(*body.velocity_m_s)
 
 
@@ -228,10 +229,10 @@ def _can_turn(disc: Disc) -> bool:
 
 
 def require_supported(engine: str, scene: Scene, capabilities: Capabilities, dt_s: float) -> None:
-    """Refuse a scene that the declared capabilities exclude, for the same reason as the harness.
+    """Refuse a scene that the declared capabilities exclude. The reason is the same as in the harness.
 
-    The closing speed below which contacts are inelastic is checked only by the harness, because it belongs to a
-    profile, and `prepare` gets only settings.
+    Only the harness checks the closing speed up to which contacts are inelastic. This speed belongs to a profile, and
+    `prepare` gets only settings.
 
     Args:
         engine: Name of the engine in messages.

@@ -12,7 +12,7 @@ from carom.model.trace import Setting
 
 
 class ContactTimes(Enum):
-    """Meaning of the time of a contact. The value is the phrase shown."""
+    """Meaning of a contact's time. The value is the phrase for display."""
 
     SOLVED = "solved for within the step"
     STEP = "reported to the step"
@@ -21,7 +21,7 @@ class ContactTimes(Enum):
 
 
 class Stamp(Enum):
-    """Instant of the step to which the time of a contact refers. The value is the phrase shown."""
+    """Instant within the step to which a contact's time refers. The value is the phrase for display."""
 
     START = "the start of the step in which the engine resolved the contact"
     END = "the end of the step in which the engine resolved the contact"
@@ -30,18 +30,18 @@ class Stamp(Enum):
 
 @dataclass(frozen=True)
 class Engine:
-    """The engine that an adapter drives, described without importing it.
+    """Description of the engine that an adapter drives. The description does not require the import of the engine.
 
     Attributes:
         name: Common name of the engine.
-        module: Module to import; empty for a method that needs no installation of its own.
+        module: Module to import; empty for a method that needs no installation besides the adapter.
         distribution: Distribution whose version is reported.
         install: Command that installs the engine, shown if it is missing.
-        no_wheel_from: First CPython version for which the engine publishes no wheel, if any.
-        oldest: Oldest release that the adapter supports, such as "5.7". An older one is unavailable. Empty if no
-            release is known to fail.
-        newest_tried: Newest release that the adapter was run on. A newer release is run and reported as untried. Empty
-            if unknown.
+        no_wheel_from: First CPython version for which the engine publishes no wheel; empty if there is none.
+        oldest: Oldest release that the adapter supports, such as "5.7". An older release counts as unavailable. Empty
+            if no release is known to fail.
+        newest_tried: Newest release on which the adapter was run. A newer release is run, and reported as untried.
+            Empty if not known.
     """
 
     name: str
@@ -59,43 +59,46 @@ class Capabilities:
 
     Attributes:
         walls: Half-plane walls.
-        segments: Walls of straight edges, from both sides.
-        arcs: Walls of arcs and circles, from both sides.
-        posts: Circles, from outside only; implied by `arcs`.
-        wall_materials: Whether walls can have a restitution and friction of their own.
+        segments: Walls of straight edges, which discs can hit from both sides.
+        arcs: Walls of arcs and circles, which discs can hit from both sides.
+        posts: Circles, which discs can hit from outside only. `arcs` implies `posts`.
+        wall_materials: Whether each wall can have its own restitution and friction.
         immovable_discs: Discs of infinite mass.
-        driven_walls: Walls that move at a velocity of their own.
-        driven_discs: Discs of infinite mass that move and spin.
+        driven_walls: Walls that move at a given velocity.
+        driven_discs: Discs of infinite mass that move and spin at given velocities.
         legs: Whether the velocity of a driven body can change at given instants.
         belts: Whether walls can be conveyors.
-        edge_belts: Whether edges and circles can be conveyors too, running to the left of the normal on either side.
+        edge_belts: Whether edges and circles can also be conveyors. On either side, the surface runs to the left of
+            that side's normal.
         gravity: Uniform gravity.
-        damping: Linear damping of velocities and spins, by the scene's law.
-        rolling_resistance: Rolling resistance between discs and walls, by the scene's law: `docs/theory/contact.md`.
-        table_friction: Table deceleration: discs slow down at a constant rate until they stop.
+        damping: Linear damping of velocities and spins, as defined for scenes.
+        rolling_resistance: Rolling resistance between discs and walls, as defined for scenes; see
+            `docs/theory/contact.md`.
+        table_friction: Deceleration of all discs by a table: discs slow down at a constant rate until they stop.
         restitution: Smallest and largest coefficient of restitution that is simulated exactly.
-        restitution_combine: How the coefficients of discs and walls in one scene depend on each other: a rule of
-            `carom.engines.api.checks.COMBINE_RULES`; "pair" if they are independent.
+        restitution_combine: How the engine combines the restitutions of two bodies: a rule of
+            `carom.engines.api.checks.COMBINE_RULES`. "pair" means that the restitutions of discs and of walls in a
+            scene are independent of each other.
         restitution_threshold_m_s: Contacts with at most this closing speed are inelastic.
-        spin: Whether discs turn, with the scene's initial spins and moments of inertia.
+        spin: Whether discs turn. Their initial spins and moments of inertia are those of the scene.
         min_inertia_factor: Smallest inertia factor of a disc that can turn.
         friction: Smallest and largest coefficient of Coulomb friction that is simulated exactly; 0 is always possible.
-        friction_combine: Like `restitution_combine`, for friction.
+        friction_combine: How the engine combines the coefficients of friction, as `restitution_combine`.
         tangential_restitution: Whether the scene's tangential restitution is supported.
-        max_turn_rad: Largest angle by which a disc turns in one step, whatever its spin.
+        max_turn_rad: Largest angle by which a disc can turn in one step, even if its spin is larger.
         max_spin_rad_s: Largest spin that is simulated exactly.
         contact_times: Meaning of a reported contact time.
         stamp: Instant of the step to which a reported contact time refers.
-        continuous_detection: Whether a body can be kept from tunnelling through another within one step.
+        continuous_detection: Whether the engine can prevent a body from passing through another body within one step.
         max_speed_m_s: Largest speed that is simulated exactly.
         max_coordinate_m: Largest distance from the origin that is simulated.
-        max_move_m: Largest distance that a body moves in one step, whatever its velocity.
+        max_move_m: Largest distance by which a body can move in one step, even if its velocity is larger.
         min_radius_m: Smallest radius of a disc.
         max_radius_m: Largest radius of a disc.
         min_mass_kg: Smallest mass of a disc.
         max_mass_kg: Largest mass of a movable disc.
-        float_bits: Width of the engine's floating-point numbers, 32 or 64. Declare 32 for narrower numbers.
-        dimensions: 2, or 3 if discs are bodies in space, even if the engine keeps them in a plane.
+        float_bits: Width of the engine's floating-point numbers, 32 or 64. Declare 32 also for narrower numbers.
+        dimensions: 3 if discs are bodies in space, even if the engine keeps them in a plane; otherwise 2.
         deterministic: Whether two runs in one process are identical to the bit.
     """
 
@@ -141,18 +144,19 @@ class Capabilities:
 
 @dataclass(frozen=True)
 class Accuracy:
-    """Declared errors of a profile in addition to PIT's errors. The conformance suite tests them.
+    """Errors that a profile declares to have in addition to PIT's errors. The conformance suite tests these limits.
 
     The defaults describe a method that has only PIT's errors.
 
     Attributes:
-        late_steps: Largest number of steps by which an impact may be later than PIT's with the same step size.
-        velocity: Largest error of a velocity after an impact in addition to PIT's, as a fraction of the scene's largest
-            speed.
+        late_steps: Largest number of steps by which an impact may be later than PIT's impact with the same step size.
+        velocity: Largest error of a velocity after an impact in addition to PIT's error, as a fraction of the scene's
+            largest speed.
         energy: Largest fraction of the kinetic energy that elastic impacts gain or lose. A fraction below a millionth
             is ignored.
-        margin_m: Largest distance at which bodies already collide, metres, as with speculative contacts. Results for
-            bodies that are thicker by this distance are then accepted: see `carom.conformance.contact_margin`.
+        margin_m: Largest distance at which bodies already collide, metres, for example because of speculative contacts.
+            Then the results of bodies that are thicker by this distance are accepted; see
+            `carom.conformance.contact_margin`.
     """
 
     late_steps: float = 0.0
@@ -172,8 +176,8 @@ class Profile:
         located: Whether the harness cuts the steps so that they end when bodies begin to touch. `prepare` must then
             return a `CuttableWorld`.
         capabilities: Capabilities with these settings, if they differ from the adapter's.
-        changed: For a profile of default settings: the reason for each setting that differs from the engine's default,
-            by the engine's own name of the setting.
+        changed: For a profile of default settings: why a setting differs from the engine's default, by the engine's
+            name of the setting.
     """
 
     description: str
@@ -189,10 +193,10 @@ class Knob:
     """A setting that ``carom tune`` may change: a range or a list of choices.
 
     Attributes:
-        low: Smallest value; a whole number if the setting is one.
+        low: Smallest value; a whole number if the setting is a whole number.
         high: Largest value, of the same type.
         log: Whether values are sampled on a logarithmic scale; `low` must then be above 0.
-        choices: The possible values, instead of a range.
+        choices: The possible values, if there is no range.
 
     Raises:
         InputError: A range and choices are both given, or both missing. The range is empty or not finite.

@@ -12,17 +12,17 @@ from carom.model.scene import Disc, Scene
 
 Vector = tuple[float, float]
 
-#: A coefficient whose square is 0 in 64-bit floats, in which the least positive number is 2**-1074. The coefficient is
-#: a power of two, so multiplying and dividing by it is exact.
+#: A coefficient whose square underflows to 0 in 64-bit floats. Their least positive number is 2**-1074. The coefficient
+#: is a power of two, so multiplication and division by it are exact.
 VANISHING = 2.0**-600
 
-#: Long walls replace half-planes. The walls are long enough for this number of impacts on driven bodies. A paddle or a
-#: piston has few such impacts; for a disc that is crushed, no number is enough.
+#: Long walls replace half-planes. The walls are long enough for discs that have at most this number of impacts on
+#: driven bodies. A paddle or a piston causes few such impacts. If a disc is crushed, no number is enough.
 DRIVEN_IMPACTS = 32
 
 
 class AliasedProfiles(dict[str, Profile]):
-    """Profiles by name, some with aliases. Lookups accept aliases; listings leave them out.
+    """Profiles by name, some with aliases. A lookup accepts an alias. Iteration yields only names.
 
     Args:
         profiles: The profiles by name.
@@ -45,7 +45,7 @@ class AliasedProfiles(dict[str, Profile]):
 
 
 class StepClock:
-    """Time of a world, from the number of its steps. Steps have equal length until they are cut.
+    """Computes the time of a world from the number of its steps. Steps have equal lengths until they are cut.
 
     Attributes:
         dt_s: Size of the following steps, seconds.
@@ -56,17 +56,17 @@ class StepClock:
         self._start_s, self._steps = 0.0, 0
 
     def count(self, steps: int) -> None:
-        """Add steps that were taken."""
+        """Count steps that were taken."""
         self._steps += steps
 
     @property
     def now_s(self) -> float:
-        """Seconds from the start."""
+        """Present time, seconds from the start of the run."""
         return self._start_s + self._steps * self.dt_s
 
     @property
     def step_began_s(self) -> float:
-        """Start of the last step, seconds from the start."""
+        """Time at the start of the last step, seconds from the start of the run."""
         return self._start_s + (self._steps - 1) * self.dt_s
 
     def cut(self, dt_s: float) -> None:
@@ -75,37 +75,38 @@ class StepClock:
         self.dt_s = dt_s
 
     def restart(self, time_s: float) -> None:
-        """Continue from a time, seconds from the start."""
+        """Continue at a time, seconds from the start of the run."""
         self._start_s, self._steps = time_s, 0
 
 
 def factored_restitutions(scene: Scene) -> tuple[float, float]:
-    """Return restitutions (of every disc, of every wall) whose products are the coefficients of a scene."""
+    """Return the restitutions of each disc and of each wall. Their products are the coefficients of the scene."""
     return _factor(scene.restitution, scene.wall_restitution)
 
 
 def factored_frictions(scene: Scene) -> tuple[float, float]:
-    """Return coefficients of friction (of every disc, of every wall) whose products are the coefficients of a scene."""
+    """Return the frictions of each disc and of each wall. Their products are the coefficients of the scene."""
     return _factor(scene.friction, scene.wall_friction)
 
 
 def _factor(pair: float, wall: float) -> tuple[float, float]:
     """Return coefficients of discs and of walls for an engine that multiplies the coefficients of two bodies.
 
-    The coefficient of a disc is the root of the coefficient of two discs. If the pair has the coefficient 0 and the
-    walls have more, the disc gets a tiny coefficient and the walls get a huge coefficient. The square of the tiny
-    coefficient underflows to 0, but its product with the huge coefficient does not.
+    `pair` is the coefficient of two discs, and `wall` that of a disc and a wall. A disc gets the root of `pair`. If
+    `pair` is 0, a disc gets a tiny coefficient and a wall a large one. The square of the tiny coefficient underflows to
+    0, but its product with the wall's coefficient does not.
     """
     disc = math.sqrt(pair) if pair > 0 else VANISHING
     return disc, wall / disc
 
 
 def reach(scene: Scene, dt_s: float) -> tuple[Vector, float]:
-    """Return the middle of a scene, and the largest distance from the middle that a point of a disc can reach, metres.
+    """Return the middle of a scene, and an upper bound for a disc's distance from the middle, metres.
 
-    Engines without half-planes choose the size of their walls by this distance. No impact adds energy. So the speed of
-    a disc is limited by the total energy of the scene, which includes the energy of spins and of falling. A driven body
-    adds up to twice its speed at each impact. `DRIVEN_IMPACTS` such impacts are included.
+    The distance is measured to the farthest point of the disc. Adapters of engines without half-planes choose the size
+    of their walls by this distance. Impacts on bodies that are not driven add no energy. So the total energy of the
+    scene limits a disc's speed. It includes the energy of spins and of falling. An impact on a driven body adds up to
+    twice that body's speed. `DRIVEN_IMPACTS` such impacts are included.
     """
     x, y = zip(*(disc.position_m for disc in scene.discs), strict=True)
     centre = (min(x) / 2 + max(x) / 2, min(y) / 2 + max(y) / 2)
@@ -121,27 +122,27 @@ def reach(scene: Scene, dt_s: float) -> tuple[Vector, float]:
     belts = [abs(wall.surface_speed_m_s) for wall in scene.walls]
     fastest += 2.0 * DRIVEN_IMPACTS * max((*driven, *belts), default=0.0)
     duration_s = scene.duration_s + dt_s
-    # A disc gains energy by falling, and an impact can pass this energy on to a lighter disc.
+    # A falling disc gains energy, and an impact can pass this energy on to a lighter disc.
     gained_m_s = math.hypot(*scene.gravity_m_s2) * duration_s * math.sqrt(sum(d.mass_kg / lightest for d in movable))
     return centre, start + (fastest + gained_m_s) * duration_s
 
 
 def is_fast(disc: Disc, dt_s: float) -> bool:
-    """Whether a disc moves by more than its radius in a step, so that it needs continuous detection."""
+    """Whether a disc moves by more than its radius in a step. Such a disc needs continuous detection."""
     return disc.drive.fastest * dt_s > disc.radius_m
 
 
 def pair_of(a: int, b: int) -> tuple[int, int]:
-    """Return two bodies in the order of `Contact`: the lower disc first, a wall second."""
+    """Return two bodies in the order of `Contact`: the disc with the lower number is first, and a wall is second."""
     low, high = (a, b) if a < b else (b, a)
     return (high, low) if low < 0 else (low, high)
 
 
 def flattened(normal: Vector, impulse_n_s: float) -> tuple[Vector, float]:
-    """Project an impulse in space onto the plane. Return its unit normal and its size along the normal.
+    """Project an impulse in space onto the plane. Return the unit normal and the size of the projected impulse.
 
-    Engines need this for bodies that lean out of the plane. `normal` is the first two components of a unit vector. An
-    impulse perpendicular to the plane, (0, 0), has size 0.
+    Engines need this function for bodies that lean out of the plane. `normal` consists of the first two components of a
+    unit vector. For an impulse perpendicular to the plane, `normal` is (0, 0), and the returned size is 0.
     """
     length = math.hypot(*normal)
     if length == 0.0:
@@ -152,9 +153,10 @@ def flattened(normal: Vector, impulse_n_s: float) -> tuple[Vector, float]:
 def oriented_contact(
     a: int, b: int, time_s: float, normal: Vector, impulse_n_s: float, tangential_impulse_n_s: float | None = None
 ) -> Contact:
-    """Return the contact of two bodies in any order. `normal` is from `a` to `b`; the tangential impulse is on `b`.
+    """Return the contact of two bodies, given in any order. `normal` points from `a` to `b`.
 
-    If the bodies are exchanged, normal, tangent and impulse are reversed, and the tangential impulse stays the same.
+    The tangential impulse acts on `b`. If the bodies are exchanged, normal, tangent and impulse are reversed, and so
+    the number `tangential_impulse_n_s` stays the same.
     """
     first, second = pair_of(a, b)
     nx, ny = normal

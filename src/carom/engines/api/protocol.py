@@ -1,4 +1,4 @@
-"""Types of the adapter interface: declarations of an adapter, worlds that it prepares, and observations of a world."""
+"""Types of the adapter interface: adapters, the worlds that they prepare, and observations of a world."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ class Contact:
         second: The other disc, with a higher number, or a wall, ``wall_body(k)``.
         time_s: Time of the contact as reported by the engine, seconds from the start.
         normal: Unit vector from first to second.
-        impulse_n_s: Impulse along the normal, newton seconds; 0 for a contact without effect, None if the engine does
-            not report it.
-        velocities: Velocities just before and after, ``(first before, second before, first after, second after)``, if
-            the method knows them. The contact is then an impact by itself. If None, the harness reads the velocities
-            from the states around the contact.
+        impulse_n_s: Impulse along the normal, newton seconds; 0 for a contact without effect, None if the engine
+            reports no impulse.
+        velocities: Velocities just before and after the contact, ``(first before, second before, first after, second
+            after)``. With velocities, the contact is an impact by itself. If None, the harness reads the velocities
+            from the states before and after the contact.
         tangential_impulse_n_s: Impulse of friction on `second`, newton seconds, along the normal turned by +90 degrees.
             `first` receives the opposite impulse. The number does not depend on the order of the bodies. None if the
-            engine does not report it.
+            engine reports no such impulse.
         spins_rad_s: Spins of the two bodies, in the order of `velocities`; 0 for a wall. None if no disc turns.
     """
 
@@ -55,9 +55,9 @@ class Observation:
         position_m: Centres, shape ``(n, 2)``, metres.
         velocity_m_s: Velocities, shape ``(n, 2)``, metres a second.
         contacts: Contacts of the last step.
-        warning: Text of the engine's own warnings. With a warning, the state is not reliable.
-        spin_rad_s: Spins, counterclockwise, shape ``(n,)``, radians a second; None from an adapter without spins, or if
-            no disc turns.
+        warning: Warnings of the engine; empty if there is none. A state with a warning is not reliable.
+        spin_rad_s: Spins, counterclockwise, shape ``(n,)``, radians a second; None if the adapter has no spins, or no
+            disc turns.
     """
 
     position_m: NDArray[np.float64]
@@ -68,16 +68,16 @@ class Observation:
 
 
 class World(Protocol):
-    """One scene, built in one engine, at time 0."""
+    """One scene that is built in an engine. A new world is at time 0."""
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings in use, read back from the engine if possible."""
+        """The settings in use. They are read back from the engine if possible."""
 
     def advance(self, steps: int) -> None:
         """Take `steps` steps.
 
-        Steps are timed, so the implementation should be as close to the engine's own loop as possible.
+        Steps are timed. So the implementation should add as little as possible to the engine's own loop.
         """
 
     def observe(self) -> Observation:
@@ -98,16 +98,16 @@ class TimedWorld(World, Protocol):
 
 @runtime_checkable
 class QuietWorld(World, Protocol):
-    """A world that takes many steps without contacts at once. Optional."""
+    """A world that takes many steps without contacts in one call. Worlds need not support this."""
 
     def take_quiet_steps(
         self, position_m: NDArray[np.float64], velocity_m_s: NDArray[np.float64], spin_rad_s: NDArray[np.float64]
     ) -> int:
-        """Take steps until one has contacts or a warning. Return the number of steps.
+        """Take steps until a step has contacts or a warning. Return the number of steps taken.
 
-        The state after each step is written to a row of the arrays, whose shapes are ``(k, n, 2)``, ``(k, n, 2)`` and
-        ``(k, n)``. At most k steps are taken. `observe` then returns the last step. Carom has called `observe` once
-        before.
+        The state after each step is written to a row of the arrays. Their shapes are ``(k, n, 2)``, ``(k, n, 2)`` and
+        ``(k, n)``. At most k steps are taken. After the call, `observe` returns the state and contacts of the last
+        step. Carom calls `observe` once before the first call.
         """
 
 
@@ -116,12 +116,15 @@ class CuttableWorld(World, Protocol):
     """A world whose steps can be cut and undone, for profiles with ``located``."""
 
     def cut(self, dt_s: float) -> None:
-        """Set the size of the following steps, seconds. Times of contacts still count from the start."""
+        """Set the size of the following steps, seconds. Times of contacts are still measured from the start of the run."""
 
     def touching(self) -> frozenset[tuple[int, int]]:
-        """Return the pairs of bodies that now touch by the engine's own contact test, numbered as in `Contact`.
+        """Return the pairs of bodies that now touch by the engine's own contact test.
 
-        Called after `advance`. The call must not change the state or the contacts that `observe` returns.
+        Bodies are numbered as in `Contact`.
+
+        Carom calls this method after `advance`. The call must not change the state or the contacts that `observe`
+        returns.
         """
 
     def save(self) -> object:
@@ -133,7 +136,7 @@ class CuttableWorld(World, Protocol):
 
 @runtime_checkable
 class Adapter(Protocol):
-    """Connects an engine to the harness. Reading the attributes must not import the engine."""
+    """Connects an engine to the harness. A read of the attributes must not import the engine."""
 
     @property
     def name(self) -> str:
@@ -141,7 +144,7 @@ class Adapter(Protocol):
 
     @property
     def engine(self) -> Engine:
-        """The engine behind the adapter."""
+        """The engine that the adapter drives."""
 
     @property
     def capabilities(self) -> Capabilities:
@@ -157,18 +160,18 @@ class Adapter(Protocol):
 
 @runtime_checkable
 class CodedAdapter(Adapter, Protocol):
-    """An adapter that writes a world as code of its engine, ready to paste: ``carom engines NAME --show``."""
+    """An adapter that can write a world as code of its engine, ready to paste, for ``carom engines NAME --show``."""
 
     def code(self, scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
-        """Return a program or a model that gives the same digits as the world from `prepare`, without Carom.
+        """Return a program or a model that gives the same digits as the world from `prepare`, and does not need Carom.
 
-        The method must not import the engine. A program takes the steps of the scene, then prints one line ``x y vx vy
-        spin`` for each disc.
+        This method must not import the engine. A program takes the steps of the scene, and then prints one line ``x y
+        vx vy spin`` for each disc.
 
         Args:
             scene: The scene.
-            settings: As for `prepare`. Profiles with ``located`` have no code, since their steps are cut.
-            heading: Text of the first comment.
+            settings: The settings, as for `prepare`. Profiles with ``located`` have no code, since their steps are cut.
+            heading: Text for the first comment of the code.
 
         Raises:
             AdapterError: The engine does not support the scene or a setting.
@@ -181,7 +184,7 @@ class Imported:
 
     Attributes:
         scene: The scene, in the units of the file.
-        dropped: Short descriptions of all parts of the file that scenes do not support; empty if nothing is lost.
+        dropped: Short descriptions of all parts of the file that scenes do not support; empty if there are none.
     """
 
     scene: Scene
@@ -190,10 +193,10 @@ class Imported:
 
 @runtime_checkable
 class ReadingAdapter(Adapter, Protocol):
-    """An adapter that reads files of its engine as scenes: ``carom import``."""
+    """An adapter that can read files of its engine as scenes, for ``carom import``."""
 
     def read(self, content: bytes, name: str, duration_s: float) -> Imported:
-        """Read a file as a scene, and list everything that is lost. Called in a worker process.
+        """Read a file as a scene, and list its parts that scenes do not support. Carom calls this in a worker process.
 
         Args:
             content: Content of the file. The content is not trusted: no part of it may be executed.

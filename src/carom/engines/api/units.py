@@ -1,7 +1,7 @@
-"""Conversion of scenes to an engine's own units, and of its observations back.
+"""Converts scenes to an engine's units, and the engine's observations back to metres and seconds.
 
-Engines have hidden lengths and speeds: a slop, a margin, a threshold below which nothing bounces. If such constants are
-compiled in, other units avoid their effect. Units are powers of two, so that the conversion does not round.
+Engines contain constant lengths and speeds: a slop, a margin, a speed below which nothing bounces. If these constants
+can't be set, other units avoid their effect. Units are powers of two, so that the conversion does not round.
 """
 
 from __future__ import annotations
@@ -16,9 +16,11 @@ from carom.model.walls import convert_lengths, convert_speeds
 
 
 def scaled(scene: Scene, *, length: float = 1.0, time: float = 1.0) -> Scene:
-    """Return a scene in other units: `length` units are a metre, and `time` units a second. Masses stay the same.
+    """Return a scene in other units. A metre has `length` new units, and a second has `time` new units.
 
-    The step must be multiplied by `time`, too.
+    Masses stay the same.
+
+    The caller must also multiply the step size by `time`.
 
     Raises:
         AdapterError: A unit is not a power of two.
@@ -66,7 +68,7 @@ def unscaled(seen: Observation, *, length: float = 1.0, time: float = 1.0) -> Ob
         return seen
 
     def convert_contact(one: Contact) -> Contact:
-        # `velocities` and `spins_rad_s` are for methods that solve in the scene's own units.
+        # `velocities` and `spins_rad_s` are not converted, since only methods that use the scene's units report them.
         normal, tangential = one.impulse_n_s, one.tangential_impulse_n_s
         return replace(
             one,

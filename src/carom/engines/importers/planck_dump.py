@@ -1,4 +1,4 @@
-"""Reads a world of Planck (Box2D in JavaScript) as a scene, from the JSON of its ``Serializer.toJson(world)``."""
+"""Reads a world of Planck (Box2D in JavaScript) as a scene, from the JSON that ``Serializer.toJson(world)`` returns."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ _FILTER = {"filterGroupIndex": 0, "filterCategoryBits": 0x0001, "filterMaskBits"
 
 
 def parse_dump(content: bytes, name: str, duration_s: float) -> Imported:
-    """Read the discs and walls of a dump, and list everything in it that scenes do not support.
+    """Read the discs and walls of a dump, and list everything in the dump that scenes do not support.
 
     Raises:
-        InputError: The content is not such a dump.
-        SceneError: The supported part is not a valid scene: it has no disc, or bodies overlap.
+        InputError: The content is not a dump of Planck.
+        SceneError: The supported part of the dump is not a valid scene: there is no disc, or bodies overlap.
     """
     if count_values(content) > MOST_VALUES[".json"]:
         raise InputError(f"it has more than {MOST_VALUES['.json']} values")
@@ -40,7 +40,7 @@ def parse_dump(content: bytes, name: str, duration_s: float) -> Imported:
 
 
 class _Body:
-    """A body of a dump, with its fixtures, in the world's coordinates."""
+    """A body of a dump, with its fixtures."""
 
     def __init__(self, entries: Any, reference: Any) -> None:
         self.fields = _resolve(entries, reference)
@@ -60,7 +60,7 @@ class _Body:
 
 
 class _Reading:
-    """Reads a dump. Discs are read first, since the side of a wall depends on their positions."""
+    """Reads a dump. Discs are read first, since their positions determine which side of a face becomes a wall."""
 
     def __init__(self, entries: Any) -> None:
         self.world = entries[0]
@@ -113,7 +113,7 @@ class _Reading:
         place, radius = body.to_world(shape["p"]), float(shape["radius"])
         if not body.moves:
             return Disc(position_m=place, radius_m=radius, mass_kg=math.inf)
-        # If a body has no density, Box2D sets its mass to 1 kg and gives it no moment of inertia, so that the body
+        # If a body's density is 0, Box2D sets the body's mass to 1 kg and gives it no moment of inertia, so the body
         # never turns.
         mass = float(fixture["density"]) * math.pi * radius**2
         turns = mass > 0.0 and not body.fields["fixedRotation"]
@@ -146,7 +146,7 @@ class _Reading:
     def _find_coefficients(self) -> dict[str, float]:
         """Return the coefficients of pairs of bodies.
 
-        Box2D uses the larger of two restitutions, and the root of the product of two frictions.
+        Box2D combines two restitutions to the larger of them, and two frictions to the root of their product.
         """
         discs, walls = [fixture for fixture, _ in self.discs], [fixture for fixture, _ in self.walls]
         pairs = [*itertools.combinations(discs, 2)] or [(disc, disc) for disc in discs]
@@ -160,7 +160,7 @@ class _Reading:
 
 
 def _resolve(entries: Any, reference: Any) -> Any:
-    """Return the entry of the list that a reference points to."""
+    """Return the entry that a reference points to."""
     index = reference["refIndex"]
     if not isinstance(index, int) or not 0 < index < len(entries):
         raise InputError(f"it is not a dump of Planck's Serializer.toJson: a reference to {index!r}")
@@ -172,7 +172,7 @@ def _parse_point(pair: Any) -> Point:
 
 
 def _list_face_groups(body: _Body, shape: Any) -> Iterator[list[tuple[Point, Point]]]:
-    """Yield the faces of a polygon, or both sides of each edge or link of a chain."""
+    """Yield the faces of a polygon, or both sides of an edge, or both sides of each link of a chain."""
     if shape["type"] == "polygon":
         corners = [body.to_world(corner) for corner in shape["vertices"]]  # counterclockwise
         yield [face for a, b in zip(corners, [*corners[1:], corners[0]], strict=True) for face in _find_face(a, b)]
@@ -186,7 +186,7 @@ def _list_face_groups(body: _Body, shape: Any) -> Iterator[list[tuple[Point, Poi
 
 
 def _find_face(a: Point, b: Point) -> Iterator[tuple[Point, Point]]:
-    """Yield the right side of a line from a to b, as a point and the unit normal.
+    """Yield the right side of the line from a to b, as a point and a unit normal.
 
     Yield nothing for a line without length.
     """

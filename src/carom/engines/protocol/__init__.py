@@ -2,7 +2,7 @@
 
 Carom communicates with such a program over its standard input and output.
 
-`manifest` describes a program without starting it. `messages` defines the protocol. `process` is the running program,
-and `adapter` makes an adapter of it. ``docs/reference/engine-protocol.md`` describes the protocol for authors of
-programs.
+`manifest` reads the description of a program without starting it. `messages` defines the protocol. `process` runs the
+program, and `adapter` contains the program's adapter. For authors of such programs,
+``docs/reference/engine-protocol.md`` describes the protocol.
 """

@@ -1,4 +1,4 @@
-"""Adapter of an engine that is a program: implements `carom.engines.api.Adapter` over two pipes."""
+"""Adapter of an engine that is a program. It implements `carom.engines.api.Adapter` over two pipes."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class ProgramWorld:
 
     Attributes:
         settings: The settings in use, as reported by the program.
-        seconds: Total seconds of all steps so far, as measured by the program: the pipes are not included.
+        seconds: Total seconds of all steps so far, measured by the program, so the time of the pipes is not included.
     """
 
     def __init__(self, program: Program, scene: Scene, settings: Mapping[str, Setting]) -> None:
@@ -70,7 +70,7 @@ class ProgramWorld:
         return self._program.ask(messages.Save(world=self._number), messages.Saved).state
 
     def restore(self, state: object) -> None:
-        """Return to a state from `save`."""
+        """Return to a state that `save` returned."""
         self._program.ask(messages.Restore(world=self._number, state=state), messages.Done)
 
     def close(self) -> None:
@@ -108,18 +108,18 @@ class ProgramAdapter:
         return {name: _build_profile(profile) for name, profile in self.manifest.profiles.items()}
 
     def unavailable(self) -> str:
-        """Return why the program can't be started here; empty if it can."""
+        """Return why the program can't be started on this machine; empty if it can be started."""
         return self.manifest.explain_unavailable(self.folder)
 
     def version(self) -> str:
-        """Return the engine's version from the manifest or the npm package; may be empty."""
+        """Return the engine's version from the manifest or the npm package; empty if neither contains it."""
         return self.manifest.find_version(self.folder)
 
     def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> ProgramWorld:
-        """Build the scene in the program, which is started if it is not running.
+        """Build the scene in the program. Start the program if it is not running.
 
         Raises:
-            AdapterError: The capabilities exclude the scene, or the program refuses, fails or ends.
+            AdapterError: The capabilities exclude the scene, or the program refuses the scene, fails or ends.
         """
         known = {name: None for profile in self.manifest.profiles.values() for name in profile.settings}
         require_sound(self.engine.name, scene, settings, [*known, *self.knobs])
@@ -155,7 +155,7 @@ def _build_profile(profile: ProgramProfile) -> Profile:
 
 
 def program_adapter(path: Path | str) -> ProgramAdapter:
-    """Return the adapter of the engine in a manifest. A package of such an engine needs no other code.
+    """Return the adapter of the engine that a manifest describes. A package of such an engine needs no other code.
 
     Args:
         path: Path of the manifest.

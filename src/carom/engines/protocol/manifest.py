@@ -1,4 +1,4 @@
-"""Reader of ``engine.toml``, the manifest of an engine that is a program. Reading does not start the program."""
+"""Reads ``engine.toml``, the manifest of an engine that is a program, without starting the program."""
 
 from __future__ import annotations
 
@@ -22,16 +22,17 @@ from carom.support.fields import describe_error
 
 #: Name of a manifest file.
 MANIFEST = "engine.toml"
-#: Document that explains the fields to authors.
+#: Reference to the document that explains the fields.
 PAGE = "see docs/reference/engine-protocol.md#the-manifest"
-#: If a setting has a wrong type, Pydantic appends a type's name to the location: that of the first type that it tried.
+#: If a setting has a wrong type, Pydantic appends the name of the first type that it tried to the location of the
+#: error.
 _KINDS = (["float"], ["int"], ["bool"], ["str"])
-#: Larger files are refused. A manifest is a page of text, far below this limit.
+#: Larger files are refused. A manifest is a page of text, which is far smaller.
 MOST_BYTES = 2**20
 
 
 def _check_known_fields(kind: type[Any]) -> Any:
-    """Return a check that a table has only fields of a dataclass."""
+    """Return a validator that checks that a table has only fields of a dataclass."""
 
     def check(table: object) -> object:
         if isinstance(table, Mapping) and (unknown := sorted(table.keys() - {field.name for field in fields(kind)})):
@@ -42,7 +43,10 @@ def _check_known_fields(kind: type[Any]) -> Any:
 
 
 def _read_enums(table: object) -> object:
-    """Read ``contact_times`` and ``stamp`` by their names in lower case, because their values are sentences."""
+    """Replace the values of ``contact_times`` and ``stamp``.
+
+    A manifest contains the lower-case names of the enum members, because the members' values are sentences.
+    """
     if not isinstance(table, Mapping):
         return table
     found = dict(table)
@@ -72,9 +76,9 @@ class _Table(BaseModel):
 
 
 class ProgramProfile(_Table):
-    """A named set of settings; ``dt_s`` is added to them. The fields are those of `carom.engines.api.Profile`.
+    """A named set of settings, to which ``dt_s`` is added. The fields are those of `carom.engines.api.Profile`.
 
-    `capabilities` contains only values that differ from the engine's.
+    `capabilities` contains only values that differ from those of the engine.
     """
 
     description: str
@@ -91,19 +95,21 @@ class Manifest(_Table):
     Attributes:
         protocol: Version of the protocol that the program uses.
         name: Name for ``--engine``.
-        engine: Display name of the engine; by default its name.
-        version: The engine's version, if it is known without starting the program.
-        oldest: Oldest supported release; with an older one the engine is unavailable.
+        engine: Name of the engine for display; by default `name`.
+        version: The engine's version, if it is known without a start of the program.
+        oldest: Oldest supported release. An older release counts as unavailable.
         newest_tried: Newest tested release.
-        package: Path, from the manifest, of the ``package.json`` of the npm package that the program needs. Without
-            this file the engine is unavailable. If `version` is empty, the package's version is the engine's.
+        package: Path of the ``package.json`` of the npm package that the program needs, relative to the manifest.
+            Without this file the engine is unavailable. If `version` is empty, the package's version is the engine's
+            version.
         command: Command that starts the program. The program runs in an empty folder. A word that begins with ``./`` or
-            ``../`` is the path of a file from the manifest's folder.
-        install: Command that installs the program's requirements, shown if they are missing. The words are resolved
-            like those of `command`.
+            ``../`` is the path of a file, relative to the manifest's folder.
+        install: Command that installs the program's requirements. The command is shown if they are missing. Its words
+            are resolved like those of `command`.
         capabilities: Capabilities of the engine.
-        profiles: Profiles by name; ``default`` and ``tuned`` at least.
-        knobs: Settings that may be searched, with their ranges, by name. Profiles need not have them.
+        profiles: Profiles by name: at least ``default`` and ``tuned``.
+        knobs: Settings that ``carom tune`` may change, with their ranges, by name. Profiles need not have these
+            settings.
     """
 
     protocol: int = PROTOCOL
@@ -122,7 +128,7 @@ class Manifest(_Table):
     @model_validator(mode="before")
     @classmethod
     def _complete_capabilities(cls, data: Any) -> Any:
-        """Complete the capabilities of profiles with the engine's."""
+        """Complete the capabilities of each profile with those of the engine."""
         match data:
             case {"capabilities": dict(shared), "profiles": dict(profiles)}:
                 completed = {
@@ -134,11 +140,11 @@ class Manifest(_Table):
         return data
 
     def resolve_command(self, folder: Path) -> tuple[str, ...]:
-        """Return the command, with full paths of the files next to the manifest."""
+        """Return the command, with full paths for files that are given relative to the manifest."""
         return tuple(_resolve_word(folder, word) for word in self.command)
 
     def find_version(self, folder: Path) -> str:
-        """Return the engine's version from the manifest or the package; may be empty."""
+        """Return the engine's version from the manifest or the package; empty if neither contains it."""
         if self.version or not self.package or not (file := folder / self.package).is_file():
             return self.version
         try:
@@ -147,7 +153,10 @@ class Manifest(_Table):
             return ""
 
     def explain_unavailable(self, folder: Path) -> str:
-        """Return why the program can't be started here; empty if it can. Nothing is started."""
+        """Return why the program can't be started on this machine; empty if it can be started.
+
+        This method starts nothing.
+        """
         program = self.resolve_command(folder)[0]
         if not shutil.which(program):
             reason = f"{program} is not on the PATH" if program == self.command[0] else f"there is no program {program}"
@@ -163,7 +172,7 @@ class Manifest(_Table):
 
 
 def _resolve_word(folder: Path, word: str) -> str:
-    """Return a word of a command. For a file next to the manifest, return the full path."""
+    """Return a word of a command. If the word is a path relative to the manifest, return the full path."""
     return str((folder / word).resolve()) if word.startswith(("./", "../")) else word
 
 

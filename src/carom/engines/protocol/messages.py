@@ -1,8 +1,8 @@
 """Messages of the engine protocol, version 1: requests on standard input, answers on standard output.
 
-A message is a JSON object on one line. Both sides ignore fields that they don't know, so that fields can be added. A
-new request needs a new version of the protocol. A number is the shortest text that reads back as the same double; NaN
-is ``null``.
+A message is a JSON object on one line. Both sides ignore unknown fields, so that fields can be added. A new request
+needs a new version of the protocol. A number is written as the shortest text that reads back as the same double, and
+NaN as ``null``.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class Hello(_Message):
 
 
 class Prepare(_Message):
-    """Build a scene at time 0, with settings of one of the profiles; ``dt_s`` is one of the settings."""
+    """Build a scene at time 0, with the settings of a profile. ``dt_s`` is one of the settings."""
 
     do: Literal["prepare"] = "prepare"
     scene: Scene
@@ -58,7 +58,10 @@ class Look(_Message):
 
 
 class Cut(_Message):
-    """Set the size of the following steps, until the next cut. Times of contacts still count from the start."""
+    """Set the size of the following steps, until the next cut.
+
+    Times of contacts are still measured from the start of the run.
+    """
 
     do: Literal["cut"] = "cut"
     world: int
@@ -66,7 +69,10 @@ class Cut(_Message):
 
 
 class Touching(_Message):
-    """Return the pairs that touch now by the engine's own contact test. The request must not change the state."""
+    """Return the pairs of bodies that now touch by the engine's own contact test.
+
+    The request must not change the state.
+    """
 
     do: Literal["touching"] = "touching"
     world: int
@@ -95,20 +101,20 @@ class Close(_Message):
 
 
 class Failure(_Message):
-    """Why a request was not carried out: it was refused as invalid, or it failed."""
+    """Reason why a request was refused as invalid, or why it failed."""
 
     kind: Literal["refused", "failed"] = "failed"
     message: str
 
 
 class Reply(_Message):
-    """Base of all answers: an error may replace all other fields."""
+    """Base of all answers. An error may replace all other fields of an answer."""
 
     error: Failure | None = None
 
 
 class Welcome(_Message):
-    """Reply to `Hello`: the version of the protocol to use from now on, and the engine's own version."""
+    """Reply to `Hello`: the version of the protocol to use from now on, and the version of the engine."""
 
     protocol: int
     version: str = ""
@@ -122,13 +128,13 @@ class Prepared(_Message):
 
 
 class Stepped(_Message):
-    """Reply to `Step`: the seconds that the steps took by the program's own monotonic clock."""
+    """Reply to `Step`: the seconds that the steps took, measured by a monotonic clock of the program."""
 
     seconds: float = Field(ge=0, allow_inf_nan=False)
 
 
 class ToldContact(_Message):
-    """A contact of the last step; the fields are those of `carom.engines.api.Contact`."""
+    """A contact of the last step. The fields are those of `carom.engines.api.Contact`."""
 
     first: int
     second: int
@@ -139,7 +145,7 @@ class ToldContact(_Message):
 
 
 class Seen(_Message):
-    """Reply to `Look`; the fields are those of `carom.engines.api.Observation`."""
+    """Reply to `Look`. The fields are those of `carom.engines.api.Observation`."""
 
     position_m: list[_Vector]
     velocity_m_s: list[_Vector]
@@ -149,13 +155,13 @@ class Seen(_Message):
 
 
 class Touched(_Message):
-    """Reply to `Touching`: pairs of bodies, numbered as in a contact."""
+    """Reply to `Touching`: pairs of bodies. Bodies are numbered as in a contact."""
 
     pairs: list[tuple[int, int]]
 
 
 class Saved(_Message):
-    """Reply to `Save`: any JSON. `Restore` sends it back unchanged."""
+    """Reply to `Save`: any JSON value. `Restore` sends the value back unchanged."""
 
     state: Any
 
@@ -168,7 +174,7 @@ Request = Hello | Prepare | Step | Look | Cut | Touching | Save | Restore | Clos
 
 
 def build_protocol_schema() -> dict[str, Any]:
-    """Return the JSON Schema of all messages of the protocol. A line contains one of these messages."""
+    """Return the JSON Schema of a line of the protocol, which contains any one of the messages."""
     answers = Welcome | Prepared | Stepped | Seen | Touched | Saved | Done | Reply
     lines: TypeAdapter[Any] = TypeAdapter(Request | answers)
     return {"title": f"Carom's engine protocol, version {PROTOCOL}", **lines.json_schema()}

@@ -1,4 +1,4 @@
-"""Running program of an engine: sends requests, receives answers, and reports how the program failed."""
+"""Runs the program of an engine: sends requests, receives answers, and reports how the program failed."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from carom.support.data_files import reject_duplicate_keys
 from carom.support.escaping import find_last_message
 from carom.support.fields import describe_error
 
-#: Longer answers are refused. A million discs with their contacts take half of this size.
+#: Longer answers are refused. An answer with a million discs and their contacts takes half of this size.
 MOST_ANSWER_BYTES = 256 * 2**20
-#: Number of characters shown of an invalid answer.
+#: Number of characters of an invalid answer that are shown.
 SHOWN = 120
-#: This many bytes at the end of standard error are kept. The last line becomes part of the reason of a failure.
+#: Number of bytes that are kept from the end of standard error. The last line becomes part of the reason of a failure.
 MOST_PRINTED_BYTES = 2**14
 #: Default capacity of a pipe on Linux.
 CHUNK_BYTES = 2**16
@@ -33,11 +33,11 @@ A = TypeVar("A", bound=BaseModel)
 
 
 class Program:
-    """A program that has been started and has answered the first request.
+    """A running program that has answered the first request.
 
     Args:
-        name: Name in messages.
-        command: The command; its first word is searched on the PATH.
+        name: Name of the program in messages.
+        command: The command that starts the program. The first word is searched on the PATH.
 
     Attributes:
         version: Version of the engine as reported by the program; may be empty.
@@ -74,7 +74,7 @@ class Program:
         """Send a request and return its answer.
 
         Raises:
-            AdapterError: The program refuses, fails or ends, or its answer is invalid.
+            AdapterError: The program refuses the request, fails or ends, or its answer is invalid.
         """
         if self._requests.closed:
             raise AdapterError(f"{self.name}: its program has ended and cannot answer {request.do!r}")
@@ -83,7 +83,7 @@ class Program:
         if line is None:
             raise AdapterError(f"{self.name}: {self._describe_end()} when asked to {request.do!r}")
         try:
-            # A reader would silently ignore one of the values of a duplicate key.
+            # By default, json would silently ignore all but one of the values of a duplicate key.
             json.loads(line, object_pairs_hook=reject_duplicate_keys)
         except InputError as error:
             raise self._build_answer_error(request, line, f"the line {error}") from error
@@ -111,9 +111,9 @@ class Program:
         return AdapterError(message, hints=["see docs/reference/engine-protocol.md#the-requests"])
 
     def _exchange(self, request: bytes) -> bytes | None:
-        """Send a request and return the line of its answer; None if there is none.
+        """Send a request and return the answer as a line; None if there is no answer.
 
-        Standard error is read at the same time, because otherwise a full pipe would block the program.
+        Standard error is read at the same time. Otherwise the program would block when this pipe is full.
         """
         unsent, searched = memoryview(request), 0
         self._poll.register(self._requests, select.POLLOUT)
@@ -125,7 +125,8 @@ class Program:
                 if file == self._requests.fileno():
                     try:
                         unsent = unsent[os.write(file, unsent) :]
-                    except BrokenPipeError:  # the program closed its input, or ended: see its next answer
+                    # the program has closed its input or ended, which is handled when the answer is read
+                    except BrokenPipeError:
                         unsent = unsent[:0]
                     if not unsent:
                         self._poll.unregister(file)
@@ -138,12 +139,12 @@ class Program:
                     return None
         line = bytes(self._answered[:end])
         del self._answered[: end + 1]
-        if unsent:  # the program has answered before it got the whole request
+        if unsent:  # the program answered before it received the whole request
             self._poll.unregister(self._requests)
         return line
 
     def _read_printed(self) -> bool:
-        """Read standard error and keep its end. Return whether more may come."""
+        """Read standard error and keep the last bytes. Return whether more may come."""
         try:
             chunk = os.read(self._printed.fileno(), CHUNK_BYTES)
         except BlockingIOError:
@@ -152,15 +153,15 @@ class Program:
         return bool(chunk)
 
     def _describe_last_output(self) -> str:
-        """Return a phrase with the last output since the last request; empty if there is none."""
+        """Return a phrase with the last output that followed the last request; empty if there is none."""
         while self._read_printed():
             pass
-        # The name of a worker's folder is removed, so that equal reasons have equal texts.
+        # The path of the worker's folder is removed, so that equal reasons have equal texts.
         last_output = find_last_message(self._words.decode(errors="replace").replace(f"{Path.cwd()}{os.sep}", ""))
         return f"it last printed {last_output!r}" if last_output else ""
 
     def _describe_end(self) -> str:
-        """End the program, and return how it ended and its last output."""
+        """End the program. Return a description of how it ended, with its last output."""
         by_itself = self._stop()
         last_output = self._describe_last_output()
         self.end()
@@ -179,7 +180,7 @@ class Program:
         return self._popen.poll() is not None
 
     def end(self) -> None:
-        """End the program by closing its input; kill the program if that does not work."""
+        """End the program by closing its input. If this does not work, kill the program."""
         self._stop()
         for pipe in (self._answers, self._printed):
             pipe.close()

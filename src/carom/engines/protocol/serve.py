@@ -1,7 +1,7 @@
 """Serves a Python adapter over standard input and output, using the engine protocol.
 
-So an adapter can run in another interpreter, with another release of its engine. `carom history` compares many releases
-of an engine in this way.
+So an adapter can run in another interpreter with another release of its engine. `carom history` uses this to compare
+many releases of an engine.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from carom.engines.api import Accuracy, Adapter, Capabilities, Contact, Cuttable
 from carom.engines.protocol import messages
 from carom.errors import AdapterError, CaromError
 
-#: The only setting in the manifest of a served adapter: the name of a profile. A manifest can't contain settings that
-#: depend on the step size, so the program gets them from its adapter.
+#: Name of the only setting in the manifest of a served adapter. Its value is the name of a profile. A manifest can't
+#: contain settings that depend on the step size, so the program gets the settings from its adapter.
 PROFILE = "profile"
 
 W = TypeVar("W")
@@ -33,7 +33,7 @@ _REQUESTS: TypeAdapter[messages.Request] = TypeAdapter(Annotated[messages.Reques
 
 
 class Server:
-    """Answers requests with the worlds of an adapter.
+    """Answers the requests of the protocol with the worlds of an adapter.
 
     Args:
         adapter: Adapter of the engine.
@@ -43,11 +43,12 @@ class Server:
     def __init__(self, adapter: Adapter, version: str) -> None:
         self._adapter, self._version = adapter, version
         self._worlds: dict[int, World] = {}
-        self._saved: dict[tuple[int, int], object] = {}  # kept here, because saved states can be objects of the engine
+        # saved states can be objects of the engine, which can't be sent
+        self._saved: dict[tuple[int, int], object] = {}
         self._numbers = count(1)
 
     def answer(self, line: str | bytes) -> dict[str, Any]:
-        """Return the answer to one request as JSON values, with None for NaN. Any line gets an answer."""
+        """Return the answer to one request as JSON values, with None for NaN. Even an invalid line gets an answer."""
         try:
             request = _REQUESTS.validate_json(line)
         except ValidationError as error:
@@ -111,7 +112,7 @@ class Server:
 
 
 def serve(server: Server, requests: Iterable[str], write: Callable[[str], object]) -> None:
-    """Answer each line of requests with one line, until the requests end."""
+    """Write one line of answer to each line of requests, until the requests end."""
     try:
         for line in requests:
             write(json.dumps(server.answer(line)) + "\n")
@@ -124,7 +125,7 @@ def _build_error(kind: str, message: str) -> dict[str, Any]:
 
 
 def _take_steps(world: World, steps: int) -> float:
-    """Take steps and return the seconds, by the world's own clock if it has one."""
+    """Take steps and return the seconds that they take. If the world has a clock of its own, this clock is read."""
     if isinstance(world, TimedWorld):
         before = world.seconds
         world.advance(steps)
@@ -150,7 +151,7 @@ def _build_contact_fields(contact: Contact) -> dict[str, Any]:
 
 
 def _to_json(value: Any) -> Any:
-    """Return a value as JSON: arrays and tuples as lists, NumPy's numbers as Python's, and None for NaN."""
+    """Convert a value to JSON values: arrays and tuples to lists, NumPy's numbers to Python's, and NaN to None."""
     if isinstance(value, np.ndarray | np.generic):
         value = value.tolist()
     if isinstance(value, list | tuple):
@@ -159,11 +160,11 @@ def _to_json(value: Any) -> Any:
 
 
 def build_manifest(adapter: Adapter, name: str, version: str, command: Sequence[str]) -> str:
-    """Return a manifest, as TOML, for an adapter that is served by a command.
+    """Return the manifest, as TOML, of an adapter that a command serves.
 
     Args:
         adapter: The adapter; its engine is not imported.
-        name: Name of the engine in the manifest, different from the adapter's.
+        name: Name of the engine in the manifest. It must differ from the adapter's name.
         version: Version of the engine.
         command: Command that starts the program.
     """
@@ -186,7 +187,7 @@ def build_manifest(adapter: Adapter, name: str, version: str, command: Sequence[
 
 def _build_profile(adapter: Adapter, name: str, profile: Profile) -> dict[str, Any]:
     capabilities = profile.capabilities
-    # A profile in a manifest inherits the engine's capabilities, so only differences are written.
+    # In a manifest, profiles inherit the engine's capabilities, so only differences are written.
     capability_fields = (
         {} if capabilities is None else {"capabilities": _find_differing(capabilities, adapter.capabilities)}
     )
@@ -204,7 +205,7 @@ def _build_knob(knob: Knob) -> dict[str, Any]:
 
 
 def _find_differing(found: _Declared, usual: _Declared) -> dict[str, Any]:
-    """Return the fields that differ from the usual fields, in the spelling of a manifest."""
+    """Return the fields of `found` that differ from those of `usual`, in the spelling of a manifest."""
     pairs = ((field.name, getattr(found, field.name), getattr(usual, field.name)) for field in fields(found))
     return {name: _to_toml_value(value) for name, value, other in pairs if value != other}
 
