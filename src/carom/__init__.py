@@ -1,7 +1,7 @@
 """Carom: a cross-check harness for disc collisions.
 
-The names below are loaded when they are first used, so ``import carom`` takes little time and imports no optional part.
-The import raises an ImportError if the compiled extension is missing.
+The public names are loaded when they are first used. So ``import carom`` takes little time and imports no optional
+part. The import raises an ImportError if the compiled extension is missing.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ _HOMES = {
     "carom.solvers.reference.algorithm_2": ("solve_pic_framewise",),
     "carom.model.trace": ("Mode", "Outcome", "Trace"),
 }
-#: Import paths of earlier versions, and the modules that have their names now. `carom.adapter` is a real module.
+#: Import paths of earlier versions, and the present modules with the same content. `carom.adapter` is a real module.
 _MOVED = {
     "carom.program": ("carom.engines.protocol",),
     "carom.program.adapter": ("carom.engines.protocol.adapter",),
@@ -110,7 +110,7 @@ def __dir__() -> list[str]:
 
 
 def scene(name: str) -> Scene:
-    """Return the scene of the catalogue with this full name, such as ``paper/missed``.
+    """Return the scene of the catalogue with a full name such as ``paper/missed``.
 
     Examples:
         >>> carom.scene("paper/missed").frame_rate_hz
@@ -122,28 +122,31 @@ def scene(name: str) -> Scene:
 
 
 def _find_scene(name: str) -> Scene:
-    """Return a scene of the catalogue. The model calls this function, since it can't import the catalogue."""
+    """Return a scene of the catalogue. `carom.model` calls this function, since it must not import the catalogue."""
     from carom.catalogue import scene_named
 
     return scene_named(name)
 
 
-#: Functions that show a result, and their modules.
+#: Names of functions that show a result, and the modules that contain them.
 _VIEWS = {"summary": "carom.report.summary", "to_pandas": "carom.report.data_frames"}
 _VIEWS |= dict.fromkeys(("html_of", "plot"), "carom.report.notebook")
 
 
 def _find_view(name: str) -> Callable[..., Any]:
-    """Return the function that shows a result, imported at its first use, since results can't import reports."""
+    """Import and return a function that shows a result.
+
+    It is imported at its first use, since results must not import reports.
+    """
     view: Callable[..., Any] = getattr(importlib.import_module(_VIEWS[name]), name)
     return view
 
 
 class _Moved(ModuleType):
-    """An import path of an earlier version. The old module imports the present one when a name is first requested."""
+    """A module at an import path of an earlier version. It imports the present module when a name is first requested."""
 
     def __getattr__(self, name: str) -> Any:
-        if name.startswith("__"):  # introspection reads some of these from every module
+        if name.startswith("__"):  # introspection reads some of these names from every module
             raise AttributeError(name)
         if (path := f"{self.__name__}.{name}") in _MOVED:
             return sys.modules[path]
@@ -167,4 +170,5 @@ require_extension()
 sys.modules.update({name: _Moved(name) for name in _MOVED})
 set_view_finder(_find_view)
 set_scene_finder(_find_scene)
-importlib.import_module("carom.engines").__class__ = _Engines  # must run before the package's name hides the function
+# must run before the name of the package hides the function
+importlib.import_module("carom.engines").__class__ = _Engines

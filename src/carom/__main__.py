@@ -1,4 +1,4 @@
-"""The `carom` command, also as ``python -m carom``. A signal ends it cleanly, even while Carom is being imported."""
+"""The `carom` command, also as ``python -m carom``. A signal ends the command cleanly, even during the import of Carom."""
 
 from __future__ import annotations
 
@@ -7,16 +7,17 @@ import os
 import signal
 import sys
 
-#: Signals of a keyboard, of a closed terminal, and of a system that shuts down, if this system has them.
+#: Signals from the keyboard, from a closed terminal, and from a system that shuts down. Some systems lack some of
+#: these.
 SIGNALS = [one for one in signal.Signals if one.name in {"SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT"}]
 
-#: Number of new objects after which Python searches for cycles: more than a short command with a report creates.
-#: Imported objects are never freed anyway. With the default of 700, the search takes a fifteenth of the processor time
-#: of a short command.
+#: Number of new objects after which Python searches for cycles. A short command with a report creates fewer objects.
+#: Imported objects are never freed. With the default of 700, the searches take a fifteenth of the processor time of a
+#: short command.
 _COLLECTED_FROM = 400_000
 
-#: Interval, seconds, at which a lost signal is raised again until the command has handled it. Code that can't handle it
-#: takes only microseconds, but C code that called the interrupted function can drop the signal again.
+#: Interval, seconds, at which a lost signal is raised again until the command has handled it. Code that can't handle a
+#: signal takes only microseconds. But C code that called the interrupted function can drop the signal again.
 AGAIN_S = 0.01
 
 #: Signals that have arrived.
@@ -24,38 +25,42 @@ CAME: list[signal.Signals] = []
 
 
 class Ended(KeyboardInterrupt):
-    """A signal has arrived. The argument is its number.
+    """A signal has arrived. The argument is the signal's number.
 
-    A bare `KeyboardInterrupt` that has left an `exec` makes Python end as if by Ctrl-C, whatever the exit code. See
-    `_Py_UnhandledKeyboardInterrupt` in Python's pythonrun.c. Dataclasses use `exec`.
+    This class is needed because a plain `KeyboardInterrupt` that has left an `exec` makes Python end as if by Ctrl-C,
+    with any exit code. See `_Py_UnhandledKeyboardInterrupt` in Python's pythonrun.c. Dataclasses use `exec`.
     """
 
 
 def main() -> None:
     """Run the command."""
     _open_closed_streams()
-    handled = [number for number in SIGNALS if signal.getsignal(number) is not signal.SIG_IGN]  # `nohup` ignores some
+    # `nohup` lets commands ignore some signals
+    handled = [number for number in SIGNALS if signal.getsignal(number) is not signal.SIG_IGN]
     for number in handled:
         signal.signal(number, _end)
     gc.set_threshold(_COLLECTED_FROM, *gc.get_threshold()[1:])
     previous_hook, sys.unraisablehook = sys.unraisablehook, _raise_again
-    # Pydantic reads the entry points of all installed packages, and fails if those of one package are damaged.
+    # Without this variable, Pydantic reads the entry points of all installed packages, and fails if those of any
+    # package are damaged.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
-    # OpenBLAS starts a thread per core while NumPy is imported, in each process. A thread loops while it waits, and
-    # takes tens of megabytes of address space. Carom multiplies small matrices only. Engines inherit the variable.
+    # Without this variable, OpenBLAS starts a thread per core while NumPy is imported, in each process. A thread loops
+    # while it waits, and takes tens of megabytes of address space. Carom multiplies only small matrices. Engines
+    # inherit the variable.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         from carom.cli import run_command_line
         from carom.execution.fork_server import allow_forking
 
         allow_forking()
-        if CAME:  # the signal was lost: Python ignores exceptions in its cleanup after an import
+        if CAME:  # the signal was lost, because Python ignores exceptions during its cleanup after an import
             raise Ended(CAME[-1])
         code = run_command_line()
-        if CAME and code == 128 + signal.SIGINT:  # commands that save finished results treat every signal as Ctrl-C
+        if CAME and code == 128 + signal.SIGINT:  # commands that save finished results handle every signal as Ctrl-C
             code = 128 + CAME[-1]
         _return_signals(handled)
-    except BaseException:  # a library can turn an `Ended` that comes during its import into any exception
+    # if `Ended` is raised during the import of a library, the library can raise any exception instead
+    except BaseException:
         if not CAME:
             raise
         sys.stderr.write(f"carom: ended by {CAME[-1].name}\n")
@@ -63,12 +68,12 @@ def main() -> None:
         _return_signals(handled)
     finally:
         sys.unraisablehook = previous_hook
-    gc.freeze()  # the process ends: a search for cycles would take an eighth of a short command's time
+    gc.freeze()  # without this, a search for cycles at the exit would take an eighth of a short command's time
     sys.exit(code)
 
 
 def _open_closed_streams() -> None:
-    """Open each closed standard stream on the null device, so that no other file takes the stream's place."""
+    """Open each closed standard stream on the null device, so that no other file gets the stream's number."""
     while (file := os.open(os.devnull, os.O_RDWR)) <= 2:
         pass
     os.close(file)
@@ -77,9 +82,10 @@ def _open_closed_streams() -> None:
 
 
 def _end(number: int, _frame: object) -> None:
-    """Raise `Ended`, unless an earlier `Ended` is being handled, because its cleanup must not be interrupted.
+    """Raise `Ended`. While an earlier `Ended` is handled, do nothing, because the cleanup must not be interrupted.
 
-    Python ignores exceptions in some places, such as destructors, so an earlier `Ended` can have been lost.
+    It is not enough that there was an earlier `Ended`. It can have been lost, because Python ignores exceptions in some
+    places, such as destructors.
     """
     error = sys.exc_info()[1]
     while error is not None:
@@ -101,9 +107,9 @@ def _raise_again(unraisable: sys.UnraisableHookArgs) -> None:
 
 
 def _return_signals(handled: list[signal.Signals]) -> None:
-    """Restore the system's default handling of signals, after all cleanup, when nothing is left to interrupt.
+    """Restore the system's default handling of signals. Call this after all cleanup, when nothing is left to interrupt.
 
-    A signal that has already arrived is ignored from now on, so it can't change the exit code.
+    Signals that have already arrived are ignored from now on, so that they can't change the exit code.
     """
     if hasattr(signal, "setitimer"):
         signal.setitimer(signal.ITIMER_REAL, 0.0)

@@ -1,7 +1,7 @@
 """Every error that Carom raises on purpose.
 
-All share one base class, so ``except CaromError`` is enough. Each message says what is wrong and where. Hints say what
-to do.
+All errors have the same base class, so ``except CaromError`` catches each of them. A message states what is wrong and
+where. Hints state what to do.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from carom.support.escaping import escape_controls, shorten
 class CaromError(Exception):
     """Base of every deliberate error. The text contains no control characters, even in quotations.
 
-    The text is one sentence, including the hints. A terminal prints each hint on a line of its own.
+    The text, including the hints, is one sentence. On a terminal, each hint is on a separate line.
 
     Attributes:
         hints: Remedies, each a question or a phrase without a full stop.
@@ -34,7 +34,7 @@ class CaromError(Exception):
 
     @property
     def message(self) -> str:
-        """The error and its place, without the hints."""
+        """What is wrong and where, without the hints."""
         return escape_controls(super().__str__())
 
     def __str__(self) -> str:
@@ -58,7 +58,7 @@ class AdapterError(CaromError, RuntimeError):
 
 
 class Problem(NamedTuple):
-    """One problem of a scene: the path to the field, what is wrong with the value found there, and what to do."""
+    """One problem of a scene: the path to the field, what is wrong with the field's value, and what to do."""
 
     field: tuple[str | int, ...]
     message: str
@@ -79,9 +79,9 @@ class SceneError(InputError):
     """A scene, or the file that contains it, is not valid.
 
     Attributes:
-        problems: All findings, or the first of each kind.
+        problems: All problems, or the first of each kind.
         source: The file, if there is one.
-        more: Whether there are more findings than `problems`, which were not counted.
+        more: Whether there are further problems, which are not counted.
 
     Examples:
         >>> carom.Disc(position_m=(0.0, 0.0), radius_m=-1.0)
@@ -89,7 +89,8 @@ class SceneError(InputError):
         carom.errors.SceneError: radius_m: must be greater than 0, got -1.0
     """
 
-    #: Findings beyond this number are only counted, so that the first line stays visible in a terminal.
+    #: Largest number of problems in a message. Further problems are only counted, so that the first line stays visible
+    #: in a terminal.
     SHOWN = 10
 
     def __init__(self, problems: Sequence[Problem], source: str = "", *, more: bool = False) -> None:
@@ -103,7 +104,7 @@ class SceneError(InputError):
 
     @property
     def message(self) -> str:
-        """A line for each problem, or for the first of them, without the hints."""
+        """A line for each problem, or for the first `SHOWN` problems, without the hints."""
         return self._format_lines([problem.sentence for problem in self.problems[: self.SHOWN]])
 
     def __str__(self) -> str:

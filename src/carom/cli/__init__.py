@@ -31,7 +31,7 @@ GROUPS = {
 }
 _FIRST = tuple(name for names in GROUPS.values() for name in names)
 
-#: Module and function of commands whose names can't be module names.
+#: Module and function of each command whose name can't be the name of a module.
 _SPELT = {"import": ("importing", "import_file")}
 
 _MODULES = {path.stem for path in Path(commands.__path__[0]).glob("[!_]*.py")} - {"importing"}
@@ -39,7 +39,7 @@ COMMANDS = (*_FIRST, *sorted(_MODULES - {*_FIRST}))
 
 
 class CommandGroup(TyperGroup):
-    """The commands of Carom, listed under headings."""
+    """The commands of Carom. ``--help`` lists them under headings."""
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write one section per group. A command without a group is listed under *Other*."""
@@ -60,7 +60,7 @@ def build_app(names: Sequence[str]) -> typer.Typer:
         cls=CommandGroup,
         no_args_is_help=True,
         pretty_exceptions_enable=False,
-        rich_markup_mode=None,  # drawing boxes around help texts would take longer than the rest of `--help`
+        rich_markup_mode=None,  # boxes around help texts would take longer than the rest of `--help`
         context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 120},
         help="Check how accurately physics engines compute disc collisions: "
         "impact times and velocities, compared with the exact solution.",
@@ -70,7 +70,7 @@ def build_app(names: Sequence[str]) -> typer.Typer:
     for name in names:
         module, function = _SPELT.get(name, (name, name))
         one = getattr(importlib.import_module(f"carom.cli.commands.{module}"), function)
-        # Without `short_help` the list of commands cuts the first sentence at 45 characters.
+        # Without `short_help`, the list of commands would cut first sentences at 45 characters.
         found.command(name, cls=Command, short_help=(one.__doc__ or "").partition("\n\n")[0])(one)
     found.callback()(_options)
     return found
@@ -96,11 +96,11 @@ def _options(
         bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit.")
     ] = False,
 ) -> None:
-    del version  # the callback of the option has printed the version
+    del version  # the option's callback has already printed the version
 
 
 def run_command_line() -> str | int | None:
-    """Run the command and return its exit code, also if the output can't be written.
+    """Run the command and return its exit code, even if the output can't be written.
 
     Raises:
         KeyboardInterrupt: A signal arrived before or after the command.
@@ -108,15 +108,15 @@ def run_command_line() -> str | int | None:
     output = sys.stdout
     try:
         try:
-            if not {"-h", "--help", "--version"} & {*sys.argv}:  # these options do not load NumPy
+            if not {"-h", "--help", "--version"} & {*sys.argv}:  # with these options, NumPy is not loaded
                 address_space.require_address_space()
             first_argument = sys.argv[1:2]
             build_app(first_argument if first_argument and first_argument[0] in COMMANDS else COMMANDS)()
             code: str | int | None = 0
         except SystemExit as end:
             if isinstance(signal := getattr(end.__context__, "__cause__", None), KeyboardInterrupt):
-                raise signal from None  # Typer handles every signal as Ctrl-C
-            code = end.code if sys.stdout is output else 0  # Typer replaces `stdout` if the pipe is closed
+                raise signal from None  # because Typer handles every signal as Ctrl-C
+            code = end.code if sys.stdout is output else 0  # Typer has replaced `stdout` if the pipe was closed
         except (CaromError, ImportError, MemoryError, RuntimeError) as error:
             if not isinstance(error, CaromError):
                 if not (limit_mb := address_space.read_limit_mb()):
@@ -125,10 +125,10 @@ def run_command_line() -> str | int | None:
                 error = CaromError(f"{type(error).__name__}: {error}, {limit}", hints=["raise the limit"])
             common.say_error(error)
             code = common.EXIT_BAD_INPUT
-        output.flush()  # flush here, where an error can still be reported
+        output.flush()  # here an error can still be reported
     except BrokenPipeError:  # a reader such as `head` has closed the pipe
         code = 0
-    except OSError as error:  # a full disk
+    except OSError as error:  # for example a full disk
         with suppress(OSError):
             common.say(f"carom: output: {error.strerror or error}", apart=True)
         code = common.EXIT_BAD_INPUT

@@ -1,4 +1,4 @@
-"""Check for too little address space (`ulimit -v`), which makes NumPy's library OpenBLAS end the process."""
+"""Check for too little address space (`ulimit -v`). Without enough of it, NumPy's library OpenBLAS ends the process."""
 
 from __future__ import annotations
 
@@ -7,24 +7,24 @@ import sys
 
 from carom.errors import InputError
 
-#: Fraction of the limit that imports may use. Running the smallest scene takes a third more than the imports.
+#: Fraction of the limit that imports may use. A run of the smallest scene needs a third more than the imports.
 LOADED = 0.75
 
 
 def read_limit_mb() -> float:
-    """Return the limit on this process's address space, megabytes; 0 if there is none."""
+    """Return the limit on this process's address space, megabytes; 0 if there is no limit."""
     try:
         import resource
-    except ImportError:  # not a POSIX system
+    except ImportError:  # this is not a POSIX system
         return 0.0
     limit, _ = resource.getrlimit(resource.RLIMIT_AS)
     return 0.0 if limit == resource.RLIM_INFINITY else limit / 1e6
 
 
 def require_address_space() -> None:
-    """Test in a child process whether NumPy loads, if address space is limited.
+    """If address space is limited, test in a child process whether NumPy can be loaded.
 
-    OpenBLAS allocates memory while it is loaded. If memory is missing, OpenBLAS ends the process with exit code 1 and
+    OpenBLAS allocates memory while it is loaded. If there is too little, OpenBLAS ends the process with exit code 1 and
     without a message.
 
     Raises:

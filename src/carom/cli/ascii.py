@@ -1,4 +1,4 @@
-"""Encoding error handler that replaces characters by similar ones, for outputs in a small character set."""
+"""Encoding error handler for output in a small character set. It replaces characters by similar ones."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import unicodedata
 #: The error handler's name, for `open`, `str.encode` and `io.TextIOWrapper.reconfigure`.
 ERRORS = "carom.plain"
 
-#: Replacements for the report's symbols. No two grades have the same replacement.
+#: Replacements for the symbols of reports. No two grades have the same replacement.
 _SIGNS = {
     "✓": "=",
     "≃": "~",
@@ -41,7 +41,7 @@ def _replace_characters(error: UnicodeError) -> tuple[str, int]:
 
 
 def _find_nearest(sign: str) -> str:
-    """Return a letter without its accent, a dash for a box-drawing character, and a question mark for others."""
+    """Return the letter without accent, a dash for a box-drawing character, and a question mark for any other character."""
     bare = unicodedata.normalize("NFKD", sign).encode("ascii", "ignore").decode()
     return bare or ("-" if unicodedata.name(sign, "").startswith("BOX DRAWINGS") else "?")
 

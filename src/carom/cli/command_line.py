@@ -1,4 +1,4 @@
-"""Command line that repeats a result, and formatting of option types and defaults for ``--help``."""
+"""The command line of a result, which repeats it, and the format of types and defaults of options for ``--help``."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from typing import Any
 import typer
 from typer.core import TyperCommand
 
-#: Options that do not affect a result: they continue a run or print more.
+#: Options that do not affect a result. They continue a run or print more.
 _NO_PART = {"resume", "retry", "verbose"}
 
-#: Words for Typer's types: the same as in `carom.support.options`.
+#: Words for Typer's types. `carom.support.options` uses the same words.
 _WORDS = {"str": "TEXT", "path": "PATH", "float": "NUMBER", "int": "INTEGER", "int range": "INTEGER"}
 
 _ASKED: ContextVar[str] = ContextVar("asked", default="carom")
 
 
 def get_command_line() -> str:
-    """Return the running command line, with the first name of each option; ``carom`` outside a command."""
+    """Return the command line that is running, with the first name of each option; ``carom`` if no command is running."""
     return _ASKED.get()
 
 
@@ -46,7 +46,7 @@ class Command(TyperCommand):
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
         for one in self.params:
-            if typed := getattr(one, "display_type", None):  # older versions of Typer use plain words already
+            if typed := getattr(one, "display_type", None):  # older versions of Typer already use plain words
                 one.display_type = partial(_format_type, typed, one.param_type_name == "argument")  # type: ignore[attr-defined] # see above
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:

@@ -1,4 +1,4 @@
-"""Shared functions of all commands: exit codes, common options, error messages, reading and printing."""
+"""Shared by all commands: exit codes, common options, error messages, loading of scenes, and printing."""
 
 from __future__ import annotations
 
@@ -31,19 +31,19 @@ EXIT_VIOLATION = 1
 EXIT_BAD_INPUT = 2
 EXIT_UNAVAILABLE = 3
 EXIT_CRASHED = 4
-EXIT_SIGNAL = 128  # a shell reports this plus the number of the signal
+EXIT_SIGNAL = 128  # a shell reports the sum of this and the number of the signal
 EXIT_INTERRUPTED = EXIT_SIGNAL + signal.SIGINT
 
 Parameters = ParamSpec("Parameters")
 
 
 def declare_out_option(text: str) -> Any:
-    """Return the option that names the output folder. `text` is its description, with the default if there is one."""
+    """Return the option for the output folder. `text` describes the option, and its default if there is one."""
     return typer.Option("--out", "-o", show_default=False, help=text)
 
 
 def declare_scenes_argument(default: str) -> Any:
-    """Return the argument that names scenes. `default` describes the scenes that are used if none is named."""
+    """Return the argument for scenes. `default` describes the scenes that are used without this argument."""
     return typer.Argument(help=f"Scene files, or names, groups or patterns of catalogue scenes (default: {default}).")
 
 
@@ -51,7 +51,7 @@ SCENE_NAMES = typer.Argument(help="Scene files (.toml, .json), or names, groups 
 
 
 def parse_engine(word: str) -> str:
-    """Return the name of an engine that is given by its name or its manifest. A manifest is registered."""
+    """Return the name of an engine that is given by its name or its manifest. Register a manifest first."""
     from carom.engines import registry
 
     try:
@@ -73,7 +73,7 @@ Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Print all tables
 
 
 def handle_errors(command: Callable[Parameters, None]) -> Callable[Parameters, None]:
-    """Wrap a command so that Carom's errors and signals become a message and an exit code."""
+    """Decorator for a command: convert Carom's errors and signals to a message and an exit code."""
 
     @functools.wraps(command)
     def run_guarded(*args: Parameters.args, **kwargs: Parameters.kwargs) -> None:
@@ -88,10 +88,10 @@ def handle_errors(command: Callable[Parameters, None]) -> Callable[Parameters, N
             word, code = _describe_signal(error)
             say(f"carom: {word}; no report was written", apart=True)
             raise typer.Exit(code) from None
-        except BrokenPipeError:  # a reader such as `head` has closed the pipe
+        except BrokenPipeError:  # the program that reads the output, such as `head`, has closed the pipe
             drop_unwritten(sys.stdout, sys.stderr)
             raise typer.Exit from None
-        except OSError as error:  # a full disk, or a file without write permission
+        except OSError as error:  # for example, the disk is full or a file is not writable
             say(f"carom: {error.filename or 'output'}: {error.strerror or error}", apart=True)
             raise typer.Exit(EXIT_BAD_INPUT) from None
         except MemoryError:
@@ -104,7 +104,7 @@ def handle_errors(command: Callable[Parameters, None]) -> Callable[Parameters, N
 def drop_unwritten(*streams: TextIO) -> None:
     """Discard buffered output that can't be written.
 
-    If it were kept, the interpreter would try to write it at exit, and fail.
+    Otherwise the interpreter would try to write the output at exit, and fail.
     """
     for stream in streams:
         try:
@@ -114,18 +114,21 @@ def drop_unwritten(*streams: TextIO) -> None:
 
 
 def say(text: str, *, apart: bool = False) -> None:
-    """Print text with control characters escaped. Text that is `apart` from the results goes to standard error."""
+    """Print text with control characters escaped.
+
+    With `apart`, the text is not part of the results and goes to standard error.
+    """
     replace_missing_characters()
     typer.echo(escape_controls(text), err=apart)
 
 
 def say_error(error: CaromError) -> None:
-    """Print an error, and each hint on its own line, to standard error."""
+    """Print an error to standard error, followed by each hint on a line of its own."""
     say("\n".join((f"carom: {error.message}", *(f"hint: {hint}" for hint in error.hints))), apart=True)
 
 
 def say_lines(lines: Iterable[str]) -> None:
-    """Print lines without wrapping. On a terminal, lines are cut at the width of the terminal."""
+    """Print lines without wrapping. On a terminal, lines are cut at its width."""
     console = build_console()
     for line in map(escape_controls, lines):
         typer.echo(
@@ -134,7 +137,7 @@ def say_lines(lines: Iterable[str]) -> None:
 
 
 def _describe_signal(error: KeyboardInterrupt) -> tuple[str, int]:
-    """Return message and exit code for the signal that ended a command. An error without a signal means Ctrl-C."""
+    """Return message and exit code for the signal that ended a command. An error without a signal is due to Ctrl-C."""
     if hasattr(signal, "setitimer"):  # stop the timer that repeats the signal
         signal.setitimer(signal.ITIMER_REAL, 0.0)
     number = signal.Signals(error.args[0]) if error.args else signal.SIGINT
@@ -153,9 +156,9 @@ def guard_journals(journal: Path, *other_journals: Path) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt as error:
-        for path in new:  # a signal can arrive before the journal removes its empty file
+        for path in new:  # a signal can arrive before the journal has removed its empty file
             remove_unused(path)
-        if not journal.exists():  # no result was finished
+        if not journal.exists():  # there is no finished result
             raise
         word, code = _describe_signal(error)
         say(f"carom: {word}; finished results are in {journal}, and --resume continues from them", apart=True)
@@ -164,7 +167,7 @@ def guard_journals(journal: Path, *other_journals: Path) -> Iterator[None]:
 
 @contextmanager
 def run_study(out: Path, purpose: str, journal: Path, *other_journals: Path) -> Iterator[Progress]:
-    """Claim the output folder of a study with its journals, and show progress."""
+    """Claim the output folder of a study, guard its journals, and show progress."""
     from carom.support.folders import claim_while_writing
 
     with (
@@ -204,13 +207,13 @@ def build_console() -> Console:
             raise  # noqa: PLE0704 - called during error handling; Rich would exit with code 1
 
     replace_missing_characters()
-    # Disable markup, because names and messages of engines may contain brackets and colons. For a pipe, the variable
-    # COLUMNS sets the width.
+    # Markup is disabled, because names and messages of engines may contain brackets and colons. If the output is a
+    # pipe, the environment variable COLUMNS sets the width.
     return Out(highlight=False, markup=False, emoji=False)
 
 
 def replace_missing_characters() -> None:
-    """Let standard output and standard error replace characters that their encoding lacks."""
+    """Configure standard output and standard error to replace characters that their encodings do not have."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors=ERRORS)
@@ -222,7 +225,7 @@ def say_path(label: str, path: Path) -> None:
 
 
 def print_document(document: Document, *, full: bool = False, **places: Path | None) -> None:
-    """Print a document's summary (with `full` all of it), and the paths of written files."""
+    """Print a document's summary or, with `full`, the whole document. Then print the paths of written files."""
     from carom.report.render.terminal import render_terminal
 
     console = build_console()
@@ -234,7 +237,10 @@ def print_document(document: Document, *, full: bool = False, **places: Path | N
 
 
 def write_report(document: Document, page: Path | None, markdown: Path | None, *, full: bool) -> None:
-    """Write a document to HTML and Markdown files, if given, and print it. For ``-`` print only the Markdown."""
+    """Write a document to the HTML and Markdown files that are given, and print it.
+
+    If a file is ``-``, print only the Markdown.
+    """
     from carom.report.render.html import render_html
     from carom.report.render.markdown import render_markdown as markdown_of
     from carom.support.folders import write_file
@@ -260,7 +266,7 @@ def parse_step(text: str) -> float:
 
 
 def load_scenes(names: list[str]) -> list[Scene | CatalogueScene]:
-    """Load scene files, and find catalogue scenes by name (default: the whole catalogue)."""
+    """Load scene files, and find catalogue scenes by name. Without names, return the whole catalogue."""
     from carom.catalogue import catalogue, find_scenes
     from carom.model.scene_file import load_scene
 
@@ -274,17 +280,17 @@ def load_scenes(names: list[str]) -> list[Scene | CatalogueScene]:
 
 
 def load_plain_scenes(names: list[str]) -> list[Scene]:
-    """Return the scenes that `load_scenes` finds, without their known answers."""
+    """Return the scenes that `load_scenes` returns, without known answers."""
     from carom.model.scene import Scene
 
     return [entry if isinstance(entry, Scene) else entry.scene for entry in load_scenes(names)]
 
 
 def load_one_scene(name: str, argument: str) -> Scene:
-    """Return the scene of a scene file or a name in the catalogue.
+    """Return the scene of a scene file, or the catalogue scene with a name.
 
     Raises:
-        InputError: The name matches several scenes. The message calls it `argument`.
+        InputError: The name matches several scenes. In the message, the name is called `argument`.
     """
     found = load_plain_scenes([name])
     if len(found) != 1:

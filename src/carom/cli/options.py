@@ -1,4 +1,4 @@
-"""Command-line options, generated from the declarations of a study; see `carom.support.options`."""
+"""Command-line options, built from the declared options of a study; see `carom.support.options`."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Parameters = ParamSpec("Parameters")
 
 
 def add_options(kind: type[Asked]) -> Callable[[Callable[Concatenate[Asked, Parameters], None]], Callable[..., None]]:
-    """Return a decorator that adds a study's declared options to a command, which gets them as its first argument."""
+    """Return a decorator for a command: it adds a study's declared options. The command gets them as first argument."""
 
     def decorate(body: Callable[Concatenate[Asked, Parameters], None]) -> Callable[..., None]:
         declared_options = [
@@ -54,7 +54,7 @@ def add_options(kind: type[Asked]) -> Callable[[Callable[Concatenate[Asked, Para
 
 
 def build_typer_option(kind: type[DeclaredOptions], name: str) -> Any:
-    """Return a declared option for Typer, with description, default and range."""
+    """Return a declared option in Typer's form, with description, default and range."""
     one = list_declared_options(kind)[name]
     (default,) = (field.default for field in dataclasses.fields(kind) if field.name == name)
     text = insert_default(one.what, one.default or _format_default(one, default), one.kind.range)

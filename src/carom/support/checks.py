@@ -1,4 +1,4 @@
-"""Checks of numeric arguments; messages name the argument and its value."""
+"""Checks of numeric arguments. Error messages contain the name and the value of the argument."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from carom.support.escaping import format_value
 
 Array = NDArray[np.float64]
 
-#: Constants, because building these types at each call would take a tenth of the time of solving two discs.
+#: These types are constants, because building them at each call would take a tenth of the time of solving two discs.
 _TEXTS = (str, bytes)
 _TRUTH_VALUES = (bool, np.bool_)
 
@@ -72,10 +72,11 @@ def check_count(name: str, value: Any) -> int:
 
 
 def check_times(name: str, values: Any) -> list[float]:
-    """Return an argument as a list of finite times, 0 or more, in ascending order.
+    """Return an argument as a list of finite times of at least 0 in ascending order.
 
     Raises:
-        InputError: The value is not a list, an item is not a finite number of at least 0, or the times do not ascend.
+        InputError: The value is not a list, an item is not a finite number of at least 0, or the times are not in
+            ascending order.
     """
     try:
         if isinstance(values, _TEXTS):
@@ -98,7 +99,8 @@ def check_floats(name: str, value: ArrayLike) -> Array:
     """
     try:
         array = np.asarray(value)
-        if array.dtype.kind not in "fiu" and array.dtype != object:  # text, truth values, complex numbers or times
+        # for example text, booleans, complex numbers or times
+        if array.dtype.kind not in "fiu" and array.dtype != object:
             raise TypeError(f"of type {array.dtype}")
         return np.asarray(array, np.float64)
     except (TypeError, ValueError, OverflowError) as error:
@@ -118,7 +120,7 @@ def check_finite(name: str, value: ArrayLike) -> Array:
 
 
 def check_vectors(name: str, value: ArrayLike) -> Array:
-    """Return an argument as an array of finite vectors, with x and y along its last axis.
+    """Return an argument as an array of finite vectors, with x and y along the last axis.
 
     Raises:
         InputError: A number is not finite, or the last axis does not have length 2.

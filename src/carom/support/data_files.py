@@ -1,6 +1,6 @@
-"""Reader of untrusted TOML and JSON files that limits run time and memory.
+"""Reads untrusted TOML and JSON files with limited run time and memory.
 
-The limits are in `carom.support.limits`. Limits are checked on the bytes before parsing, because a parser builds every
+The limits are in `carom.support.limits`. They are checked before the bytes are parsed, because a parser builds every
 value in memory, and the run time of some parsers grows with the square of the size.
 """
 
@@ -21,20 +21,20 @@ _LONG_KEY = re.compile(rf"(?<![A-Za-z0-9_-])(?:{_PART}[ \t]*+\.[ \t]*+){{{MOST_K
 
 
 def read_data(path: Path, kind: str) -> dict[str, Any]:
-    """Return the content of a file: a table of TOML or an object of JSON.
+    """Return the content of a file: a TOML table or a JSON object.
 
     Args:
         path: The file, pipe or device.
-        kind: ``.toml`` or ``.json``.
+        kind: Format of the content, ``.toml`` or ``.json``.
 
     Raises:
         InputError: The file can't be read, exceeds a limit, or does not contain a table or object. The message does not
-            name the file.
+            contain the file's name.
     """
     limit, name = MOST_BYTES[kind], kind[1:].upper()
     try:
         with path.open("rb") as file:
-            data = file.read(limit + 1)  # the reported size is not used, since a pipe or a device has none
+            data = file.read(limit + 1)  # the reported size is not used, since a pipe or a device reports none
     except OSError as error:
         raise InputError(f"can't be read: {error.strerror or error}") from None
     if len(data) > limit:
@@ -63,10 +63,12 @@ def read_data(path: Path, kind: str) -> dict[str, Any]:
 
 
 def reject_duplicate_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Build a dict from a JSON object's pairs and refuse duplicate keys. Used as ``object_pairs_hook`` of `json.loads`.
+    """Return a dict of a JSON object's pairs, and refuse duplicate keys.
+
+    This is an ``object_pairs_hook`` for `json.loads`.
 
     Raises:
-        InputError: A key occurs twice. JSON parsers differ in the value that they use.
+        InputError: A key occurs twice. JSON parsers differ in which of the two values they use.
     """
     found = dict(pairs)
     if len(found) < len(pairs):

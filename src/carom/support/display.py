@@ -1,4 +1,7 @@
-"""Base classes of results that display themselves. `carom` registers the display functions to avoid imports here."""
+"""Base classes of results that display themselves.
+
+`carom` registers the display functions, so that this module does not import them.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +24,7 @@ def set_view_finder(view: Callable[[str], Callable[..., Any]]) -> None:
 
 
 class Shown:
-    """A result that is displayed in a few lines. Subclasses are dataclasses with ``repr=False``."""
+    """A result that is displayed as a few lines. Subclasses are dataclasses with ``repr=False``."""
 
     def __repr__(self) -> str:
         return escape_controls(_view("summary")(self))
@@ -38,7 +41,7 @@ class Drawn(Shown):
     """A result that can also be plotted."""
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the result with matplotlib on `ax`, by default on new axes, and return the axes.
+        """Draw the result with matplotlib on the axes `ax`, by default on new axes, and return the axes.
 
         Raises:
             MissingExtraError: The extra `report` is not installed.

@@ -10,12 +10,14 @@ import numpy as np
 
 
 class ByValue:
-    """Base of frozen dataclasses with ``eq=False``. Two results of one class are equal if all of their fields are.
+    """Base of frozen dataclasses with ``eq=False``.
+
+    Two results of one class are equal if all of their fields are equal.
 
     Fields declared with ``compare=False`` are ignored.
 
-    Arrays are equal if their type, shape and bits are equal, so NaN equals NaN, but 0 does not equal -0. Results can't
-    be hashed, because arrays can be changed in place.
+    Arrays are equal if their types, shapes and bits are equal. So NaN equals NaN, but 0 does not equal -0. Results
+    can't be hashed, because arrays can be changed in place.
     """
 
     __hash__ = None  # type: ignore[assignment] # disables hashing

@@ -1,4 +1,4 @@
-"""Types of a scene's fields, and their base model, which raises Carom's own errors."""
+"""Types of a scene's fields, and the base model of a scene, which raises Carom's errors."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 def _to_plain(value: object) -> object:
-    """Accept NumPy scalars and arrays wherever a plain number or list is accepted."""
+    """Convert a NumPy scalar or array to a plain number or list. Return other values unchanged."""
     tolist = getattr(value, "tolist", None)
     return tolist() if callable(tolist) else value
 
@@ -59,19 +59,21 @@ def _normalise_vector(vector: tuple[float, float]) -> tuple[float, float]:
     x, y = vector
     if vector == (0.0, 0.0):
         raise ValueError("must not be of length zero")
-    # A vector that this function returned must stay unchanged, so that a saved wall equals the loaded one. The length
-    # of such a vector differs from 1 by at most 3 * 2^-53: the computed length rounds twice, the division once.
-    # Computing its length here rounds twice more.
+    # A vector that this function returned must stay unchanged, so that a saved wall equals the loaded wall. Such a
+    # vector's length differs from 1 by at most 3 * 2^-53: the computed length rounds twice, and the division once. The
+    # computation of the length here rounds twice more.
     if abs(math.hypot(x, y) - 1.0) <= 6 * 2.0**-53:
         return (x, y)
-    # Scale by the larger component first, so that the length of very small or large vectors can't under- or overflow.
+    # The vector is first divided by its larger component, so that the length of a very small or large vector can't
+    # under- or overflow.
     largest = max(abs(x), abs(y))
     x, y = x / largest, y / largest
     length = math.hypot(x, y)
     return (x / length, y / length)
 
 
-# The bounds come before the validator. In the other order Pydantic enforces them, but omits them from the JSON Schema.
+# The bounds come before the validator. In the other order, Pydantic enforces the bounds, but omits them from the JSON
+# Schema.
 _Finite = Annotated[float, Strict(), Field(allow_inf_nan=False), BeforeValidator(_to_plain)]
 Number = Annotated[float, Strict(), Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False), BeforeValidator(_to_plain)]
 Vector = Annotated[tuple[Number, Number], BeforeValidator(_to_plain)]
@@ -104,9 +106,12 @@ Direction = Annotated[tuple[_Finite, _Finite], BeforeValidator(_to_plain), After
 
 
 class Model(BaseModel):
-    """Base model: frozen, without unknown fields, and raising SceneError instead of Pydantic's errors."""
+    """Base model. Instances are frozen. Unknown fields are refused.
 
-    #: Fields that files and digests omit if they have their default.
+    Errors are SceneErrors instead of Pydantic's errors.
+    """
+
+    #: Names of fields that files and digests omit if the fields have their default values.
     left_out: ClassVar[tuple[str, ...]] = ()
 
     model_config = ConfigDict(frozen=True, extra="forbid", ser_json_inf_nan="strings")
@@ -132,7 +137,7 @@ def _list_problems(items: Iterable[ErrorDetails]) -> Iterator[Problem]:
     for item in items:
         location = tuple(item["loc"])
         cause = item.get("ctx", {}).get("error")
-        if isinstance(cause, SceneError):  # a nested model's error: add the outer location
+        if isinstance(cause, SceneError):  # an error of a nested model, to which the outer location is added
             for problem in cause.problems:
                 yield problem._replace(field=location + problem.field)
             continue
@@ -152,7 +157,7 @@ def _list_problems(items: Iterable[ErrorDetails]) -> Iterator[Problem]:
 
 
 def describe_error(item: ErrorDetails) -> str:
-    """Return Pydantic's error about a value in plain words, with the value."""
+    """Return an error of Pydantic about a value in plain words, with the value."""
     match item["type"]:
         case "missing":
             return "is required, but missing"
@@ -163,7 +168,7 @@ def describe_error(item: ErrorDetails) -> str:
     message = item["msg"]
     for prefix in ("Value error, ", "Input should ", "String should "):
         message = message.removeprefix(prefix)
-    if item["type"] == "value_error" and not message.startswith("must"):  # a complete sentence
+    if item["type"] == "value_error" and not message.startswith("must"):  # the message is a complete sentence
         return message
     message = message if message.startswith("must") else f"must {message}"
     return f"{message}, got {format_value(item['input'])}"

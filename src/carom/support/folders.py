@@ -1,11 +1,11 @@
-"""Output folders, in which Carom replaces and removes only its own files.
+"""Output folders. In these folders Carom replaces and removes only its own files.
 
 A marker file in each folder states the folder's purpose. Carom writes only into folders that are new, empty, or marked
 for the same purpose.
 
 Files of one result are replaced together. New files are written into a temporary folder and synchronised to the disk.
-Renaming this folder commits the files, which are then moved to their places. After a kill or a power cut the next
-command completes the move, so there are either all old files or all new ones.
+When this folder is renamed, the files are committed. Then they are moved to their places. After a kill or a power cut,
+the next command completes the move. So there are either all old files or all new files.
 """
 
 from __future__ import annotations
@@ -22,14 +22,15 @@ from carom.errors import InputError
 from carom.support.escaping import escape_controls
 
 MARKER = ".carom"
-#: First line of a marker. The second line is a word for the folder's purpose.
+#: First line of a marker. The second line is the folder's purpose, as one word.
 _SAYS = "Carom replaces the files that it wrote here.\n"
-#: Temporary folders: the first has files being written, the second has committed files that are not yet moved.
+#: Temporary folders. The first contains files that are being written, and the second committed files that are not yet
+#: moved.
 _NEW, _WHOLE = ".carom-new", ".carom-whole"
 
-#: Longer names are cut, so that a name with its endings stays below the limit of most systems, 255 bytes.
+#: Longer names are cut, so that a name with its endings stays below the limit of most systems: 255 bytes.
 _LONGEST_NAME = 100
-#: Device names on Windows, which also reserves them with any text after a full stop.
+#: Names of devices on Windows. A name followed by a full stop and any text is also reserved.
 _DEVICES = re.compile(r"(con|prn|aux|nul|com[0-9]|lpt[0-9])(\.|$)")
 _PLAIN = re.compile(r"[a-z0-9][a-z0-9_-]*(/[a-z0-9][a-z0-9_-]*)*")
 
@@ -37,8 +38,9 @@ _PLAIN = re.compile(r"[a-z0-9][a-z0-9_-]*(/[a-z0-9][a-z0-9_-]*)*")
 def build_file_name(name: str) -> str:
     """Return a unique file name, without an ending, for a name such as a scene's.
 
-    Names of small letters, digits, ``-``, ``_`` and ``/`` keep these characters, with ``.`` for ``/``. Other names are
-    simplified and get a digest, so that two names never share a file, even if the file system ignores case.
+    A name of small letters, digits, ``-``, ``_`` and ``/`` stays the same, except that ``.`` replaces ``/``. Any other
+    name is simplified and gets a digest, so that no two names have the same file name, even if the file system ignores
+    case.
     """
     plain = name.replace("/", ".")
     if _PLAIN.fullmatch(name) and len(name) <= _LONGEST_NAME and not _DEVICES.match(plain):
@@ -48,15 +50,15 @@ def build_file_name(name: str) -> str:
 
 
 def claim(folder: Path, purpose: str, option: str = "") -> None:
-    """Mark a folder as Carom's, and complete an interrupted write in it.
+    """Mark a folder as Carom's, and complete an interrupted write into this folder.
 
     Args:
-        folder: The folder, which is made if necessary.
+        folder: The folder. It is created if it does not exist.
         purpose: Purpose of the folder, as one word for the marker.
-        option: Name of the command-line option that gives the folder, for error messages.
+        option: Name of the command-line option for the folder, for error messages.
 
     Raises:
-        InputError: The folder can't be made or written into, contains other files, or has another purpose.
+        InputError: The folder can't be created or written into, contains other files, or has another purpose.
     """
     hint = f"name another folder{option and f' by {option}'}"
     try:
@@ -83,7 +85,10 @@ def claim(folder: Path, purpose: str, option: str = "") -> None:
 
 @contextmanager
 def claim_while_writing(folder: Path, purpose: str, option: str = "") -> Iterator[None]:
-    """Mark a folder like `claim`, and run a block that writes into it. Remove the marker if nothing was written."""
+    """Mark a folder like `claim`, and run a block that writes into the folder.
+
+    If nothing was written, remove the marker.
+    """
     new, marked = not folder.exists(), (folder / MARKER).exists()
     try:
         claim(folder, purpose, option)
@@ -96,7 +101,9 @@ def claim_while_writing(folder: Path, purpose: str, option: str = "") -> Iterato
 
 
 def write_files(folder: Path, purpose: str, contents: Mapping[str, str | bytes]) -> Path:
-    """Write files into a marked folder, all or none. Older files are replaced. Return the path of the first file.
+    """Write either all of the files or none into a marked folder. Replace older files.
+
+    Return the path of the first file.
 
     Raises:
         InputError: As in `claim`.
@@ -118,7 +125,7 @@ def write_files(folder: Path, purpose: str, contents: Mapping[str, str | bytes])
 
 
 def write_file(path: Path, content: str | bytes) -> Path:
-    """Write a file atomically at the user's path, replacing an older file. Return the path.
+    """Write a file atomically at a path that the user gave. Replace an older file. Return the path.
 
     The function follows links, and writes directly into a pipe or a device such as ``/dev/stdout``.
 
@@ -141,7 +148,10 @@ def write_file(path: Path, content: str | bytes) -> Path:
 
 
 def build_temporary_path(name: str) -> Path:
-    """Return a path with this name in a new temporary folder. Call this function only if there is content to write."""
+    """Return a path with the name `name` in a new temporary folder.
+
+    Call this function only if there is content to write.
+    """
     return Path(tempfile.mkdtemp(prefix="carom-")) / name
 
 
@@ -165,7 +175,7 @@ def _is_torn(marker: Path) -> bool:
 
 
 def _finish(folder: Path) -> None:
-    """Move committed files to their places, and remove incomplete ones."""
+    """Move committed files to their places, and remove incomplete files."""
     _remove(folder / _NEW)
     committed = folder / _WHOLE
     if committed.is_dir():
@@ -185,7 +195,7 @@ def _remove(folder: Path) -> None:
 
 
 def _settle(folder: Path) -> None:
-    """Synchronise a folder's entries to the disk. Systems that can't open folders do this automatically."""
+    """Synchronise a folder's entries to the disk. Systems on which folders can't be opened do this automatically."""
     if hasattr(os, "O_DIRECTORY"):
         descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
         try:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 
-#: Text for NaN, the value of numbers that were not measured.
+#: Text for NaN, which is the value of a number that was not measured.
 ABSENT = "n/a"
 
 
@@ -17,7 +17,7 @@ def format_number(value: float, digits: int = 2) -> str:
         return "∞" if value > 0 else "-∞"
     if value == 0.0:
         return "0"
-    rounded = float(f"{value:.{digits - 1}e}")  # rounding can change the exponent: 0.0999 becomes 0.1
+    rounded = float(f"{value:.{digits - 1}e}")  # rounding can change the exponent, for example from 0.0999 to 0.1
     exponent = math.floor(math.log10(abs(rounded)))
     if -4 <= exponent < 6:
         text = f"{value:.{max(0, digits - 1 - exponent)}f}"
@@ -42,13 +42,13 @@ def format_metres(value: float) -> str:
 
 
 def format_step_option(dt_s: float) -> str:
-    """Format a step size for a command-line option, exact to the last bit; as 1/240 if that is the same number."""
+    """Format a step size for a command-line option, exact to the last bit. If possible, use a fraction such as 1/240."""
     steps_per_s = round(1.0 / dt_s)
     return f"1/{steps_per_s}" if steps_per_s and 1.0 / steps_per_s == dt_s else repr(dt_s)
 
 
 def format_steps(error_s: float, dt_s: float) -> str:
-    """Format an error of time in steps, such as 0.9 steps."""
+    """Format an error of time as a number of steps, such as 0.9 steps."""
     if math.isnan(error_s) or dt_s <= 0.0:
         return ABSENT
     number = format_number(error_s / dt_s, 3)

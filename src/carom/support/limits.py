@@ -1,13 +1,12 @@
-"""Limits of numbers, files and options. Files, command line and Python have the same limits.
+"""Limits of numbers, files and options. They are the same in files, on the command line and in Python.
 
 - A physical quantity is at most `LARGEST` in magnitude, so that its square does not overflow. A radius, edge, mass,
   duration or rate is at least `SMALLEST`.
-- Sizes from ``1 / ORDINARY`` to `ORDINARY` are used without a change of units. The formulas have at most the fourth
-  degree, so neither their terms nor the rounding errors under- or overflow.
-- PIC raises an error for an impact so far from the origin that floats can't distinguish the two centres, see
-  `carom.core.resolution`.
-- The sizes of one scene span no more than `SPAN` (`carom.model.sizes`), so they can be rescaled to sizes between ``1 /
-  ORDINARY`` and `ORDINARY`.
+- Quantities from ``1 / ORDINARY`` to `ORDINARY` are used without a change of units. The formulas are at most of the
+fourth degree, so neither their terms nor the terms' rounding errors under- or overflow. - PIC raises an error if an
+impact is so far from the origin that floats can't distinguish the two centres; see `carom.core.resolution`. - The ratio
+of a scene's largest quantity to its smallest is at most `SPAN` (`carom.model.sizes`). So a change of units can bring
+all of them between ``1 / ORDINARY`` and `ORDINARY`.
 """
 
 from __future__ import annotations
@@ -25,19 +24,20 @@ if TYPE_CHECKING:
 LARGEST = 2.0**511
 SMALLEST = 1.0 / LARGEST
 ORDINARY = 2.0**200
-#: A little less than the square of `ORDINARY`. Units are powers of two, so sizes in these units are centred only
-#: roughly.
+#: A little less than the square of `ORDINARY`. Units are powers of two, so they bring quantities only roughly to the
+#: middle of the range.
 SPAN = 2.0**396
 
-#: Most steps or frames of a run. A larger number is most likely a mistaken unit.
+#: Most steps or frames of a run. A larger number is most likely due to a wrong unit.
 MOST_STEPS = 2**32
 
-#: Default limit of engine steps when searching for one method's step length. For an error of 1 degree, an engine that
-#: checks for overlap once per step needs 240,000 steps on `paper/missed`, and 430,000 for the scene of
+#: Default limit of the number of engine steps in a search for one method's step size. For an error of 1 degree, an
+#: engine that checks for overlap once per step needs 240,000 steps in `paper/missed`, and 430,000 steps in the scene of
 #: docs/how-to/which-step.md.
 ADVICE_STEPS = 600_000
 
-#: Most discs and walls of a scene file. A file of this size loads in seconds and takes less than 500 MB of memory.
+#: Most discs and walls of a scene file. A file with this number of discs loads in seconds and takes less than 500 MB of
+#: memory.
 MOST_DISCS = 100_000
 MOST_WALLS = 1_000
 
@@ -45,33 +45,34 @@ MOST_WALLS = 1_000
 MOST_LEGS = 10_000
 #: Most discs in one picture. A picture with more discs would be unreadable and take megabytes.
 MOST_DISCS_DRAWN = 64
-#: Most bytes and values of a file by its ending. `count_values` counts the values; lines of TOML also count as values.
-#: The largest scene fits into JSON easily. A value takes up to 100 bytes of memory. TOML has lower limits, because
-#: reading takes ten times as long. A .jsonl file contains results. Each line must also meet the limits of JSON. A file
-#: of 1e5 lines takes 310 MB and has half of the allowed values.
+#: Most bytes and most values of a file, by its ending. `count_values` counts the values. Each line of TOML also counts
+#: as a value. The largest scene easily fits into JSON. A value takes up to 100 bytes of memory. TOML has lower limits,
+#: because reading it takes ten times as long. A .jsonl file contains results. Each of its lines must also meet the
+#: limits of JSON. A file of 1e5 lines has 310 MB and half of the allowed values.
 MOST_BYTES = {".json": 40 * 2**20, ".toml": 16 * 2**20, ".jsonl": 512 * 2**20}
 MOST_VALUES = {".json": 2**21, ".toml": 2**19, ".jsonl": 2**25}
-#: Most parts of a dotted key of TOML. The time of reading grows with the square of this number. Scenes need only one
-#: part.
+#: Most parts of a dotted key in TOML. The time to read a key grows with the square of this number. Keys of scenes have
+#: only one part.
 MOST_KEY_PARTS = 4
 
-#: Limits of options: either twenty times what the largest machines can use, or what takes at most an hour.
+#: Limits of options. A limit is either twenty times what the largest machines can use, or a number that takes at most
+#: an hour.
 MOST_JOBS = 1024
 MOST_PHASES = 1024
 MOST_ROUNDS = 1024
-#: Most step lengths of a series. In a longer series, neighbouring steps would be too similar for their errors to
-#: differ.
+#: Most step sizes of a series. In a longer series, successive step sizes would be too similar to cause different
+#: errors.
 MOST_SERIES = 256
-#: Default time limit of an engine, seconds, after which it is terminated.
+#: Default time limit of an engine, seconds. An engine that exceeds the limit is terminated.
 DEFAULT_TIME_LIMIT_S = 60.0
-#: Longest limit or budget, seconds: four months. No system can wait for 1e10 seconds.
+#: Longest time limit or time budget, seconds: four months. No system can wait for 1e10 seconds.
 LONGEST_S = 1e7
-#: Most megabytes of a worker: more than any machine has, and a number that every system accepts.
+#: Most megabytes of a worker. No machine has so much memory, and every system accepts this number.
 MOST_MB = 1e9
 
 
 def format_limits(lower: float, upper: float) -> str:
-    """Return the message for a number that is not between two limits."""
+    """Return the requirement that a number is between two limits, for a message."""
     span = (
         f"between {format_number(lower, 3)} and {format_number(upper, 3)}"
         if lower > 0.0

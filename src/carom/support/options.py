@@ -1,4 +1,4 @@
-"""Declarations of options: type, default, bounds and help, shared by Python, command line and journal.
+"""Declarations of options: type, default, bounds and help text. Python, command line and journal share them.
 
 A study's options are a frozen dataclass. Each field is declared by `declare_option`. Python and the command line reject
 an invalid value with the same message, except for the option's name. The module imports neither NumPy nor Pydantic, so
@@ -28,14 +28,14 @@ class ValueKind:
     """Kind of an option's values.
 
     Attributes:
-        said: Requirement on a value, as text for "must be ...".
+        said: Requirement on a value, as the text after "must be".
         word: The requirement in one word, for `--help`; empty for a flag.
         take: Converts a value to the form that a study uses. Raises TypeError, ValueError or OverflowError for an
             invalid value.
-        read: Converts a command-line text for `take`. A text with several values of a list becomes a tuple.
-        wrong: Invalid values, for tests.
-        gather: Joins several command-line texts that together are one value.
-        range: Short description of the values for `--help`, if the word is not enough.
+        read: Converts a command-line text to a value for `take`. A text with several values of a list becomes a tuple.
+        wrong: Examples of invalid values, for tests.
+        gather: Joins several command-line texts that form one value together.
+        range: Short description of the allowed values for `--help`; empty if `word` is enough.
     """
 
     said: str
@@ -55,7 +55,7 @@ def check_value(kind: ValueKind, name: str, value: Any) -> Any:
     """Check a value and return it in the form that a study uses.
 
     Raises:
-        InputError: The value is invalid; the message has the option's name and the requirement.
+        InputError: The value is invalid. The message contains the option's name and the requirement.
     """
     try:
         return kind.take(value)
@@ -68,11 +68,12 @@ class Option:
     """One option.
 
     Attributes:
-        kind: Kind of the values, or of each item of a list.
+        kind: Kind of the option's value or, for a list, of each item.
         what: Description for `--help`.
-        flags: Names on the command line, the displayed name first; empty if the command line does not have the option.
+        flags: Names on the command line, beginning with the name that is displayed; empty if the command line lacks
+            this option.
         many: Whether the option is a list.
-        default: Description of the default for `--help`; empty to show its value.
+        default: Description of the default for `--help`. If it is empty, `--help` shows the default's value.
     """
 
     kind: ValueKind
@@ -83,7 +84,7 @@ class Option:
 
     @property
     def wrong(self) -> tuple[Any, ...]:
-        """Values that are invalid in Python."""
+        """Examples of values that are invalid in Python."""
         if not self.many:
             return self.kind.wrong
         return (*([value] for value in self.kind.wrong), "text", 5)
@@ -109,7 +110,7 @@ class DeclaredOptions:
     """
 
     __dataclass_fields__: ClassVar[dict[str, dataclasses.Field[Any]]]
-    #: Names of the options on which results in a journal depend, although their keys do not contain these options.
+    #: Names of the options that affect results in a journal but are not part of the keys of these results.
     stamped: ClassVar[tuple[str, ...]] = ()
 
     def __post_init__(self) -> None:
@@ -124,11 +125,12 @@ class DeclaredOptions:
         """Parse options of a command line.
 
         Args:
-            texts: Text or list of texts by the field's name; None or an empty list if the option was not given.
-            before: Prefix that replaces ``--`` in option names, since the pytest plug-in has a different one.
+            texts: By the field's name, the text or list of texts of an option; None or an empty list if the option was
+                not given.
+            before: Prefix that replaces ``--`` in names of options. The pytest plug-in has another prefix.
 
         Raises:
-            InputError: As for the class, but with the option's name in the shell.
+            InputError: A value is invalid. The message contains the option's name on the command line.
         """
         values = {}
         for field_name, one in list_declared_options(cls).items():
@@ -140,7 +142,7 @@ class DeclaredOptions:
     def build_from_arguments(cls, function: str, options: Mapping[str, Any], **fixed: Any) -> Self:
         """Build options from a function's keyword arguments.
 
-        The function sets the `fixed` options itself, so callers can't.
+        The function `function` sets the options in `fixed` itself, so its callers can't set them.
 
         Raises:
             InputError: A value is invalid, or an option is unknown.
@@ -154,7 +156,7 @@ class DeclaredOptions:
 
     @property
     def stamp(self) -> dict[str, Any]:
-        """The options in `stamped`. A journal can be resumed only if these are equal."""
+        """The values of the options in `stamped`. A journal can be resumed only with equal values."""
         return {name: getattr(self, name) for name in list_declared_options(self) if name in self.stamped}
 
 
@@ -183,7 +185,7 @@ def _read(one: Option, flag: str, text: Any) -> Any:
 
 
 def build_whole_number_kind(minimum: int, maximum: int | None = None) -> ValueKind:
-    """Return the kind of whole numbers from `minimum` up to `maximum`, where None means no upper limit."""
+    """Return the kind of whole numbers from `minimum` to `maximum`. If `maximum` is None, there is no upper limit."""
 
     def take(value: Any) -> int:
         if isinstance(value, bool):
@@ -251,7 +253,10 @@ def build_megabytes_kind() -> ValueKind:
 
 
 def build_step_kind(read: Callable[[str], Any] | None = None, also: str = "") -> ValueKind:
-    """Return the kind of step sizes. `read` parses a command-line text; `also` describes further forms of the text."""
+    """Return the kind of step sizes.
+
+    `read` parses a command-line text, and `also` describes further forms of this text.
+    """
     limits = f"above 0: from {format_number(SMALLEST, 3)} to {format_number(LARGEST, 3)}"
     description = f"a number of seconds such as 1/240 or 0.004{also}, {limits}"
     return build_measure_kind(
@@ -275,7 +280,7 @@ def _require_type(kind: type, value: Any) -> Any:
 
 
 def build_name_kind() -> ValueKind:
-    """Return the kind of names. Any text is valid; whether the name exists is checked elsewhere."""
+    """Return the kind of names. Any text is valid. Whether the name exists is checked elsewhere."""
     return ValueKind("a name", "NAME", partial(_require_type, str), wrong=(5, None, True, 0.5, ["x"]))
 
 
@@ -285,6 +290,6 @@ def build_flag_kind() -> ValueKind:
 
 
 def build_enum_kind(kinds: type[StrEnum]) -> ValueKind:
-    """Return the kind of an enumeration's values, which may also be given by name."""
+    """Return the kind of an enumeration's members. A value may be a member or its name."""
     listed = ", ".join(one.value for one in kinds)
     return ValueKind(f"one of {listed}", "|".join(one.value for one in kinds), kinds, wrong=("x", 5, None, True))

@@ -1,11 +1,11 @@
-// Exact difference of floats, frexp and ldexp, as in Python. ECMAScript rounds all operations used here correctly, and
-// they are in the order of carom/core. So rows for the core have the same bits in every browser.
+// Exact difference of floats, frexp and ldexp, as in Python. ECMAScript rounds all operations used here correctly.
+// Their order is that of carom/core. So rows for the core have the same bits in every browser.
 export const twoDiff = (a, b) => {
   const s = a - b,
     p = s - a;
   return [s, a - (s - p) - (b + p)];
 };
-// Exponent of math.frexp, and math.ldexp; exact except for results below 2^-1022.
+// The exponent that math.frexp returns, and math.ldexp. Results are exact, except below 2^-1022.
 const view = new DataView(new ArrayBuffer(8));
 export const exponent = (x) => {
   if (x === 0 || !Number.isFinite(x)) return 0;

@@ -1,4 +1,5 @@
-// Outline of a finite wall as floats, and its nearest point to a position, as in carom/model/chain_geometry.py.
+// Outline of a finite wall in floats, and the outline's nearest point to a position, as in
+// carom/model/chain_geometry.py.
 import { ldexp } from "./arithmetic.js";
 import { halfBits, less, nearest, over, plus, power4, rational, times } from "./rational.js";
 
@@ -94,7 +95,8 @@ export class Outline {
       ? this.edges.map(Stretch.of)
       : [new Stretch({ a: start, b: start, bulge: 1 }, centre_m, radius_m)];
   }
-  // Returns the nearest point on some edges. If two points are equally near, returns that of the lower edge number.
+  // Returns the nearest point on some edges. If points on two edges are equally near, returns that of the edge with the
+  // lower number.
   nearest(x, y, among = this.stretches.keys()) {
     let least = Infinity,
       found;

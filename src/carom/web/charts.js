@@ -1,4 +1,4 @@
-// Two charts: the timeline of the first impact, and missed impacts against frames per second.
+// Two charts: the timeline of the first impact, and the share of missed impacts against frames per second.
 import { compare, missedShare } from "./compare.js";
 import { chart, chartSaid, left, line, lineSaid, methods } from "./layout.js";
 import { problemOf } from "./scene.js";
@@ -6,7 +6,7 @@ import { runOf } from "./solve_runs.js";
 import { clockOf, digits, overlapOf } from "./drawing.js";
 import { placeOf, rateAt, state } from "./state.js";
 
-// Draws the timeline of the first impact of two discs, wide enough to show its overlap.
+// Draws the timeline of the first impact of two discs. It is wide enough to show how long the discs overlap.
 export function drawLine() {
   const pen = line.getContext("2d"),
     { width: w, height: h } = line,
@@ -135,7 +135,7 @@ function paintChart(s, truth, frame_rate_hz, crowd) {
   const engine = state.method === "pit" ? "" : methods.selectedOptions[0].textContent;
   chartSaid.textContent = `The chart shows ${engine || "PIT"} at different frames per second, with ${PHASES} frame offsets each. The vertical line is your rate. The bars show ${crowd ? "impacts from the first miss on" : "frame offsets at which an impact is missed"}. The line shows the largest velocity error of the first impact, divided by its speed${engine ? "; the thin line is PIT's" : ""}${crowd ? "" : `. The dashed line shows ${engine ? "PIT's" : "the"} bars by formula`}.`;
 }
-// Yields after each run, so that other work can be done. Phases at which a method can't run do not count.
+// Yields after each run, so that the page can do other work. Phases at which a method can't run do not count.
 function* measured(method, crowd) {
   const { scene: s, truth } = state,
     own = rows[method];

@@ -1,8 +1,8 @@
-// Comparison of a run with the exact one, for the numbers on the page. carom.comparator is more thorough.
+// Compares a run with the exact run, for the numbers on the page. carom.comparator is more thorough.
 import { clockOf, overlapOf } from "./drawing.js";
 import { isFixed } from "./scene.js";
 
-// Returns when discs bounced: when their paths turned, if that is known; otherwise the reported time.
+// Returns when discs bounced: the time at which their paths turned or, if this is not known, the reported time.
 export const bouncedAt = (r) => (Number.isFinite(r.effective_s) ? r.effective_s : r.time_s);
 
 // Compares two runs. Impacts of the same two bodies are matched in order.
@@ -38,8 +38,9 @@ export function compare(scene, truth, run) {
   };
 }
 
-// Returns the share of phases at which PIT misses the first impact. In free flight, discs approach in the first half of
-// their overlap, and PIT finds them if a frame is in that half (carom.execution.phases.compute_pit_miss_probability).
+// Returns the share of phases at which PIT misses the first impact. In free flight, discs approach during the first
+// half of their overlap. PIT finds the impact if a frame is in this half
+// (carom.execution.phases.compute_pit_miss_probability).
 export function missedShare(scene, truth, dt) {
   const first = truth.impacts[0];
   return first && first.second >= 0 ? Math.max(0, 1 - clockOf(scene, overlapOf(scene, first) / 2) / dt) : null;

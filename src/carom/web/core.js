@@ -1,5 +1,5 @@
-// Interface of Carom's core in WebAssembly: arguments of a run, and its result rows. carom/core/wasm has the same names in
-// the same order.
+// Interface of Carom's core in WebAssembly: the arguments of a run, and the rows of its result. carom/core/wasm has the
+// same names in the same order.
 import { exactFall } from "./quartic.js";
 
 const ARRAYS = [
@@ -19,7 +19,7 @@ const QUARTIC_POWERS = 5,
   MOST_PRODUCTS = 36;
 
 let core = null;
-// Callback of the core: whether the order of impacts at a corner matters.
+// Callback of the core: whether the order of impacts at a corner does not matter.
 const asked = { isOrderFree: () => false };
 export const whenAsked = (answers) => Object.assign(asked, answers);
 
@@ -42,7 +42,7 @@ export async function startCore(bytes) {
   core = instance.exports;
 }
 
-// Converts times between damped and undamped motion, as in carom/model/damping.py; see damping.h.
+// Converts times between damped and undamped motion, as carom/model/damping.py does; see damping.h.
 export const kept = (rate, time) => core.kept(rate, time);
 export const undamped = (rate, time) => core.undamped(rate, time);
 export const damped = (rate, time) => core.damped(rate, time);
@@ -71,7 +71,7 @@ function results() {
   const values = floats(core.results(), RESULTS.length);
   return Object.fromEntries(RESULTS.map((name, k) => [name, values[k]]));
 }
-// Reads a 64-bit integer as two of 32 bits.
+// Reads a 64-bit integer as two integers of 32 bits.
 const wholeAt = (row) => new Int32Array(row.buffer, row.byteOffset, 2 * row.length);
 const pair = (row, at) => [row[at], row[at + 1]];
 function impactsOf({ impacts, impactCount, spins, contacts }) {

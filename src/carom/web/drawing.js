@@ -1,7 +1,8 @@
 // Shared by the play page and replays: positions of discs, and drawing of discs, walls, paths and marks.
-// A track is [times, xs, ys] of one disc, metres and seconds. Between two times the disc has a constant acceleration: that
-// of free flight or, if the track has a fourth list, that in this list (lasting contact).
-// Colours are CSS variables: --s0 to --s7 for discs, --wall, --ghost (the exact run), --wrong, --surface, --ink.
+// A track is [times, xs, ys] of one disc, in seconds and metres. Between two times the disc has a constant
+// acceleration. A track with lasting contacts has a fourth list with these accelerations. Otherwise the acceleration is
+// that of free flight. Colours are CSS variables: --s0 to --s7 for discs, --wall, --ghost (the exact run), --wrong,
+// --surface, --ink.
 export const make = (name, attributes = {}, ...children) => {
   const e = document.createElement(name);
   for (const [k, v] of Object.entries(attributes))
@@ -44,12 +45,13 @@ export const spinAt = ([times, angles], t) => {
     d = times[k + 1] - times[k];
   return d > 0 ? (angles[k + 1] - angles[k]) / d : 0;
 };
-// Returns the displacement of a driven wall. A leg is its start time, the displacement at that time, and a velocity.
+// Returns the displacement of a driven wall. A leg consists of its start time, the displacement at that time, and its
+// velocity.
 export const movedAt = ({ legs = [[0, 0, 0, 0, 0]] }, time) => {
   const [begin, x, y, u, v] = legs.findLast(([since]) => since <= time) ?? legs[0];
   return [x + u * (time - begin), y + v * (time - begin)];
 };
-// Returns the impacts of a run and the changes of contact, in order.
+// Returns the impacts of a run and the changes of contact, in order of time.
 const eventsOf = ({ impacts, modes }) => {
   const events = [];
   let k = 0;
@@ -59,17 +61,18 @@ const eventsOf = ({ impacts, modes }) => {
   }
   return [...events, ...impacts.slice(k)];
 };
-// Conversion of times by damping: from a time to the equivalent undamped time, and back.
+// Conversion between a time and the equivalent time without damping, in both directions.
 export const flownIn = ({ damping_per_s: c }, t) => (c ? -Math.expm1(-c * t) / c : t);
 export const clockOf = ({ damping_per_s: c }, t) => (!c ? t : c * t < 1 ? -Math.log1p(-c * t) / c : Infinity);
 const piecesOf = ({ damping_per_s: c }, t) => (c ? Math.max(1, Math.min(400, Math.ceil(16 * c * t))) : 1);
-// Deceleration by a table, metres a second squared, and the time until a disc stops.
+// Returns the acceleration that a table causes, metres a second squared. stopsAfter returns the time until a disc
+// stops.
 export function slowing({ table_deceleration_m_s2: a = 0 }, velocity) {
   const speed = Math.hypot(...velocity);
   return a && speed ? velocity.map((v) => (-a * v) / speed) : [0, 0];
 }
 export const stopsAfter = ({ table_deceleration_m_s2: a = 0 }, velocity) => (a ? Math.hypot(...velocity) / a : Infinity);
-// Returns the tracks of a run. Discs fly freely between events; in contact they have their own acceleration.
+// Returns the tracks of a run. Discs fly freely between events, except in lasting contacts.
 export const tracksOf = (scene, run) => {
   const pullOf = (i, velocity) =>
       scene.discs[i].mass_kg === "inf" ? [0, 0] : (scene.gravity_m_s2 ?? [0, 0]).map((g, k) => g + slowing(scene, velocity)[k]);
@@ -88,7 +91,7 @@ export const tracksOf = (scene, run) => {
     }
     put(i, t, x, y, now[i]);
   };
-  // On a table, a disc may have stopped before.
+  // On a table, a disc may have stopped before time t.
   const stopBefore = (i, t, [x, y]) => {
     const stop = tracks[i][0].at(-1) + stopsAfter(scene, velocities[i]);
     if (!(stop < t) || scene.discs[i].mass_kg === "inf") return;
@@ -117,7 +120,7 @@ export const tracksOf = (scene, run) => {
   return run.modes || scene.table_deceleration_m_s2 ? tracks : tracks.map((track) => track.slice(0, 3));
 };
 const PIECES_OF_A_SLIDE = 12; // number of pieces for a spin that changes at a constant rate
-// Returns the times and angles of each disc of a run with spins.
+// Returns the times and angles of each disc, for a run with spins.
 export const anglesOf = (scene, run) => {
   const turned = scene.discs.map((d) => ({ times: [0], angles: [0], spin: d.spin_rad_s ?? 0, rate: 0 }));
   const add = (one, t, spin, rate = one.rate) => {
@@ -140,7 +143,8 @@ export const anglesOf = (scene, run) => {
   for (const one of turned) add(one, Math.max(run.end_s, one.times.at(-1)), one.spin);
   return turned.map(({ times, angles }) => [times, angles]);
 };
-// Returns how long two discs would overlap in free flight after their impact. They approach in the first half.
+// Returns how long two discs would overlap if they flew on without their impact. They approach in the first half of
+// this time.
 export const overlapOf = (scene, impact) => {
   if (impact.second < 0) return Infinity;
   const [v, w] = impact.before,
@@ -156,8 +160,8 @@ export class Stage {
     this.canvas = make("canvas", { role: "img", "aria-label": label });
     this.flat = 0.3;
     this.tall = 0.66;
-    this.least = 150; // pixels: least height for flat scenes
-    this.shortest = 170; // pixels: least height in low windows
+    this.least = 150; // least height for flat scenes, pixels
+    this.shortest = 170; // least height in low windows, pixels
   }
   fit(box, most = 0.62) {
     this.box = box;
@@ -281,7 +285,7 @@ export class Stage {
     const r = radius * this.scale,
       [x, y] = this.at(place);
     if (angle !== undefined) {
-      // a light quarter shows rotation and hides no number
+      // two light quarters show rotation and hide no number
       pen.fillStyle = this.colour("--surface");
       pen.globalAlpha = 0.45;
       for (const a of [0, Math.PI]) {
@@ -315,7 +319,8 @@ export class Stage {
     pen.stroke();
     pen.lineCap = "butt";
   }
-  // Draws a label at the first of twelve positions around its point that covers no disc or label, with a line to the point.
+  // Draws a label and a line to its point. Of twelve positions around the point, takes the first at which the label
+  // covers no disc and no other label.
   label(place, text, colour, taken, bold = true) {
     const { pen, dense } = this,
       [x, y] = this.at(place);

@@ -1,7 +1,7 @@
-"""Linker that joins an engine's npm package, its adapter and shared code into one script for the play page.
+"""Joins an engine's npm package, the engine's adapter and shared code into one script for the play page.
 
-The adapters have few and simple imports. This module replaces the imports line by line, without a bundler, and refuses
-any other import.
+The adapters have few and simple imports. This module replaces these line by line, without a bundler, and refuses any
+other import.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from carom.web.packages import PACKAGES, load_package_script
 
 _IMPORT = re.compile(r'^import (?P<names>\{[^}]*\}|\w+) from "(?P<source>[^"]+)";$', re.MULTILINE)
 _EXPORTED = re.compile(r"^export (?:async )?(?:function|class|const) (\w+)", re.MULTILINE)
-#: Comment lines and indents. The page works without comments and indents.
+#: Comment lines and indents, which the page does not need.
 _UNSEEN = re.compile(r"^[ \t]*//.*\n|^[ \t]+", re.MULTILINE)
 _SHARED = "../serve.mjs"
 
@@ -32,9 +32,9 @@ class PageEngine:
         label: The engine's name and version.
         profiles: Settings of each profile with fixed steps.
         script: Script for the page.
-        licence: Text of the package's licence, which must accompany the package.
-        lacks: Scene features that the page can show, but the engine does not support.
-        shared: Script shared by all adapters. The page runs this script once before the engines.
+        licence: Text of the package's licence. The text must accompany the package.
+        lacks: Features of scenes that the page can show but the engine does not support.
+        shared: Script that all adapters share. The page runs this script once, before the scripts of engines.
     """
 
     name: str
@@ -47,10 +47,10 @@ class PageEngine:
 
 
 def build_page_engine(name: str, manifest: Path) -> PageEngine | None:
-    """Return an engine from its manifest, ``engine.toml``; None if its npm package is not installed.
+    """Return the engine that a manifest ``engine.toml`` describes; None if its npm package is not installed.
 
     Raises:
-        InputError: The adapter has an unsupported import, or the package is not the expected one.
+        InputError: The adapter has an unsupported import, or the package differs from the expected package.
         OSError: A file of an installed package can't be read.
     """
     about = tomllib.loads(manifest.read_text(encoding="utf-8"))
@@ -75,7 +75,7 @@ def build_page_engine(name: str, manifest: Path) -> PageEngine | None:
 
 
 def build_shared_script(shared: str) -> str:
-    """Return a script with the shared functions of adapters, without the request loop for Node."""
+    """Return a script with the functions that adapters share, without the request loop for Node."""
     text = re.sub(r"^export async function serve\(.*?^}\n", "", shared, flags=re.MULTILINE | re.DOTALL)
     exported = ", ".join(_EXPORTED.findall(text))
     helpers = _UNSEEN.sub("", re.sub(r"^export ", "", _IMPORT.sub("", text), flags=re.MULTILINE))
@@ -83,9 +83,10 @@ def build_shared_script(shared: str) -> str:
 
 
 def link_script(name: str, *, package: str, package_name: str, module: str) -> str:
-    """Return a script that runs an engine's adapter module without its imports and comments, and exports its class.
+    """Return a script that runs an engine's adapter module, without imports and comments, and exports the module's class.
 
-    The module must not contain strings that span lines, because imports and comments are found at the start of a line.
+    The module must not contain a string that spans lines, because imports and comments are searched at the start of
+    each line.
     """
 
     def format_binding(match: re.Match[str]) -> str:

@@ -1,5 +1,5 @@
-// Engines in the page. Each is a packed block of text that is unpacked when a reader chooses it: the adapter's
-// engine.mjs, its package, and shared functions of adapters (carom/web/engine_script.py). The adapter passes its World
+// Engines in the page. Each engine is a packed block of text that is unpacked when a user chooses the engine. A block
+// contains the adapter's engine.mjs and the engine's package (carom/web/engine_script.py). The adapter passes its World
 // class to this module.
 import { isFixed, advanced, bare } from "./scene.js";
 
@@ -15,13 +15,13 @@ async function start(name) {
   return new Promise((done, fail) => {
     globalThis.caromEngines[name] = { done, fail };
     const script = document.createElement("script");
-    script.textContent = text; // the page's policy allows its hash
+    script.textContent = text; // the page's policy allows the hash of this text
     document.head.append(script);
     setTimeout(() => fail(new Error(`${name} did not start`)), START_WITHIN_MS);
   });
 }
 
-// Runs a scene on an engine. An impact is a contact that changes a velocity, in one or several successive steps.
+// Runs a scene on an engine. A contact that changes a velocity in one or several successive steps is one impact.
 export function drive(World, settings, scene, phase) {
   const dt = 1 / scene.frame_rate_hz,
     early = phase * dt;
@@ -33,10 +33,10 @@ export function drive(World, settings, scene, phase) {
     world.free?.();
   }
 }
-// Largest relative change of a velocity that counts as rounding, for engines with 32-bit floats.
+// Largest relative change of a velocity that counts as rounding. Some engines have 32-bit floats.
 const UNCHANGED = 1e-5;
 function stepped(world, scene, start, dt, early) {
-  world.observe(); // as in the harness, before the first step
+  world.observe(); // the harness also observes before the first step
   const pullOf = (i) => (i < 0 || isFixed(scene.discs[i]) ? [0, 0] : scene.gravity_m_s2);
   const impacts = [],
     tracks = scene.discs.map((d) => [[0], [d.position_m[0]], [d.position_m[1]]]);
@@ -97,8 +97,8 @@ function stepped(world, scene, start, dt, early) {
   for (const one of impacts) if (one.alone) one.effective_s = effectiveTime(one, pullOf);
   return { impacts, tracks, warning, end_s: early + steps * dt, stepped: true, step_ms: spent / Math.max(1, steps) };
 }
-// Returns when the paths turned: when the free flights before and after the contact are nearest, as in
-// carom/execution/impact_collector.py. NaN if they do not turn.
+// Returns when the paths turned: the time at which the free paths before and after the contact are nearest to each
+// other, as in carom/execution/open_contact.py. NaN if they do not turn.
 function effectiveTime({ first, second, began, ended }, pullOf) {
   const lasted = ended.time_s - began.time_s,
     of = (rows, axis) => (second < 0 ? 0 : rows[second][axis]) - rows[first][axis];

@@ -1,6 +1,6 @@
-// Features of a finite wall that a disc can meet: faces, arcs and vertices, merged exactly, as in
-// carom/core/wall_features.py. A feature is { kind: "face" | "vertex" | "arc", ... } with its edges; pairs
-// are [high, low].
+// Features of a finite wall that a disc can meet: faces, arcs and vertices. They are merged exactly, as in
+// carom/core/wall_features.py. A feature has a kind (face, vertex or arc) and its edges. A pair of floats is [high,
+// low].
 import { twoDiff } from "./arithmetic.js";
 import { circleOf, sameEnds } from "./chain_geometry.js";
 import { alike, cross, dot, less, nearestRoot, negated, pairOf, plus, rational, rootOf, times } from "./rational.js";
@@ -24,7 +24,7 @@ function arcOn({ x, y, radius2 }, ends, halfWidth, inside, edges) {
   return roundOf([pairOf(x), pairOf(y)], rootOf(radius2), halfWidth, inside, sector, edges);
 }
 const PLACES = 2 ** -50;
-// Only discs smaller than fitsBelow meet the inner side of an arc. Others meet its stops.
+// Only discs with a radius below fitsBelow meet the inner side of an arc. Larger discs meet the stops of the arc.
 function roundOf(centre, radius, halfWidth, inside, sector, edges) {
   const size = Math.abs(centre[0][0]) + Math.abs(centre[1][0]) + radius[0],
     fitsBelow = inside ? radius[0] - halfWidth - PLACES * size : 0;
@@ -39,7 +39,7 @@ function stopOf(inner, { x, y }, [dx, dy]) {
 const turnOf = ({ bulge }) => (bulge > 0) - (bulge < 0);
 const sameCircle = (one, other) =>
   one === null || other === null ? one === other : ["x", "y", "radius2"].every((name) => alike(one[name], other[name]));
-// Returns the direction of a run of edges at one of its ends.
+// Returns the direction of a run of merged edges at one of the run's ends.
 function tangent({ edge, circle }, point) {
   if (circle === null) {
     const [a, b] = [exactly(edge.a), exactly(edge.b)];

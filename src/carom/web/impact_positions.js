@@ -1,10 +1,10 @@
-// Positions of discs at impacts, for drawing. The core records only one position for each impact.
+// Positions of both discs at impacts, for drawing. The core records only one position for each impact.
 import { legsFrom, legsOf, movedOn } from "./prescribed_motion.js";
 import { num } from "./arithmetic.js";
 import { flownIn, slowing, stopsAfter } from "./drawing.js";
 
-// Adds the centres of both discs to each impact of a run. The velocities are those of the record, so that position
-// errors do not grow.
+// Adds the centres of both discs to each impact of a run. The recorded velocities are used, so that errors of positions
+// do not grow.
 export function addCentres(scene, run) {
   const begun = scene.discs.map((disc) => ({
     path: disc.driven ? legsOf(disc) : null,

@@ -1,4 +1,4 @@
-// Controls and pictures of the page, in order. Other modules define what a control does.
+// Controls and pictures of the page, in their order on the page. Other modules define what a control does.
 import { installed } from "./engines.js";
 import { Stage, make } from "./drawing.js";
 import { GALLERY, changed, rateAt, state } from "./state.js";

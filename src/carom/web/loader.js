@@ -1,7 +1,8 @@
-// Unpacks the blocks of the page and starts its script. A block is text in an alphabet of 91 characters, in which two
-// characters encode 13 bits. It contains the length of the content and its Adler-32, in four bytes each, and an LZMA
-// stream without header. This form is a fifth smaller than formats that browsers can unpack. The stream is defined in
-// Igor Pavlov, "LZMA specification" (2015). Its parameters are in carom/web/page.py.
+// Unpacks the blocks of the page and starts the page's script. A block is text in an alphabet of 91 characters. Two
+// characters encode 13 bits. The bits contain the length of the content in four bytes, the Adler-32 of the content in
+// four bytes, and an LZMA stream without header. This form is a fifth smaller than the formats that browsers can
+// unpack. The stream is defined in Igor Pavlov, "LZMA specification" (2015). The parameters of the stream are in
+// carom/web/page.py.
 const LITERAL_BITS = 3,
   PLACES = { match: 0, rep: 12, rep0: 24, rep1: 36, rep2: 48, long: 60, slot: 72, far: 328, align: 443, lengths: 459, repeats: 733, literals: 1007 };
 function bytesOf(text) {
@@ -34,10 +35,10 @@ function unpacked(bytes) {
     code = header.getUint32(9),
     state = 0,
     count = 0,
-    last = [0, 0, 0, 0]; // distances, less 1
+    last = [0, 0, 0, 0]; // distances, each decreased by 1
   const narrow = () => {
     if (range >= 0x1000000) return;
-    if (at >= bytes.length) throw new RangeError(DAMAGED); // otherwise the loop would run for the stated length
+    if (at >= bytes.length) throw new RangeError(DAMAGED); // otherwise the loop would run up to the stated length
     range = (range << 8) >>> 0;
     code = ((code << 8) | bytes[at++]) >>> 0;
   };
@@ -143,5 +144,6 @@ style.textContent = globalThis.caromText(document.getElementById("style"));
 document.head.append(style);
 const script = document.createElement("script");
 script.type = "module";
-script.textContent = globalThis.caromText(document.getElementById("page")); // the page's policy allows its hash
+// the page's policy allows the hash of this text
+script.textContent = globalThis.caromText(document.getElementById("page"));
 document.head.append(script);

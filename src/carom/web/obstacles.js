@@ -1,4 +1,4 @@
-// Rows of numbers for the core: walls and driven bodies, as in carom/core/input_rows.py and
+// Rows of numbers for the core, which describe walls and driven bodies, as in carom/core/input_rows.py and
 // carom/solvers/event_driven/obstacles.py.
 import { isDriven, legsOf } from "./prescribed_motion.js";
 import { featuresOf, sameFeature } from "./features.js";
@@ -33,7 +33,7 @@ function rowOf(feature, wall) {
 
 const SQUARES = [1n, 2n, 3n]; // squared cosines of 60, 45 and 30 degrees, times 4
 const wayOf = ({ along }) => along.map(([high, low]) => plus(rational(high), rational(low)));
-// Whether the order of two features that a disc meets at one instant does not matter. Same as `are_decidable` in
+// Whether the order of two features does not matter if a disc meets both at one instant. This is `are_decidable` of
 // carom/core/wall_features.py.
 function areOrderFree(one, other, elastic) {
   if (sameFeature(one, other)) return true;
@@ -45,13 +45,13 @@ function areOrderFree(one, other, elastic) {
   return elastic && inner[0] < 0n && SQUARES.some((part) => 4n * n === part * d);
 }
 
-// Rows for the walls of a scene and discs up to a largest radius: one row per half-plane, and the features of finite
-// walls.
+// Rows for the walls of a scene, for discs up to a largest radius: one row per half-plane, and one row per feature of a
+// finite wall.
 export class Obstacles {
   constructor(walls, widest) {
     this.walls = walls;
     this.outlines = walls.map((wall) => (wall.normal ? null : new Outline(wall)));
-    this.features = []; // features of finite walls, by row number
+    this.features = []; // features of finite walls, by the number of the row
     this.rows = [];
     walls.forEach((wall, k) => {
       if (wall.normal) {
@@ -68,9 +68,9 @@ export class Obstacles {
   isOrderFree(one, other, elastic) {
     return areOrderFree(this.features[one], this.features[other], elastic);
   }
-  // Returns two arrays. The first has four numbers for each row: whether a disc can stay in contact with it, the
-  // vertices at its two ends (-1 for none), and the count of features that a disc on it never meets. The second lists
-  // these features.
+  // Returns two arrays. The first has four numbers for each row: whether a disc can stay in contact with the row's
+  // feature, the vertices at the feature's two ends (-1 for none), and the number of features that a disc in this
+  // contact never meets. The second lists these features.
   grounds() {
     const never = [],
       rows = this.rows.map(([, wall], number) => {
@@ -85,8 +85,8 @@ export class Obstacles {
       });
     return [rows, never];
   }
-  // Returns the vertices at the ends of a face, and the features that a disc on it never meets: the face and its other
-  // side, the vertices, and arcs that continue the wall smoothly.
+  // Returns the vertices at the ends of a face, and the features that a disc in contact with the face never meets: the
+  // face and its other side, the vertices, and arcs that continue the wall smoothly.
   around(face, wall) {
     const numbers = [...this.features.keys()].filter((n) => this.features[n] && this.rows[n][1] === wall),
       all = (fits) => numbers.filter((n) => fits(this.features[n])),
@@ -100,14 +100,14 @@ export class Obstacles {
   }
 }
 const samePoint = (p, q) => p[0] === q[0] && p[1] === q[1];
-// Whether a feature belongs to an arc, and ends or is at a point.
+// Whether a feature is an arc that ends at a point. An arc of radius 0 ends at its centre. A whole circle has no ends.
 function endsAt({ edges: line }, { kind, sector, radius, centre, edges }, at) {
   if (kind !== "arc" || sector === null) return false;
   const ends = radius[0] ? [line[edges[0]].a, line[edges.at(-1)].b] : [centre.map(([high]) => high)];
   return ends.some((end) => samePoint(end, at));
 }
 
-// Returns the rows of driven bodies (walls first), and of the legs of their paths.
+// Returns the rows of driven bodies (walls first), and the rows of the legs of their paths.
 export function drivenRows({ discs, walls }) {
   const bodies = [
       ...walls.map((wall, k) => [wallBody(k), wall, wall.surface_speed_m_s ?? 0]),
@@ -123,7 +123,7 @@ export function drivenRows({ discs, walls }) {
   }
   return [rows, legs];
 }
-// Returns the rows of walls for the frame-sampled loop (a half-plane has no edges), and the rows of their edges.
+// Returns the rows of walls for PIT, and the rows of the edges of these walls. A half-plane has no edges.
 export function chainRows({ walls, outlines }) {
   const edges = [],
     rows = outlines.map((outline, k) => {

@@ -1,4 +1,4 @@
-"""Conversion of engines' npm packages to scripts that the play page can run."""
+"""Converts npm packages of engines to scripts that the play page can run."""
 
 from __future__ import annotations
 
@@ -13,13 +13,14 @@ from carom.errors import InputError
 
 @dataclass(frozen=True)
 class Package:
-    """An npm package that runs in a page.
+    """An npm package that can run in a page.
 
     Attributes:
         script: Script file of the package, relative to its folder.
-        exported: Name of an ECMAScript module's default export; empty for a script that sets ``module.exports``.
-        binary: WebAssembly file of the package; empty if the script contains it.
-        closed: Replacement for each piece of code that needs Node or breaks the page's security policy. Each piece
+        exported: Name of the default export, if the script is an ECMAScript module; empty if the script sets
+            ``module.exports``.
+        binary: WebAssembly file of the package; empty if the package has no such file.
+        closed: Replacement for each piece of code that needs Node or violates the page's security policy. Each piece
             occurs exactly once in the script.
     """
 
@@ -29,7 +30,7 @@ class Package:
     closed: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
 
 
-#: Box2D's glue code (embind) compiles functions from source text, which the page's security policy forbids. These
+#: Box2D's glue code (embind) compiles functions from source text. The page's security policy forbids this, so these
 #: closures replace the compiled functions.
 _BOX2D_CALLERS = {
     "return new Function(args1, invokerFnBody);": """return function (...bound) {
@@ -65,7 +66,8 @@ _CANNON_CLOCK = {
         "const performance = globalThis.performance;"
     )
 }
-#: Packages by adapter. The page can't run havok and physx, because their adapters read files through Node.
+#: Packages by adapter. The page can't run havok and physx, because the adapters of these engines read files through
+#: Node.
 PACKAGES = MappingProxyType(
     {
         "matter": Package("build/matter.min.js"),
@@ -85,13 +87,14 @@ PACKAGES = MappingProxyType(
 
 
 def load_package_script(package: Package, folder: Path) -> str:
-    """Return the script of an installed package, which sets ``module.exports``.
+    """Return the script of an installed package. The returned script sets ``module.exports``.
 
     Raises:
         InputError: The package has an unexpected version.
         OSError: A file of the package can't be read.
     """
-    # Read bytes, because strings of a script may contain WebAssembly, whose line ends must not change.
+    # The file is read as bytes, because strings of a script may contain WebAssembly, and their line ends must not be
+    # converted.
     text = (folder / package.script).read_bytes().decode("utf-8")
     ended = {f"export default {package.exported};": _build_default_export(package, folder)} if package.exported else {}
     for old, new in (ended | dict(package.closed)).items():
@@ -104,7 +107,10 @@ def load_package_script(package: Package, folder: Path) -> str:
 
 
 def _build_default_export(package: Package, folder: Path) -> str:
-    """Return the code that exports a module's default, with its WebAssembly if that is a separate file."""
+    """Return the code that exports a module's default export.
+
+    If the WebAssembly is a separate file, the code contains it.
+    """
     if not package.binary:
         return f"module.exports = {{ default: {package.exported} }};"
     data = base64.b64encode((folder / package.binary).read_bytes()).decode()

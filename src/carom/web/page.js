@@ -1,4 +1,4 @@
-// The page as a whole: its first scene, updates after changes, and the clock.
+// The whole page: the first scene, updates after changes, and the clock.
 import { falls, pic, pit } from "./run_methods.js";
 import { drawChart } from "./charts.js";
 import "./dragging.js";
@@ -27,7 +27,7 @@ function take(scene, method) {
   if (method && method !== state.method && [...methods.options].some((o) => o.value === method)) choose(method);
   else changed();
 }
-// Checks a scene; returns nothing if the page does not accept one of its numbers.
+// Returns a scene as text; empty if the page does not accept one of its numbers.
 function written(given) {
   try {
     return JSON.stringify(bare(asPageScene(given)));
@@ -79,7 +79,8 @@ whenChanged(() => {
   }, 150);
   fit();
 });
-// If the page does not accept a number of a scene, it names the number and keeps the present scene.
+// Shows a scene of the gallery. If the page does not accept a number of the scene, it reports this number and keeps the
+// present scene.
 function shown(name) {
   problem.textContent = "";
   try {
@@ -127,7 +128,7 @@ function tick(now) {
   requestAnimationFrame(tick);
 }
 requestAnimationFrame(tick);
-// For tests: the state, and the screen positions of a disc and its arrow head.
+// For tests: the state, and the positions on the screen of a disc and of the head of its arrow.
 const spot = (i, where = "position_m") => {
   const r = left.canvas.getBoundingClientRect(),
     d = state.scene.discs[i],

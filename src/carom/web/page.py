@@ -1,4 +1,4 @@
-"""Builder of the play page: one HTML file whose security policy forbids other scripts and all requests."""
+"""Builds the play page: one HTML file. Its security policy forbids other scripts and all requests."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ MODULES = (
 MOST_DISCS = 10
 #: Characters of packed blocks: 91 of ASCII. "<" is excluded, so that a block can't close its HTML element.
 _LETTERS = np.frombuffer(bytes(range(35, 126)).replace(b"<", b"!"), np.uint8)
-#: Number of bits of the previous byte that select the probabilities of a literal, as in `loader.js`.
+#: Number of bits of the previous byte that select the probabilities of a literal. `loader.js` has the same number.
 _LITERAL_BITS = 3
-#: Scenes of the catalogue that the page offers. The page opens with the first one.
+#: Scenes of the catalogue that the page offers. The page opens with the first scene.
 GALLERY = (
     *("paper/missed", "paper/late", "paper/wrong-direction", "paper/multiple", "classics/bullet", "classics/graze"),
     *("classics/cradle-gaps", "tables/seam", "driven/paddle", "spin/throw-stick"),
@@ -44,20 +44,20 @@ _RE_EXPORT = re.compile(r"^export \{[^}]*\};\n", re.MULTILINE)
 
 
 def build_page_script() -> str:
-    """Return all modules as one script. No name is defined in two modules."""
+    """Return all modules as one script. No two modules may define the same name."""
     joined = "\n".join((SOURCES / f"{name}.js").read_text(encoding="utf-8") for name in MODULES)
     script = re.sub(r"^export ", "", _RE_EXPORT.sub("", _IMPORT.sub("", joined)), flags=re.MULTILINE)
     return strip_comments(script)
 
 
 def strip_comments(script: str) -> str:
-    """Return a script without indents and comments, except comments that contain a quote. No string may span lines."""
+    """Return a script without indents and comments. Comments that contain a quote are kept. No string may span lines."""
     lines = (_COMMENT.sub("", line).strip() for line in script.splitlines())
     return "\n".join(line for line in lines if line and not line.startswith("//")) + "\n"
 
 
 def render_page(scenes: Sequence[Scene], engines: Sequence[PageEngine] = ()) -> str:
-    """Return the page as HTML, with a choice of scenes and engines. The page opens with the first scene.
+    """Return the page as HTML. It offers the scenes and engines, and opens with the first scene.
 
     Raises:
         InputError: The page can't show a scene.
@@ -79,7 +79,7 @@ def render_page(scenes: Sequence[Scene], engines: Sequence[PageEngine] = ()) -> 
         "style": pack_block((SOURCES / "page.css").read_bytes()),
         "licences": "\n".join(engine.licence for engine in engines).replace("--", "- -"),
         "first": html.escape(scenes[0].name),
-        # The page checks each number.
+        # The page itself checks each number.
         "scenes": _pack_json({scene.name: json.loads(scene.model_dump_json()) for scene in scenes}),
         "engines": _pack_json(about),
         "blocks": "\n".join(
@@ -113,7 +113,7 @@ def _pack_json(value: object) -> str:
 
 
 def pack_block(content: bytes) -> str:
-    """Return length, Adler-32 and LZMA stream of the content as text for `loader.js`, with 13 bits in two characters.
+    """Return length, Adler-32 and LZMA stream of the content as text for `loader.js`. Two characters encode 13 bits.
 
     Raises:
         InputError: This Python was built without LZMA.
@@ -122,7 +122,8 @@ def pack_block(content: bytes) -> str:
         import lzma
     except ImportError as error:
         raise InputError("the page needs Python's module lzma, but this Python was built without it") from error
-    # A dictionary larger than the content changes nothing, but clearing it takes longer than the compression.
+    # A dictionary larger than the content would not change the result, but would take longer to clear than the
+    # compression.
     size = max(len(content), 4096)
     filters = [{"id": lzma.FILTER_LZMA1, "preset": 9, "dict_size": size, "lc": _LITERAL_BITS, "lp": 0, "pb": 0}]
     packed = lzma.compress(content, format=lzma.FORMAT_RAW, filters=filters)

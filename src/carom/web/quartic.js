@@ -1,13 +1,14 @@
-// Exact instants at which a gap closes, if the gap is a polynomial in time. The arithmetic uses integers, as in
-// carom/core/exact_quartic.py. The core calls this if floats and pairs of floats are not precise enough; see
+// Exact instants at which a gap closes. The gap is a polynomial in time. The arithmetic uses integers, as in
+// carom/core/exact_quartic.py. The core calls exactFall if neither floats nor pairs of floats are precise enough; see
 // polynomial.h.
 import { ldexp } from "./arithmetic.js";
 import { gcd, plus, rational, times } from "./rational.js";
 
 const ZERO = [0n, 1n];
 
-// The argument has, for each power of time (lowest first), numbers whose products sum to its coefficient. Returns instant
-// number `index` after `begin` at which the gap closes, or Infinity; for index -1, the sign of the gap at `begin`.
+// For each power of time (lowest first), `powers` lists pairs of numbers. The sum of their products is the coefficient.
+// Returns the closing instant number `index` (from 0) after `begin`, or Infinity if there is none. For a negative
+// index, returns the sign of the gap at `begin`.
 export function exactFall(powers, begin, isClosed, index) {
   const gap = powers.map((products) => products.map(([a, b]) => times(rational(a), rational(b))).reduce(plus, ZERO)),
     start = rational(begin);
@@ -19,7 +20,7 @@ export function exactFall(powers, begin, isClosed, index) {
   for (const time of closings(gap)) if (number++ === index) return time;
   return Infinity;
 }
-// Returns the instants from now on at which a gap closes; 0 if it is closed and does not open.
+// Yields the instants from 0 on at which a gap closes. The first is 0 if the gap is closed at 0 and does not open.
 function* closings(gap) {
   const powers = [...gap];
   while (powers.length && powers[0][0] === 0n) powers.shift();
@@ -63,7 +64,7 @@ const negativeRemainder = (a, b) => {
     most = common < 0n ? -common : common;
   return rest.map((c) => -c / most);
 };
-// Returns the later instants at which a polynomial, which is not 0 now, becomes negative.
+// Yields the instants above 0 at which a polynomial becomes negative. The polynomial is not 0 at 0.
 function* fallsBelowZero(polynomial) {
   const p = [...polynomial];
   while (p[p.length - 1] === 0n) p.pop();

@@ -1,5 +1,5 @@
-// Rational numbers without rounding: numerator and denominator in lowest terms, like Python's Fraction. They can be
-// converted to the nearest float or pair of floats, as in carom/core/wall_features.py.
+// Rational numbers without rounding: numerator and denominator in lowest terms, as in Python's Fraction. They can be
+// converted to the nearest float or to the nearest pair of floats, as in carom/core/wall_features.py.
 import { ldexp } from "./arithmetic.js";
 
 export const gcd = (a, b) => {
@@ -12,7 +12,7 @@ export const ratio = (n, d) => {
   const common = gcd(n, d) * (d < 0n ? -1n : 1n);
   return [n / common, d / common];
 };
-// Returns a float as n / 2^e.
+// Returns the integers n and e of a float n / 2^e.
 export const frac = (x) => {
   let e = 0;
   while (x !== Math.floor(x)) {
@@ -35,7 +35,8 @@ export const cross = ([ax, ay], [bx, by]) => less(times(ax, by), times(ay, bx));
 export const dot = ([ax, ay], [bx, by]) => plus(times(ax, bx), times(ay, by));
 
 const bitLength = (n) => (n < 0n ? -n : n).toString(2).length;
-// Returns the nearest float, from two more bits than needed and whether there is a remainder.
+// Returns the nearest float. The quotient has more bits than a float, and its last bit shows whether there is a
+// remainder.
 export const nearest = ([n, d]) => {
   if (n === 0n) return 0;
   const size = n < 0n ? -n : n,

@@ -1,4 +1,4 @@
-// Runs a scene with PIC and PIT on the core, and checks a scene for unsupported fields.
+// Runs scenes with PIC and PIT on the core, and checks scenes for unsupported fields.
 import { num } from "./arithmetic.js";
 import { damped, kept, latestUndamped, runPic, runPit, timesPower, whenAsked } from "./core.js";
 import { isDriven, legsOf } from "./prescribed_motion.js";
@@ -47,7 +47,7 @@ const KNOWN = {
     "surface_speed_m_s",
   ],
 };
-// Returns unsupported fields of a scene, so that no field is ignored.
+// Returns the unsupported fields of a scene, so that no field is silently ignored.
 export function refused(scene) {
   const unknown = (one, known) => Object.keys(one).filter((name) => !known.includes(name));
   return [
@@ -65,7 +65,7 @@ function whole(scene) {
   return { ...scene, walls: scene.walls ?? [], gravity_m_s2: scene.gravity_m_s2 ?? [0, 0] };
 }
 
-// Same as `compute_standstill_limit` in carom/solvers/event_driven/run.py.
+// The same formula as in `compute_standstill_limit` of carom/solvers/event_driven/run.py.
 const standstillImpacts = (bodies) => Math.min(100 * bodies ** 2, 10_000_000 + Math.floor(bodies ** 2 / 2));
 const materialsOf = ({ walls, wall_restitution, wall_friction }) =>
   walls.map((wall) => [wall.restitution ?? num(wall_restitution, 1), wall.friction ?? num(wall_friction, 0)]);
@@ -104,8 +104,8 @@ function inputOf(scene) {
   };
   return { arrays, numbers, obstacles };
 }
-// Rows that only PIC reads. Half-planes with the scene's coefficients need no rows if nothing is driven and nothing
-// accelerates.
+// Returns rows that only PIC reads. Half-planes with the scene's coefficients need no rows if no body is driven or
+// accelerated.
 function picArrays(scene, { arrays, numbers, obstacles }) {
   const { discs, walls } = scene,
     { materials, ...others } = arrays,
@@ -118,7 +118,7 @@ function picArrays(scene, { arrays, numbers, obstacles }) {
   return { ...others, features: obstacles.rows, materials, driven, legs, grounds, neverLists };
 }
 
-// Runs a scene in suitable units.
+// Runs a scene in units that avoid overflow.
 function inOrdinaryUnits(scene, rate, run) {
   const units = unitsOf(scene, new Obstacles(scene.walls, Infinity).outlines);
   if (units === null) return run(scene, rate);
@@ -138,7 +138,7 @@ export function pic(given, maxImpacts = Infinity) {
     return addCentres(scene, damping ? slowed(run, damping, scene.duration_s) : run);
   });
 }
-// Converts an undamped run to the damped one.
+// Converts a run without damping to the run with damping.
 function slowed(run, damping, duration_s) {
   const by = (part) => (x) => (Array.isArray(x) ? x.map(by(part)) : x * part),
     end_s = run.outcome === "completed" ? duration_s : damped(damping, run.end_s),
@@ -151,7 +151,7 @@ function slowed(run, damping, duration_s) {
   return { ...run, impacts, end_s, velocities: left(run.velocities), spins: run.spins && left(run.spins) };
 }
 
-// Returns the number of frames before the end in integer arithmetic, as carom.model.scene.count_steps.
+// Returns the number of frames before the end. Computes it with integers, as carom.model.scene.count_steps does.
 function framesBefore(duration, dt) {
   const [a, e] = frac(duration),
     [c, f] = frac(dt),
@@ -162,7 +162,7 @@ function framesBefore(duration, dt) {
   if (off < 0n) off = -off;
   return Number(nearest > 0n && off * (1n << 52n) <= all ? nearest : (all + part - 1n) / part);
 }
-// Runs PIT, which checks for overlap at the times k / rate, for a number of frames or up to the end.
+// Runs PIT for a number of frames, or up to the end. PIT checks for overlap at the times k / rate.
 export function pit(given, frameRate = num(given.frame_rate_hz, 60), frames = null) {
   return inOrdinaryUnits(whole(given), frameRate, (scene, rate) => {
     const { arrays, numbers, obstacles } = inputOf(scene),

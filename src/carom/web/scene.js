@@ -1,4 +1,4 @@
-// The scene of the page: its limits, and its forms as a link and as a file for `carom run`.
+// The scene of the page: the limits of its numbers, its form as a link, and its form as a file for `carom run`.
 import { kept, undamped } from "./core.js";
 import { isDriven, legsFrom, legsOf, movedOn } from "./prescribed_motion.js";
 import { pit, refused } from "./run_methods.js";
@@ -33,7 +33,7 @@ const DEFAULTS = {
 };
 export const isFixed = (disc) => disc.mass_kg === "inf";
 
-// Allowed range of each number, far within the limits of PIC and PIT.
+// Allowed range of each number. These ranges are far within the limits of PIC and PIT.
 const RANGES = {
   position: [-1e4, 1e4],
   speed: [-1e4, 1e4],
@@ -83,7 +83,7 @@ function path(legs) {
     throw new RangeError("the first leg of a path must begin at 0, and each other leg after the previous one");
   return checkedLegs;
 }
-// Checks of the fields of a wall, in the order of a link.
+// Checks of the fields of a wall, in the order in which a link contains the fields.
 const OF_WALL = {
   point_m: (v) => vector("position", v),
   normal: (v) => vector("tangential_restitution", v),
@@ -115,7 +115,7 @@ function asPageWall(given) {
     throw new RangeError("a wall must have a bulge for each of its edges, or none");
   return wall;
 }
-// Returns a scene with all fields of the page, each checked, including frame rate and phase.
+// Returns a scene with all fields that the page uses, including frame rate and phase. Checks each field.
 export function asPageScene(given, phase = 0) {
   const names = refused(given);
   if (names.length) throw new RangeError(`the page does not support ${names.join(", ")}`);
@@ -154,7 +154,7 @@ const isUnpulled = ({ discs, walls, gravity_m_s2: [gx, gy] }) =>
 export const mayBeDamped = (scene) => isUnpulled(scene) && !scene.table_deceleration_m_s2;
 const maySlow = (scene) =>
   isUnpulled(scene) && ![...scene.discs.map((d) => d.spin_rad_s), scene.friction, scene.wall_friction, ...scene.walls.map((w) => w.friction)].some((x) => x);
-// Returns the scene for Carom's solvers and engines, without fields of the page.
+// Returns the scene for Carom's solvers and engines, without the fields that only the page uses.
 export const bare = ({ phase, ...scene }) => scene;
 
 // --- a link: "#2=" is the version; numbers as decimals keep every bit ---
@@ -164,7 +164,7 @@ export function asLink(s, method) {
   const values = [
     s.discs.map((d) => [
       ...[...d.position_m, ...d.velocity_m_s, d.radius_m, d.mass_kg, d.spin_rad_s, d.inertia_factor],
-      ...(d.driven ? [d.legs ?? true] : []), // the path, or true
+      ...(d.driven ? [d.legs ?? true] : []), // the legs of the path, or true
     ]),
     s.walls.map((w) => FIELDS_OF_WALL.map((name) => w[name] ?? null)),
     LAWS.map((law) => s[law]),
@@ -174,7 +174,7 @@ export function asLink(s, method) {
     s.phase,
     method,
   ];
-  // JSON writes -0 as 0
+  // JSON.stringify would write -0 as 0
   const text = JSON.stringify(values, (_, x) => (Object.is(x, -0) ? "-0" : x));
   return VERSION + btoa(text).replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "");
 }
@@ -213,8 +213,8 @@ export function ofLink(text) {
   return { scene: asPageScene(scene, phase), method };
 }
 
-// Advances discs by free flight, and driven walls, to the phase. Frames that are counted from there are the frames at
-// this phase.
+// Advances discs by free flight, and driven walls on their paths, to the phase. Frames that are counted from there are
+// the frames at this phase.
 const legsAfter = (legs, by) =>
   legsFrom(legs, by).map(({ begin, velocity }, k) => ({ from_s: k ? begin - by : 0, velocity_m_s: velocity }));
 function wallOn(wall, by) {
@@ -285,7 +285,7 @@ export function asToml(s) {
   ].join("");
 }
 
-// Returns why a scene can't start: bodies that overlap. Returns nothing if it can.
+// Returns why a scene can't start, which is that bodies overlap. Returns nothing if the scene can start.
 export function problemOf(s) {
   for (const [j, d] of s.discs.entries()) {
     for (const [i, e] of s.discs.slice(0, j).entries())
@@ -302,7 +302,7 @@ function isInWall({ position_m: [x, y], radius_m }, wall) {
     { at } = outline.nearest(x, y);
   return Math.hypot(x - at[0], y - at[1]) < outline.halfWidth + radius_m || (wall.solid && outline.encloses(x, y));
 }
-// Outlines are cached, because walls are replaced and never changed.
+// Outlines can be cached, because a wall is never changed, only replaced.
 const outlines = new WeakMap();
 export function outlineOf(wall) {
   if (!outlines.has(wall)) outlines.set(wall, new Outline(wall));

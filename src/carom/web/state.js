@@ -2,7 +2,7 @@
 export const MOST_IMPACTS = 5000; // largest number of impacts of the exact run
 export const GALLERY = JSON.parse(globalThis.caromText(document.getElementById("scenes")));
 const SLOWEST = 5,
-  FASTEST = 1000; // range of frames per second in the slider and the chart
+  FASTEST = 1000; // smallest and largest number of frames per second in the slider and the chart
 export const rateAt = (v) => Math.round(10 * SLOWEST * (FASTEST / SLOWEST) ** v) / 10;
 export const placeOf = (rate) => Math.log(rate / SLOWEST) / Math.log(FASTEST / SLOWEST);
 const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;

@@ -1,4 +1,5 @@
-// Units as powers of two that avoid overflow in a scene, as in carom/solvers/units.py. Conversions do not round.
+// Units that avoid overflow in a scene, as in carom/solvers/units.py. Units are powers of two, so that conversions do
+// not round.
 import { isDriven, legsOf } from "./prescribed_motion.js";
 import { exponent } from "./arithmetic.js";
 import { lengthsOf } from "./obstacles.js";
@@ -10,7 +11,7 @@ const isOrdinary = (x) => x === 0 || Math.abs(x) === Infinity || (Math.abs(x) <=
 const most = (numbers) => numbers.reduce((found, x) => Math.max(found, Math.abs(x)), 0);
 const middle = (least, greatest) => Math.floor((exponent(least) + exponent(greatest)) / 2);
 
-// Returns units of length, time and mass as powers of two; null if the scene needs none.
+// Returns units of length, time and mass as powers of two; null if the scene does not need other units.
 export function unitsOf({ discs, walls, gravity_m_s2, duration_s }, outlines) {
   const radii = discs.map((d) => d.radius_m),
     places = discs.flatMap((d) => d.position_m),
@@ -34,7 +35,7 @@ export function unitsOf({ discs, walls, gravity_m_s2, duration_s }, outlines) {
   };
 }
 
-// Converts a scene to units, with a function that multiplies by a power of two.
+// Converts a scene to these units. `scaled` multiplies a number by a power of two.
 export function inUnits(scene, { length, time, mass }, scaled) {
   const speed = length - time,
     of = (power) => (x) => (typeof x === "number" ? scaled(x, -power) : x),
@@ -61,7 +62,7 @@ export function inUnits(scene, { length, time, mass }, scaled) {
   const each = (one) => Object.fromEntries(Object.entries(one).map(([name, x]) => [name, x !== null && kinds[name] ? kinds[name](x) : x]));
   return { ...each(scene), discs: scene.discs.map(each), walls: scene.walls.map(each) };
 }
-// Converts a run in units to SI units.
+// Converts a run in these units to SI units. `scaled` multiplies a number by a power of two.
 export function outOfUnits(run, { length, time }, scaled) {
   const speed = length - time,
     by = (power) => (x) => (Array.isArray(x) ? x.map(by(power)) : scaled(x, power)),

@@ -40,7 +40,7 @@ def advise(
     loaded_scene = common.load_one_scene(scene, "SCENE")
     page = None
     with claim_while_writing(out, PURPOSE, "--out") if out is not None else nullcontext():
-        if out is not None:  # errors must come before the search, which takes minutes
+        if out is not None:  # report errors before the search, which takes minutes
             require_report_extra()
         with options.open_pool() as pool, common.show_progress_bar() as progress:
             advice = find(loaded_scene, options, pool, progress=progress, command=get_command_line())

@@ -65,7 +65,8 @@ def bench(
         raise InputError("no scene given: name a scene file or catalogue scenes, as in carom bench my-scene.toml")
     loaded_scenes = common.load_plain_scenes(scenes)
     require_report_extra()
-    before = read_baseline(baseline, describe_environment()) if baseline is not None else None  # fail early
+    # report errors before the runs
+    before = read_baseline(baseline, describe_environment()) if baseline is not None else None
     scored, timed = out / "journal.jsonl", out / "timings.jsonl"
     with (
         common.run_study(out, "bench", scored, timed) as progress,

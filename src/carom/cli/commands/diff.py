@@ -13,7 +13,8 @@ from carom.errors import InputError
 from carom.execution.run_options import FailOn
 from carom.studies.diff.options import DiffOptions
 
-#: Text that every written comparison contains, and the number of first bytes that are searched for it.
+#: Text at the beginning of every written comparison, and the number of bytes at the beginning of a file that are
+#: searched for this text.
 TITLE, MOST_HEAD = "Carom diff", 4096
 
 
@@ -57,7 +58,7 @@ def diff(
 
 
 def _require_own(option: str, path: Path) -> None:
-    """Raise an error for an existing file that is not an earlier comparison, such as a scene."""
+    """Raise an error if a file exists that is not an earlier comparison but, for example, a scene."""
     from carom.support.escaping import format_value
 
     if path.is_file() and (begin := path.read_bytes()[:MOST_HEAD]) and TITLE.encode() not in begin:

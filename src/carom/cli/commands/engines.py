@@ -1,4 +1,4 @@
-"""`carom engines`: list the engines, describe one in full, or print its settings as code for the engine."""
+"""`carom engines`: list the engines, describe one of them in full, or print an engine's settings as code for this engine."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def engines(
 
 
 def _find_scene(name: str | None, restitution: float | None, friction: float | None) -> Scene:
-    """Return the requested scene. Coefficients that are given replace those of the scene."""
+    """Return the requested scene. A coefficient that is not None replaces that of the scene."""
     from carom.execution.settings_code import build_example_scene
     from carom.model.scene import Scene
 

@@ -1,4 +1,4 @@
-"""`carom explain`: explain a word that reports use."""
+"""`carom explain`: explain a word of the reports."""
 
 from __future__ import annotations
 

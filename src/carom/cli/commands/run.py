@@ -74,7 +74,8 @@ def run(
         folder: AbstractContextManager[None] = nullcontext()
     else:
         require_report_extra()
-        folder = claim_while_writing(out, PURPOSE, "--out")  # fail before engines are queried, which takes seconds
+        # report errors before the query of engines, which takes seconds
+        folder = claim_while_writing(out, PURPOSE, "--out")
     with options.open_pool() as pool, folder:
         plan = build_plan(loaded_scenes, options, pool)
         if explain:
@@ -119,7 +120,7 @@ def _carry_out_plan(
 
 
 def _say_settings(results: Results, scene: str) -> None:
-    """Print the command that shows the settings of an engine's best run as code."""
+    """Print the command that shows the settings of the most accurate method as code. Skip methods without code."""
     from carom.engines.registry import format_engine_argument
     from carom.studies.cross_check.grid import build_grid, rank_methods
     from carom.support.formatting import format_step_option
@@ -144,7 +145,7 @@ def _choose_exit_code(results: Results, requested: set[str], fail_on: Grade | No
         return common.EXIT_CRASHED
     if any(row.status is Status.UNAVAILABLE and row.job.engine in requested for row in results.rows):
         return common.EXIT_UNAVAILABLE
-    if all(row.score is None for row in results.rows):  # no run has a score, so this is no success
+    if all(row.score is None for row in results.rows):  # without any score, the command has not succeeded
         return common.EXIT_UNAVAILABLE
     if fail_on is not None and any(is_violation(row, fail_on) for row in results.rows):
         return common.EXIT_VIOLATION

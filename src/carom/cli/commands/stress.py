@@ -1,4 +1,4 @@
-"""`carom stress`: find the value of a quantity at which each engine fails, in scenes built to break numerics."""
+"""`carom stress`: find the value of a quantity at which each engine fails, in scenes that are numerically difficult."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`carom tune`: search for the settings of an engine with the smallest error."""
+"""`carom tune`: search for the settings with which an engine has the smallest error."""
 
 from __future__ import annotations
 

@@ -116,7 +116,7 @@ class CuttableWorld(World, Protocol):
     """A world whose steps can be cut and undone, for profiles with ``located``."""
 
     def cut(self, dt_s: float) -> None:
-        """Set the size of the following steps, seconds. Times of contacts are still measured from the start of the run."""
+        """Set the size of the following steps, seconds. Contact times are still measured from the start of the run."""
 
     def touching(self) -> frozenset[tuple[int, int]]:
         """Return the pairs of bodies that now touch by the engine's own contact test.
