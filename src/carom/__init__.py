@@ -143,7 +143,7 @@ def _find_view(name: str) -> Callable[..., Any]:
 
 
 class _Moved(ModuleType):
-    """A module at an import path of an earlier version. It imports the present module when a name is first requested."""
+    """A module at an import path of an earlier version. It imports the present module when a name is first used."""
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):  # introspection reads some of these names from every module

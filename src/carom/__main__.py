@@ -1,4 +1,4 @@
-"""The `carom` command, also as ``python -m carom``. A signal ends the command cleanly, even during the import of Carom."""
+"""The `carom` command, also as ``python -m carom``. A signal ends it cleanly, even during the import of Carom."""
 
 from __future__ import annotations
 

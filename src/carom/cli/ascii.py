@@ -41,7 +41,7 @@ def _replace_characters(error: UnicodeError) -> tuple[str, int]:
 
 
 def _find_nearest(sign: str) -> str:
-    """Return the letter without accent, a dash for a box-drawing character, and a question mark for any other character."""
+    """Return a letter without accent, a dash for a box-drawing character, or else a question mark."""
     bare = unicodedata.normalize("NFKD", sign).encode("ascii", "ignore").decode()
     return bare or ("-" if unicodedata.name(sign, "").startswith("BOX DRAWINGS") else "?")
 

@@ -21,7 +21,7 @@ _ASKED: ContextVar[str] = ContextVar("asked", default="carom")
 
 
 def get_command_line() -> str:
-    """Return the command line that is running, with the first name of each option; ``carom`` if no command is running."""
+    """Return the present command line, with the first name of each option; ``carom`` if no command is running."""
     return _ASKED.get()
 
 

@@ -51,7 +51,7 @@ def format_value(value: object) -> str:
 
 
 def suggest_name(name: str, known: Iterable[str]) -> str:
-    """Return "did you mean ...?" with the known name that is most similar to `name`; empty if no known name is similar."""
+    """Return "did you mean ...?" with the known name that is most similar to `name`; empty if none is similar."""
     import difflib  # few messages need difflib, and an import at the top would make `import carom` slower
 
     found = difflib.get_close_matches(name, list(known), n=1)
@@ -59,7 +59,7 @@ def suggest_name(name: str, known: Iterable[str]) -> str:
 
 
 def build_name_hints(name: str, known: Iterable[str], there_are: str) -> tuple[str, ...]:
-    """Return the hints of an error about an unknown name: a similar known name, if there is one, and the text `there_are`."""
+    """Return the hints of an error about an unknown name: a similar known name, if any, and the text `there_are`."""
     return tuple(filter(None, (suggest_name(name, known), there_are)))
 
 

@@ -83,7 +83,7 @@ def build_shared_script(shared: str) -> str:
 
 
 def link_script(name: str, *, package: str, package_name: str, module: str) -> str:
-    """Return a script that runs an engine's adapter module, without imports and comments, and exports the module's class.
+    """Return a script that runs an engine's adapter module and exports its class. Imports and comments are removed.
 
     The module must not contain a string that spans lines, because imports and comments are searched at the start of
     each line.

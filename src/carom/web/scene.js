@@ -8,7 +8,7 @@ import { slowing, stopsAfter } from "./drawing.js";
 export const MOST_DISCS = 10;
 const MOST_WALLS = 8,
   MOST_LEGS = 20,
-  MOST_POINTS = 40; // points of a wall
+  MOST_POINTS = 40; // largest number of points of a wall
 const LAWS = [
   "restitution",
   "wall_restitution",

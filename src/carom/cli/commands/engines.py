@@ -1,4 +1,4 @@
-"""`carom engines`: list the engines, describe one of them in full, or print an engine's settings as code for this engine."""
+"""`carom engines`: list the engines, describe one of them in full, or print the settings of an engine as code."""
 
 from __future__ import annotations
 
