@@ -194,7 +194,7 @@ class Methods:
     """The methods to run with each step size, and the reasons why some methods can't be run.
 
     Attributes:
-        at: Methods by engine and step size. Of several profiles with the same settings, only the last is included.
+        at: Methods by engine and step size. If profiles have the same settings, only the last one is included.
         refused: By method and step size, why a method of an available engine can run no scene with this step size.
         infos: Descriptions of the engines, by name.
     """

@@ -159,8 +159,9 @@ def find_step_lines(code: str, at_another_step: str) -> str:
     """Return the statements of a program, or the lines of a model, that depend on the step size.
 
     - Python: statements that set or use `dt` or `steps`, statements that differ with another step size, and the
-    constants that all these statements use. The scene's bodies are left out. - XML: lines that differ with another step
-    size. - JavaScript: none, since the world exists only within the written module.
+      constants that all these statements use. The scene's bodies are left out.
+    - XML: lines that differ with another step size.
+    - JavaScript: none, since the world exists only within the written module.
 
     Args:
         code: Code of a scene, as written by an adapter (`carom.engines.api.CodedAdapter`).

@@ -3,10 +3,11 @@
 - A physical quantity is at most `LARGEST` in magnitude, so that its square does not overflow. A radius, edge, mass,
   duration or rate is at least `SMALLEST`.
 - Quantities from ``1 / ORDINARY`` to `ORDINARY` are used without a change of units. The formulas are at most of the
-fourth degree, so neither their terms nor the terms' rounding errors under- or overflow. - PIC raises an error if an
-impact is so far from the origin that floats can't distinguish the two centres; see `carom.core.resolution`. - The ratio
-of a scene's largest quantity to its smallest is at most `SPAN` (`carom.model.sizes`). So a change of units can bring
-all of them between ``1 / ORDINARY`` and `ORDINARY`.
+  fourth degree, so neither their terms nor the terms' rounding errors under- or overflow.
+- PIC raises an error if an impact is so far from the origin that floats can't distinguish the two centres; see
+  `carom.core.resolution`.
+- The ratio of a scene's largest quantity to its smallest is at most `SPAN` (`carom.model.sizes`). So a change of units
+  can bring all of them between ``1 / ORDINARY`` and `ORDINARY`.
 """
 
 from __future__ import annotations

@@ -16,8 +16,8 @@ from carom.support.formatting import format_number
 #: Largest number of steps, since engines count them in a C int.
 MAX_STEPS = 2**31 - 1
 
-#: Number of bits after the leading bit of a float (IEEE 754), by the width that an adapter declares. 16 bits can't be
-#: declared, because rounding errors of a hundred units in the last place would be a tenth of the value.
+#: Number of bits after the leading bit of a float (IEEE 754), by the width that an adapter declares. A width of 16 bits
+#: can't be declared, because rounding errors of a hundred units in the last place would be a tenth of the value.
 MANTISSA_BITS = {32: 23, 64: 52}
 
 #: Rules by which an engine combines the coefficients of two bodies. Coefficients are from 0 to a largest value. Given

@@ -34,7 +34,7 @@ class Engine:
 
     Attributes:
         name: Common name of the engine.
-        module: Module to import; empty for a method that needs no installation besides the adapter.
+        module: Module to import; empty for a method that needs only the adapter.
         distribution: Distribution whose version is reported.
         install: Command that installs the engine, shown if it is missing.
         no_wheel_from: First CPython version for which the engine publishes no wheel; empty if there is none.

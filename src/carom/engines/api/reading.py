@@ -13,7 +13,7 @@ Point = tuple[float, float]
 def wall_towards(discs: Sequence[Disc], faces: Iterable[tuple[Point, Point]]) -> Wall | None:
     """Return a face with all discs in front of it, as a wall; None if there is none. A face is a point and a normal.
 
-    Of several such faces, the face with the largest distance from the discs is chosen.
+    If there are several such faces, the one with the largest distance from the discs is chosen.
     """
     found = [(gap, point, normal) for point, normal in faces if (gap := _compute_gap(discs, point, normal)) >= 0.0]
     if not found:
