@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class PicWorld(RecordedWorld):
-    """A PIC run, observed every `dt_s`."""
+    """A PIC run that is observed after each step of `dt_s`."""
 
     def __init__(self, run: Run, settings: Mapping[str, Setting]) -> None:
         super().__init__(run, settings)
@@ -26,16 +26,17 @@ class PicWorld(RecordedWorld):
         self._steps = 0
 
     def advance(self, steps: int) -> None:
-        """Advance the run to the end of the last step, with all impacts until then."""
+        """Advance the run to the end of the last of the steps, with all impacts up to that time."""
         self._steps += steps
         outcome = self._run.advance_to(self._steps * self._dt_s)
-        # Lasting contact is not a failure: the state no longer changes, and the harness scores nothing after it.
+        # Lasting contact is not a failure. After its start, the state no longer changes, and the harness compares
+        # nothing.
         if outcome is not Outcome.COMPLETED and not outcome.in_contact:
             self._warning = outcome.value
 
 
 class PicAdapter:
-    """PIC in two forms: event-driven, and frame by frame, which is the source paper's Algorithm 2."""
+    """PIC in two forms: event-driven, and frame by frame. The latter is Algorithm 2 of the source paper."""
 
     name = "pic"
     engine = Engine("Carom")

@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 
 
 class PitWorld(RecordedWorld):
-    """A PIT run at one frame every `dt_s`."""
+    """A PIT run with one frame every `dt_s`."""
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
         super().__init__(start_pit_run(scene, FrameClock(step_s=float(settings["dt_s"]))), settings)
 
     def advance(self, steps: int) -> None:
-        """Test for impacts and move the discs, frame by frame. Frames in which nothing can touch are skipped."""
+        """Test for impacts and move the discs, frame by frame. Frames in which no bodies can touch are skipped."""
         self._run.advance_frames(steps)
 
     @property
@@ -34,7 +34,7 @@ class PitWorld(RecordedWorld):
 
 
 class PitAdapter:
-    """PIT, which is exactly the source paper's Algorithm 1. PIT has one form and no settings to tune."""
+    """PIT, exactly as Algorithm 1 of the source paper. PIT has one form, and no settings that can be tuned."""
 
     name = "pit"
     engine = Engine("Carom")
@@ -45,7 +45,7 @@ class PitAdapter:
     )
 
     def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> World:
-        """Build a PIT run from the scene's start.
+        """Build a PIT run that begins at the initial state of the scene.
 
         Raises:
             AdapterError: A setting has an unknown name, or the scene needs a feature that is not declared.

@@ -1,4 +1,4 @@
-"""Worlds of Carom's own methods, whose runs record impacts."""
+"""Worlds of Carom's own methods. Their runs record impacts."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 
-#: Capabilities of PIT. PIC also solves the instants of impacts.
+#: Capabilities of PIT. PIC also computes the instants of impacts.
 CAPABILITIES = Capabilities(
     segments=True,
     arcs=True,
@@ -40,7 +40,7 @@ CAPABILITIES = Capabilities(
 
 
 class RecordedWorld:
-    """A run of one of Carom's methods, observed at the ends of steps. The observations do not change the run."""
+    """A run of one of Carom's methods that is observed at the ends of steps. Observations do not change the run."""
 
     def __init__(self, run: Any, settings: Mapping[str, Setting]) -> None:
         self.settings = settings
@@ -49,11 +49,11 @@ class RecordedWorld:
         self._warning = ""
 
     def advance(self, steps: int) -> None:
-        """Take steps, with all their impacts."""
-        raise NotImplementedError  # PIC and PIT implement this differently
+        """Take steps, with all impacts in these steps."""
+        raise NotImplementedError  # PIC and PIT have different implementations
 
     def take_quiet_steps(self, position_m: Array, velocity_m_s: Array, spin_rad_s: Array) -> int:
-        """Take steps until one has an impact or a warning, see `carom.engines.api.QuietWorld`."""
+        """Take steps until a step has an impact or a warning; see `carom.engines.api.QuietWorld`."""
         run, turns = self._run, self._run.spins() is not None
         for k in range(len(position_m)):
             self.advance(1)
@@ -72,12 +72,12 @@ class RecordedWorld:
         return Observation(run.positions(), run.velocities(), contacts, self._warning, spin_rad_s=run.spins())
 
     def close(self) -> None:
-        """Do nothing: a run needs no release."""
+        """Do nothing, because a run holds no resources."""
 
 
 def list_contacts_since(log: RunImpacts, old_count: int) -> tuple[Contact, ...]:
-    """Return the impacts after the first `old_count` ones, with the velocities around each. A step may have several."""
-    if len(log) == old_count:  # usually there are no new impacts
+    """Return all impacts except the first `old_count`, each with the velocities before and after it."""
+    if len(log) == old_count:  # most steps have no impact
         return ()
     impacts, all_spins = log.array()[old_count:].tolist(), log.spins()
     spins = [None] * len(impacts) if all_spins is None else all_spins[old_count:].tolist()

@@ -12,27 +12,27 @@ from carom_adapters.box2d.world import Box2dWorld
 from carom_adapters.shared import engine_adapter as shared
 
 _DEFAULT: shared.Settings = {
-    # Numbers of iterations that Box2D's manual suggests (section 2.4, "Simulating the world").
+    # Box2D's manual suggests these numbers of iterations (section 2.4, "Simulating the world").
     "velocityIterations": 8,
     "positionIterations": 3,
-    # By default Box2D puts a body below 1 cm/s to rest after half a second, which is damping.
+    # By default Box2D stops a body that has been slower than 1 cm/s for half a second. This is a kind of damping.
     "sleepingAllowed": False,
 }
 
 _TUNED: shared.Settings = {
-    # Box2D treats contacts that close at less than 1 m/s as inelastic (b2_velocityThreshold, compiled in). With
-    # this factor Carom multiplies all velocities and divides all times, which lowers that limit to 1e-6 m/s. The
+    # Box2D treats contacts with a closing speed below 1 m/s as inelastic (b2_velocityThreshold, compiled in). Carom
+    # multiplies all velocities by this factor and divides all times by it. This lowers the limit to 1e-6 m/s. The
     # factor is a power of two, so scaling is exact.
     "velocity_scale": VELOCITY_SCALE,
     "velocityIterations": 50,
     # Overlapping bodies are not pushed apart.
     "positionIterations": 0,
-    # A swept disc stops 3 b2_linearSlop (1.5 cm) inside the other disc, however short the step. So only fast discs
-    # profit.
+    # A swept disc stops 3 b2_linearSlop (1.5 cm) inside the other disc, even if the step is short. So sweeping improves
+    # only the results of fast discs.
     "sweep": "fast",
     # By default a polygon has a skin of 1 cm.
     "polygon_radius_m": 0.0,
-    # A disc that slides over the joint of two edges catches on it, unless both belong to one chain.
+    # A disc that slides over the joint of two edges gets caught on the joint, unless both edges belong to one chain.
     "chains": True,
 }
 
@@ -40,18 +40,18 @@ _NO_CCD: shared.Settings = {**_TUNED, "sweep": "none"}
 
 
 def _build_resting_settings(dt_s: float) -> shared.Settings:
-    # Box2D applies restitution to the speed at the end of a step, which includes the fall in that step. So a ball hops
-    # for ever at about ``g dt / (1 - e)``, unless contacts that slow are inelastic. The limit for such contacts is the
-    # least power of two that is at least the speed gained by falling for 2.5 steps under 10 m/s^2. A ball with e up to
-    # 0.6 comes to rest. A ball with a greater e comes to rest only if steps are so long that this speed is well above
-    # its hops.
+    # Box2D applies restitution to the speed at the end of a step, which includes the fall during the step. So a ball
+    # hops for ever at a speed of about ``g dt / (1 - e)``, unless contacts at this speed are inelastic. The speed below
+    # which contacts are inelastic is the least power of two that is at least the speed after a fall of 2.5 steps under
+    # 10 m/s^2. A ball with e up to 0.6 comes to rest. A ball with a greater e comes to rest only if steps are so long
+    # that this limit is well above the speed of its hops.
     steps_fall_m_s = 2.5 * 10.0 * dt_s
     scale = 2.0 ** math.floor(math.log2(THRESHOLD_M_S / steps_fall_m_s))
     return {"dt_s": dt_s, **_TUNED, "velocity_scale": min(max(scale, 1.0), VELOCITY_SCALE)}
 
 
-#: While bodies touch, a warm start uses the last impulse times the ratio of two step lengths. Cut steps can make
-#: this ratio arbitrarily large.
+#: While bodies touch, a warm start uses the last impulse times the ratio of the present step size to the last one. With
+#: cut steps, this ratio can be arbitrarily large.
 _LOCATED: shared.Settings = {**_NO_CCD, "warmStarting": False}
 
 

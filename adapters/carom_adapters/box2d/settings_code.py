@@ -1,4 +1,4 @@
-"""Box2D's settings as a program to paste."""
+"""Writes Box2D's settings as a program, ready to paste."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from carom_adapters.shared.legs import Driven, find_first_velocity, format_progr
 from carom_adapters.shared.settings_code import count_steps, format_assignments, format_comment, format_disc
 from carom_adapters.shared.walls import compute_thickness
 
-#: Comment of the program on the scale of velocities.
+#: Comment in the program that explains the scale of velocities.
 SCALED = (
     "The world's clock runs this many times faster, and velocities are larger by this factor: Box2D makes contacts "
     "inelastic that close at less than 1 m/s by its clock (b2_velocityThreshold, compiled in). A power of two rounds "
@@ -65,7 +65,7 @@ world.contactListener = belts = Belts()
 TABLE = """        force = {slower} * mass * scale * scale  # of the table, which slows the disc down
         world.CreateFrictionJoint(bodyA=table, bodyB=body, localAnchorA=position, maxForce=force)
 """
-#: Code that makes a driven body: without legs, and with legs.
+#: Code that creates a driven body, without legs and with legs.
 _MADE = "return world.CreateKinematicBody(position=position, linearVelocity=velocity, angularVelocity=spin * scale)"
 _KEPT = f"driven.append({_MADE.removeprefix('return ')})\n    return driven[-1]"
 
@@ -88,10 +88,10 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
                 "velocity": disc.velocity_m_s,
                 "spin": disc.spin_rad_s,
             }
-            if scene.damping_per_s:  # per second of the world's clock
+            if scene.damping_per_s:  # the damping is per second of the world's clock
                 arguments |= dict.fromkeys(("linearDamping", "angularDamping"), fast_clock.damping_per_s)
             arguments |= {"fixedRotation": fixed, "allowSleep": bool(settings.get("sleepingAllowed", True))}
-            # A disc that moves by more than its radius in a step is swept against all others.
+            # A disc that moves by more than its radius in a step is swept against all other bodies.
             arguments["bullet"] = settings.get("sweep") == "fast" and is_fast(disc, float(settings["dt_s"]))
         elif disc.driven:
             arguments = {"velocity": find_first_velocity(disc), "spin": disc.spin_rad_s}

@@ -1,4 +1,7 @@
-"""Walls of a scene as Box2D shapes: deep polygons for half-planes, edges or a chain of edges for chains."""
+"""Walls of a scene as Box2D shapes.
+
+A half-plane becomes a deep polygon, and a chain becomes separate edges or a Box2D chain.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +14,8 @@ from carom.engines.api import AdapterError, Chain, Scene, Setting, Wall
 from carom_adapters.box2d.limits import SHORTEST_PIECE_M
 from carom_adapters.shared.walls import build_rectangle, find_foot, list_points
 
-#: `b2PolygonShape` merges corners closer than half of b2_linearSlop, 2.5e-3, so no wall is smaller than this.
+#: `b2PolygonShape` merges corners that are closer than half of b2_linearSlop, 2.5e-3 m. No wall is smaller than this
+#: size, which is far larger.
 SMALLEST_WALL_M = 0.1
 
 #: Relative rounding of a 32-bit float.
@@ -21,14 +25,15 @@ Point = tuple[float, float]
 
 
 def build_wall_rectangle(scene: Scene, plane: Wall, centre: Point, radius: float) -> tuple[Point, list[Point]]:
-    """Return the position of a half-plane's body, which is the point nearest to the scene, and its corners around it.
+    """Return the position of a half-plane's body, and the corners of its polygon relative to this position.
 
-    Box2D has no half-plane. Fast discs pass through an edge, but a polygon can have any depth.
+    The position is the half-plane's point that is nearest to `centre`. Box2D has no half-plane. Fast discs pass through
+    an edge, but a polygon can have any depth.
 
     Raises:
-        AdapterError: The wall would be so long that 32-bit floats round it by more than the smallest disc.
+        AdapterError: The wall would be so long that 32-bit floats round its corners by more than the smallest disc.
     """
-    # The point of the wall nearest to the scene is chosen, so that the numbers around it are small.
+    # Relative to this point, coordinates near the scene are small.
     foot, gap = find_foot(plane, centre)
     size = max(2.0 * (radius + gap), SMALLEST_WALL_M)
     smallest = min(disc.radius_m for disc in scene.discs)
@@ -41,19 +46,19 @@ def build_wall_rectangle(scene: Scene, plane: Wall, centre: Point, radius: float
 
 
 def list_shape_points(chain: Chain, settings: Mapping[str, Setting]) -> list[list[Point]]:
-    """Return the points of each shape of a chain: one shape with ``chains`` in the settings, else one for each edge.
+    """Return the points of each shape of a chain: one shape with ``chains`` in the settings, else one per edge.
 
-    If a closed chain is one shape, its last point repeats the first.
+    If a closed chain is one shape, the last point repeats the first point.
 
     Raises:
-        AdapterError: The settings have chains, and a piece is shorter than Box2D accepts.
+        AdapterError: The settings have ``chains``, and a piece is shorter than Box2D accepts.
     """
     points = list_points(chain)
     all_points = [*points, points[0]] if chain.closed else points
     if not settings.get("chains", False):
         return [list(pair) for pair in pairwise(all_points)]
     shortest = min(math.dist(a, b) for a, b in pairwise(all_points))
-    # The factor is 2, since 32-bit floats round the points.
+    # The factor of 2 allows for the rounding of points to 32-bit floats.
     if not shortest > 2.0 * SHORTEST_PIECE_M:
         raise AdapterError(
             f"Box2D: the pieces of a chain must be longer than {2.0 * SHORTEST_PIECE_M:g} m, got {shortest:.3g} m; "

@@ -41,9 +41,9 @@ Point = tuple[float, float]
 def list_disc_shapes(scene: Scene) -> list[tuple[int, float, float]]:
     """Return category, restitution and friction of each circle of a disc.
 
-    Box2D uses the larger of two restitutions, and the root of the product of two frictions. If the walls' restitution
-    is smaller, or their friction differs, a disc needs two shapes: one for other discs, and one for walls. The shape
-    for walls has no restitution, and the walls' friction.
+    Box2D uses the larger of two restitutions, and the root of the product of two frictions. A disc needs two shapes if
+    the walls' restitution is smaller than the discs', or if their frictions differ. One shape is for other discs. The
+    other is for walls, and has a restitution of 0 and the walls' friction.
     """
     if scene.walls and (scene.wall_restitution < scene.restitution or scene.wall_friction != scene.friction):
         return [(AMONG_DISCS, scene.restitution, scene.friction), (BEFORE_WALLS, 0.0, scene.wall_friction)]
@@ -51,7 +51,10 @@ def list_disc_shapes(scene: Scene) -> list[tuple[int, float, float]]:
 
 
 def does_sweep(scene: Scene, settings: Mapping[str, Setting], dt_s: float) -> bool:
-    """Whether Box2D sweeps bodies in this scene, see `limits.SWEEPS`. One fast driven body suffices."""
+    """Whether Box2D sweeps bodies in this scene; see `limits.SWEEPS`.
+
+    For "fast", one fast disc or driven body is enough.
+    """
     sweep = settings.get("sweep", "shipped")
     driven = max((body.drive.fastest for body in (*scene.discs, *scene.walls) if body.driven), default=0.0)
     fast = driven * dt_s > min(disc.radius_m for disc in scene.discs) or any(is_fast(one, dt_s) for one in scene.discs)
@@ -59,14 +62,15 @@ def does_sweep(scene: Scene, settings: Mapping[str, Setting], dt_s: float) -> bo
 
 
 def _build_key(contact: Any) -> tuple[Any, ...]:
-    """Return the key of a contact: its bodies, their shapes, and parts of the shapes."""
+    """Return a key that identifies a contact by its bodies, their shapes, and the parts of these shapes."""
     a, b = contact.fixtureA, contact.fixtureB
     return a.body.userData, b.body.userData, a.userData, b.userData, contact.childIndexA, contact.childIndexB
 
 
 def _import_box2d() -> Any:  # untyped: a SWIG module without stubs
     with warnings.catch_warnings():
-        # Box2D's SWIG types have no __module__, so CPython warns; as an error, the warning would end the process.
+        # Box2D's SWIG types have no __module__, so CPython warns. If warnings are errors, this warning would end the
+        # process.
         warnings.simplefilter("ignore")
         return importlib.import_module("Box2D")
 
@@ -78,7 +82,7 @@ class Box2dWorld(QuietSteps):
         require_usable(scene, settings)
         self._box2d = _import_box2d()
         self._asked = dict(settings)
-        # Length of a second in units of the world's clock. Velocities are divided by it.
+        # Length of a second in units of the world's clock. Velocities are divided by this number.
         self._time = 1.0 / float(settings.get("velocity_scale", 1.0))
         scene = scaled(scene, time=self._time)
         self._iterations = (int(settings["velocityIterations"]), int(settings["positionIterations"]))
@@ -117,7 +121,7 @@ class Box2dWorld(QuietSteps):
                 self._add_wall(
                     scene, k, wall.centre_m, [self._box2d.b2CircleShape(radius=compute_thickness(scene, wall))]
                 )
-        if any(self._belts.values()):  # only a listener can set the speed of a belt for a contact
+        if any(self._belts.values()):  # only a listener can set the speed of the belt for a contact
             self._listen()
 
     def _add_disc(self, scene: Scene, i: int) -> None:
@@ -145,7 +149,7 @@ class Box2dWorld(QuietSteps):
                 categoryBits=category,
                 maskBits=category,
             )
-        if not disc.immovable:  # after the shapes, which would set another mass
+        if not disc.immovable:  # this follows the creation of shapes, which sets another mass
             # Box2D sets the inverse inertia of a body that does not turn to 0.
             inertia = 1.0 if body.fixedRotation else disc.inertia_factor * disc.mass_kg * disc.radius_m**2
             body.massData = box2d.b2MassData(mass=disc.mass_kg, center=(0, 0), I=inertia)
@@ -158,7 +162,7 @@ class Box2dWorld(QuietSteps):
         self._bodies.append(body)
 
     def _create_held_body(self, place: Point, scene_body: Driven, spin: float = 0.0) -> Any:
-        """Return a body that no impact moves: it is at rest or driven."""
+        """Return a body that impacts do not move. It is at rest or driven."""
         if not scene_body.driven:
             return self._world.CreateStaticBody(position=place)
         velocity = find_first_velocity(scene_body)
@@ -182,7 +186,8 @@ class Box2dWorld(QuietSteps):
             fixture.userData = number
             if half_width_m is None:  # a circle, which has no skin
                 continue
-            # The skin is set on the body's own shape, because a copied chain would get the default skin.
+            # The skin is set on the shape that the body has, because Box2D copies shapes, and a copied chain has the
+            # default skin.
             skin = float(self._asked.get("polygon_radius_m", fixture.shape.radius))
             fixture.shape.radius = skin + half_width_m
             if not half_width_m:
@@ -212,7 +217,7 @@ class Box2dWorld(QuietSteps):
         return read
 
     def advance(self, steps: int) -> None:
-        """Call `b2World.Step` this many times. Between steps driven bodies start their legs."""
+        """Call `b2World.Step` `steps` times. Between steps, driven bodies get the velocities of their legs."""
         step, dt_s, iterations = self._world.Step, self._clock.dt_s, self._iterations
         self._solved.clear()
         for count in self._legs.split_steps(steps):
@@ -223,10 +228,10 @@ class Box2dWorld(QuietSteps):
             self._clock.count(count)
 
     def observe(self) -> Observation:
-        """Read every body, and the contacts that Box2D has reported to the listener.
+        """Return the state of every disc, and the contacts that Box2D has reported to the listener.
 
         Box2D finds contacts and then moves the bodies, so the contacts of step k (from 0) are at ``k dt_s``. The first
-        observation creates the listener, so a world that is only timed has no listener.
+        observation creates the listener, so that a world that is only timed has no listener.
         """
         if self._listener is None:
             self._listen()
@@ -240,7 +245,7 @@ class Box2dWorld(QuietSteps):
         return replace(observation, warning=warning) if warning else observation
 
     def read(self) -> list[tuple[float, ...]]:
-        """Return position, velocity and spin of each body. A velocity is per second of the scene."""
+        """Return position, velocity and spin of each disc. The unit of time is the scene's second."""
         time, turns = self._time, self._turns
         states = [(body, body.position, body.linearVelocity) for body in self._bodies]
         return [
@@ -256,14 +261,14 @@ class Box2dWorld(QuietSteps):
 
         class Listener(self._box2d.b2ContactListener):  # type: ignore[misc, name-defined] # made at run time
             def PreSolve(self, contact: Any, _old: Any) -> None:  # noqa: N802 - Box2D's name
-                manifold = contact.worldManifold  # kept alive, since its normal is a view into it
+                manifold = contact.worldManifold  # the manifold is kept alive, since its normal is a view of its memory
                 normals[_build_key(contact)] = tuple(manifold.normal)
                 for fixture in (contact.fixtureA, contact.fixtureB):
                     if belt := belts.get(fixture.body.userData, 0.0):
-                        contact.tangentSpeed = -belt  # Box2D's tangent is to the right of the normal
+                        contact.tangentSpeed = -belt  # Box2D's tangent points to the right of the normal
 
             def PostSolve(self, contact: Any, impulse: Any) -> None:  # noqa: N802 - Box2D's name
-                # The bodies have moved since the contact was found, and the manifold's normal has changed with them.
+                # The bodies have moved since the contact was found, and this has changed the manifold's normal.
                 pair = (contact.fixtureA.body.userData, contact.fixtureB.body.userData)
                 tangential = sum(impulse.tangentImpulses)
                 solved.append((*pair, normals[_build_key(contact)], sum(impulse.normalImpulses), tangential))
@@ -275,25 +280,25 @@ class Box2dWorld(QuietSteps):
         at_s = self._clock.step_began_s / self._time
         found = []
         for a, b, (nx, ny), impulse, tangential in self._sum_contacts():
-            length = math.hypot(nx, ny)  # its length is 1 only to 32 bits
-            # Box2D's tangent is the normal turned by -90 degrees.
+            length = math.hypot(nx, ny)  # the normal's length is 1 only to the precision of 32-bit floats
+            # Box2D's tangent is its normal turned by -90 degrees.
             along = -tangential * self._time if self._turns else None
             found.append(oriented_contact(a, b, at_s, (nx / length, ny / length), impulse * self._time, along))
         return tuple(found)
 
     def _sum_contacts(self) -> list[tuple[Any, Any, Point, float, float]]:
-        """Return the solved contacts. Contacts of a disc with several edges of one chain are summed."""
-        # Box2D reports a contact for as long as it lasts.
+        """Return the solved contacts. If a disc touches several edges of one chain, these contacts are summed."""
+        # Box2D reports a contact as long as it lasts, even without an impulse.
         pushes = [push for push in self._solved if push[3] > 0]
         found = [push for push in pushes if not self._chains & {push[0], push[1]}]
         for pair in dict.fromkeys(push[:2] for push in pushes if self._chains & {push[0], push[1]}):
             of_pair = [push[2:] for push in pushes if push[:2] == pair]
             along_x, along_y = (sum(normal[i] * impulse for normal, impulse, _ in of_pair) for i in (0, 1))
-            # Box2D's tangent is the normal turned by -90 degrees.
+            # Box2D's tangent is its normal turned by -90 degrees.
             across_x = sum(normal[1] * tangential for normal, _, tangential in of_pair)
             across_y = sum(-normal[0] * tangential for normal, _, tangential in of_pair)
             size = math.hypot(along_x, along_y)
-            if len(of_pair) == 1 or not size:  # the sum is 0 if opposite edges push equally
+            if len(of_pair) == 1 or not size:  # if opposite edges push equally, the sum is 0
                 found += [(*pair, *push) for push in of_pair]
                 continue
             nx, ny = along_x / size, along_y / size
@@ -302,9 +307,9 @@ class Box2dWorld(QuietSteps):
         return found
 
     def _find_warning(self, observation: Observation) -> str:
-        # If an impact makes a body too fast, the scene can no longer be refused.
+        # Impacts can make a body too fast. Then it is too late to refuse the scene, so the run gets a warning.
         dt_s = self._clock.dt_s / self._time
-        fastest = math.hypot(*observation.velocity_m_s.ravel().tolist())  # a bound for all discs
+        fastest = math.hypot(*observation.velocity_m_s.ravel().tolist())  # an upper bound for the speed of each disc
         if fastest * dt_s > LONGEST_MOVE_M and (
             (fastest := float(np.hypot(*observation.velocity_m_s.T).max())) * dt_s > LONGEST_MOVE_M
         ):
@@ -320,7 +325,10 @@ class Box2dWorld(QuietSteps):
         self._clock.cut(dt_s * self._time)
 
     def touching(self) -> frozenset[tuple[int, int]]:
-        """Return the pairs that Box2D finds in contact in a step of length 0, which moves and solves nothing."""
+        """Return the pairs that Box2D finds in contact in a step of length 0.
+
+        Such a step moves no body and solves no contact.
+        """
         self._world.Step(0.0, 0, 0)
         found = set()
         for contact in self._world.contacts:
@@ -344,7 +352,7 @@ class Box2dWorld(QuietSteps):
             body.position, body.linearVelocity, body.angularVelocity = position, velocity, spin
 
     def close(self) -> None:
-        """Release the world. Its memory is freed when no reference to it is left."""
+        """Drop the references to the world. Its memory is freed with the last reference."""
         self._world.contactListener = None
         del self._bodies, self._movable, self._driven, self._legs, self._walls, self._skinned, self._table
         del self._listener, self._world

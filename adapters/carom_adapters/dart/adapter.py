@@ -1,4 +1,4 @@
-"""Adapter of DART (the wheel `dartpy`), a 3D engine that solves a boxed LCP over velocities in 64-bit floats."""
+"""Adapter of DART (the wheel `dartpy`), a 3D engine that solves a boxed LCP for velocities with 64-bit floats."""
 
 from __future__ import annotations
 
@@ -8,22 +8,22 @@ from carom_adapters.dart.settings_code import write_code
 from carom_adapters.dart.world import DartWorld
 from carom_adapters.shared import engine_adapter as shared
 
-#: Constraint-force mixing reduces velocities and energy at each elastic impact. The declared accuracy allows the
-#: velocity and energy that sixteen impacts lose.
+#: Constraint-force mixing reduces velocities and energy at each elastic impact. The declared accuracy allows the losses
+#: of sixteen impacts.
 CHAIN = Accuracy(velocity=16 * 2 * MIXING, energy=16 * 4 * MIXING)
 
 _TUNED: shared.Settings = {
     # Spheres collide with spheres in closed form.
     "collision_detector": "DART",
-    # Overlapping bodies are not pushed apart through their velocities.
+    # The correction of overlaps does not change velocities.
     "split_impulse": True,
 }
 
 
 adapter = shared.EngineAdapter(
     name="dart",
-    # DART has split impulses since release 6.20. Earlier releases run these profiles without split impulses, and the
-    # settings that are read back show it.
+    # DART has split impulses since release 6.20. Earlier releases run these profiles without split impulses. The
+    # settings that are read back show this.
     engine=shared.build_engine("DART", "dart", "dartpy", oldest="6.16", newest_tried="6.20"),
     capabilities=CAPABILITIES,
     knobs={"collision_detector": Knob(choices=DETECTORS), "split_impulse": Knob(choices=(False, True))},

@@ -1,10 +1,10 @@
-"""Limits of DART: its settings by name, and the range of scenes."""
+"""Limits of DART: names of its settings, and supported scenes."""
 
 from __future__ import annotations
 
 from carom.engines.api import Capabilities
 
-#: ``collision_detector`` is one of `DETECTORS`; ``split_impulse`` is an option of the constraint solver.
+#: ``collision_detector`` is one of `DETECTORS`. ``split_impulse`` is an option of the constraint solver.
 SETTINGS = ("collision_detector", "split_impulse")
 
 #: Members of `CollisionDetectorType`.
@@ -20,10 +20,10 @@ MIXING = 1e-5
 CAPABILITIES = Capabilities(
     gravity=True,
     restitution=(0.0, 1.0),
-    # DART multiplies the coefficients of two bodies, and replaces a coefficient above 1 by 0. So a wall's coefficient
-    # can't compensate for a smaller coefficient of the discs.
+    # DART multiplies the restitutions of two bodies, and replaces a restitution above 1 by 0. So a wall's restitution
+    # above 1 can't compensate for discs with a restitution below 1.
     restitution_combine="product",
-    # DART_BOUNCING_VELOCITY_THRESHOLD, compiled in: DART makes contacts inelastic that close at this speed or less.
+    # DART_BOUNCING_VELOCITY_THRESHOLD, compiled in. DART makes contacts with at most this closing speed inelastic.
     restitution_threshold_m_s=0.1,
     max_speed_m_s=FASTEST_BOUNCE_M_S,
     dimensions=3,

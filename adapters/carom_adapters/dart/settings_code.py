@@ -1,4 +1,4 @@
-"""DART's settings as a program to paste."""
+"""Writes DART's settings as a program, ready to paste."""
 
 from __future__ import annotations
 

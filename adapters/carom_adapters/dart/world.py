@@ -27,7 +27,7 @@ from carom_adapters.dart.limits import CAPABILITIES, DETECTORS, FASTEST_BOUNCE_M
 
 
 class DartWorld:
-    """One `World` of spheres that do not turn. Each sphere moves on a joint with two translations."""
+    """One `World` of spheres that do not turn. Each sphere moves on a joint that allows two translations."""
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
         require_sound("DART", scene, settings, SETTINGS, words={"collision_detector": DETECTORS})
@@ -43,10 +43,10 @@ class DartWorld:
         self._solver: Any = self._world.getConstraintSolver()
         if "collision_detector" in settings:
             self._detect_by(str(settings["collision_detector"]))
-        if "split_impulse" in settings and hasattr(self._solver, "setSplitImpulseEnabled"):  # from 6.20 on
+        if "split_impulse" in settings and hasattr(self._solver, "setSplitImpulseEnabled"):  # since release 6.20
             self._solver.setSplitImpulseEnabled(bool(settings["split_impulse"]))
         self._discs: list[Any] = []
-        # DART multiplies the coefficients of two bodies.
+        # DART multiplies the restitutions of two bodies.
         of_disc, of_wall = factored_restitutions(scene)
         for i, disc in enumerate(scene.discs):
             self._add_disc(i, disc.radius_m, None if disc.immovable else disc.mass_kg, of_disc)
@@ -63,7 +63,7 @@ class DartWorld:
         if hasattr(self._world, "setCollisionDetector"):
             self._world.setCollisionDetector(getattr(self._dart.simulation.CollisionDetectorType, name))
             return
-        kinds = self._dart.collision  # until 6.19 the detector belongs to the solver, and is given as an object
+        kinds = self._dart.collision  # up to release 6.19, the detector is an object that belongs to the solver
         kind = next((kind for kind in dir(kinds) if kind.upper() == f"{name}COLLISIONDETECTOR"), None)
         if kind is None:
             raise AdapterError(f"this release of dartpy has no collision detector of {name}; choose another")
@@ -81,7 +81,7 @@ class DartWorld:
         self._discs.append(skeleton)
 
     def _add_shape(self, body: Any, shape: Any, number: int, restitution: float) -> None:
-        """Give a body its shape. The shape's name is the body's number, which identifies its contacts."""
+        """Add a body's shape. The shape's name is the body's number, and identifies the bodies of a contact."""
         node = body.createShapeNode(shape)
         node.setName(str(number))
         node.createCollisionAspect()
@@ -96,7 +96,7 @@ class DartWorld:
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings, read back from DART. A release without split impulses reports them as off."""
+        """The settings, read back from DART. For a release without split impulses, the setting is False."""
         told_by = self._world if hasattr(self._world, "getCollisionDetector") else self._solver
         detector = type(told_by.getCollisionDetector()).__name__.upper()
         return {
@@ -113,7 +113,7 @@ class DartWorld:
         self._clock.count(steps)
 
     def observe(self) -> Observation:
-        """Read every body, and the contacts that the last step solved.
+        """Return the state of every disc, and the contacts that the last step solved.
 
         DART finds contacts and then moves the bodies, so the contacts of step k (from 0) are at ``k dt_s``.
         """
@@ -124,11 +124,13 @@ class DartWorld:
 
     def _read_contacts(self) -> list[Contact]:
         found = []
-        result = self._world.getLastCollisionResult()  # kept alive, because until 6.19 contacts vanish with this result
+        # kept alive, because up to release 6.19 the contacts are freed with this result
+        result = self._world.getLastCollisionResult()
         for contact in result.getContacts():
             nx, ny, nz = map(float, contact.normal)  # DART's normal points from the second object to the first
             normal, impulse = (nx, ny), math.hypot(*contact.force) * self._clock.dt_s
-            if nz != 0.0:  # until 6.19 spheres are meshes by default, whose contacts lean out of the plane
+            # up to release 6.19, spheres are meshes by default, and normals of their contacts lean out of the plane
+            if nz != 0.0:
                 normal, impulse = flattened(normal, impulse)
             if impulse == 0.0:  # a contact without effect
                 continue
@@ -141,7 +143,7 @@ class DartWorld:
         return int(first.getShapeFrame().getName()), int(second.getShapeFrame().getName())
 
     def _find_warning(self, velocity: Any, contacts: tuple[Contact, ...]) -> str:
-        # When an impact has made a body too fast, it is too late to refuse the scene.
+        # Impacts can make a body too fast. Then it is too late to refuse the scene, so the run gets a warning.
         scene = self._scene
         for contact in contacts:
             first, second = contact.first, contact.second
@@ -170,7 +172,7 @@ class DartWorld:
         )
 
     def save(self) -> object:
-        """Return positions and velocities, which are the whole state."""
+        """Return positions and velocities. There is no other state."""
         states = [(skeleton.getPositions(), skeleton.getVelocities()) for skeleton in self._discs]
         return (self._clock.now_s, states)
 
@@ -181,5 +183,5 @@ class DartWorld:
         self._put(states)
 
     def close(self) -> None:
-        """Release the world. Its memory is freed when no reference to it is left."""
+        """Drop the references to the world. Its memory is freed with the last reference."""
         del self._discs, self._world

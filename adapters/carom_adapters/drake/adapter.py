@@ -28,7 +28,7 @@ adapter = shared.EngineAdapter(
             "Drake's defaults with a continuous plant, but without dissipation or friction: stiffness, accuracy and "
             "integrator are the defaults.",
             shared.add_step({}),
-            # Bodies are in contact for pi * sqrt(mass / stiffness), some milliseconds, in which the normal turns.
+            # A contact lasts for pi * sqrt(mass / stiffness), some milliseconds. In this time the normal turns.
             Accuracy(late_steps=1.0, velocity=0.05, energy=0.01),
             changed={
                 "time_step": "0, which makes a continuous plant: a discrete plant, the default, has no bounce",
@@ -42,7 +42,7 @@ adapter = shared.EngineAdapter(
             "The most exact settings known, from Carom's own measurements: contacts ten thousand times as stiff, and "
             "steps of the integrator that are short enough for slow contacts.",
             shared.add_step(_TUNED),
-            # Measured with an accuracy of 1e-7 in each of the integrator's steps.
+            # These errors were measured with an accuracy of 1e-7 for each step of the integrator.
             Accuracy(velocity=1e-3, energy=1e-3),
         ),
     },

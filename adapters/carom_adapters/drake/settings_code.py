@@ -1,4 +1,4 @@
-"""Drake's settings as a program to paste."""
+"""Writes Drake's settings as a program, ready to paste."""
 
 from __future__ import annotations
 

@@ -26,12 +26,13 @@ from carom.engines.api import (
 from carom_adapters.drake.limits import CAPABILITIES, LEAST, SETTINGS
 
 
-def _import_modules() -> Any:  # Drake's modules, by short names
+def _import_modules() -> Any:  # Drake's modules under short names
     from pydrake import geometry, math
     from pydrake.multibody import plant, tree
     from pydrake.systems import analysis, framework
 
-    # Drake warns for each half-space that deformable bodies do not support it, although there are none.
+    # For each half-space, Drake warns that deformable bodies do not support half-spaces, although there are no
+    # deformable bodies.
     logging.getLogger("drake").setLevel(logging.ERROR)
     return SimpleNamespace(geometry=geometry, math=math, plant=plant, tree=tree, analysis=analysis, framework=framework)
 
@@ -50,7 +51,7 @@ class DrakeWorld:
         self._clock = StepClock(float(settings["dt_s"]))
         self._number: dict[Any, int] = {}
         builder = drake.framework.DiagramBuilder()
-        # Drake's own function for this, AddMultibodyPlantSceneGraph, leaks 95 kB.
+        # Drake has the function AddMultibodyPlantSceneGraph for this, but it leaks 95 kB.
         self._plant, _ = drake.plant.AddMultibodyPlant(drake.plant.MultibodyPlantConfig(time_step=0.0), builder)
         self._plant.mutable_gravity_field().set_gravity_vector([*scene.gravity_m_s2, 0.0])
         joints = [self._add_disc(scene, i) for i in range(len(scene.discs))]
@@ -72,12 +73,12 @@ class DrakeWorld:
                 joint.set_translation(self._context, disc.position_m)
                 joint.set_translational_velocity(self._context, disc.velocity_m_s)
         self._simulator.Initialize()
-        #: Greatest push of each contact in the last step, and the normal at that instant.
+        #: For each contact of the last step, the greatest force, and the normal at the instant of this force.
         self._pushed: dict[tuple[int, int], tuple[float, tuple[float, float]]] = {}
         self._watched = False
 
     def _add_disc(self, scene: Scene, i: int) -> Any:
-        """Add a disc and return its joint. An immovable disc is part of the world and has no joint."""
+        """Add a disc and return its joint; None for an immovable disc, which is part of the world."""
         drake, disc = self._drake, scene.discs[i]
         ball = drake.geometry.Sphere(disc.radius_m)
         if disc.immovable:
@@ -103,11 +104,15 @@ class DrakeWorld:
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings, read back from Drake. ``point_stiffness`` is the default for bodies without their own value."""
+        """The settings, read back from Drake.
+
+        ``point_stiffness`` is the default of bodies that do not set this property.
+        """
         integrator = self._simulator.get_integrator()
         shipped = self._drake.geometry.SceneGraphConfig().default_proximity_properties.point_stiffness
         return {
-            # Releases up to 1.35 have no default stiffness: a plant derives one from gravity and masses.
+            # Releases up to 1.35 have no default stiffness. There, a plant computes the stiffness from gravity and
+            # masses.
             **({} if shipped is None else {"point_stiffness": shipped}),
             "integration_scheme": _format_scheme(integrator),
             **self._asked,
@@ -117,7 +122,7 @@ class DrakeWorld:
     def advance(self, steps: int) -> None:
         """Take steps.
 
-        A step consists of as many of the integrator's steps as the integrator's error control requires.
+        The error control of the integrator determines the number of the integrator's steps in a step.
         """
         for _ in range(steps):
             self._pushed = {}
@@ -125,10 +130,10 @@ class DrakeWorld:
             self._simulator.AdvanceTo(self._clock.now_s)
 
     def observe(self) -> Observation:
-        """Read every body, and the contacts that a monitor found in the integrator's steps.
+        """Return the state of every disc, and the contacts that a monitor found in the integrator's steps.
 
         A contact can begin and end within a step, so the state at the end of the step may not show it. The first
-        observation creates the monitor, so a world that is only timed has no monitor.
+        observation creates the monitor, so that a world that is only timed has no monitor.
         """
         if not self._watched:
             self._watched = True
@@ -153,16 +158,16 @@ class DrakeWorld:
     def _read_contacts(self) -> list[Contact]:
         at_s, found = self._clock.step_began_s, []
         for (b, a), (_, normal) in self._pushed.items():
-            # Forces are known only at single instants, so the impulse, which is their integral, is unknown.
+            # The impulse is the integral of the force. It is not known, since forces are known only at single instants.
             found.append(replace(oriented_contact(b, a, at_s, normal, 0.0), impulse_n_s=None))
         return found
 
     def close(self) -> None:
-        """Release the simulator. The last reference to the simulator frees its memory."""
+        """Drop the references to the simulator. Its memory is freed with the last reference."""
         self._simulator.clear_monitor()
         del self._context, self._simulator, self._diagram, self._plant
 
 
 def _format_scheme(integrator: Any) -> str:
-    """Return an integrator's name in `GetIntegrationSchemes`: ``runge_kutta3`` for a `RungeKutta3Integrator`."""
+    """Return an integrator's name in `GetIntegrationSchemes`, such as ``runge_kutta3`` for `RungeKutta3Integrator`."""
     return re.sub(r"(?<!^)(?=[A-Z])", "_", type(integrator).__name__.removesuffix("Integrator")).lower()

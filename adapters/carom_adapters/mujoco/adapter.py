@@ -11,8 +11,8 @@ from carom_adapters.mujoco.settings_code import write_code
 from carom_adapters.mujoco.world import MujocoWorld
 from carom_adapters.shared import engine_adapter as shared
 
-#: MuJoCo places contact points of cylinders off their middle, which causes errors of up to 6.3e-4 of the scene's speed
-#: (for a disc in a box, at 240 steps a second).
+#: MuJoCo does not place contact points in the middle of cylinders. This causes errors of up to 6.3e-4 times the scene's
+#: speed (for a disc in a box, at 240 steps a second).
 CYLINDER_ACCURACY = Accuracy(velocity=1e-3)
 
 _DEFAULT: shared.Settings = {"joints": "free", "stiffness": 1000.0}
@@ -20,32 +20,33 @@ _DEFAULT: shared.Settings = {"joints": "free", "stiffness": 1000.0}
 _TUNED: shared.Settings = {
     "joints": "slide",
     "stiffness": 0.0,
-    # The impedance is the same at any depth, and the highest that MuJoCo accepts. The impedance has no effect on
-    # the bounce.
+    # The impedance is the highest that MuJoCo accepts, and the same at any depth. The impedance has no effect on the
+    # bounce.
     "solimp": "0.9999 0.9999 0.001 0.5 2",
-    # The bounce is an Euler step of the contact's damping. Other integrators change the bounce.
+    # The contact's damping, integrated over one Euler step, is the bounce. Other integrators would change the bounce.
     "integrator": "Euler",
     # The sparse Cholesky factorisation of MuJoCo 4.0.0 is wrong (google-deepmind/mujoco#3767).
     "jacobian": "dense",
-    # With friction, contacts are solved one after another. MuJoCo's own optimum of push and friction makes sliding
-    # bodies rise, at the speed of friction times slip.
+    # In scenes with friction, contacts are solved one after another. If MuJoCo optimises normal force and friction
+    # together, sliding bodies lift off, at a speed of the friction coefficient times the slip.
     "in_turn": True,
     # The solver ends when it can't improve further.
     "tolerance": 0.0,
-    # A run with a huge state continues instead of being reset to the start.
+    # A run whose numbers become huge continues, and is not reset to the start.
     "autoreset": False,
-    # If a disc moves so far in a step that it may pass through another disc, MuJoCo makes an early contact.
+    # If a disc moves so far in a step that it may pass through another disc, MuJoCo creates a contact before the discs
+    # touch.
     "speculative": True,
 }
 
 _NO_CCD: shared.Settings = {**_TUNED, "speculative": False}
 
-#: MuJoCo's broad phase rounds to 32 bits, and leaves out contacts shallower than about 1e-7 m; listed pairs bypass
-#: it. A speculative contact acts before bodies touch, so the instant of an impact can't be located. A warm start
-#: would use impulses of a step that was undone.
+#: MuJoCo's broad phase rounds to 32 bits, and omits contacts with an overlap of less than about 1e-7 m. Listed pairs do
+#: not use the broad phase. A speculative contact acts before bodies touch, so the instant of an impact could not be
+#: located. A warm start would use impulses of a step that was undone.
 _LOCATED: shared.Settings = {**_NO_CCD, "listed_pairs": True, "warmstart": False}
 
-#: Cylinders touch along a line, but MuJoCo keeps only single points of this line, away from its middle. Cylinders
+#: Cylinders touch along a line, but MuJoCo keeps only single points of this line, away from its middle. So cylinders
 #: that can turn tip over.
 _CYLINDER: shared.Settings = {**_TUNED, "shape": "cylinder", "ccd_tolerance": 1e-12, "ccd_iterations": 500}
 
@@ -55,13 +56,13 @@ _PLAIN_CYLINDER: shared.Settings = {**_TUNED, "shape": "cylinder", "joints": "fr
 adapter = shared.EngineAdapter(
     name="mujoco",
     # Release 2.3 fails with the adapter's settings of a pair. MuJoCo has speculative contacts since release 4.0.
-    # Releases 3.x run these profiles without speculation, and the settings that are read back show it.
+    # Releases 3.x run these profiles without speculative contacts. The settings that are read back show this.
     engine=shared.build_engine("MuJoCo", "mujoco", "mujoco", oldest="3.0", newest_tried="4.0"),
     capabilities=CAPABILITIES,
     knobs={
         "joints": Knob(choices=("free", "slide")),
         "stiffness": Knob(choices=(0.0, 1e2, 1e3, 1e4, 1e5, 1e6)),
-        # The default, and the highest impedance that MuJoCo accepts.
+        # The choices are the default, and the highest impedance that MuJoCo accepts.
         "solimp": Knob(choices=("0.9 0.95 0.001 0.5 2", "0.9999 0.9999 0.001 0.5 2")),
         "integrator": Knob(choices=("Euler", "RK4", "implicit", "implicitfast")),
         "jacobian": Knob(choices=("dense", "sparse")),

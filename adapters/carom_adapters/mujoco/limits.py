@@ -1,4 +1,4 @@
-"""Limits of MuJoCo: its settings by name, the range of scenes, and input checks."""
+"""Limits of MuJoCo: names of its settings, supported scenes, and input checks."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import replace
 from carom.engines.api import AdapterError, Scene, Setting, require_sound, require_supported
 from carom_adapters.shared.engine_adapter import GENERAL
 
-#: Attributes of MJCF's ``option`` and of its ``flag``, by MuJoCo's names.
+#: Attributes of MJCF's ``option``, and of its child ``flag``. The names are MuJoCo's.
 OPTION_SETTINGS = (
     "integrator",
     "jacobian",
@@ -22,7 +22,7 @@ OPTION_SETTINGS = (
 )
 FLAG_SETTINGS = ("warmstart", "autoreset", "speculative")
 
-#: MJCF's names of the members of `mujoco.mjtIntegrator`.
+#: Names that MJCF has for the members of `mujoco.mjtIntegrator`.
 MJCF_INTEGRATORS = {
     "mjINT_EULER": "Euler",
     "mjINT_RK4": "RK4",
@@ -31,12 +31,12 @@ MJCF_INTEGRATORS = {
     "mjINT_DISCRETE": "discrete",
 }
 
-#: ``joints`` is "free" (six axes for each disc) or "slide" (x and y; z and a hinge too if discs turn). ``stiffness``
-#: (1/s**2) is the stiffness of a contact, 0 for none: see `_compute_solref` of `model`. ``solimp`` is a geom's
-#: attribute. With ``listed_pairs`` each pair of bodies is listed in the model and tested in every step, as in
-#: `located`. ``shape`` is "sphere" or "cylinder"; a cylinder is as high as it is wide. With ``in_turn`` contacts with
-#: friction are solved one after another: first the push, and then friction within its bounds, as in the law of impacts.
-#: Without `in_turn` MuJoCo solves all contacts at once, as an optimum.
+#: ``joints`` is "free" (six axes for each disc) or "slide" (x and y; if discs turn, also z and a hinge). ``stiffness``
+#: (1/s**2) is the stiffness of a contact, 0 for none; see `_compute_solref` of `model`. ``solimp`` is an attribute of a
+#: geom. With ``listed_pairs`` each pair of bodies is listed in the model and tested in every step, as in `located`.
+#: ``shape`` is "sphere" or "cylinder". A cylinder is as high as it is wide. With ``in_turn`` contacts with friction are
+#: solved one after another: first the normal force, and then friction within the bounds that the normal force sets, as
+#: in the law of impacts. Without ``in_turn`` MuJoCo solves all contacts together, as an optimisation problem.
 OTHER_SETTINGS = ("joints", "stiffness", "solimp", "listed_pairs", "shape", "in_turn")
 
 #: Settings with a few possible words.
@@ -49,32 +49,33 @@ WORDS: Mapping[str, tuple[str, ...]] = {
     "solver": ("PGS", "CG", "Newton"),
 }
 
-#: MuJoCo's mjMAXVAL. A coordinate, velocity or acceleration beyond mjMAXVAL counts as bad.
+#: MuJoCo's mjMAXVAL. MuJoCo treats a coordinate, velocity or acceleration above mjMAXVAL as an error.
 LARGEST_VALUE = 1e10
 
-#: MuJoCo ignores steps of the solver with accelerations below mjMINVAL, 1e-15. The limit here is far above it.
+#: MuJoCo ignores steps of the solver with accelerations below mjMINVAL, 1e-15. The limit here is far above mjMINVAL.
 LEAST_ACCELERATION_M_S2 = 1e-12
 
-#: Largest number of discs in a scene whose pairs are listed. A scene with this number of discs has half a million
-#: pairs, which MuJoCo compiles in seconds.
+#: Largest number of discs in a scene whose pairs are listed. With this number of discs, there are half a million pairs.
+#: MuJoCo compiles these in seconds.
 MOST_LISTED = 1000
 
 CAPABILITIES = replace(
     GENERAL,
     damping=True,
     spin=True,
-    # Rounding moves a contact point off the line of centres, so an impulse there turns the disc. A smaller inertia lets
-    # the disc turn more. With this inertia factor, the relative change of the spin is 5e-9 for discs at 200 radii from
-    # the origin. MuJoCo itself refuses an inertia below mjMINVAL, 1e-15 in units of the model.
+    # Because of rounding, a contact point is not exactly on the line of centres. So an impulse at this point turns the
+    # disc. The smaller the inertia, the more the disc turns. With this inertia factor, the relative change of the spin
+    # is 5e-9 for discs at a distance of 200 radii from the origin. MuJoCo itself refuses an inertia below mjMINVAL,
+    # 1e-15 in units of the model.
     min_inertia_factor=1e-5,
-    # MuJoCo's mjMINMU. MuJoCo silently raises a smaller coefficient, except 0, to mjMINMU. From 1e80 on MuJoCo applies
-    # no friction, since the coefficient's fourth power overflows.
+    # The least coefficient is MuJoCo's mjMINMU. MuJoCo silently raises a smaller coefficient, except 0, to mjMINMU.
+    # From a coefficient of 1e80 on, MuJoCo applies no friction, since the coefficient's fourth power overflows.
     friction=(1e-5, 1e30),
     continuous_detection=True,
     max_speed_m_s=LARGEST_VALUE,
     max_coordinate_m=LARGEST_VALUE,
-    # MuJoCo's mjMINVAL is 1e-15. MuJoCo refuses a body lighter than mjMINVAL, and invents a normal for centres that are
-    # closer. The limit here is far from the latter.
+    # MuJoCo's mjMINVAL is 1e-15. MuJoCo refuses a body whose mass is below mjMINVAL. If the distance of two centres is
+    # below mjMINVAL, MuJoCo uses an arbitrary normal. The least radius is far above such distances.
     min_radius_m=1e-12,
     min_mass_kg=math.nextafter(1e-15, 1.0),
     # A contact's regularisation, (1 - impedance) / impedance / mass with impedance 0.9999, must not fall below
@@ -90,12 +91,12 @@ def does_solve_in_turn(scene: Scene, settings: Mapping[str, Setting]) -> bool:
 
 
 def does_list_pairs(scene: Scene, settings: Mapping[str, Setting]) -> bool:
-    """Whether each pair of bodies is listed in the model. Only listed pairs have their own parameters of slip."""
+    """Whether each pair of bodies is listed in the model. Parameters of slip can be set only for listed pairs."""
     return bool(settings.get("listed_pairs", False)) or does_solve_in_turn(scene, settings)
 
 
 def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
-    """Refuse scenes that are not supported, and input that MuJoCo rejects or on which it would fail silently.
+    """Refuse scenes that are not supported, and input that MuJoCo rejects or for which it would fail silently.
 
     Raises:
         AdapterError: A capability excludes the scene, a setting has an unknown name or value, or damping, the number of

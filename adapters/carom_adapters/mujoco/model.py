@@ -10,37 +10,38 @@ from carom.engines.api import Chain, Ring, Scene, Setting, reach, wall_body, wal
 from carom_adapters.mujoco.limits import FLAG_SETTINGS, OPTION_SETTINGS, does_list_pairs, does_solve_in_turn
 from carom_adapters.shared.walls import compute_thickness, cut_chain
 
-#: `mju_QCQP2`, which fits friction into its cone, has two limits. The function gives no friction if a determinant is
-#: below 1e-10, and it accepts errors of 1e-10 N^2. The determinant of a contact is at least friction**4 / mass**2. In
-#: the chosen unit of mass, the heaviest disc has at most this number times the square of the friction, and at most 1.
-#: With this mass, the determinant is far above its limit, and the error is small.
+#: `mju_QCQP2`, which restricts friction to its cone, has two limits. It returns no friction if a determinant is below
+#: 1e-10, and it accepts errors of 1e-10 N^2. The determinant of a contact is at least friction**4 / mass**2. The unit
+#: of mass is chosen so that the heaviest disc's mass is at most 1, and at most this number times the square of the
+#: friction coefficient. Then the determinant is far above its limit, and the error is small.
 MASS_OVER_FRICTION_SQUARED = 1e4
 
 #: The impedance of contacts in `tuned`: the first number of its ``solimp``.
 IMPEDANCE = 0.9999
 
-#: Moment of inertia of a cylinder about a diameter, over mass times radius squared, if height and diameter are equal:
-#: 1/4 + 1/3.
+#: Moment of inertia, about a diameter, of a cylinder whose height equals its diameter, divided by mass times radius
+#: squared: 1/4 + 1/3.
 CYLINDER_TIPS = 7 / 12
 
 
 #: The mass of a driven body, divided by the heaviest disc's mass. With this ratio, an impact changes the driven body's
-#: velocity by 1e-13 of the closing speed. In MuJoCo, impacts push every moving body: a `mocap` body counts as at rest
-#: in contacts.
+#: velocity by 1e-13 times the closing speed. MuJoCo has no moving body that impacts do not push: in contacts, a `mocap`
+#: body counts as at rest.
 DRIVEN_MASS = 2.0**44
-#: The same mass ratio for a solver that ends at a tolerance. From 2**34 on the solver's cost is rounded by more than
-#: the tolerance, and a spring's push is too large: at 2**44 by 1.3 times the closing speed.
+#: The same ratio for a solver that ends at a tolerance. From a ratio of 2**34 on, the rounding of the solver's cost
+#: exceeds the tolerance, and the push of a spring is too large. At 2**44, the error of the velocity is 1.3 times the
+#: closing speed.
 DRIVEN_MASS_IN_TOLERANCE = 2.0**28
 
 
 def _compute_solref(stiffness: float, restitution: float, dt_s: float) -> tuple[float, float]:
-    """Return a contact's ``solref`` in the form (-stiffness, -damping) for this coefficient of restitution.
+    """Return a contact's ``solref`` for a coefficient of restitution, in the form (-stiffness, -damping).
 
     MuJoCo aims at the acceleration ``-damping * v - stiffness * depth`` along the normal, for any masses. Without
-    stiffness, and with a damping of ``(1 + restitution) / dt``, the Euler step turns ``v`` into ``-restitution * v``:
-    an impact that takes one step. With stiffness, the contact is an oscillator that ends after half a period with
-    ``restitution = exp(-pi z / sqrt(1 - z**2))``. Here z is the oscillator's damping ratio. At its end, the contact may
-    pull.
+    stiffness, and with a damping of ``(1 + restitution) / dt``, an Euler step changes the velocity ``v`` to
+    ``-restitution * v``, so an impact takes one step. With stiffness, the contact is an oscillator that ends after half
+    a period with ``restitution = exp(-pi z / sqrt(1 - z**2))``. Here z is the oscillator's damping ratio. At the end of
+    the contact, its force may pull.
     """
     if stiffness == 0:
         return 0.0, -(1.0 + restitution) / dt_s
@@ -50,12 +51,12 @@ def _compute_solref(stiffness: float, restitution: float, dt_s: float) -> tuple[
 
 
 def _compute_solreffriction(scene: Scene, discs: tuple[int, ...], dt_s: float) -> tuple[float, float]:
-    """Return a contact's ``solreffriction`` that ends the slip of these discs within the step.
+    """Return the ``solreffriction`` with which a contact of these discs ends their slip within the step.
 
-    Without `solreffriction`, friction uses the bounce of `solref`, and returns the fraction ``restitution`` of the
-    slip. MuJoCo regularises friction like the push, by ``(1 - d) / d`` of the inverse mass along the normal. Along the
-    slip, the inverse mass is larger because of the inertia. The quotient of both inverse masses compensates for this,
-    as MuJoCo itself does for the push.
+    Without `solreffriction`, friction uses `solref`, and so reverses the fraction ``restitution`` of the slip. MuJoCo
+    regularises friction and the normal force alike, by ``(1 - d) / d`` times the inverse mass along the normal. Along
+    the slip, the inverse mass is larger, because the discs can turn. The quotient of the two inverse masses compensates
+    for this. For the normal force, MuJoCo itself compensates for the regularisation.
     """
     inverse = [1.0 / scene.discs[i].mass_kg for i in discs]
     slip = [(1.0 + 1.0 / scene.discs[i].inertia_factor) / scene.discs[i].mass_kg for i in discs]
@@ -63,7 +64,7 @@ def _compute_solreffriction(scene: Scene, discs: tuple[int, ...], dt_s: float) -
 
 
 def choose_mass_unit(scene: Scene, settings: Mapping[str, Setting]) -> float:
-    """Return the model's units of mass in a kilogram: 1, or a power of two if friction needs another unit."""
+    """Return the number of the model's mass units per kilogram: 1, or a power of two if friction needs another unit."""
     if not does_solve_in_turn(scene, settings):
         return 1.0
     frictions = [scene.friction] * scene.arrays.rubs_discs + [wall.friction for wall in scene.arrays.materials]
@@ -79,7 +80,7 @@ def _format_attributes(**values: object) -> str:
 
 
 def build_mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
-    """Return the model. A geom's name is its body's number, which identifies the bodies of contacts.
+    """Return the model as MJCF. The name of a geom is the number of its body, and identifies the bodies of a contact.
 
     Driven bodies are last.
     """
@@ -87,7 +88,7 @@ def build_mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
     listed = {"contype": "0", "conaffinity": "0"} if does_list_pairs(scene, settings) else {}
     shared = listed | ({"solimp": str(settings["solimp"])} if "solimp" in settings else {})
     unit = choose_mass_unit(scene, settings)
-    # Static bodies collide only with movable ones: a driven body passes through walls.
+    # Static bodies collide only with movable bodies, so that driven bodies pass through walls.
     fixed_attributes = {"contype": "0"} if scene.arrays.driven and not listed else {}
 
     def format_geom(name: str | int, restitution: float, friction: float, **values: object) -> str:
@@ -113,8 +114,8 @@ def build_mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
             return f"<body>{_format_turning(scene, settings, i, unit)}{geom}</body>"
         damped = _format_damping(scene, body.mass_kg)
         if settings["joints"] == "slide":
-            # The inertia about any axis has no effect. The inertia is set, because the inertia of a small disc would be
-            # too small for MuJoCo.
+            # The moments of inertia have no effect. They are set, because those of a small disc would be too small for
+            # MuJoCo.
             return (
                 f'<body><inertial pos="0 0 0" mass="{body.mass_kg!r}" diaginertia="1 1 1"/>'
                 f'<joint type="slide" axis="1 0 0"{damped}/><joint type="slide" axis="0 1 0"{damped}/>{geom}</body>'
@@ -125,8 +126,8 @@ def build_mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
     def format_wall(k: int) -> str:
         material = scene.arrays.materials[k]
         geom = "".join(
-            # The geom of higher priority decides alone. Otherwise MuJoCo would use the larger damping and friction of
-            # the two.
+            # Only the parameters of the geom with the higher priority are used. Otherwise MuJoCo would combine the
+            # parameters of both geoms, and use the larger damping and friction.
             format_geom(name, material.restitution, material.friction, **shape, priority="1", **fixed_attributes)
             for name, shape in zip(list_wall_names(scene, k), _list_wall_shapes(scene, k, dt_s), strict=True)
         )
@@ -140,13 +141,13 @@ def build_mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
 
 
 def sort_bodies(scene: Scene) -> list[int]:
-    """Return discs and walls in the order of the model, by their body numbers. Driven ones are last."""
+    """Return the numbers of all discs and walls in the order of the model. Driven bodies are last."""
     bodies = [*range(len(scene.discs)), *map(wall_body, range(len(scene.walls)))]
     return sorted(bodies, key=lambda one: (scene.discs[one] if one >= 0 else scene.walls[wall_index(one)]).driven)
 
 
 def parse_body(geom: str) -> int:
-    """Return the body number of a geom with this name."""
+    """Return the number of the body to which the geom with a name belongs."""
     return int(geom.partition("/")[0])
 
 
@@ -167,8 +168,10 @@ def _list_wall_shapes(scene: Scene, k: int, dt_s: float) -> list[dict[str, objec
         return [{"type": "capsule", "size": compute_thickness(scene, wall), "fromto": one} for one in ends]
     facing = {"zaxis": "{!r} {!r} 0".format(*wall.normal)}
     if not wall.driven:
-        return [{"type": "plane", "size": "0 0 1", "pos": "{!r} {!r} 0".format(*wall.point_m), **facing}]  # infinite
-    # A plane cannot move, so a driven half-plane is a box so large that discs can reach only its face around `point_m`.
+        # a size of 0 means infinite
+        return [{"type": "plane", "size": "0 0 1", "pos": "{!r} {!r} 0".format(*wall.point_m), **facing}]
+    # A plane can't move. So a driven half-plane is a box. The box is so large that discs can reach only its face at
+    # `point_m`.
     centre, radius = reach(scene, dt_s)
     drift = wall.drive.fastest * (scene.duration_s + dt_s)
     half = 2.0 * (radius + drift + math.dist(centre, wall.point_m))
@@ -194,7 +197,7 @@ def _format_driven_start(scene: Scene, settings: Mapping[str, Setting], *, turns
 
 
 def _format_option(scene: Scene, settings: Mapping[str, Setting]) -> str:
-    # In one pass without a warm start, the solver computes each contact's push before its friction.
+    # In one pass without a warm start, the solver computes each contact's normal force before its friction.
     one_pass: dict[str, Setting] = {"cone": "elliptic", "solver": "PGS", "iterations": 1, "warmstart": False}
     values = (one_pass if does_solve_in_turn(scene, settings) else {}) | dict(settings)
     option = _format_attributes(
@@ -210,15 +213,15 @@ def _format_turning(scene: Scene, settings: Mapping[str, Setting], i: int, unit:
     """Return inertia and joints of a disc that may turn."""
     body = scene.discs[i]
     mass, turns = body.mass_kg * unit, math.isfinite(body.inertia_factor)
-    factor = body.inertia_factor if turns else 1.0  # has an effect only if there is a hinge
+    factor = body.inertia_factor if turns else 1.0  # without a hinge, the factor has no effect
     free = turns and settings["joints"] == "free"
     tips = CYLINDER_TIPS if free and settings.get("shape", "sphere") == "cylinder" else factor
     moments = " ".join(repr(moment * mass * body.radius_m**2) for moment in (tips, tips, factor))
     inertial = f'<inertial pos="0 0 0" mass="{mass!r}" diaginertia="{moments}"/>'
     if free:
         return f"{inertial}{_format_free_joint(_format_damping(scene, mass))}"
-    # No force acts along the third slide. The third slide makes MuJoCo's mean inverse mass of all axes equal to that of
-    # one axis.
+    # No force acts along the third axis. With three slides, MuJoCo's mean inverse mass of all axes equals that of each
+    # axis.
     damped = _format_damping(scene, mass)
     slides = "".join(f'<joint type="slide" axis="{axis}"{damped}/>' for axis in ("1 0 0", "0 1 0", "0 0 1"))
     about = _format_damping(scene, factor * mass * body.radius_m**2)
@@ -226,7 +229,7 @@ def _format_turning(scene: Scene, settings: Mapping[str, Setting], i: int, unit:
 
 
 def _format_damping(scene: Scene, inertia: float) -> str:
-    """Return a joint's attribute of damping, a force over a velocity: the rate times the mass or moment of inertia."""
+    """Return the damping attribute of a joint: the rate of damping times the mass or the moment of inertia."""
     return f' damping="{scene.damping_per_s * inertia!r}"' if scene.damping_per_s else ""
 
 
@@ -235,9 +238,9 @@ def _format_free_joint(damped: str) -> str:
 
 
 def list_axis_dampings(scene: Scene, settings: Mapping[str, Setting], inertia: Sequence[float]) -> list[float] | None:
-    """Return the damping about the axes of a free joint with these moments of inertia; None if MJCF already has it.
+    """Return the damping about the axes of a free joint with these moments of inertia; None to keep that of the MJCF.
 
-    MJCF has one damping for all six axes of a free joint: the damping of the mass.
+    In MJCF, all six axes of a free joint have the same damping. The model contains the damping of the mass.
     """
     if not (scene.damping_per_s and scene.arrays.turns and settings["joints"] == "free"):
         return None
@@ -245,7 +248,7 @@ def list_axis_dampings(scene: Scene, settings: Mapping[str, Setting], inertia: S
 
 
 def _format_pairs(scene: Scene, settings: Mapping[str, Setting]) -> str:
-    """Return MJCF for each pair of a disc with another body, unless both are immovable: contact parameters."""
+    """Return the contact parameters, as MJCF, of each pair of a disc and another body, unless both are immovable."""
     dt_s, stiffness, discs = float(settings["dt_s"]), float(settings["stiffness"]), scene.discs
     solimp = {"solimp": str(settings["solimp"])} if "solimp" in settings else {}
     pairs: list[tuple[int, str | int, float, float]] = [

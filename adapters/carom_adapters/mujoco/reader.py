@@ -1,4 +1,4 @@
-"""Reads an MJCF model as a scene: the part in the plane z = 0, as compiled by MuJoCo."""
+"""Reads an MJCF model, compiled by MuJoCo, as a scene. The scene contains the part of the model in the plane z = 0."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from carom.engines.api import AdapterError, Disc, Imported, Scene, Wall, one_coefficient
 
-#: Largest difference of two numbers that count as equal: the rounding of a quaternion.
+#: Two numbers count as equal up to this difference, which is the rounding of a quaternion.
 ROUNDING = 1e-12
 
 #: Kinds of geoms that scenes support.
@@ -19,11 +19,13 @@ PLANE, SPHERE, CYLINDER = "plane", "sphere", "cylinder"
 
 
 def read_scene(content: bytes, name: str, duration_s: float) -> Imported:
-    """Return the discs and walls of a model at its first keyframe, or as built, and what scenes do not support.
+    """Return the discs and walls of a model, and list everything in it that scenes do not support.
+
+    The state is that of the first keyframe or, if there is none, that of the model as built.
 
     Raises:
-        AdapterError: The content is not an MJCF that MuJoCo compiles, or it names other files.
-        SceneError: The supported part is not a valid scene: it has no disc, or bodies overlap.
+        AdapterError: The content is not an MJCF model that MuJoCo can compile, or the model refers to other files.
+        SceneError: The supported part of the model is not a valid scene: there is no disc, or bodies overlap.
     """
     mujoco: Any = importlib.import_module("mujoco")
     text = content.decode("utf-8", errors="replace")
@@ -40,7 +42,7 @@ def read_scene(content: bytes, name: str, duration_s: float) -> Imported:
 
 
 def _require_alone(text: str) -> None:
-    """Refuse a model that names other files, because MuJoCo would read any file of an untrusted model."""
+    """Refuse a model that refers to other files. With an untrusted model, MuJoCo could be made to read any file."""
     try:
         root = ElementTree.fromstring(text)  # noqa: S314 - in a worker, and expat limits what entities generate
     except ElementTree.ParseError as error:
@@ -130,7 +132,7 @@ class _Reading:
         motion = np.zeros(6)
         self.mujoco.mj_objectVelocity(model, self.data, self.mujoco.mjtObj.mjOBJ_BODY, body, motion, 0)
         mass = float(model.body_mass[body])
-        # The last principal axis of a sphere, or of an upright cylinder, is perpendicular to the plane.
+        # The third principal axis of a sphere or of an upright cylinder is perpendicular to the plane.
         factor = float(model.body_inertia[body][2]) / (mass * radius**2) if turns else math.inf
         if 1.0 < factor < math.inf:
             self.dropped.append(f"{label}: its moment of inertia, {factor:g} m r^2, is reduced to m r^2")
@@ -151,7 +153,7 @@ class _Reading:
         return bool(self.model.body_weldid[self.model.geom_bodyid[geom]] != 0)
 
     def _can_turn(self, body: int) -> bool | None:
-        """Whether a body that is free in the plane can turn there; None if it is not free, or has several geoms."""
+        """Whether a body that can move freely in the plane can also turn there; None for any other body."""
         model, kinds = self.model, self.mujoco.mjtJoint
         if model.body_geomnum[body] != 1 or model.body_parentid[body] != 0:
             return None
@@ -171,9 +173,12 @@ class _Reading:
         return bool(hinges)
 
     def _compute_restitution(self, geom: int) -> float:
-        """Return the restitution of a contact from its ``solref``: a damper, as of `_compute_solref`, or a spring."""
+        """Return the restitution that a ``solref`` causes.
+
+        It is that of a damper, as in `_compute_solref`, or of a spring.
+        """
         first, second = (float(one) for one in self.model.geom_solref[geom])
-        if first == 0.0 and second < 0.0:  # this is only a damper, for one Euler step
+        if first == 0.0 and second < 0.0:  # a damper without a spring, which acts for one Euler step
             return max(-second * float(self.model.opt.timestep) - 1.0, 0.0)
         ratio = second if first > 0.0 else -second / (2.0 * math.sqrt(-first)) if first < 0.0 else 1.0
         return 0.0 if ratio >= 1.0 else math.exp(-math.pi * ratio / math.sqrt(1.0 - ratio**2))
@@ -182,7 +187,7 @@ class _Reading:
         return float(self.model.geom_friction[geom][0]) if self.model.geom_condim[geom] > 1 else 0.0
 
     def _find_coefficients(self, name: str, compute: Any, limit: float) -> dict[str, float]:
-        """Return the coefficients of pairs of discs, and of discs with walls, which may have priority."""
+        """Return the coefficients of pairs of discs, and of pairs of a disc and a wall. Walls may have priority."""
         discs, walls = [compute(geom) for geom, _ in self.discs], [compute(geom) for geom, _ in self.walls]
         pair = one_coefficient(f"{name} of pairs of discs", discs, limit, self.dropped)
         return {name: pair, f"wall_{name}": one_coefficient(f"{name} of walls", walls or [pair], limit, self.dropped)}

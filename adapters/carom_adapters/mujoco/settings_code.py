@@ -1,4 +1,7 @@
-"""MuJoCo settings as a model to paste: MJCF that MuJoCo loads without Carom, with the start as its keyframe."""
+"""Writes MuJoCo's settings as a model, ready to paste: MJCF that MuJoCo loads without Carom.
+
+Its keyframe is the initial state.
+"""
 
 from __future__ import annotations
 
@@ -13,12 +16,15 @@ from carom_adapters.shared.settings_code import count_steps, format_comment
 
 
 def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
-    """Return the model of `build_mjcf` in a readable form: attributes shared by geoms or pairs are in its defaults."""
+    """Return the model of `build_mjcf` in a readable form.
+
+    Attributes that all geoms or pairs share are in its defaults.
+    """
     require_usable(scene, settings)
     if has_legs(scene):
         raise AdapterError("MuJoCo: the velocity of a body changes between steps, which a model can't describe")
-    # The text contains only numbers, and words from the lists of settings.
-    model = ElementTree.fromstring(build_mjcf(scene, settings))  # noqa: S314 - the adapter has written the text
+    # The text contains only numbers, and words that are in the lists of settings.
+    model = ElementTree.fromstring(build_mjcf(scene, settings))  # noqa: S314 - the adapter itself has written this text
     ElementTree.indent(_with_start(_with_defaults(model), scene, settings))
     sentences = [heading, f"{count_steps(scene, settings)} steps from the keyframe cover the scene."]
     if not float(settings["stiffness"]):
@@ -52,12 +58,12 @@ def _with_defaults(model: ElementTree.Element) -> ElementTree.Element:
         for one in several:
             one.attrib = {k: v for k, v in one.attrib.items() if (k, v) not in shared}
     if len(defaults):
-        model.insert(1, defaults)  # after the option
+        model.insert(1, defaults)  # the first element is the option
     return model
 
 
 def _with_start(model: ElementTree.Element, scene: Scene, settings: Mapping[str, Setting]) -> ElementTree.Element:
-    """Add the keyframe from which the model starts: coordinates and velocities of each moving body's joints."""
+    """Add the keyframe from which the model starts: the coordinates and velocities of each moving body's joints."""
     places: list[float] = []
     speeds: list[float] = []
     for number in sort_bodies(scene):

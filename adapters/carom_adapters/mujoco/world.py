@@ -27,20 +27,24 @@ from carom_adapters.mujoco.model import build_mjcf, choose_mass_unit, list_axis_
 from carom_adapters.shared.legs import Driven, Legs, find_first_velocity
 from carom_adapters.shared.walls import find_walls_in_pieces, sum_contacts
 
-#: Number of compiled models that are kept for scenes that differ only in their starts: one model for each profile at a
-#: few steps.
+#: Number of compiled models that are kept for scenes that differ only in their initial states. The number is enough for
+#: one model for each profile with a few step sizes.
 KEPT_MODELS = 16
 
 
 def _ignore(_text: str) -> None:
-    """Drop MuJoCo's warning texts, which would go to a file in the working folder. `observe` reads the counts."""
+    """Drop the text of a warning. MuJoCo would write it to a file in the working folder.
+
+    `observe` reads the numbers of warnings.
+    """
 
 
 @lru_cache(maxsize=KEPT_MODELS)
 def _compile(text: str) -> Any:
-    """Compile a model, or return the model that was compiled from the same text. A sweep of starts has only one model.
+    """Compile a model, or return the model that was compiled from the same text.
 
-    The text does not contain positions and velocities of movable discs.
+    The text does not contain positions and velocities of movable discs. So scenes that differ only in these share a
+    model.
     """
     return importlib.import_module("mujoco").MjModel.from_xml_string(text)
 
@@ -50,13 +54,16 @@ _LATER = {"speculative": ("mjtEnableBit", "mjENBL_SPECULATIVE"), "autoreset": ("
 
 
 def _find_flag_bit(mujoco: Any, flag: str) -> int:
-    """Return the bit of a flag; 0 if this release of MuJoCo lacks the flag, so that the flag reads as unset."""
+    """Return the bit of a flag.
+
+    If this release of MuJoCo lacks the flag, return 0, so that the flag is reported as not set.
+    """
     kind, member = _LATER[flag]
     return int(getattr(getattr(mujoco, kind), member, 0))
 
 
 class MujocoWorld:
-    """A compiled model with its own data."""
+    """A compiled model, and its state."""
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
         require_usable(scene, settings)
@@ -64,33 +71,33 @@ class MujocoWorld:
         self._mujoco: Any = importlib.import_module("mujoco")  # untyped: its classes come from C++ without stubs
         self._mujoco.set_mju_user_warning(_ignore)
         try:
-            # A flag that this release lacks reads back as unset.
+            # A flag that this release lacks is reported as not set.
             lacking = {name for name in _LATER if not _find_flag_bit(self._mujoco, name)}
             known = {name: value for name, value in settings.items() if name not in lacking}
             self._model = _compile(build_mjcf(scene, known))
             self._data = self._mujoco.MjData(self._model)
         except (ValueError, MemoryError, self._mujoco.FatalError) as error:
             raise AdapterError(f"MuJoCo refuses the scene of {len(scene.discs)} discs: {error}") from error
-        # Views are kept, since it takes long to create them.
+        # These views are kept, since it takes long to create them.
         self._warnings, self._qpos, self._qvel = self._data.warning.number, self._data.qpos, self._data.qvel
         self._shared = True
-        #: Pairs of a view on the damping of contacts, and its product with the step.
+        #: Pairs of a view of the damping of contacts, and of the product of this damping and the step size.
         self._dampings: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []
         self._probe: Any = None
         self._clock = StepClock(float(self._model.opt.timestep))
-        # Damping times step length. This product is the same for steps of all lengths, see `_compute_solref`.
+        # Damping times step size. This product is the same for all step sizes; see `_compute_solref`.
         self._geom_damping = self._model.geom_solref[:, 1] * self._clock.dt_s
         self._pair_damping = self._model.pair_solref[:, 1] * self._clock.dt_s
         self._rub_damping = self._model.pair_solreffriction[:, 1] * self._clock.dt_s
         self._turns = scene.arrays.turns
         # Normals of cylinders lean out of the plane, although slide joints keep the cylinders upright. Normals of free
-        # spheres lean out of the plane after some dozen impacts, since each impact amplifies roundings across the
-        # plane.
+        # spheres lean out of the plane after some dozen impacts, since each impact amplifies rounding errors
+        # perpendicular to the plane.
         self._leans = settings.get("shape", "sphere") == "cylinder" or settings["joints"] == "free"
         self._unit = choose_mass_unit(scene, settings)
         self._pieced = find_walls_in_pieces(scene)
         discs = [one for one in sort_bodies(scene) if one >= 0]
-        # Driven bodies are also moving bodies in MuJoCo.
+        # In MuJoCo, driven discs are also moving bodies.
         moving = [i for i in discs if scene.discs[i].driven or not scene.discs[i].immovable]
         self._movable = np.array(moving, dtype=np.intp)
         self._position = np.array([disc.position_m for disc in scene.discs], dtype=np.float64)
@@ -98,22 +105,23 @@ class MujocoWorld:
         self._velocity = np.array([disc.velocity_m_s for disc in scene.discs], dtype=np.float64)
         self._number = [parse_body(self._model.geom(i).name) for i in range(self._model.ngeom)]
         self._spin = scene.arrays.spins.copy()
-        # Indices of x and y of each movable disc (the bodies of the model are in this order), and of its spin, if any.
-        # The spin is the disc's last coordinate.
+        # Indices of x and y of each movable disc, and of the spins of discs that turn. The bodies of the model are in
+        # this order. The spin is the disc's last coordinate.
         model, movable = self._model, slice(1, 1 + len(self._movable))
         joint = model.body_jntadr[movable]
         self._at = model.jnt_qposadr[joint][:, np.newaxis] + np.arange(2)
         self._moves = model.body_dofadr[movable][:, np.newaxis] + np.arange(2)
-        # The third coordinate of a free joint is the centre's distance from the plane, which is not constrained.
+        # The third coordinate of a free joint is the distance of the centre from the plane. A free joint does not keep
+        # it at 0.
         self._free = np.flatnonzero(model.jnt_type[joint] == self._mujoco.mjtJoint.mjJNT_FREE)
         self._height_at = model.jnt_qposadr[joint[self._free]] + 2
-        for body in 1 + self._free:  # all worlds of this model have equal values
+        for body in 1 + self._free:  # the model can be shared, but all its worlds set the same values
             about = list_axis_dampings(scene, settings, model.body_inertia[body].tolist())
             if about is not None:
                 model.dof_damping[model.body_dofadr[body] + 3 : model.body_dofadr[body] + 6] = about
         self._radius = scene.arrays.radius_m[self._movable][self._free]
-        # If the sum of squared heights is below this limit, single heights need not be compared with radii after a
-        # step.
+        # If the sum of the squared distances from the plane is below this limit, the single distances need not be
+        # compared with radii after a step.
         self._low = 0.25 * float(np.min(self._radius, initial=np.inf)) ** 2
         driven = [scene.discs[i].driven for i in moving]
         turning = (np.isfinite(scene.arrays.inertia[self._movable]) | np.array(driven, dtype=bool)) & self._turns
@@ -127,7 +135,10 @@ class MujocoWorld:
         self._start_driven(1 + len(moving), [wall for wall in scene.walls if wall.driven])
 
     def _start_driven(self, first: int, bodies: Sequence[Driven]) -> None:
-        """Set the first velocities of driven bodies, numbered from `first` on in the model, and record their legs."""
+        """Set the initial velocities of driven bodies, and record their legs.
+
+        In the model, these bodies have the numbers from `first` on.
+        """
         for body, scene_body in enumerate(bodies, first):
             if scene_body.driven:
                 begin = int(self._model.body_dofadr[body])
@@ -139,7 +150,8 @@ class MujocoWorld:
         """The settings, read back from the compiled model."""
         model, mujoco = self._model, self._mujoco
         disabled, flag = model.opt.disableflags, mujoco.mjtDisableBit
-        ccd = "ccd" if hasattr(model.opt, "ccd_tolerance") else "mpr"  # earlier releases name it by the algorithm
+        # in earlier releases, the names begin with that of the algorithm
+        ccd = "ccd" if hasattr(model.opt, "ccd_tolerance") else "mpr"
         read: dict[str, Setting] = {
             "dt_s": float(model.opt.timestep),
             "integrator": MJCF_INTEGRATORS[mujoco.mjtIntegrator(model.opt.integrator).name],
@@ -170,7 +182,7 @@ class MujocoWorld:
         return read
 
     def advance(self, steps: int) -> None:
-        """Take the steps in MuJoCo's own loop. Between steps driven bodies start their legs."""
+        """Take the steps in MuJoCo's own loop. Between steps, driven bodies get the velocities of their legs."""
         for count in self._legs.split_steps(steps):
             for begin, velocity in self._legs.start_due(self._clock.now_s):
                 self._data.qvel[begin : begin + 2] = velocity
@@ -178,7 +190,7 @@ class MujocoWorld:
             self._clock.count(count)
 
     def observe(self) -> Observation:
-        """Read the coordinates, the contacts with a force, and the warning counters.
+        """Return the state of every disc, the contacts with a force, and any warning.
 
         MuJoCo finds contacts and then moves the bodies, so the contacts of step k (from 0) are at ``k dt_s``.
         """
@@ -194,7 +206,7 @@ class MujocoWorld:
     def take_quiet_steps(
         self, position_m: NDArray[np.float64], velocity_m_s: NDArray[np.float64], spin_rad_s: NDArray[np.float64]
     ) -> int:
-        """Take steps until one may have contacts or a warning, see `carom.engines.api.QuietWorld`."""
+        """Take steps until a step may have contacts or a warning; see `carom.engines.api.QuietWorld`."""
         data, steps, steps_taken = self._data, len(position_m), 0
         qpos, qvel = np.empty((steps, len(self._qpos))), np.empty((steps, len(self._qvel)))
         for steps_taken in range(1, steps + 1):
@@ -213,10 +225,10 @@ class MujocoWorld:
     def _read_contacts(self) -> list[Contact]:
         data, at_s = self._data, self._clock.step_began_s
         found: list[Contact] = []
-        # Contacts are read as arrays, since MuJoCo's bindings take long to make an object for every contact.
+        # Contacts are read as arrays, since MuJoCo's bindings take long to create an object for each contact.
         rows, geoms, frames = data.contact.efc_address, data.contact.geom, data.contact.frame
         for k, (row, (geom1, geom2), frame) in enumerate(zip(rows, geoms, frames, strict=True)):
-            if row < 0:  # the contact has no row in the solver, and so no force
+            if row < 0:  # the contact has no row in the solver, so it has no force
                 continue
             force, tangential = float(data.efc_force[row]), None
             if self._turns:
@@ -233,7 +245,7 @@ class MujocoWorld:
     def _compute_impulses(self, contact: int, frame: NDArray[np.float64]) -> tuple[float, float]:
         """Return a contact's force along its normal, and friction's impulse along the normal turned by +90 degrees.
 
-        With a pyramidal cone, the solver's rows are the cone's edges, and MuJoCo combines them.
+        With a pyramidal cone, the solver's rows belong to the edges of the cone. MuJoCo combines them to a force.
         """
         force = np.zeros(6)
         self._mujoco.mj_contactForce(self._model, self._data, contact, force)
@@ -256,7 +268,7 @@ class MujocoWorld:
         if not np.count_nonzero(number):
             return "; ".join(warnings)
         kind = self._mujoco.mjtWarning
-        # Without the reset, MuJoCo only counts such a value and continues, which is harmless.
+        # Without the reset, MuJoCo counts such a value and continues. This is harmless.
         autoreset = not self._model.opt.disableflags & _find_flag_bit(self._mujoco, "autoreset")
         bad = number[[int(kind.mjWARN_BADQPOS), int(kind.mjWARN_BADQVEL), int(kind.mjWARN_BADQACC)]]
         if autoreset and bad.any():
@@ -267,7 +279,7 @@ class MujocoWorld:
 
     def cut(self, dt_s: float) -> None:
         """Set the size of the following steps. The damping of a contact depends on the step size."""
-        if self._shared:  # the model is shared with other worlds, whose step differs
+        if self._shared:  # the model is shared with other worlds, which have another step size
             self._model, self._shared = copy.copy(self._model), False
             model = self._model
             dampings = (
@@ -305,5 +317,5 @@ class MujocoWorld:
         self._clock.restart(time_s)
 
     def close(self) -> None:
-        """Release model and data. The last references to both free their memory."""
+        """Drop the references to model and data. Their memory is freed with the last references."""
         del self._data, self._warnings, self._qpos, self._qvel, self._probe, self._dampings, self._model

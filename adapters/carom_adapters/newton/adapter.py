@@ -1,4 +1,7 @@
-"""Adapter of Newton, which uses Warp: three dimensions, 32-bit floats, its XPBD solver on the processor."""
+"""Adapter of Newton, a three-dimensional engine that uses Warp.
+
+Its XPBD solver runs on the processor with 32-bit floats.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,7 @@ from carom_adapters.newton.settings_code import write_code
 from carom_adapters.newton.world import NewtonWorld
 from carom_adapters.shared import engine_adapter as shared
 
-#: If a step begins in contact, bodies first move on for the whole step, and are then pushed apart.
+#: If bodies touch at the start of a step, they first move on for the whole step, and are then pushed apart.
 LATE = Accuracy(late_steps=1.0)
 
 _DEFAULT: shared.Settings = {"enable_restitution": True}

@@ -1,12 +1,12 @@
-"""Limits of Newton: its settings by name, and the range of scenes."""
+"""Limits of Newton: names of its settings, and supported scenes."""
 
 from __future__ import annotations
 
 from carom.engines.api import Capabilities
 
-#: Arguments of the solver, by the names under which the solver stores them. ``gap`` belongs to each shape, and
-#: ``speculative_contact_gap_max`` to the collision, where it is off by default. Settings that a profile omits keep
-#: Newton's defaults.
+#: Arguments of the solver. The names are those of the attributes in which the solver stores the arguments. The other
+#: settings are ``gap``, a property of each shape, and ``speculative_contact_gap_max``, a property of the collision,
+#: which is off by default. Settings that a profile omits keep Newton's defaults.
 OF_THE_SOLVER = (
     "iterations",
     "rigid_contact_relaxation",
@@ -21,9 +21,9 @@ LEAST = {"iterations": 1, "rigid_contact_restitution_iterations": 0, "gap": 0.0,
 CAPABILITIES = Capabilities(
     gravity=True,
     restitution=(0.0, 1.0),
-    # In each step with contacts, Newton stops bodies slower than 0.1 mm/s. So two bodies that close at up to twice that
-    # speed may not bounce. If a disc at rest gets such a slow first push, the push may be lost. When bodies separate,
-    # half of the push may be lost.
+    # In each step with contacts, Newton stops bodies that are slower than 0.1 mm/s. So two bodies with a closing speed
+    # of up to twice this speed may not bounce. If a disc at rest gets so slow in the first step of a contact, this
+    # speed may be lost. When bodies separate, half of the change of velocity may be lost.
     restitution_threshold_m_s=2e-4,
     float_bits=32,
     dimensions=3,

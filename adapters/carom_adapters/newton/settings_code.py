@@ -1,4 +1,4 @@
-"""Newton's settings as a program to paste."""
+"""Writes Newton's settings as a program, ready to paste."""
 
 from __future__ import annotations
 

@@ -24,7 +24,10 @@ from carom_adapters.newton.limits import CAPABILITIES, LEAST, OF_THE_SOLVER, SET
 
 
 class NewtonWorld:
-    """One model of spheres. The second coordinate of all spheres is 0: rotations about that axis leave it exactly 0."""
+    """One model of spheres. The second coordinate of all spheres is 0.
+
+    Rotations about the second axis keep it exactly 0.
+    """
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
         require_sound("Newton", scene, settings, SETTINGS, at_least=LEAST)
@@ -39,11 +42,11 @@ class NewtonWorld:
         gx, gy = scene.gravity_m_s2
         builder = newton.ModelBuilder(gravity=(gx, 0.0, gy))
         self._still = np.array([disc.position_m for disc in scene.discs], dtype=np.float64)
-        #: The discs that are bodies, and the number of each shape in `Contact`.
+        #: Numbers of the discs that are bodies, and for each shape the number of its body in `Contact`.
         self._moved = [i for i, disc in enumerate(scene.discs) if not disc.immovable]
         walls = scene.half_planes()
         self._number = np.array([*range(len(scene.discs)), *map(wall_body, range(len(walls)))])
-        # Newton averages the coefficients of two bodies, and accepts any value.
+        # Newton uses the mean of the restitutions of two bodies, and accepts any values.
         of_walls = 2.0 * scene.wall_restitution - scene.restitution
         for disc in scene.discs:
             transform = warp.transform(_to_space(disc.position_m), warp.quat_identity())
@@ -56,8 +59,8 @@ class NewtonWorld:
             builder.body_qd[body] = warp.spatial_vector(*_to_space(disc.velocity_m_s), 0.0, 0.0, 0.0)
             builder.add_shape_sphere(body, radius=disc.radius_m, cfg=shape)
         for wall in walls:
-            # A plane is given by position and rotation, because Newton 1.8 turns the equation of a plane that faces
-            # down into one that faces up.
+            # A plane is given by position and rotation. If it were given by its equation, Newton 1.8 would turn a plane
+            # that faces down into a plane that faces up.
             turn = math.atan2(*wall.normal) / 2.0
             transform = warp.transform(_to_space(wall.point_m), (0.0, math.sin(turn), 0.0, math.cos(turn)))
             shape = self._build_material(builder, of_walls, settings)
@@ -69,7 +72,7 @@ class NewtonWorld:
         solver_settings = {name: settings[name] for name in OF_THE_SOLVER if name in settings}
         self._solver = newton.solvers.SolverXPBD(self._model, **solver_settings)
         self._state, self._next = self._model.state(), self._model.state()
-        #: Array for the solver's pushes at each contact, created at the first observation.
+        #: Array for the forces that the solver reports at each contact. The first observation creates it.
         self._forces: Any = None
 
     @staticmethod
@@ -91,7 +94,8 @@ class NewtonWorld:
     def advance(self, steps: int) -> None:
         """Take steps.
 
-        Newton finds contacts at the start of a step, and solves those whose bodies overlap at its end.
+        Newton finds contacts at the start of a step. It solves those contacts whose bodies overlap at the end of the
+        step.
         """
         dt_s = self._clock.dt_s
         for _ in range(steps):
@@ -102,7 +106,7 @@ class NewtonWorld:
         self._clock.count(steps)
 
     def observe(self) -> Observation:
-        """Read every body, and the contacts of the last step at which the solver pushed."""
+        """Return the state of every disc, and the contacts of the last step at which the solver pushed."""
         if self._forces is None:
             self._forces = self._solver.observables({"contact_f"}, contacts=self._contacts)
         position, velocity = self._still.copy(), np.zeros_like(self._still)
@@ -115,7 +119,10 @@ class NewtonWorld:
         return Observation(position, velocity, () if has_overflowed else tuple(self._find_pushed(found)), warning)
 
     def _find_pushed(self, count: int) -> Iterator[Contact]:
-        """Yield contacts without impulses: the solver reports its changes of positions, but not the bounce."""
+        """Yield the contacts at which the solver pushed, without impulses.
+
+        The solver reports changes of positions, but not the bounce.
+        """
         pushed = np.flatnonzero(self._forces.contact_f.numpy()[:count].any(axis=1))
         normals = self._contacts.rigid_contact_normal.numpy()[pushed].tolist()
         for (a, b), (nx, _, ny) in zip(self._read_bodies(self._contacts, pushed), normals, strict=True):
@@ -134,8 +141,8 @@ class NewtonWorld:
         self._clock.cut(dt_s)
 
     def touching(self) -> frozenset[tuple[int, int]]:
-        """Return the pairs that overlap by Newton's own collision."""
-        contacts = self._pipeline.contacts()  # the contacts of the last step stay unchanged
+        """Return the pairs that overlap by Newton's own collision detection."""
+        contacts = self._pipeline.contacts()  # a new object, so that the contacts of the last step stay unchanged
         self._pipeline.collide(self._state, contacts, dt=0.0)
         apart_m = self._warp.zeros(contacts.rigid_contact_max, dtype=float, device="cpu")
         self._newton.eval_rigid_contact_kinematics(self._model, self._state, contacts, out_distance=apart_m)
@@ -144,7 +151,7 @@ class NewtonWorld:
         return frozenset(pair_of(a, b) for a, b in self._read_bodies(contacts, overlapping))
 
     def save(self) -> object:
-        """Return poses and velocities, which are the whole state."""
+        """Return poses and velocities. There is no other state."""
         return self._clock.now_s, self._state.body_q.numpy().copy(), self._state.body_qd.numpy().copy()
 
     def restore(self, state: Any) -> None:
@@ -155,7 +162,7 @@ class NewtonWorld:
         self._state.body_qd.assign(velocities)
 
     def close(self) -> None:
-        """Do nothing: Warp frees arrays with their owners."""
+        """Do nothing, because Warp frees an array when its owner is freed."""
 
 
 def _to_space(vector: tuple[float, float]) -> tuple[float, float, float]:

@@ -1,7 +1,8 @@
-"""Engines from npm: one folder each, with a program for node (protocol: ``docs/reference/engine-protocol.md``).
+"""Engines from npm: one folder for each, with a program for node that uses the engine protocol.
 
-``package.json`` has their versions, and ``serve.mjs`` the code that their programs share. `make engines` installs the
-engines. For an installed wheel, the command that ``carom engines`` shows installs the engines.
+``docs/reference/engine-protocol.md`` describes the protocol. ``package.json`` contains the versions of the engines, and
+``serve.mjs`` contains the code that their programs share. In a checkout, `make engines` installs the engines. In an
+installation from a wheel, use the command that ``carom engines`` shows.
 """
 
 from __future__ import annotations

@@ -1,7 +1,9 @@
-"""Programs for Node, ready to paste, for engines from npm: a scene, its settings, and the world of the adapter.
+"""Writes programs for Node, ready to paste, for engines from npm.
 
-A program imports only its engine. Each program contains a copy of the parts of `serve.mjs` that it needs. The engines
-share `serve.mjs`.
+A program contains a scene, settings, and the adapter's world class.
+
+A program imports only its engine. It contains a copy of those parts of `serve.mjs` that it needs. All engines share
+`serve.mjs`.
 """
 
 from __future__ import annotations
@@ -22,7 +24,7 @@ _EXPORTED = re.compile(r"^export (?:async )?(?:const|function|class) (\w+)", re.
 
 
 class NpmAdapter(ProgramAdapter):
-    """An engine in a folder next to this file. The engine's world can also be written as a program."""
+    """Adapter of an engine in a folder next to this file. The adapter can also write a world as a program."""
 
     def __init__(self, manifest: Path) -> None:
         super().__init__(load_manifest(manifest), manifest.resolve().parent)
@@ -40,7 +42,7 @@ class NpmAdapter(ProgramAdapter):
 
 
 def _find_exports(source: Path) -> Mapping[str, str]:
-    """Return the exports of `serve.mjs`, each with its comment, by name."""
+    """Return the code of each export of `serve.mjs`, with the comment above it, by name."""
     pieces = (source.parents[1] / "serve.mjs").read_text(encoding="utf-8")
     found = ((_EXPORTED.search(piece), piece) for piece in re.split(r"\n\n(?=//)", pieces.rstrip("\n")))
     return {name[1]: piece.replace("export ", "") for name, piece in found if name}
@@ -49,12 +51,12 @@ def _find_exports(source: Path) -> Mapping[str, str]:
 def write_code(
     source: str, shared: Mapping[str, str], scene: Scene, settings: Mapping[str, Setting], heading: str
 ) -> str:
-    """Return a program's source without its protocol, with everything that it imports, and with a scene."""
+    """Return the source of the adapter's program with a scene and all imported code, but without the protocol."""
     imported, served = _IMPORTED.search(source), _SERVED.search(source)
     if imported is None or served is None:
         raise ValueError("the program does not import from serve.mjs, or has no world")
     needed = [name for name in imported[1].split(", ") if name != "serve"]
-    for name in needed:  # names that these exports need are found as they are added
+    for name in needed:  # this list grows during the loop by names that the exports need
         needed += [other for other in shared if re.search(rf"\b{other}\b", shared[name]) and other not in needed]
     helpers = "\n\n".join(piece for name, piece in shared.items() if name in needed)
     body = _SERVED.sub("", _IMPORTED.sub("", source)).rstrip("\n")
@@ -83,7 +85,7 @@ position_m.forEach((place, i) => console.log([...place, ...velocity_m_s[i], spin
 
 
 def _format_json_lines(value: object) -> str:
-    """Return a value as JSON, with one line for each body in a list of bodies."""
+    """Return a value as JSON. Each body in a list of bodies is on a line of its own."""
     if isinstance(value, list) and value and isinstance(value[0], dict):
         return "[\n" + "".join(f"    {json.dumps(one)},\n" for one in value) + "  ]"
     return json.dumps(value)

@@ -1,4 +1,4 @@
-"""Adapter of ODE, the Open Dynamics Engine, from Panda3D's wheel: three dimensions, 32-bit floats."""
+"""Adapter of ODE, the Open Dynamics Engine, as contained in Panda3D's wheel: three-dimensional, with 32-bit floats."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""ODE's settings as a program to paste."""
+"""Writes ODE's settings as a program, ready to paste."""
 
 from __future__ import annotations
 

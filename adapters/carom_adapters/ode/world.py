@@ -23,7 +23,7 @@ from carom_adapters.ode.limits import CAPABILITIES, LEAST_STEP_S, SETTINGS, STEP
 
 
 class OdeWorld:
-    """One `OdeWorld` of spheres in a hash space. Nothing turns the spheres or moves them out of the plane."""
+    """One `OdeWorld` of spheres in a hash space. No force turns the spheres or moves them out of the plane."""
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
         require_sound("ODE", scene, settings, SETTINGS, words={"stepper": STEPPERS})
@@ -63,7 +63,8 @@ class OdeWorld:
         for k, wall in enumerate(scene.half_planes()):
             (nx, ny), (x, y) = wall.normal, wall.point_m
             self._register(ode.OdePlaneGeom(self._space, core.LVecBase4f(nx, ny, 0.0, nx * x + ny * y)), wall_body(k))
-        #: Contacts of the last step: the joint, its bodies, and the normal from the second to the first.
+        #: Contacts of the last step: the joint, the numbers of its two bodies, and the normal from the second body to
+        #: the first.
         self._met: list[tuple[Any, int, int, tuple[float, float]]] = []
 
     def _register(self, geom: Any, number: int) -> None:
@@ -98,7 +99,7 @@ class OdeWorld:
         }
 
     def _meet(self, _: Any, first: Any, second: Any) -> None:
-        """Make a joint for each contact of two geoms. ODE calls this function for each near pair."""
+        """Create a joint for each contact of two geoms. ODE calls this function for each pair of near geoms."""
         a, b = self._number[first.getId().this], self._number[second.getId().this]
         if all(k < 0 or self._bodies[k] is None for k in (a, b)):
             return
@@ -126,7 +127,7 @@ class OdeWorld:
         self._group.empty()
 
     def observe(self) -> Observation:
-        """Read every body, and the contacts that the last step solved at its start."""
+        """Return the state of every disc, and the contacts that the last step found and solved at its start."""
         position, velocity = self._still.copy(), np.zeros_like(self._still)
         for i, body in enumerate(self._bodies):
             if body is not None:
@@ -137,11 +138,11 @@ class OdeWorld:
         found = []
         for joint, a, b, normal in self._met:
             feedback = joint.getFeedback()
-            # The force on one of the two bodies. For a joint with the world alone, ODE stores the moved body's force
+            # This is the force on one of the two bodies. If only one body can move, ODE stores the force on this body
             # first.
             fx, fy, _ = feedback.getForce1()
             impulse = abs(fx * normal[0] + fy * normal[1]) * self._clock.dt_s
-            if impulse > 0.0:  # a contact of separating bodies has no effect
+            if impulse > 0.0:  # if the bodies separate, the contact has no effect
                 found.append(oriented_contact(b, a, self._clock.step_began_s, normal, impulse))
         return found
 
@@ -150,7 +151,7 @@ class OdeWorld:
         self._clock.cut(dt_s)
 
     def touching(self) -> frozenset[tuple[int, int]]:
-        """Return the pairs that overlap by ODE's own collision."""
+        """Return the pairs that overlap by ODE's own collision detection."""
         pairs = set()
 
         def collect_pair(_: Any, first: Any, second: Any) -> None:
@@ -161,7 +162,7 @@ class OdeWorld:
         return frozenset(pair for pair in pairs if pair[0] >= 0)
 
     def save(self) -> object:
-        """Return positions and velocities, which are the whole state, since nothing turns."""
+        """Return positions and velocities. There is no other state, since nothing turns."""
         states = [
             None if body is None else (_to_plane(body.getPosition()), _to_plane(body.getLinearVel()))
             for body in self._bodies
@@ -177,7 +178,7 @@ class OdeWorld:
                 self._put(body, *body_state)
 
     def close(self) -> None:
-        """Release joints, bodies and world, which Panda3D does not free."""
+        """Release joints, geoms, bodies, space and world. Panda3D does not free them."""
         self._release_joints()
         for geom in self._geoms.values():
             geom.destroy()

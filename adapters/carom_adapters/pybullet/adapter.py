@@ -15,11 +15,11 @@ from carom_adapters.pybullet.settings_code import write_code
 from carom_adapters.pybullet.world import PybulletWorld
 from carom_adapters.shared import engine_adapter as shared
 
-#: Bullet's contact points and normals of cylinders are slightly off. The velocities of cylinders in a row are wrong by
-#: up to 2.4e-4 of the greatest velocity (for a cradle with gaps, at 240 steps a second).
+#: Bullet's contact points and normals of cylinders are slightly wrong. The velocities of cylinders in a row have errors
+#: of up to 2.4e-4 times the greatest velocity (for a cradle with gaps, at 240 steps a second).
 CYLINDER_ACCURACY = Accuracy(velocity=1e-3)
 
-#: Both dampings are 0.04 by default, which takes 3 rad/s from a spin of 10 rad/s in a second.
+#: By default both dampings are 0.04. This reduces a spin of 10 rad/s by 3 rad/s in a second.
 _DEFAULT: shared.Settings = {"linearDamping": 0.0, "angularDamping": 0.0}
 
 _TUNED: shared.Settings = {
@@ -27,22 +27,23 @@ _TUNED: shared.Settings = {
     # A multibody, the default, clamps its speed at 100 m/s and its spin at 100 rad/s, and ignores continuous
     # detection. Maximal coordinates do not damp spin.
     "useMaximalCoordinates": True,
-    # Bullet adds erp * depth / dt to the bounce (0.08 is the default).
+    # Bullet adds erp * depth / dt to the bounce. The default of erp is 0.08.
     "contactERP": 0.0,
     # Contacts are solved only while bodies overlap. By default Bullet solves them from a distance of 0.02 m on.
     "contactProcessingThreshold": 0.0,
     "contactSlop": 0.0,
-    # Slower contacts than this are made inelastic (0.2 m/s is the default).
+    # Bullet makes contacts that are slower than this inelastic. The default is 0.2 m/s.
     "restitutionVelocityThreshold": 0.0,
-    # Shared contacts are solved in an order that does not depend on addresses.
+    # Contacts that share a body are solved in an order that does not depend on memory addresses.
     "deterministicOverlappingPairs": 1,
-    # All iterations are done, even if the residual is small. Otherwise shared contacts lose energy.
+    # All iterations are done, even if the residual is small. Otherwise contacts that share a body lose energy.
     "solverResidualThreshold": 0.0,
     "numSolverIterations": 50,
-    # A disc that moves by more than its radius in a step at the start may otherwise pass through another disc. Slow
-    # discs are not swept. If an impact made such a disc fast, the disc would be swept into walls and neighbours
-    # that it already touches, and gain energy (eightfold in Galperin's billiard at 60 steps a second). If the swept
-    # sphere were as large as the disc, it would stop the disc before an overlap, and the contact would be lost.
+    # Discs are swept if their initial velocity moves them by more than their radius in a step. Otherwise they may pass
+    # through other discs. Discs that are slow initially are not swept. If an impact made such a disc fast, it would be
+    # swept into walls and neighbours that it already touches, and would gain energy (by a factor of eight in Galperin's
+    # billiard at 60 steps a second). The swept sphere is smaller than the disc. If both were equally large, a swept
+    # disc would stop before it overlaps the other body, and the contact would be lost.
     "ccd_radius_fraction": 0.95,
 }
 
@@ -92,7 +93,7 @@ adapter = shared.EngineAdapter(
         "tuned": shared.build_tuned_profile(
             "only overlaps are solved, and never pushed apart, and fast discs are swept", _TUNED
         ),
-        # Bullet itself stops a swept disc inside the other disc. So there is no instant of an impact to find.
+        # Bullet itself stops a swept disc inside the other disc. So the instant of the impact could not be found.
         "located": shared.build_located_profile("Bullet's own collision detection", _NO_CCD, but=" without sweeping"),
         "no-ccd": Profile(
             "The tuned settings without continuous detection: no disc is swept.", shared.add_step(_NO_CCD)

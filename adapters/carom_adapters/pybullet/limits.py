@@ -1,4 +1,4 @@
-"""Limits of Bullet: its settings by name, the range of scenes, and input checks."""
+"""Limits of Bullet: names of its settings, supported scenes, and input checks."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from dataclasses import replace
 from carom.engines.api import AdapterError, Scene, Setting, require_sound, require_supported
 from carom_adapters.shared.engine_adapter import GENERAL
 
-#: Arguments of `setPhysicsEngineParameter`, by PyBullet's names. ``contactBreakingThreshold`` is not among them: it
-#: belongs to the process, and a world must not change the next one.
+#: Arguments of `setPhysicsEngineParameter`. The names are PyBullet's. ``contactBreakingThreshold`` is not included,
+#: because it applies to the whole process, and a world must not affect the next world.
 WORLD_SETTINGS = (
     "numSolverIterations",
     "solverResidualThreshold",
@@ -20,17 +20,17 @@ WORLD_SETTINGS = (
     "deterministicOverlappingPairs",
 )
 
-#: Arguments of `changeDynamics` for every body, by PyBullet's names.
+#: Arguments of `changeDynamics` for every body. The names are PyBullet's.
 BODY_SETTINGS = ("linearDamping", "angularDamping", "contactProcessingThreshold")
 
-#: Arguments of other functions: those of `createMultiBody`, and `ccdSweptSphereRadius` divided by the disc's radius, 0
-#: for no sweep. ``shape`` is one of `SHAPES`; a cylinder is as high as it is wide. With ``turn`` a disc has its shape's
-#: moments of inertia, and otherwise infinite ones.
+#: Other settings. ``useMaximalCoordinates`` is an argument of `createMultiBody`. ``ccd_radius_fraction`` is
+#: `ccdSweptSphereRadius` divided by the disc's radius, 0 for no sweep. ``shape`` is one of `SHAPES`. A cylinder is as
+#: high as it is wide. With ``turn`` a disc has the moments of inertia of its shape. Without ``turn`` they are infinite.
 OTHER_SETTINGS = ("useMaximalCoordinates", "ccd_radius_fraction", "shape", "turn")
 SHAPES = ("sphere", "cylinder")
 
-#: Bullet's SIMD_EPSILON is 2.2e-16. Bullet ignores a step below this constant, and treats a body with 1/mass below it
-#: as static. Bullet invents a normal for discs closer than this constant.
+#: Bullet's SIMD_EPSILON is 2.2e-16. Bullet ignores a step that is shorter than this constant. It treats a body as
+#: static if 1/mass is below the constant. It uses an arbitrary normal for discs that are closer than the constant.
 SHORTEST_STEP_S = 1e-15
 
 #: Least values of settings. PyBullet silently ignores smaller values.
@@ -39,8 +39,9 @@ LEAST = dict.fromkeys((*WORLD_SETTINGS, *BODY_SETTINGS, "ccd_radius_fraction"), 
     "dt_s": SHORTEST_STEP_S,
 }
 
-#: Limits of a multibody, which is the default kind of body. Bullet clamps its speed and its spin to the first two
-#: (m_maxCoordinateVelocity), and treats contacts slower than the third as inelastic (restitutionVelocityThreshold).
+#: Limits of a multibody, which is the default kind of body. Bullet clamps its speed to the first limit and its spin to
+#: the second (m_maxCoordinateVelocity). Bullet treats contacts that are slower than the third limit as inelastic
+#: (restitutionVelocityThreshold).
 SHIPPED_SPEED_CLAMP_M_S = 100.0
 SHIPPED_SPIN_CLAMP_RAD_S = 100.0
 SHIPPED_RESTITUTION_THRESHOLD_M_S = 0.2
@@ -50,18 +51,19 @@ CAPABILITIES = replace(
     damping=True,
     rolling_resistance=True,
     spin=True,
-    # Rounding moves a contact point off the line of centres, so an impulse there turns the disc. A smaller inertia lets
-    # the disc turn more. With this inertia factor, the relative change of the spin is 1e-8 for discs at 200 radii from
-    # the origin.
+    # Because of rounding, a contact point is not exactly on the line of centres. So an impulse at this point turns the
+    # disc. The smaller the inertia, the more the disc turns. With this inertia factor, the relative change of the spin
+    # is 1e-8 for discs at a distance of 200 radii from the origin.
     min_inertia_factor=1e-6,
-    # MAX_FRICTION, to which the product of two bodies' coefficients is clamped (`btManifoldResult`).
+    # The largest friction is MAX_FRICTION. Bullet clamps the product of two bodies' coefficients to it
+    # (`btManifoldResult`).
     friction=(0.0, 10.0),
     continuous_detection=True,
     # A plane's bounding box ends at BT_LARGE_FLOAT = 1e18.
     max_coordinate_m=1e17,
     min_radius_m=1e-15,
     # Bullet removes a moving body from the simulation when the squared diagonal of its bounding box, 12 radius**2,
-    # reaches 1e12 (`btCollisionWorld::updateSingleAabb`). The box is larger than the body by a contact margin.
+    # reaches 1e12 (`btCollisionWorld::updateSingleAabb`). The box is larger than the body by the contact margin.
     max_radius_m=2.8e5,
     # Below this mass, a quotient of masses may leave the range of 64-bit floats.
     min_mass_kg=1e-100,

@@ -10,8 +10,8 @@ from carom_adapters.pybullet.limits import BODY_SETTINGS
 
 Point = tuple[float, float]
 
-#: Moment of inertia of a cylinder about a diameter, over mass times radius squared, if height and diameter are equal:
-#: 1/4 + 1/3.
+#: Moment of inertia, about a diameter, of a cylinder whose height equals its diameter, divided by mass times radius
+#: squared: 1/4 + 1/3.
 CYLINDER_TIPS = 7 / 12
 
 
@@ -24,13 +24,14 @@ def compute_capsule(a: Point, b: Point) -> tuple[float, Point, list[float]]:
 
 
 def compute_moments(scene: Scene, settings: Mapping[str, Setting], disc: Disc) -> list[float] | None:
-    """Return the moments of inertia of a movable disc; None if nothing can turn it and it keeps those of its shape."""
+    """Return the moments of inertia of a movable disc; None to keep those of its shape if nothing turns it."""
     cylinder, free, turns = settings.get("shape") == "cylinder", bool(settings.get("turn", True)), scene.arrays.turns
     if free and not turns:
         return None
-    # For Bullet, 0 is an infinite moment.
+    # Bullet treats a moment of 0 as infinite.
     factor = disc.inertia_factor if turns and math.isfinite(disc.inertia_factor) else 0.0
-    # If the moments about the two other axes are 0, no impact turns a multibody. A sphere does not need this.
+    # If the moments about the other two axes are 0, no impact turns a multibody about these axes. A sphere does not
+    # need this.
     tips = CYLINDER_TIPS if cylinder else factor
     scale = disc.mass_kg * disc.radius_m**2
     return [moment * scale for moment in ((tips if free else 0.0), (tips if free else 0.0), factor)]
@@ -39,8 +40,8 @@ def compute_moments(scene: Scene, settings: Mapping[str, Setting], disc: Disc) -
 def build_dynamics(scene: Scene, settings: Mapping[str, Setting]) -> dict[str, Setting]:
     """Return the settings of every body. A scene's damping replaces the damping in the settings.
 
-    With maximal coordinates Bullet's number is the fraction of a speed that is lost in a second. For a multibody,
-    Bullet's number is the rate c of ``v' = -c v (1 + |v|)``, which is not linear damping.
+    With maximal coordinates, Bullet's damping is the fraction of a speed that is lost in a second. For a multibody,
+    Bullet's damping is the rate c in ``v' = -c v (1 + |v|)``, which is not linear damping.
     """
     dynamics = {name: settings[name] for name in BODY_SETTINGS if name in settings}
     if scene.damping_per_s:
@@ -51,7 +52,7 @@ def build_dynamics(scene: Scene, settings: Mapping[str, Setting]) -> dict[str, S
 
 
 def compute_resistance(scene: Scene, disc_friction: float) -> float:
-    """Return the rolling friction of a wall, metres, that limits the torque on a disc to c R times the push.
+    """Return the rolling friction of a wall, metres, which limits the torque on a disc to c R times the normal force.
 
     Bullet multiplies the rolling friction of each body by the friction of the other body, and adds the two products.
     Discs have no rolling friction.
@@ -64,12 +65,12 @@ def compute_resistance(scene: Scene, disc_friction: float) -> float:
 
 
 def build_structure_key(scene: Scene, settings: Mapping[str, Setting]) -> object:
-    """Return a scene without the start states of its movable discs; None if the scene must be rebuilt.
+    """Return everything in a scene except the initial states of movable discs; None if the scene must be rebuilt.
 
-    Bullet stores state that cannot be reset. With three bodies or more Bullet keeps the order in which pairs came near,
-    and solves shared contacts in that order, which changes the last bits. Bullet also keeps contact points of cylinders
-    and planes. After a run in which a disc rolled, a kept contact point slightly off its line turns the disc in the
-    next run.
+    A client can be reused for scenes with equal keys. Bullet stores state that can't be reset. With three bodies or
+    more, Bullet keeps the order in which pairs came near. It solves contacts that share a body in this order, which
+    affects the last bits. Bullet also keeps contact points of cylinders and planes. After a run in which a disc rolled,
+    such a point can be slightly off its line, and then turns the disc in the next run.
     """
     plain = settings.get("shape", "sphere") == "sphere" and not scene.arrays.driven
     if len(scene.discs) > 2 or scene.walls or not plain:

@@ -1,4 +1,4 @@
-"""Bullet's settings as a program to paste."""
+"""Writes Bullet's settings as a program, ready to paste."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
     world = {"fixedTimeStep": dt_s} | {name: settings[name] for name in WORLD_SETTINGS if name in settings}
     dynamics = build_dynamics(scene, settings)
     lines = []
-    starts: list[Driven] = []  # in the order of the program
+    starts: list[Driven] = []  # in the order in which the program creates them
     for disc in scene.discs:
         arguments: dict[str, object] = {}
         if disc.driven:

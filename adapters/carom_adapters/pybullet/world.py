@@ -1,4 +1,4 @@
-"""World of Bullet: builds a scene in its own client, takes steps, and reads states and contacts."""
+"""World of Bullet: builds a scene in a client of its own, takes steps, and reads states and contacts."""
 
 from __future__ import annotations
 
@@ -46,13 +46,14 @@ from carom_adapters.shared.legs import Driven, Legs, find_first_velocity
 from carom_adapters.shared.quiet_steps import QuietSteps, to_rows
 from carom_adapters.shared.walls import compute_thickness, cut_chain, factor_walls, find_walls_in_pieces, sum_contacts
 
-#: Type of a body with maximal coordinates, the second to last value of `getDynamicsInfo`. A multibody has type 2.
+#: Type of a body with maximal coordinates. A multibody has type 2. `getDynamicsInfo` returns the type as its second to
+#: last value.
 RIGID_BODY = 1
 
 NOT_TURNED = (0.0, 0.0, 0.0, 1.0)
 
-#: The client of the last closed world, by the parts that can't be reset. Only one client is kept, because each takes 29
-#: MB. Emptying a client is faster than allocating a new one.
+#: The client of the last closed world, by the result of `build_structure_key`. Only one client is kept, because a
+#: client takes 29 MB. It takes less time to empty a client than to allocate a new one.
 _KEPT: dict[object, tuple[int, list[int], list[int], dict[int, int]]] = {}
 
 
@@ -64,12 +65,13 @@ class PybulletWorld(QuietSteps):
         self._asked = dict(settings) | build_dynamics(scene, settings)
         self._clock = StepClock(float(settings["dt_s"]))
         self._turns = scene.arrays.turns
-        # Cylinders turn out of the plane. If a sphere is deep in a box, GJK's normals point out of the plane.
+        # Cylinders can turn out of the plane. If a sphere is deep inside a box, the normals that GJK computes point out
+        # of the plane.
         turns_over = settings.get("shape", "sphere") == "cylinder" and bool(settings.get("turn", True))
         self._leans = turns_over or any(not isinstance(wall, Wall) for wall in scene.walls)
         self._seen: tuple[Contact, ...] | None = None
         velocity = np.array([disc.velocity_m_s for disc in scene.discs], dtype=np.float64)
-        # A disc that starts at the clamp's speed was not slowed down to it.
+        # A disc that starts at the speed of the clamp was not slowed down by it.
         self._below_clamp = np.abs(velocity) < SHIPPED_SPEED_CLAMP_M_S
         self._spins_below_clamp = np.abs(scene.arrays.spins) < SHIPPED_SPIN_CLAMP_RAD_S
         self._bullet: Any = importlib.import_module("pybullet")  # untyped: PyBullet ships no stubs
@@ -81,7 +83,7 @@ class PybulletWorld(QuietSteps):
         self._movable: list[int] = []
         self._number: dict[int, int] = {}
         self._driven: list[tuple[int, Driven]] = []
-        self._legs = Legs[tuple[int, float]]()  # bodies with their spins
+        self._legs = Legs[tuple[int, float]]()  # a body is stored with its spin
         self._pieced = find_walls_in_pieces(scene)
         is_built = False
         if not _KEPT:
@@ -93,10 +95,10 @@ class PybulletWorld(QuietSteps):
             is_built = key is not None and key == self._key
             if is_built:
                 self._discs, self._movable, self._number = discs, movable, number
-                # A reused client may have the length of a cut step.
+                # A reused client may still have the size of a cut step.
                 self._bullet.setPhysicsEngineParameter(fixedTimeStep=self._clock.dt_s, physicsClientId=self._client)
             else:
-                self._bullet.resetSimulation(physicsClientId=self._client)  # the first argument is flags
+                self._bullet.resetSimulation(physicsClientId=self._client)  # the first argument would be flags
         try:
             if not is_built:
                 self._build(scene)
@@ -106,7 +108,10 @@ class PybulletWorld(QuietSteps):
             raise
 
     def _start(self, scene: Scene) -> None:
-        """Reset every disc to its start. Bullet finds contacts again in every step."""
+        """Reset every disc to its initial state.
+
+        Contacts need no reset, since Bullet finds contacts again in every step.
+        """
         bullet, client = self._bullet, self._client
         for body, disc in zip(self._discs, scene.discs, strict=True):
             if not disc.immovable:
@@ -129,14 +134,14 @@ class PybulletWorld(QuietSteps):
             shape = bullet.createCollisionShape(
                 kind, radius=disc.radius_m, height=2 * disc.radius_m, physicsClientId=client
             )
-            mass = 0.0 if disc.immovable else disc.mass_kg  # for Bullet, 0 is immovable
+            mass = 0.0 if disc.immovable else disc.mass_kg  # in Bullet, a mass of 0 means immovable
             body = self._add(shape, mass, disc.position_m, disc_restitution, disc_friction, driven=disc.driven)
             if disc.driven:
                 self._driven.append((body, disc))
             if not disc.immovable:
                 self._movable.append(body)
                 if (moments := compute_moments(scene, settings, disc)) is not None:
-                    # The mass must be set again, together with the inertia.
+                    # The mass must be set again together with the inertia.
                     bullet.changeDynamics(body, -1, mass=mass, localInertiaDiagonal=moments, physicsClientId=client)
                 if ccd_fraction > 0 and is_fast(disc, self._clock.dt_s):
                     swept = ccd_fraction * disc.radius_m
@@ -152,14 +157,14 @@ class PybulletWorld(QuietSteps):
                 if wall.driven:
                     self._driven.append((body, wall))
         if self._turns and settings.get("useMaximalCoordinates", False):
-            # Bullet applies a changed inertia of a body with maximal coordinates only at the end of a step. In this
-            # step all bodies are at rest at their starts.
+            # For a body with maximal coordinates, Bullet applies a changed inertia only at the end of a step. So one
+            # step is taken here, in which all bodies are at rest at their initial positions.
             bullet.stepSimulation(client)
         if scene.gravity_m_s2 != (0.0, 0.0):
             bullet.setGravity(*scene.gravity_m_s2, 0.0, physicsClientId=client)
 
     def _build_shapes(self, scene: Scene, wall: Wall | Chain | Ring) -> list[tuple[int, Point, Sequence[float]]]:
-        """Return the shapes of a wall, with positions and rotations: a plane, a sphere, or a capsule for each piece."""
+        """Return a wall's shapes with their positions and rotations: a plane, a sphere, or a capsule for each piece."""
         bullet, client = self._bullet, self._client
         if isinstance(wall, Wall):
             normal = [*wall.normal, 0.0]
@@ -194,12 +199,12 @@ class PybulletWorld(QuietSteps):
             shape,
             basePosition=[*position, 0.0],
             baseOrientation=turn,
-            # With maximal coordinates a body without a mass cannot move. A multibody without a mass can.
+            # With maximal coordinates, a body without a mass can't move. A multibody without a mass can move.
             useMaximalCoordinates=bool(settings.get("useMaximalCoordinates", False)) and not driven,
             physicsClientId=client,
         )
         dynamics = {name: settings[name] for name in BODY_SETTINGS if name in settings}
-        # -1 is the body's base. A body without links has nothing else.
+        # -1 means the base of the body. A body without links has only a base.
         bullet.changeDynamics(
             body, -1, restitution=restitution, lateralFriction=friction, physicsClientId=client, **dynamics
         )
@@ -207,7 +212,7 @@ class PybulletWorld(QuietSteps):
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings. Settings that PyBullet reports are read back from it."""
+        """The settings in use. Settings that PyBullet reports are read back."""
         world = self._bullet.getPhysicsEngineParameters(self._client)
         body = self._bullet.getDynamicsInfo((self._movable or self._discs)[0], -1, self._client)
         return self._asked | {
@@ -218,7 +223,7 @@ class PybulletWorld(QuietSteps):
         }
 
     def advance(self, steps: int) -> None:
-        """Call `stepSimulation` this many times. Between steps driven bodies start their legs."""
+        """Call `stepSimulation` `steps` times. Between steps, driven bodies get the velocities of their legs."""
         step, client = self._bullet.stepSimulation, self._client
         for count in self._legs.split_steps(steps):
             for (body, spin), velocity in self._legs.start_due(self._clock.now_s):
@@ -229,7 +234,7 @@ class PybulletWorld(QuietSteps):
         self._seen = None
 
     def observe(self) -> Observation:
-        """Read every body and the contact points.
+        """Return the state of every disc, and the contacts.
 
         Bullet finds contacts and then moves the bodies, so the contacts of step k (from 0) are at ``k dt_s``.
         """
@@ -253,12 +258,12 @@ class PybulletWorld(QuietSteps):
         return any(point[9] > 0.0 for point in self._bullet.getContactPoints(physicsClientId=self._client))
 
     def _find_warning(self, velocity: NDArray[np.float64], spin: NDArray[np.float64] | None) -> str:
-        # When an impact or a fall has made a body too fast, it is too late to refuse the scene. Bullet clamps x and y
-        # separately.
+        # An impact or a fall can make a body too fast. Then it is too late to refuse the scene, so the run gets a
+        # warning. Bullet clamps x and y separately.
         if self._asked.get("useMaximalCoordinates", False):
             return ""
         clamped = self._below_clamp & (np.abs(velocity) >= SHIPPED_SPEED_CLAMP_M_S)
-        if np.count_nonzero(clamped):  # this takes a fifth of the time of `any`, after every step
+        if np.count_nonzero(clamped):  # this runs after every step, and takes a fifth of the time of `any`
             return (
                 f"PyBullet clamps each component of a multibody's velocity to {SHIPPED_SPEED_CLAMP_M_S:g} m/s, and "
                 f"disc {int(clamped.any(axis=1).argmax())} has reached that"
@@ -278,13 +283,13 @@ class PybulletWorld(QuietSteps):
 
     def _read_contacts(self) -> list[Contact]:
         at_s = self._clock.step_began_s
-        # Bullet solves the contacts that are closer than this. Bullet's default is beyond any distance.
+        # Bullet solves contacts whose distance is below this number. By default it solves all contacts.
         solved_below = float(self._asked.get("contactProcessingThreshold", math.inf))
         found = []
         for point in self._bullet.getContactPoints(physicsClientId=self._client):
             body_a, body_b, normal_from_b_to_a, distance, force = point[1], point[2], point[7], point[8], point[9]
-            # A contact with a plane continues after its overlap, and keeps the force of the last step in which it was
-            # solved.
+            # A contact with a plane still exists after the overlap has ended. It keeps the force of the last step in
+            # which it was solved.
             if force <= 0 or distance > solved_below:
                 continue
             normal, impulse = (normal_from_b_to_a[0], normal_from_b_to_a[1]), force * self._clock.dt_s
@@ -297,7 +302,10 @@ class PybulletWorld(QuietSteps):
         return found
 
     def _compute_tangential_impulse(self, point: Sequence[Any], normal: tuple[float, float]) -> float:
-        """Return friction's impulse on body A, along the normal (from B to A) turned by +90 degrees."""
+        """Return the impulse of friction on body A, along the normal turned by +90 degrees.
+
+        The normal points from B to A.
+        """
         (nx, ny), (force, along), (force_2, along_2) = normal, point[10:12], point[12:14]
         x, y = (force * along[axis] + force_2 * along_2[axis] for axis in (0, 1))
         return float(nx * y - ny * x) * self._clock.dt_s
@@ -309,7 +317,7 @@ class PybulletWorld(QuietSteps):
 
     def touching(self) -> frozenset[tuple[int, int]]:
         """Return the pairs that overlap by Bullet's own collision detection, at the present positions."""
-        self._read_step_contacts()  # the detection would overwrite these contacts
+        self._read_step_contacts()  # otherwise the detection would overwrite these contacts
         self._bullet.performCollisionDetection(self._client)
         found = set()
         for point in self._bullet.getContactPoints(physicsClientId=self._client):
@@ -336,9 +344,9 @@ class PybulletWorld(QuietSteps):
             bullet.resetBaseVelocity(body, *velocity, client)
 
     def close(self) -> None:
-        """Keep the client for the next world, instead of the client that was kept before.
+        """Keep this world's client for the next world. Discard the client that was kept before.
 
-        A client that is dropped without being disconnected keeps its memory until the process ends.
+        A client that is not disconnected keeps its memory until the process ends.
         """
         if _KEPT:
             _, (client, *_) = _KEPT.popitem()

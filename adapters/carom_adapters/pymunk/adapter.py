@@ -10,21 +10,21 @@ from carom_adapters.pymunk.world import PymunkWorld
 from carom_adapters.shared import engine_adapter as shared
 
 _TUNED: shared.Settings = {
-    # Simultaneous contacts are solved by iteration. A break of ten discs gains 2e-7 of its energy with pymunk's
-    # default of 10 iterations, and 2e-14 with 20.
+    # Simultaneous contacts are solved by iteration. In a break shot of ten discs, the fraction of energy gained is 2e-7
+    # with pymunk's default of 10 iterations, and 2e-14 with 20 iterations.
     "iterations": 20,
-    # Chipmunk pushes overlapping bodies apart, in addition to the bounce. The setting is the fraction of an overlap
+    # In addition to the bounce, Chipmunk pushes overlapping bodies apart. The setting is the fraction of an overlap
     # that is left after a second. With 1, bodies are never pushed apart.
     "collision_bias": 1.0,
-    # A disc that slides over the joint of two segments catches on it, unless each segment has the other as its
-    # neighbour.
+    # A disc that slides over the joint of two segments gets caught on the joint, unless each segment has the other as
+    # its neighbour.
     NEIGHBORS: 1,
 }
 
 
 adapter = shared.EngineAdapter(
     name="pymunk",
-    # Release 5.4.1 reports no contacts to the adapter, although bodies bounce; 5.7.0 does.
+    # Release 5.4.1 reports no contacts to the adapter, although bodies bounce. Release 5.7.0 reports them.
     engine=shared.build_engine("pymunk", "pymunk", "pymunk", oldest="5.7", newest_tried="7.3"),
     capabilities=CAPABILITIES,
     knobs={

@@ -1,4 +1,4 @@
-"""Limits of pymunk: its settings by name, the range of scenes, and input checks."""
+"""Limits of pymunk: names of its settings, supported scenes, and input checks."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import replace
 from carom.engines.api import Scene, Setting, Stamp, require_sound, require_supported
 from carom_adapters.shared.engine_adapter import GENERAL
 
-#: Attributes of `pymunk.Space`, by pymunk's own names. Attributes that a profile omits keep pymunk's defaults.
+#: Attributes of `pymunk.Space`. The names are pymunk's. Attributes that a profile omits keep pymunk's defaults.
 SPACE_SETTINGS = (
     "iterations",
     "damping",
@@ -23,30 +23,31 @@ SPACE_SETTINGS = (
 NEIGHBORS = "set_neighbors"
 SETTINGS = (*SPACE_SETTINGS, NEIGHBORS)
 
-#: Chipmunk compares squared distances with squared radii, and divides by masses. Between these bounds squares and
-#: quotients stay in the range of 64-bit floats (1e-308 to 1e308), so that no impact is invented or missed.
+#: Chipmunk compares squared distances with squared radii, and divides by masses. Between these bounds, squares and
+#: quotients stay in the range of 64-bit floats (1e-308 to 1e308). So no impact is invented or missed.
 LARGEST = 1e100
 SMALLEST = 1e-100
 
-#: Least values of settings. Smaller values have no meaning, or make Chipmunk abort.
+#: Least values of settings. Smaller values are meaningless, or make Chipmunk abort.
 LEAST = dict.fromkeys(SETTINGS, 0.0) | {"iterations": 1, "collision_persistence": 1, "dt_s": SMALLEST}
 
 CAPABILITIES = replace(
     GENERAL,
-    belts=True,  # half-planes only: a shape has one surface velocity, so the far side of an edge would run backwards
+    # only half-planes: a shape has one surface velocity, so the far side of an edge would move in the wrong direction
+    belts=True,
     damping=True,
     table_friction=True,
     spin=True,
-    # Rounding moves a contact point off the line of centres, so an impulse there turns the disc. A smaller inertia lets
-    # the disc turn more. With this inertia factor, the relative change of the spin is 3e-9 for discs at 200 radii from
-    # the origin.
+    # Because of rounding, a contact point is not exactly on the line of centres. So an impulse at this point turns the
+    # disc. The smaller the inertia, the more the disc turns. With this inertia factor, the relative change of the spin
+    # is 3e-9 for discs at a distance of 200 radii from the origin.
     min_inertia_factor=1e-6,
     friction=(0.0, LARGEST),
     stamp=Stamp.END,
     max_speed_m_s=LARGEST,
     max_coordinate_m=LARGEST,
     min_radius_m=SMALLEST,
-    # Several discs of this radius still fit within the largest coordinates.
+    # With this radius, several discs still fit within the range of coordinates.
     max_radius_m=1e98,
     min_mass_kg=SMALLEST,
     max_mass_kg=LARGEST,

@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 
 Point = tuple[float, float]
 
-#: Types in a space, by module and name. Reading runs no code of a type except pymunk's own `__setstate__`.
+#: Types in a space, by module and name. While a space is read, no code of these types runs except `__setstate__` of
+#: pymunk.
 _ADMITTED = {
     ("pymunk.space", "Space"),
     ("pymunk.body", "Body"),
@@ -39,7 +40,7 @@ _ADMITTED = {
             "SimpleMotor",
         )
     ),
-    # Names that the two oldest protocols use for objects, and for containers without an opcode of their own.
+    # Names that the two oldest pickle protocols use for objects, and for containers that have no opcode.
     ("copyreg", "_reconstructor"),
     *(("builtins", name) for name in ("object", "tuple", "list", "dict", "set", "frozenset")),
 }
@@ -47,7 +48,7 @@ _ADMITTED = {
 
 class _Unpickler(pickle.Unpickler):
     def find_class(self, module: str, name: str) -> Any:
-        # Protocols below 3 use the names of Python 2, which the unpickler would translate.
+        # Pickle protocols below 3 use the names of Python 2, which the unpickler would translate.
         known = {"__builtin__": "builtins", "copy_reg": "copyreg"}.get(module, module)
         if (known, name) not in _ADMITTED:
             raise AdapterError(
@@ -57,11 +58,11 @@ class _Unpickler(pickle.Unpickler):
 
 
 def read_scene(content: bytes, name: str, duration_s: float) -> Imported:
-    """Read the discs and walls of a pickled space, and list everything in it that scenes do not support.
+    """Read the discs and walls of a pickled space, and list everything in the space that scenes do not support.
 
     Raises:
         AdapterError: The file is not a pickle of a space, or contains a type that is not accepted.
-        SceneError: The supported part is not a valid scene: it has no disc, or bodies overlap.
+        SceneError: The supported part of the space is not a valid scene: there is no disc, or bodies overlap.
     """
     import pymunk
 
@@ -77,7 +78,7 @@ def read_scene(content: bytes, name: str, duration_s: float) -> Imported:
 
 
 class _Reading:
-    """Reads a space. Discs are read first, since the side of a wall depends on their positions."""
+    """Reads a space. Discs are read first, since their positions determine which side of a face becomes a wall."""
 
     def __init__(self, space: pymunk.Space) -> None:
         self.space = space
@@ -109,7 +110,7 @@ class _Reading:
         )
 
     def _can_keep(self, shape: pymunk.Shape, k: int) -> bool:
-        """Whether scenes support the body of a shape. If not, report the shape as dropped."""
+        """Whether scenes support the body of a shape. If they do not, add the shape to the list of dropped parts."""
         body, label = shape.body, f"shape {k}, a {type(shape).__name__}"
         if body is None or shape.sensor:
             self.dropped.append(f"{label}: {'it has no body' if body is None else 'a sensor, which pushes nothing'}")
@@ -163,7 +164,7 @@ class _Reading:
         self.dropped.append(f"{label}: only its face towards the discs is kept, without its ends")
 
     def _find_coefficients(self, name: str, attribute: str, limit: float) -> dict[str, float]:
-        """Return the coefficients of pairs of discs and of discs with walls, which are products in pymunk."""
+        """Return the coefficients of two discs, and of a disc and a wall. pymunk multiplies those of two bodies."""
         of_discs = [float(getattr(shape, attribute)) for shape, _ in self.discs]
         of_walls = [float(getattr(shape, attribute)) for shape, _ in self.walls]
         pairs = [a * b for k, a in enumerate(of_discs) for b in of_discs[k + 1 :]]
@@ -194,7 +195,7 @@ def _list_unsupported_properties(shape: pymunk.Circle) -> Iterator[str]:
 
 
 def _list_faces(shape: pymunk.Shape) -> Iterator[tuple[Point, Point]]:
-    """Yield a point and the outward normal of each face of a segment or a polygon, in the world."""
+    """Yield a point and the outward normal of each face of a segment or a polygon, in world coordinates."""
     import pymunk
 
     body = shape.body

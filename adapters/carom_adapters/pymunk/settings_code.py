@@ -1,4 +1,4 @@
-"""pymunk's settings as a program to paste."""
+"""Writes pymunk's settings as a program, ready to paste."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def _write_wall(
 
 
 def _write_table(scene: Scene) -> str:
-    """Return the lines that slow a disc down by the table."""
+    """Return the lines that slow discs down as the table does."""
     if not scene.table_deceleration_m_s2:
         return ""
     return f"""        # The table slows the disc down: a joint holds it back with a limited force.

@@ -1,4 +1,4 @@
-"""Walls of a scene as pymunk shapes: deep polygons for half-planes, segments for chains, circles for rings."""
+"""Walls of a scene as pymunk shapes: a deep polygon for a half-plane, segments for a chain, and a circle for a ring."""
 
 from __future__ import annotations
 
@@ -14,18 +14,19 @@ def _build_half_plane(wall: Wall, centre: Point, radius: float) -> list[Point]:
     """Return the corners of a rectangle that acts on the scene's discs like a half-plane.
 
     Chipmunk has no half-plane. Fast discs pass through a thin segment, and the normal of a thick segment depends on the
-    overlap. The face of a polygon has one normal, exact to rounding, and a polygon can have any depth.
+    overlap. The face of a polygon has only one normal, which is exact except for rounding, and a polygon can have any
+    depth.
     """
     (x, y), gap = find_foot(wall, centre)
-    # The rectangle is twice as wide and deep as any disc can reach, so that an overlapping disc is always nearest to
-    # the face. It is at least as large as the coordinates, since the direction of the face is the difference of two
+    # The rectangle extends twice as far as any disc can reach. So the side nearest to an overlapping disc is always the
+    # face. The rectangle is at least as large as the coordinates, since the direction of the face is computed from two
     # rounded corners.
     size = max(2.0 * (radius + gap), abs(x), abs(y))
     return [(x + across, y + deep) for across, deep in build_rectangle(wall.normal, size)]
 
 
 class _Segment(NamedTuple):
-    """An edge of a chain, or a piece of an edge, from a to b, with the points before a and after b."""
+    """An edge of a chain, or a piece of an edge, from a to b. The chain's points before a and after b are included."""
 
     a: Point
     b: Point
@@ -34,7 +35,10 @@ class _Segment(NamedTuple):
 
 
 def _build_segments(chain: Chain) -> list[_Segment]:
-    """Return the straight segments of a chain. At an open end the neighbour is the end itself, as pymunk requires."""
+    """Return the straight segments of a chain.
+
+    At an open end, the neighbouring point is the end itself, as pymunk requires.
+    """
     points = list_points(chain)
     last = len(points) - 1
     return [
@@ -55,15 +59,15 @@ class Post(NamedTuple):
     radius: float
 
 
-#: Shape of a wall: the corners of a polygon, segments with their radius, or a circle.
+#: Shape of a wall: the corners of a polygon, segments and their radius, or a circle.
 WallShape = list[Point] | tuple[list[_Segment], float] | Post
 
 
 def build_wall_shapes(scene: Scene, dt_s: float) -> list[WallShape]:
-    """Return the shapes of the scene's walls, in order.
+    """Return the shapes of the scene's walls, in the order of the walls.
 
     Raises:
-        AdapterError: A half-plane would be so long that its rounding is as large as a disc.
+        AdapterError: A half-plane would be so long that its corners are rounded by the size of a disc.
     """
     centre, radius = reach(scene, dt_s)
     shapes: list[WallShape] = []
@@ -74,11 +78,11 @@ def build_wall_shapes(scene: Scene, dt_s: float) -> list[WallShape]:
             shapes.append((_build_segments(wall), wall.half_width_m))
         else:
             shapes.append(Post(wall.centre_m, compute_thickness(scene, wall)))
-    # The position of a face has the rounding of its farthest corner.
+    # The rounding of the farthest corner determines the error of the face's position.
     corners = [corner for shape in shapes if isinstance(shape, list) for corner in shape]
     farthest = max((abs(value) for corner in corners for value in corner), default=0.0)
     smallest = min(disc.radius_m for disc in scene.discs)
-    if not farthest * 2.0**-52 < smallest:  # NaN fails this too
+    if not farthest * 2.0**-52 < smallest:  # this also refuses NaN
         raise AdapterError(
             f"pymunk: a disc can move up to {farthest:.3g} m, and a wall of that length is rounded by more than the "
             f"smallest radius, {smallest:.3g} m; shorten duration_s, or remove walls or heavy fast discs"

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     import pymunk
     from pymunk import Vec2d
 
-    #: Normal of an arbiter, and the arbiter's impulses along the normal and perpendicular to it, newton-seconds. The
-    #: perpendicular impulse is None if no disc spins.
+    #: Normal of an arbiter, and the arbiter's impulses along the normal and perpendicular to the normal, newton
+    #: seconds. The perpendicular impulse is None if no disc spins.
     ArbiterImpulse = tuple[Vec2d, float, float | None]
 
 Pair = tuple[int, int]
@@ -49,7 +49,7 @@ class PymunkWorld(QuietSteps):
             if name in settings:
                 setattr(self._space, name, settings[name])
         if scene.damping_per_s:
-            self._space.damping = math.exp(-scene.damping_per_s)  # the fraction of a speed that is left after a second
+            self._space.damping = math.exp(-scene.damping_per_s)  # fraction of a speed that is left after a second
         self._turns = scene.arrays.turns
         self._neighbors = bool(settings.get(NEIGHBORS, 0))
         disc_elasticity, disc_friction, wall_materials = factor_walls(scene)
@@ -62,7 +62,7 @@ class PymunkWorld(QuietSteps):
             if disc.immovable:
                 body = self._build_immovable_body(disc, disc.spin_rad_s)
             else:
-                # A disc that does not turn, or that nothing can turn, has an infinite moment.
+                # A disc that can't turn, or in a scene in which nothing turns, has an infinite moment.
                 factor = disc.inertia_factor if self._turns else math.inf
                 body = pymunk.Body(disc.mass_kg, factor * disc.mass_kg * disc.radius_m**2)
                 body.velocity = disc.velocity_m_s
@@ -93,7 +93,7 @@ class PymunkWorld(QuietSteps):
                 self._add_shape(shape, *material, wall_body(k))
 
     def _build_immovable_body(self, disc_or_wall: Driven, spin: float = 0.0) -> pymunk.Body:
-        """Return a body that no impact moves: static, or kinematic for a driven disc or wall."""
+        """Return a body that impacts do not move. It is static, or kinematic if the disc or wall is driven."""
         import pymunk
 
         if not disc_or_wall.driven:
@@ -111,13 +111,13 @@ class PymunkWorld(QuietSteps):
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings of the space, read back."""
-        # The space has no time step before its first step.
+        """The settings, read back from the space."""
+        # Before its first step, the space has no time step.
         read: dict[str, Setting] = {"dt_s": self._space.current_time_step or self._clock.dt_s}
         return read | {name: getattr(self._space, name) for name in SPACE_SETTINGS} | {NEIGHBORS: int(self._neighbors)}
 
     def advance(self, steps: int) -> None:
-        """Call `Space.step` this many times. Between steps, driven bodies get the velocities of their legs."""
+        """Call `Space.step` `steps` times. Between steps, driven bodies get the velocities of their legs."""
         step, dt_s = self._space.step, self._clock.dt_s
         for count in self._legs.split_steps(steps):
             for body, velocity in self._legs.start_due(self._clock.now_s):
@@ -128,7 +128,9 @@ class PymunkWorld(QuietSteps):
         self._arbiters = None
 
     def observe(self) -> Observation:
-        """Read the bodies and the arbiters of the last step. Callbacks would slow the step down.
+        """Return the state of every disc, and the contacts of the last step.
+
+        They are read from arbiters, because callbacks would slow down the steps.
 
         Chipmunk moves the bodies and then tests for contacts, so the contacts of step k (from 0) are at ``(k + 1)
         dt_s``.
@@ -142,7 +144,7 @@ class PymunkWorld(QuietSteps):
         return Observation(numbers[:, :2], numbers[:, 2:4], tuple(contacts), spin_rad_s=spins)
 
     def read(self) -> list[tuple[float, ...]]:
-        """Return position, velocity and spin of each body."""
+        """Return position, velocity and spin of each disc."""
         if self._turns:
             return [(*body.position, *body.velocity, body.angular_velocity) for body in self._bodies]
         return [(*body.position, *body.velocity, 0.0) for body in self._bodies]
@@ -152,7 +154,7 @@ class PymunkWorld(QuietSteps):
         return bool(self._list_contact_pairs())
 
     def _collect_impulse(self, arbiter: pymunk.Arbiter, impulses: dict[Pair, list[ArbiterImpulse]]) -> None:
-        """Add the impulse of an arbiter. The first body of the arbiter is the body whose arbiters are being read."""
+        """Add the impulse of an arbiter. The arbiter's first body is the body whose arbiters are being read."""
         normal = arbiter.normal
         total = -arbiter.total_impulse
         impulse = total.dot(normal)
@@ -166,7 +168,7 @@ class PymunkWorld(QuietSteps):
         impulses.setdefault((first, second), []).append((normal, impulse, tangential))
 
     def _build_contact(self, pair: Pair, impulses: list[ArbiterImpulse]) -> Contact:
-        """Return the contact of a pair, with the sum of its impulses: several segments of a chain may act at once."""
+        """Return the contact of a pair. Several segments of a chain may act at once, so impulses are summed."""
         if len(impulses) > 1:
             along = sum((impulse * normal for normal, impulse, _ in impulses[1:]), impulses[0][1] * impulses[0][0])
             across = [
@@ -181,12 +183,13 @@ class PymunkWorld(QuietSteps):
     def cut(self, dt_s: float) -> None:
         """Set the size of the following steps.
 
-        Chipmunk starts a lasting contact with its last impulse times the ratio of two step sizes, which cut steps can
-        make arbitrarily large. Shapes in contact are removed and added again, which resets that impulse.
+        For a lasting contact, Chipmunk starts with the last impulse times the ratio of the present step size to the
+        last one. With cut steps, this ratio can be arbitrarily large. So shapes in contact are removed and added again,
+        which resets the impulse.
         """
         self._clock.cut(dt_s)
         touching = {shape for pair in self._list_contact_pairs() for shape in pair}
-        # The segments of a chain have the same number, and keep the order in which they were created.
+        # All segments of a chain have the same number. The sort keeps the order in which they were created.
         shapes = sorted((shape for shape in self._number if shape in touching), key=self._number.__getitem__)
         if shapes:
             self._space.remove(*shapes)
@@ -214,7 +217,7 @@ class PymunkWorld(QuietSteps):
         """Restore positions, velocities and spins."""
         time_s, bodies, self._legs.started = state
         self._clock.restart(time_s)
-        put = object.__setattr__  # pymunk's own function also checks types, and takes twice the time
+        put = object.__setattr__  # the function of pymunk also checks types, and so takes twice the time
         for body, position, velocity, spin in bodies:
             put(body, "position", position)
             put(body, "velocity", velocity)
@@ -222,12 +225,12 @@ class PymunkWorld(QuietSteps):
                 put(body, "angular_velocity", spin)
 
     def close(self) -> None:
-        """Drop all references to the space, which frees its memory."""
+        """Drop all references to the space. This frees its memory."""
         del self._space, self._bodies, self._movable, self._driven, self._legs, self._number
 
 
 def _build_table_joint(space: pymunk.Space, body: pymunk.Body, deceleration_m_s2: float) -> pymunk.PivotJoint:
-    """Return a joint that brakes a body like a table: its force is limited to mass times deceleration."""
+    """Return a joint that slows a body down as a table does. Its force is limited to mass times deceleration."""
     import pymunk
 
     joint = pymunk.PivotJoint(space.static_body, body, body.position, (0.0, 0.0))

@@ -1,4 +1,4 @@
-"""Adapter of Rapier (the wheel `rapier3d`): impulse-based, three-dimensional, 32-bit floats."""
+"""Adapter of Rapier (the wheel `rapier3d`), an impulse-based three-dimensional engine with 32-bit floats."""
 
 from __future__ import annotations
 
@@ -14,35 +14,35 @@ from carom_adapters.shared import engine_adapter as shared
 #: Default of `normalized_prediction_distance`, times a `length_unit` of 1 m.
 SHIPPED_MARGIN_M = 0.02
 
-#: Rapier applies the bounce after bodies have moved with the velocities of an inelastic impact. So the path of an
-#: elastic pair turns in the middle of the step.
+#: In the step of an impact, bodies move with the velocities of an inelastic impact, and Rapier applies the bounce
+#: afterwards. So the path of an elastic pair turns in the middle of the step.
 TURNS_LATE = 0.5
 
-#: By default a body at 8 cm/s is put to rest after half a second, which is damping.
+#: By default Rapier stops a body that has moved at 8 cm/s for half a second. This is a kind of damping.
 _DEFAULT: shared.Settings = {"can_sleep": False}
 
 _TUNED: shared.Settings = {
     **_DEFAULT,
-    # By default contacts are solved at distances of up to 2 cm, along the line of centres there.
+    # By default Rapier solves contacts at distances of up to 2 cm, along the line of centres at that distance.
     "normalized_prediction_distance": 0.0,
     # Overlapping bodies are not pushed apart.
     "contact_natural_frequency": 0.0,
     "static_contact_natural_frequency": 0.0,
-    # By default faster bodies are slowed down to 400 m/s.
+    # By default Rapier slows faster bodies down to 400 m/s.
     "normalized_max_linear_velocity": CAPABILITIES.max_speed_m_s,
 }
 
-#: This distance is farther than any body moves in a step. Rapier searches no farther than two bodies approach in a
-#: step.
+#: This distance is larger than any body's motion in a step. Rapier searches only as far as two bodies approach each
+#: other in a step.
 _SWEPT: shared.Settings = {**_TUNED, "soft_ccd_prediction": 1e3}
 
 _LOCATED: shared.Settings = {
     **_TUNED,
-    # With these two settings, a step depends only on positions and velocities, and can be undone.
+    # With these two settings, a step depends only on positions and velocities, so it can be undone.
     "contact_recycling": False,
     "warmstart_coefficient": 0.0,
-    # The factor is a power of two, so scaling a step is exact. The first part of a step is no longer than the
-    # rounding of 32-bit floats.
+    # The fraction is a power of two, so its product with the step is exact. It is as small as the relative rounding of
+    # 32-bit floats.
     "first_part": 2.0**-24,
 }
 
@@ -69,7 +69,8 @@ adapter = shared.EngineAdapter(
             "Rapier's defaults (contacts are solved from 2 cm away on, and speeds clamped to 400 m/s), but "
             "bodies never sleep, with the scene's restitution.",
             shared.add_step(_DEFAULT),
-            # If no step begins near a contact, Rapier finds the contact in an overlap, as in `tuned`.
+            # If no step boundary is just before the contact, Rapier finds the contact only when the bodies overlap, as
+            # in `tuned`.
             Accuracy(late_steps=TURNS_LATE, margin_m=SHIPPED_MARGIN_M),
             capabilities=replace(CAPABILITIES, max_speed_m_s=SHIPPED_SPEED_M_S),
             changed={

@@ -1,4 +1,4 @@
-"""Limits of Rapier: its settings by name, and the range of scenes."""
+"""Limits of Rapier: names of its settings, and supported scenes."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from carom_adapters.shared.engine_adapter import GENERAL
 
-#: Attributes of `IntegrationParameters`, by Rapier's names.
+#: Attributes of `IntegrationParameters`. The names are Rapier's.
 PARAMETERS = (
     "length_unit",
     "num_solver_iterations",
@@ -16,17 +16,19 @@ PARAMETERS = (
     "warmstart_coefficient",
 )
 
-#: Frequencies (Hz) at which overlaps are pushed apart: for contacts between moving bodies, and with fixed bodies.
+#: Frequencies (Hz) at which overlapping bodies are pushed apart: for contacts of two moving bodies, and for contacts
+#: with a fixed body.
 SOFTNESSES = {
     "contact_natural_frequency": "contact_softness",
     "static_contact_natural_frequency": "static_contact_softness",
 }
 
-#: ``can_sleep`` and ``soft_ccd_prediction`` (metres) belong to every disc, by Rapier's names. ``first_part`` is the
-#: fraction of a step that is taken first, as a separate step: see the profile `located`.
+#: ``can_sleep`` and ``soft_ccd_prediction`` (metres) are properties of every disc. The names are Rapier's.
+#: ``first_part`` is the fraction of a step that is taken first, as a separate step; see the profile `located`.
 OTHER_SETTINGS = (*SOFTNESSES, "can_sleep", "soft_ccd_prediction", "first_part")
 
-#: Beyond these limits Rapier divides by zero or fails otherwise. The square of a step stays within 32-bit floats.
+#: Outside these limits Rapier divides by zero or fails in other ways. Within the limits of the step size, its square
+#: stays in the range of 32-bit floats.
 LEAST = dict.fromkeys((*PARAMETERS, *OTHER_SETTINGS), 0.0) | {
     "num_solver_iterations": 1,
     "length_unit": 2.0**-126,
@@ -39,7 +41,7 @@ SHIPPED_SPEED_M_S = 400.0
 
 CAPABILITIES = replace(
     GENERAL,
-    # If values are between these powers of ten, squares and impulses stay within 32-bit floats (1e-38 to 1e38).
+    # Between these powers of ten, squares and impulses stay in the range of 32-bit floats (1e-38 to 1e38).
     max_speed_m_s=1e9,
     max_coordinate_m=1e9,
     min_radius_m=1e-6,

@@ -1,4 +1,4 @@
-"""Rapier's settings as a program to paste."""
+"""Writes Rapier's settings as a program, ready to paste."""
 
 from __future__ import annotations
 

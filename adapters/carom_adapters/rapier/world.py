@@ -42,7 +42,7 @@ class RapierWorld:
         self._rapier: Any = rapier3d
         self._scene, self._asked = scene, dict(settings)
         self._clock = StepClock(float(settings["dt_s"]))
-        self._legs = Legs[int]()  # bodies by their numbers in `_all`
+        self._legs = Legs[int]()  # bodies are given by their index in `_all`
         for body, scene_body in enumerate((*scene.discs, *scene.walls)):
             self._legs.add(body, scene_body)
         discs = [(disc.position_m, find_first_velocity(disc)) for disc in scene.discs]
@@ -52,7 +52,10 @@ class RapierWorld:
         self._build([*discs, *walls])
 
     def _build(self, states: Any) -> None:
-        """Build a world with these positions and velocities of discs, then walls."""
+        """Build a world in which discs and walls have these positions and velocities.
+
+        Those of walls follow those of discs.
+        """
         self._world, handles, self._number = self._build_world(states)
         self._all = [self._world.rigid_bodies[handle] for handle in handles]
         self._bodies = self._all[: len(self._scene.discs)]
@@ -82,9 +85,9 @@ class RapierWorld:
             ball = rapier.Collider.ball(disc.radius_m).restitution(scene.restitution).friction(0.0)
             handles.append(world.add_body(body))
             number[world.add_collider(ball if disc.immovable else ball.mass(disc.mass_kg), handles[-1])] = i
-        # Rapier averages the coefficients of two colliders, unless one collider has another rule. Discs keep the
-        # default, since all have the same coefficient. A wall has the rule (MIN or MAX) that selects its own
-        # coefficient.
+        # By default Rapier uses the mean of the restitutions of two colliders. Discs keep this rule, since all have the
+        # same restitution. A wall has the rule (MIN or MAX) that selects the wall's restitution. This rule has
+        # precedence.
         rule = rapier.CoefficientCombineRule
         for k, (wall, material) in enumerate(zip(scene.walls, scene.arrays.materials, strict=True)):
             position, velocity = of_walls[k]
@@ -99,11 +102,11 @@ class RapierWorld:
         return world, handles, number
 
     def _create_held_body(self, driven: bool) -> Any:
-        """Return a body that no impact moves, at rest or driven."""
+        """Return a body that impacts do not move. It is at rest or driven."""
         return self._rapier.RigidBody.kinematic_velocity_based() if driven else self._rapier.RigidBody.fixed()
 
     def _build_shapes(self, wall: Wall | Chain | Ring) -> list[Any]:
-        """Return the shapes of a wall: a half-space around its body, or a ball or capsules in scene coordinates."""
+        """Return a wall's shapes: a half-space at its body's position, or a ball or capsules in scene coordinates."""
         collider = self._rapier.Collider
         if isinstance(wall, Wall):
             return [collider.halfspace((*wall.normal, 0.0))]
@@ -114,13 +117,13 @@ class RapierWorld:
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings, including Rapier's defaults. All except the adapter's own `first_part` are read back."""
+        """The settings, including Rapier's defaults. All are read back except `first_part`, which is the adapter's."""
         parameters = self._world.integration_parameters
         read: dict[str, Setting] = {"dt_s": self._read_step()}
         read |= {name: getattr(parameters, name) for name in PARAMETERS}
         read |= {name: getattr(parameters, attribute).natural_frequency for name, attribute in SOFTNESSES.items()}
         body = self._bodies[0]
-        # A body that can't sleep has a negative sleep threshold.
+        # A body that can't sleep has a negative threshold.
         read["can_sleep"] = body.activation.linear_threshold >= 0
         read["soft_ccd_prediction"] = body.soft_ccd_prediction
         return self._asked | read
@@ -129,7 +132,7 @@ class RapierWorld:
         return float(self._world.integration_parameters.dt)
 
     def advance(self, steps: int) -> None:
-        """Take steps. Between steps driven bodies start their legs."""
+        """Take steps. Between steps, driven bodies get the velocities of their legs."""
         step = self._world.step
         for count in self._legs.split_steps(steps):
             self._begin_legs()
@@ -142,7 +145,7 @@ class RapierWorld:
             self._all[body].linvel = (*velocity, 0.0)
 
     def observe(self) -> Observation:
-        """Read every body, and the contacts that the last step solved.
+        """Return the state of every disc, and the contacts that the last step solved.
 
         Rapier finds contacts and then moves the bodies, so the contacts of step k (from 0) are at ``k dt_s``.
         """
@@ -156,16 +159,16 @@ class RapierWorld:
         for pair in self._world.narrow_phase.contact_pairs():
             for manifold in pair.manifolds:
                 impulse = sum(point.impulse for point in manifold.points)
-                if impulse <= 0:  # Rapier keeps contacts without effect
+                if impulse <= 0:  # Rapier also keeps contacts without effect
                     continue
                 nx, ny, _ = manifold.data.normal.to_tuple()
-                length = math.hypot(nx, ny)  # its length is 1 only to 32 bits
+                length = math.hypot(nx, ny)  # the normal's length is 1 only to the precision of 32-bit floats
                 a, b = self._number[pair.collider1], self._number[pair.collider2]
                 found.append(oriented_contact(a, b, at_s, (nx / length, ny / length), impulse))
         return list(sum_contacts(found, find_walls_in_pieces(self._scene)))
 
     def _find_warning(self, velocity: Any) -> str:
-        # When an impact has made a body too fast, it is too late to refuse the scene.
+        # Impacts can make a body too fast. Then it is too late to refuse the scene, so the run gets a warning.
         parameters = self._world.integration_parameters
         limit = parameters.normalized_max_linear_velocity * parameters.length_unit
         if (fastest := float(np.hypot(*velocity.T).max())) > limit * (1 - 4 * ROUNDING):
@@ -175,16 +178,16 @@ class RapierWorld:
         return ""
 
     def close(self) -> None:
-        """Release the world. Its memory is freed when no reference to it is left."""
+        """Drop the references to the world. Its memory is freed with the last reference."""
         del self._all, self._bodies, self._number, self._world
 
 
 class RapierCuttableWorld(RapierWorld):
     """A world whose steps can be cut and undone. Each step has two parts, of which the first is short.
 
-    In Rapier, bodies that touch at the start of a step move through it with the velocity of an inelastic impact, and
-    bounce only at its end. In this world the first part of a step is too short for bodies to move. So bodies that touch
-    bounce at the end of the first part, and move with their new velocities in the second part.
+    If bodies touch at the start of a step, Rapier moves them during the step with the velocity of an inelastic impact.
+    They bounce only at the end of the step. In this world the first part of a step is too short for bodies to move. So
+    bodies that touch bounce at the end of the first part, and move with their new velocities in the second part.
     """
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
@@ -215,7 +218,7 @@ class RapierCuttableWorld(RapierWorld):
         self._clock.cut(dt_s)
 
     def touching(self) -> frozenset[tuple[int, int]]:
-        """Return the pairs that overlap by Rapier's narrow phase, in a separate world."""
+        """Return the pairs that overlap by Rapier's narrow phase. The test uses a copy of the world."""
         world, _, number = self._build_world(self._read_states())
         world.detect_collisions()
         found = set()

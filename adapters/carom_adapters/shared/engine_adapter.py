@@ -1,4 +1,4 @@
-"""Base of the adapters of Python packages: an adapter that wraps a world class, and helpers to declare profiles."""
+"""Adapter of an engine that is a Python package, built from a world class, and helpers to declare profiles."""
 
 from __future__ import annotations
 
@@ -13,13 +13,14 @@ if TYPE_CHECKING:
 
 Settings = Mapping[str, Setting]
 
-#: Reason, in `Profile.changed` of a `default` profile, for settings that a scene requires. Such a profile lists all
-#: settings that differ from the engine's defaults.
+#: Reason for settings that the scene determines, in `Profile.changed` of a `default` profile. There, each setting that
+#: differs from the engine's default has a reason.
 OF_THE_SCENE = "the scene's"
-#: Reason, in `Profile.changed`, for discs that can't turn. The friction of such a disc is 0, so nothing could turn it.
+#: Reason for discs that can't turn, in `Profile.changed`. In a scene without spin and friction, nothing could turn a
+#: disc anyway.
 NOT_TURNED = "discs cannot turn if the scene has no spin or friction; this changes only roundings"
 
-#: Capabilities that most engines share. Each adapter adds its own.
+#: Capabilities that most engines have. Each adapter adds those of its engine.
 GENERAL = Capabilities(
     segments=True,
     posts=True,
@@ -43,12 +44,14 @@ class EngineAdapter:
         name: Name for ``--engine``.
         engine: The engine.
         capabilities: Capabilities of the engine.
-        knobs: Settings that may be searched, with their ranges, by name.
+        knobs: Settings that ``carom tune`` may change, with their ranges, by name.
         profiles: Profiles by name.
-        world: Builds a world from a scene and settings. The function raises AdapterError if the engine does not support
-            the scene or settings.
-        code: Writes the same world as code of the engine (`carom.engines.api.CodedAdapter`); None if not supported.
-        read: Reads a file of the engine as a scene (`carom.engines.api.ReadingAdapter`); None if not supported.
+        world: Builds a world from a scene and settings. Raises AdapterError if the engine does not support the scene or
+            a setting.
+        code: Writes the same world as code of the engine (`carom.engines.api.CodedAdapter`); None if the adapter writes
+            no code.
+        read: Reads a file of the engine as a scene (`carom.engines.api.ReadingAdapter`); None if the adapter reads no
+            files.
     """
 
     name: str
@@ -75,7 +78,7 @@ def build_engine(name: str, extra: str, module: str, distribution: str = "", **r
 
 
 def add_step(settings: Settings) -> Callable[[float], Settings]:
-    """Return settings as a function of the step, which is one of them."""
+    """Return a function that returns the settings together with the step size that it gets."""
     return lambda dt_s: {"dt_s": dt_s, **settings}
 
 
@@ -88,7 +91,10 @@ def build_tuned_profile(effect: str, settings: Settings, accuracy: Accuracy = SO
 def build_located_profile(
     finder: str, settings: Settings, accuracy: Accuracy = SOUND, but: str = "", then: str = ""
 ) -> Profile:
-    """Return the profile `located`. `but` describes its difference from `tuned`, and `then` how its steps are used."""
+    """Return the profile `located`.
+
+    `but` describes how its settings differ from those of `tuned`, and `then` how steps are taken.
+    """
     description = (
         f"The tuned settings{but}, with each step cut at the instant at which {finder} begins to find an overlap"
     )

@@ -1,7 +1,7 @@
 """Driven bodies whose velocity changes at given instants. Engines get each new velocity at the next step boundary.
 
-A user of an engine can also set velocities between steps. Until the boundary a body keeps its old velocity, which
-shifts its position from then on.
+A user of the engine would also set velocities between steps. Up to the boundary, a body keeps its old velocity. This
+shifts all its later positions.
 """
 
 from __future__ import annotations
@@ -16,22 +16,22 @@ Driven = Disc | Wall | Chain | Ring
 Body = TypeVar("Body")
 Vector = tuple[float, float]
 
-#: A leg that begins at a step boundary applies to the next step. This tolerance covers 2^13 roundings of 2^-53 each: of
-#: the instant, of the step, and of each sum of times, one for each piece of a cut step.
+#: A leg that begins at a step boundary applies to the next step. This tolerance allows for 2^13 roundings of 2^-53
+#: each. Rounded are the instant, the step size, and each sum of times. There is one sum for each piece of a cut step.
 _REACHED = 1.0 + 2.0**-40
 
 
 def find_first_velocity(scene_body: Driven) -> Vector:
-    """Return the velocity of a driven disc or wall at the start."""
+    """Return the initial velocity of a driven disc or wall."""
     return scene_body.drive.velocity_at(0.0)
 
 
 class Legs(Generic[Body]):
-    """Changes of velocity of driven bodies during a run, in the order of their instants."""
+    """Changes of velocity of driven bodies during a run, in order of time."""
 
     def __init__(self) -> None:
         self._changes: list[tuple[float, Body, Vector]] = []
-        #: Number of changes already made. A world that restores an earlier state also restores this number.
+        #: Number of changes that were already made. A world that restores an earlier state also restores this number.
         self.started = 0
 
     def add(self, body: Body, scene_body: Driven) -> None:
@@ -40,7 +40,7 @@ class Legs(Generic[Body]):
         self._changes.sort(key=lambda one: one[0])
 
     def split_steps(self, steps: int) -> Iterable[int]:
-        """Return the numbers of steps between checks for legs: 1 while legs remain, then all remaining steps."""
+        """Yield the number of steps up to the next check for legs: 1 while legs remain, then all remaining steps."""
         return self._split_steps_to_legs(steps) if self.started < len(self._changes) else (steps,)
 
     def _split_steps_to_legs(self, steps: int) -> Iterator[int]:
@@ -66,7 +66,7 @@ def has_legs(scene: Scene) -> bool:
 
 
 def group_legs_by_step(bodies: Sequence[Driven], dt_s: float) -> dict[int, list[tuple[int, Vector]]]:
-    """Return the changes of velocity before each step, as pairs of body index and velocity. Steps count from 0."""
+    """Return, by step number (from 0), the changes of velocity before a step, as pairs of body index and velocity."""
     changes: dict[int, list[tuple[int, Vector]]] = {}
     for number, body in enumerate(bodies):
         for leg in body.drive.legs[1:]:
@@ -85,7 +85,7 @@ def format_program_end(
     Args:
         scene: The scene.
         step: Code that takes a step.
-        state: Code of the printed state of the disc `body`.
+        state: Code of the state that is printed for the disc `body`.
         legs: Result of `group_legs_by_step` for the bodies in the program's list `driven`.
         set_velocity: Code that sets the `velocity` of a driven body, `driven[k]`.
     """

@@ -1,4 +1,4 @@
-"""Steps without contacts, taken in one loop: worlds that implement `carom.engines.api.QuietWorld` from one state."""
+"""Steps without contacts in one loop: base of worlds that implement `carom.engines.api.QuietWorld`."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ class QuietSteps(ABC):
     """A world that reads its state as plain numbers after each step.
 
     Attributes:
-        size_without_warning: `observe` has no warning if the root of the sum of squares of all numbers of a state is
-            below this number, which excludes states that are not finite.
+        size_without_warning: If the root of the sum of the squares of all numbers of a state is below this number,
+            `observe` returns no warning. A state that is not finite is never below this number.
     """
 
     size_without_warning = math.inf
@@ -40,7 +40,7 @@ class QuietSteps(ABC):
         """Whether the last step may have contacts."""
 
     def take_quiet_steps(self, position_m: Array, velocity_m_s: Array, spin_rad_s: Array) -> int:
-        """Take steps until one may have contacts or a warning, see `carom.engines.api.QuietWorld`."""
+        """Take steps until a step may have contacts or a warning; see `carom.engines.api.QuietWorld`."""
         found: list[tuple[float, ...]] = []
         for _ in range(len(position_m)):
             self.advance(1)
@@ -57,8 +57,8 @@ class QuietSteps(ABC):
 
 
 def to_rows(states: Iterable[Iterable[float]]) -> Array:
-    """Return the numbers of some states as rows.
+    """Return the numbers of states as rows of an array.
 
-    The numbers are flattened into one array first, since NumPy takes twice as long for an array of small sequences.
+    All numbers are first put into one list, since NumPy takes twice as long to convert many small sequences.
     """
     return np.array([*chain.from_iterable(states)], dtype=np.float64).reshape(-1, 5)

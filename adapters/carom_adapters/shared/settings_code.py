@@ -1,4 +1,4 @@
-"""Helpers to write settings as code: comments, arguments, assignments, and text shared by several engines."""
+"""Helpers to write settings as code: comments, arguments, assignments, and code that several engines share."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 from carom.engines.api import Disc, Scene, Setting
 
-#: Last lines of a Python program: it runs all steps and prints one line ``x y vx vy spin`` for each disc.
+#: Last lines of a Python program. They run all steps, and print one line ``x y vx vy spin`` for each disc.
 PYTHON_END = "for _ in range(steps):\n    {step}\nfor body in discs:\n    print({state})\n"
 
 
@@ -26,7 +26,7 @@ def format_arguments(values: Mapping[str, object]) -> str:
 
 
 def format_assignments(owner: str, settings: Mapping[str, Setting], names: Sequence[str]) -> str:
-    """Return one line for each given setting, which sets the attribute of that name."""
+    """Return a line for each of the settings `names` that is given. The line sets the attribute with this name."""
     return "".join(f"{owner}.{name} = {settings[name]!r}\n" for name in names if name in settings)
 
 
@@ -36,12 +36,12 @@ def count_steps(scene: Scene, settings: Mapping[str, Setting]) -> int:
 
 
 def format_disc(disc: Disc, arguments: Mapping[str, object]) -> str:
-    """Return the line that adds a disc, with arguments after its position and radius."""
+    """Return the line that adds a disc. `arguments` follow the disc's position and radius."""
     return f"add_disc({disc.position_m!r}, {disc.radius_m!r}{', ' * bool(arguments)}{format_arguments(arguments)})"
 
 
 def format_body_lines(scene: Scene) -> str:
-    """Return the lines that add discs that can't turn, with their masses if movable, and half-planes."""
+    """Return the lines that add half-planes and discs that can't turn. A movable disc has its mass as an argument."""
     discs = (
         format_disc(disc, ({} if disc.immovable else {"mass": disc.mass_kg}) | {"velocity": disc.velocity_m_s})
         for disc in scene.discs

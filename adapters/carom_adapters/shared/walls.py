@@ -10,26 +10,26 @@ from carom.engines.api import Chain, Contact, Ring, Scene, Wall, factored_fricti
 
 Point = tuple[float, float]
 
-#: Half the width of a solid that replaces a wall without width, as a fraction of the smallest radius: at most the
+#: Half the width of a solid that replaces a wall without width, as a fraction of the smallest radius. It is at most the
 #: rounding of positions in an engine with 64-bit floats.
 THINNEST = 1e-12
 
 
 def find_foot(wall: Wall, centre: Point) -> tuple[Point, float]:
-    """Return the point of a half-plane's face nearest to another point, and the distance."""
+    """Return the point of a half-plane's face that is nearest to `centre`, and the distance of the two points."""
     (px, py), (nx, ny) = wall.point_m, wall.normal
     along = (px - centre[0]) * ny - (py - centre[1]) * nx
     return (px - along * ny, py + along * nx), abs((px - centre[0]) * nx + (py - centre[1]) * ny)
 
 
 def build_rectangle(normal: Point, size: float) -> list[Point]:
-    """Return the corners of a rectangle below the origin, ``2 size`` wide and `size` deep. One face is along a wall."""
+    """Return the corners of a rectangle, ``2 size`` wide and `size` deep. The middle of its face is the origin."""
     nx, ny = normal
     return [((a * ny - b * nx) * size, (-a * nx - b * ny) * size) for a, b in ((1, 0), (-1, 0), (-1, 1), (1, 1))]
 
 
 def list_points(chain: Chain) -> list[Point]:
-    """Return the ends of all pieces in order. The first point of a closed chain is not repeated at the end."""
+    """Return the ends of a chain's pieces in order. The first point of a closed chain is not repeated at the end."""
     parts = [k / chain.pieces for k in range(chain.pieces)]
     points = [
         (edge.a[0] + part * (edge.b[0] - edge.a[0]), edge.a[1] + part * (edge.b[1] - edge.a[1]))
@@ -40,7 +40,7 @@ def list_points(chain: Chain) -> list[Point]:
 
 
 def cut_chain(chain: Chain) -> list[tuple[Point, Point]]:
-    """Cut a chain into its pieces, and return start and end of each."""
+    """Cut a chain into its pieces, and return the start and the end of each piece."""
     points = list_points(chain)
     return list(zip(points, [*points[1:], *points[:1]] if chain.closed else points[1:], strict=False))
 
@@ -48,14 +48,14 @@ def cut_chain(chain: Chain) -> list[tuple[Point, Point]]:
 def compute_thickness(scene: Scene, wall: Chain | Ring) -> float:
     """Return the radius of the solid that represents a wall: a chain's half width, or a circle's outer radius.
 
-    For an engine that has only solids, a wall without width gets a width too small to affect a disc.
+    In an engine that has only solids, a wall without width gets a width that is too small to affect a disc.
     """
     outer = wall.half_width_m if isinstance(wall, Chain) else wall.radius_m + wall.half_width_m
     return outer or THINNEST * min(disc.radius_m for disc in scene.discs)
 
 
 def factor_walls(scene: Scene) -> tuple[float, float, list[tuple[float, float]]]:
-    """Return restitution and friction of every disc and of each wall, for engines that multiply coefficients.
+    """Return restitution and friction of the discs, and of each wall, for engines that multiply coefficients.
 
     Friction is 0 in a scene in which nothing turns.
     """
@@ -76,7 +76,7 @@ def find_walls_in_pieces(scene: Scene) -> frozenset[int]:
 def sum_contacts(contacts: Iterable[Contact], walls: frozenset[int]) -> tuple[Contact, ...]:
     """Replace the contacts of a disc with several pieces of one of these walls by their sum.
 
-    Contacts whose impulses cancel have no direction, and are returned unchanged.
+    If impulses cancel, their sum has no direction, and the contacts are returned unchanged.
     """
     groups: dict[object, list[Contact]] = {}
     for number, contact in enumerate(contacts):

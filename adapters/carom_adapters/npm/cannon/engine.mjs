@@ -4,7 +4,7 @@ import { barsOf, Clock, contactOf, isDriven, isImmovable, Legs, pairOf, serve, s
 
 const SOLVER = ["iterations", "tolerance"];
 const OF_CONTACTS = ["contactEquationStiffness", "contactEquationRelaxation"];
-const MOST_IMPULSE = 1e6; // N s: the largest impulse of a contact equation, which no setting changes
+const MOST_IMPULSE = 1e6; // largest impulse of a contact equation, newton seconds; no setting changes it
 
 class CannonWorld {
   constructor(scene, settings) {
@@ -62,7 +62,7 @@ class CannonWorld {
     return this.add(body, wall, wallBody(k));
   }
 
-  // Add a box for each piece, deeper than a disc, and a ball at each point of the wall, because cannon-es has no
+  // Add a box for each piece, which is deeper than a disc, and a ball at each point of the wall. cannon-es has no
   // capsules.
   addBars(body, wall) {
     const [radius, depth] = [thicknessOf(this.scene, wall), 2 * Math.max(...this.scene.discs.map((disc) => disc.radius_m))];
@@ -109,7 +109,7 @@ class CannonWorld {
     this.clock.cut(dt);
   }
 
-  // Run both of cannon-es's searches for contacts, without solving the contacts.
+  // Run both searches of cannon-es for contacts, without solving contacts.
   touching() {
     const [first, second, found] = [[], [], []];
     this.world.broadphase.collisionPairs(this.world, first, second);

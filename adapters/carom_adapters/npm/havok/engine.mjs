@@ -5,13 +5,13 @@ import { pathToFileURL } from "node:url";
 import createHavok from "@babylonjs/havok";
 import { barsOf, Clock, contactOf, isDriven, isImmovable, Legs, reach, serve, thicknessOf, velocityOf, wallAt, wallBody } from "../serve.mjs";
 
-// The library would load its own file with fetch(), which does not work in node.
+// The library would load its WebAssembly file with fetch(), which does not work in node.
 const library = pathToFileURL(createRequire(import.meta.url).resolve("@babylonjs/havok"));
 const HK = await createHavok({ wasmBinary: readFileSync(new URL("../esm/HavokPhysics.wasm", library)) });
 const { GEOMETRIC_MEAN, MAXIMUM, MINIMUM } = HK.MaterialCombine;
-const EVENTS = 1 | 2; // a collision has begun, or continues
+const EVENTS = 1 | 2; // a collision begins, or continues
 
-// Havok's functions return a result, and most of them also a value.
+// Havok's functions return a result code, and most of them also a value.
 function value([result, found]) {
   if (result !== HK.Result.RESULT_OK) throw new Error(`Havok refused a call: ${result?.value}`);
   return found;
@@ -28,7 +28,7 @@ class HavokWorld {
     HK.HP_World_SetIdealStepTime(this.world, settings.idealStepTime);
     const [, , turning] = HK.HP_World_GetSpeedLimit(this.world);
     HK.HP_World_SetSpeedLimit(this.world, settings.maxLinearVelocity * this.scale, turning);
-    this.numbers = new Map(); // body numbers by the handle of the body
+    this.numbers = new Map(); // numbers of bodies, by their handle
     this.legs = new Legs();
     this.shapes = [];
     this.bodies = scene.discs.map((disc, i) => this.addDisc(disc, i));
@@ -67,7 +67,8 @@ class HavokWorld {
     const set = (body) => {
       if (!movable) return;
       const [centre, , inertia, axes] = value(HK.HP_Shape_BuildMassProperties(shape));
-      HK.HP_Body_SetMassProperties(body, [centre, disc.mass_kg, inertia, axes]); // the inertia stays that of 1 kg
+      // the moment of inertia stays that of 1 kg
+      HK.HP_Body_SetMassProperties(body, [centre, disc.mass_kg, inertia, axes]);
       HK.HP_Body_SetLinearDamping(body, this.asked.linearDamping);
       if (!this.asked.canSleep) HK.HP_Body_SetActivationControl(body, HK.ActivationControl.ALWAYS_ACTIVE);
     };
@@ -85,7 +86,8 @@ class HavokWorld {
 
   addWall(wall, extent, k) {
     const { restitution = this.scene.wall_restitution } = wall;
-    const combine = restitution < this.scene.restitution ? MINIMUM : MAXIMUM; // this rule has precedence over a disc's own rule
+    // this rule has precedence over the rule of a disc
+    const combine = restitution < this.scene.restitution ? MINIMUM : MAXIMUM;
     const type = isDriven(wall) ? HK.MotionType.KINEMATIC : HK.MotionType.STATIC;
     return this.shapesOf(wall, extent).map(([shape, place, angle]) => {
       const turn = [0, 0, Math.sin(angle / 2), Math.cos(angle / 2)];
@@ -95,8 +97,8 @@ class HavokWorld {
     });
   }
 
-  // Return the shapes of a wall. Havok has no half-plane, so a half-plane is a box as deep as it is long, with its face
-  // through the body's origin. A chain has a capsule for each piece.
+  // Return the shapes of a wall. Havok has no half-plane, so a half-plane is a box that is as deep as it is long. The
+  // box's face goes through the body's origin. A chain has a capsule for each piece.
   shapesOf(wall, extent) {
     if (wall.normal) {
       const { point, size } = wallAt(wall, extent);
@@ -137,11 +139,11 @@ class HavokWorld {
     };
   }
 
-  // Havok reports the impulse of the step for each pair. Each body's own point has the normal.
+  // Havok reports the impulse of the step for each pair. The normal is reported with the contact point of each body.
   contacts() {
     const found = [];
     const next = (event) => HK.HP_World_GetNextCollisionEvent(Number(this.world[0]), event);
-    const [, begin] = HK.HP_World_GetCollisionEvents(this.world); // 0, with a failed result, if there are no events
+    const [, begin] = HK.HP_World_GetCollisionEvents(this.world); // 0 and an error code, if there are no events
     for (let event = begin; event; event = next(event)) {
       const [, first, second, impulse] = value(HK.HP_Event_AsCollision(event));
       if (!(impulse > 0)) continue;

@@ -8,9 +8,9 @@ const STEPPING = [
   "mLinearCastThreshold", "mLinearCastMaxPenetration",
 ];
 const OF_BODIES = ["mLinearDamping", "mMaxLinearVelocity", "mAllowSleeping"];
-const [FIXED, MOVING] = [0, 1]; // layers
+const [FIXED, MOVING] = [0, 1]; // collision layers
 
-// Return the result of `use` for an object, and then release the object's memory.
+// Call `use` with an object, release the object, and return the result of the call.
 function using(object, use) {
   const result = use(object);
   Jolt.destroy(object);
@@ -28,7 +28,7 @@ function createInterface(bodies) {
   settings.mObjectLayerPairFilter = pairs;
   settings.mBroadPhaseLayerInterface = layers;
   settings.mObjectVsBroadPhaseLayerFilter = new Jolt.ObjectVsBroadPhaseLayerFilterTable(layers, 2, pairs, 2);
-  return using(settings, (all) => new Jolt.JoltInterface(all)); // the interface now owns the tables
+  return using(settings, (all) => new Jolt.JoltInterface(all)); // now the interface owns the tables
 }
 
 class JoltWorld {
@@ -42,13 +42,13 @@ class JoltWorld {
     for (const name of STEPPING) stepping[name] = settings[name];
     this.system.SetPhysicsSettings(stepping);
     using(new Jolt.Vec3(...scene.gravity_m_s2, 0), (g) => this.system.SetGravity(g));
-    this.numbers = new Map(); // body numbers by the address of the body
+    this.numbers = new Map(); // numbers of bodies, by their address
     this.legs = new Legs();
     this.bodies = scene.discs.map((disc, i) => this.addDisc(disc, i));
     const extent = reach(scene, settings.dt_s);
     scene.walls.forEach((wall, k) => this.addWall(wall, extent, k));
     this.contacts = [];
-    // Jolt uses the larger of two restitutions. A listener can set the wall's restitution for a pair.
+    // Jolt uses the larger of two restitutions. Where the wall's is smaller, a listener sets it for the pair.
     if (scene.walls.some(({ restitution = scene.wall_restitution }) => restitution < scene.restitution)) this.listen();
   }
 
@@ -101,12 +101,12 @@ class JoltWorld {
     if (wall.points_m) return [this.capsulesOf(wall), [0, 0]];
     const { point, size } = wallAt(wall, extent);
     const [nx, ny] = wall.normal;
-    if (isDriven(wall)) return [this.boxOf(wall.normal, size), point]; // because a plane can't move
+    if (isDriven(wall)) return [this.boxOf(wall.normal, size), point]; // a plane can't move
     const plane = using(new Jolt.Vec3(nx, ny, 0), (normal) => new Jolt.Plane(normal, 0));
     return [using(plane, (one) => new Jolt.PlaneShape(one, undefined, 2 * size)), point];
   }
 
-  // Return one compound shape for a chain, because Jolt removes inner edges only within one body's shape.
+  // Return one compound shape for a chain, because Jolt ignores inner edges only within the shape of one body.
   capsulesOf(wall) {
     const radius = thicknessOf(this.scene, wall);
     const parts = barsOf(wall).map(({ middle, half, angle }) => [new Jolt.CapsuleShape(half, radius), middle, angle - Math.PI / 2]);
@@ -154,7 +154,7 @@ class JoltWorld {
     };
   }
 
-  // Jolt reports contacts to a listener when it finds them: at the start of the step or at the end of a cast. It
+  // Jolt reports contacts to a listener when it finds them: at the start of the step, or at the end of a cast. Jolt
   // reports no impulses.
   listen() {
     const { restitution, wall_restitution, walls } = this.scene;

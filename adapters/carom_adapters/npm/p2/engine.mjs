@@ -60,8 +60,8 @@ class P2World {
   }
 
   // Return shape, position and angle of each part of a wall. The y axis points to the free side of a half-plane. Each
-  // piece of a chain is a line or a capsule with its own body, because a disc bounces off the shapes of one body only
-  // once in two steps.
+  // piece of a chain is a line or a capsule with its own body, because in two steps a disc bounces only once off the
+  // shapes of one body.
   partsOf(wall) {
     const { points_m, centre_m, point_m, normal: [nx, ny] = [], half_width_m: halfWidth = 0 } = wall;
     if (centre_m) return [[new Circle({ radius: thicknessOf(this.scene, wall) }), centre_m, 0]];
@@ -106,7 +106,7 @@ class P2World {
     this.clock.cut(dt);
   }
 
-  // Run the three searches of p2-es for contacts, without solving the contacts.
+  // Run the three searches of p2-es for contacts, without solving contacts.
   touching() {
     const { broadphase, narrowphase } = this.world;
     const found = broadphase.getCollisionPairs(this.world);

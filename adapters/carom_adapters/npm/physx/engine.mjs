@@ -1,9 +1,9 @@
-// PhysX 5 as WebAssembly, in fabmax's build: spheres that stay in a plane, with 32-bit floats.
+// PhysX 5 as WebAssembly, in the build by fabmax: spheres that stay in a plane, with 32-bit floats.
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { barsOf, Clock, contactOf, isDriven, isImmovable, Legs, reach, serve, summed, thicknessOf, velocityOf, wallAt, wallBody } from "../serve.mjs";
 
-// The build is for browsers and refuses to start if it detects node. Its output must not go to standard output.
+// The build is for browsers, and does not start if it detects node. What it prints must not go to standard output.
 const library = createRequire(import.meta.url).resolve("physx-js-webidl");
 const { versions } = process;
 Object.defineProperty(process, "versions", { value: { ...versions, node: undefined } });
@@ -14,7 +14,7 @@ const wasmBinary = readFileSync(library.replace(/\.mjs$/, ".wasm"));
 const Px = await create({ wasmBinary, print: console.error, printErr: console.error });
 Object.defineProperty(process, "versions", { value: versions });
 
-const MOST_POINTS = 16; // largest number of contact points of a pair; two spheres have one
+const MOST_POINTS = 16; // largest number of contact points of a pair; two spheres have one point
 const top = Px.PxTopLevelFunctions.prototype;
 const foundation = top.CreateFoundation(Px.PHYSICS_VERSION, new Px.PxDefaultAllocator(), new Px.PxDefaultErrorCallback());
 const scale = new Px.PxTolerancesScale();
@@ -24,7 +24,7 @@ const points = new Px.Vector_PxContactPairPoint(MOST_POINTS).data();
 const { PxPairFlagEnum: Pair, PxCombineModeEnum: Combine, PxRigidDynamicLockFlagEnum: Lock } = Px;
 const LOCKED = [Lock.eLOCK_LINEAR_Z, Lock.eLOCK_ANGULAR_X, Lock.eLOCK_ANGULAR_Y, Lock.eLOCK_ANGULAR_Z];
 
-// Return the result of `use` for an object, and then release the object's memory.
+// Call `use` with an object, release the object, and return the result of the call.
 function using(object, use) {
   const result = use(object);
   Px.destroy(object);
@@ -37,8 +37,10 @@ class PhysxWorld {
     this.scene = scene;
     this.clock = new Clock(settings.dt_s);
     this.told = [];
-    this.numbers = new Map(); // body numbers by the address of the body
-    this.driven = []; // driven bodies; each has its velocity now, its angle, and the start from which it would be in its place with this velocity
+    this.numbers = new Map(); // numbers of bodies, by their address
+    // driven bodies, each with its angle, its present velocity, and the position at time 0 from which this velocity
+    // leads to its present position
+    this.driven = [];
     this.legs = new Legs();
     this.makeScene();
     const material = (restitution, combine) => {
@@ -46,8 +48,8 @@ class PhysxWorld {
       made.setRestitutionCombineMode(combine);
       return made;
     };
-    // Of two rules to combine, PhysX uses the later one in the order average, minimum, multiply, maximum: the wall's
-    // rule.
+    // Two bodies can have different rules to combine restitutions. PhysX uses the later rule in the order average,
+    // minimum, multiply, maximum. This is the wall's rule.
     const disc = material(scene.restitution, Combine.eAVERAGE);
     const ofWalls = scene.walls.map(({ restitution = scene.wall_restitution }) =>
       material(restitution, restitution < scene.restitution ? Combine.eMIN : Combine.eMAX),
@@ -116,7 +118,7 @@ class PhysxWorld {
   }
 
   // Add a body that is at rest or driven. PhysX gets the position of a driven body at the end of a step, and computes
-  // its velocity.
+  // the velocity from it.
   addHeld(driven, place, angle, geometry, material, number) {
     if (!driven) return this.add("createRigidStatic", place, angle, geometry, material, number);
     const body = this.add("createRigidDynamic", place, angle, geometry, material, number, (one) =>
@@ -146,7 +148,7 @@ class PhysxWorld {
   }
 
   // Return the shapes of a wall. The x axis of the body points to the free side of a half-space. A half-space can't
-  // move, so a driven half-plane is a box, which is as deep as a disc can get.
+  // move, so a driven half-plane is a box. The box is so deep that no disc can reach its other side.
   shapesOf(wall, extent) {
     if (wall.normal) {
       const [[nx, ny], { point, size }] = [wall.normal, wallAt(wall, extent)];
