@@ -107,7 +107,8 @@
      pic/straight_exit.h          when it leaves its cell, or hits an obstacle before that
      pic/parabola_exit.h
      pic/straight_impact.h        what an impact changes
-     pic/parabola_impact.h        what an impact changes, and the beginning and end of contact
+     pic/parabola_impact.h        impacts of discs that accelerate, and contacts that begin at an impact
+     pic/motion_changes.h         contacts at the start of a run, and the end of a motion without an impact
      pic/lasting_contact.h        discs in contact with a wall: modes, and when they change
      pic/driven_path.h            positions of driven bodies
      pic/driven_impact.h          impacts with driven bodies; runs with features or spins

@@ -10,9 +10,9 @@
 #pragma once
 
 #include "carom/core/pic/crush.h"
+#include "carom/core/pic/motion_changes.h"
 #include "carom/core/pic/next_event.h"
 #include "carom/core/pic/straight_exit.h"
-#include "carom/core/pic/parabola_impact.h"
 #include "carom/core/pic/straight_impact.h"
 #include "carom/core/pic/straight_partner.h"
 

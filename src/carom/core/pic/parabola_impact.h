@@ -1,4 +1,4 @@
-/* Impacts of discs that accelerate, the beginning and end of contact, and contacts that end a run.
+/* Impacts of discs that accelerate, contacts that begin at an impact, and contacts that end a run.
 
    A disc that leaves a feature may return to it without another event in between. Its normal speed is then set to
    exactly the speed at which it left. docs/theory/contact.md explains why a ball on a slope would otherwise never come
@@ -354,62 +354,4 @@ static inline bool apply_parabola_feature_impact(State *s, Index i, Index k, Ins
     }
     s->stopped = CRUSHED;
     return s->to_and_fro == NULL || !is_crushed_by(s, i, -1 - (Index)f->wall, (int)k, n.x, n.y);
-}
-
-/* ---- the end of a motion ---- */
-
-/* Continue the motion of a disc whose mode of contact has ended, or that has stopped on a table. Return false and set
-   `State.stopped` if the run ends because the disc is at the end of a face and does not fly off. */
-static inline bool apply_motion_end(State *s, Index i, Instant at) {
-    ModeRow row;
-    set_instant(s, at);
-    move_on_parabola(s, i, now_instant(s));
-    if (s->accelerated.deceleration > 0.0) {
-        s->discs[i].last = NO_BODY; /* its new path begins here, where it rests */
-        change_motion(s, i);
-        return true;
-    }
-    int ground = s->accelerated.paths[i].ground;
-    if (!begin_next_mode(s, i, &row)) {
-        s->accelerated.end = (ContactEnd){i, -1 - (Index)s->features[ground].wall, ground, ground, false};
-        s->stopped = EDGE;
-        return false;
-    }
-    change_motion(s, i);
-    record_mode(s, &row);
-    return true;
-}
-
-/* ---- the start ---- */
-
-/* At the start of the run, begin the contact of each disc that is on a half-plane or a face, up to the resolution of
-   its coordinates. Return false if there is no memory to record this. */
-static inline bool begin_contacts(State *s) {
-    s->counts.has_begun = true;
-    for (Index i = 0; i < s->disc_count; i++) {
-        const Disc *a = &s->discs[i];
-        Parabola *p = &s->accelerated.paths[i];
-        for (Index k = 0; k < s->feature_count && a->inverse_mass > 0.0 && p->ground == NO_OBSTACLE; k++) {
-            const Feature *f = &s->features[k];
-            if (!s->accelerated.grounds[k].is_ground) {
-                continue;
-            }
-            Mover disc = mover_of(a);
-            if (f->kind == FACE && !foot_is_on_face(&disc, f, 0.0, s->accelerated.gx, s->accelerated.gy)) {
-                continue;
-            }
-            double pull = -pressing_on(s, i, f).normal, resolution = ground_gap_resolution(s, i, k);
-            double approach = ground_approach(s, i, f), gap = ground_gap(s, i, k);
-            /* A disc on the other side of a face would be behind it by more than its own diameter. */
-            bool is_slow = approach * approach <= -2.0 * pull * resolution;
-            if (-a->radius < gap && gap <= resolution && pull < 0.0 && is_slow) {
-                ModeRow row = land(s, i, k, approach);
-                if (!reserve_modes(s)) {
-                    return false;
-                }
-                record_mode(s, &row);
-            }
-        }
-    }
-    return true;
 }
