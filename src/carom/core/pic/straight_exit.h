@@ -3,6 +3,7 @@
 #pragma once
 
 #include "carom/core/pic/obstacle_lists.h"
+#include "carom/core/pic/separation.h"
 
 /* ---- a disc and its cell ---- */
 
