@@ -240,6 +240,12 @@ def test_differences_explained_by_rounding_are_no_findings(number: int) -> None:
     assert check_scene(draw_scene(number)).findings == []
 
 
+@each("number", [104896, 131771])
+def test_low_hops_at_the_inside_of_an_arc_are_those_of_the_certified_run(number: int) -> None:
+    """A disc that bounces between its ground and the inside of an arc makes every hop of the certified run."""
+    assert check_scene(draw_scene(number)).findings == []
+
+
 def test_contact_may_continue_where_rounding_decides_a_hop() -> None:
     r"""Contact that continues where only rounding decides about a hop is counted, and is no finding.
 

@@ -32,7 +32,7 @@ typedef struct Parabola { /* path of a disc: data that its row `Disc` does not c
     double leaving;   /* normal speed after its last impact */
     double spin_rate; /* radians per second squared */
     double entered;   /* when it entered its present cell */
-    Instant left;     /* when it left `left_ground`: the gap was 0 then, and the acceleration has been constant since */
+    Instant left;     /* of the last impact in contact. From then on its gap to `left_ground` follows from `left_speed` */
     double left_speed; /* speed at which that gap opened */
     double corner_way; /* signed distance along `corner_ground` from the point where the disc also touches `corner` */
     Instant ends;     /* when this motion ends by itself: a mode of contact ends, or the disc stops on a table */

@@ -318,11 +318,8 @@ static inline bool update_contact_after_impact(State *s, Index i, Index struck, 
     const Feature *f = &s->features[k];
     double approach = ground_approach(s, i, f);
     bool is_flat = struck < 0 && s->features[-1 - struck].kind <= FACE;
-    /* The return to a convex body at rest is computed exactly. The return to another curved body is rounded, so the end
-       of a hop that is lower than the resolution would be uncertain. */
-    bool has_corner = never_moves(s, struck) && (struck >= 0 || s->features[-1 - struck].kind != INNER_ARC);
-    bool hops = false;
-    if (is_flat || has_corner) {
+    bool is_fixed = never_moves(s, struck), hops = false;
+    if (is_flat || is_fixed) {
         double part = fabs(normal[0] * f->nx + normal[1] * f->ny);
         hops = approach < 0.0 && ((struck < 0 && p->rubs) || part > normal_resolution(s, i, struck));
     }
@@ -334,13 +331,15 @@ static inline bool update_contact_after_impact(State *s, Index i, Index struck, 
         place_on_wall(s, i, k);
         *row = take_off(s, i);
     }
-    /* The times at which the disc returns to both bodies are computed from `left`, without a rounded gap. */
+    /* The times at which the disc returns to its ground, and to a convex body at rest, are computed from `left`, without
+       a rounded gap. */
     p->left = own_instant(&s->discs[i], p);
     if (hops) {
         p->left_ground = (int)k;
         p->left_speed = -approach;
     }
-    if (has_corner && (hops || (stays && p->leaving > 0.0))) {
+    bool is_inside = struck < 0 && s->features[-1 - struck].kind == INNER_ARC;
+    if (is_fixed && !is_inside && (hops || (stays && p->leaving > 0.0))) {
         p->corner = (int)struck;
         p->corner_ground = (int)k;
         p->corner_way = 0.0;
