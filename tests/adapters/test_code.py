@@ -161,6 +161,15 @@ def test_printed_code_reproduces_the_adapter_bits(
     assert_same_end(adapter, scene, profile, text, found)
 
 
+@each("name", [*WRITING, *PYTHON])
+def test_code_of_an_unsupported_scene_is_refused(name: str) -> None:
+    """No adapter in Python writes code for a scene that it does not support, whether or not its engine is installed."""
+    adapter, scene = load_adapter(name), CORNER.model_copy(update={"tangential_restitution": 0.5})
+    assert isinstance(adapter, CodedAdapter)
+    with pytest.raises(AdapterError, match="does not support"):
+        adapter.code(scene, adapter.profiles["tuned"].settings(1 / 60), "A heading.")
+
+
 def remove_spin(scene: Scene, restitution: float = 0.9, wall_restitution: float = 0.8, friction: float = 0.0) -> Scene:
     """Return a scene whose discs don't spin, with other coefficients."""
     still = {"spin_rad_s": 0.0, "inertia_factor": 0.5}

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from carom.engines.api import Capabilities
+from collections.abc import Mapping
+
+from carom.engines.api import Capabilities, Scene, Setting, require_sound, require_supported
 
 #: ``point_stiffness`` (N/m) is a property of every body. ``target_accuracy`` and ``integration_scheme`` are properties
 #: of the simulator. The names are Drake's. Settings that a profile omits keep Drake's defaults.
@@ -23,3 +25,13 @@ CAPABILITIES = Capabilities(
     max_mass_kg=1e3,
     dimensions=3,
 )
+
+
+def check_inputs(scene: Scene, settings: Mapping[str, Setting]) -> None:
+    """Check that Drake supports a scene and settings.
+
+    Raises:
+        AdapterError: A number is invalid, or the scene needs more than Drake supports.
+    """
+    require_sound("Drake", scene, settings, SETTINGS, LEAST)
+    require_supported("Drake", scene, CAPABILITIES, float(settings["dt_s"]))

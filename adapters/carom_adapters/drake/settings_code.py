@@ -5,11 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from carom.engines.api import Scene, Setting
+from carom_adapters.drake.limits import check_inputs
 from carom_adapters.shared.settings_code import count_steps, format_comment, format_disc
 
 
 def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
-    """Return a program that builds the same plant as `DrakeWorld`. The caller has checked scene and settings."""
+    """Return a program that builds the same plant as `DrakeWorld`.
+
+    Raises:
+        AdapterError: Drake does not support the scene or a setting.
+    """
+    check_inputs(scene, settings)
     lines = [
         format_disc(disc, {} if disc.immovable else {"mass": disc.mass_kg, "velocity": disc.velocity_m_s})
         for disc in scene.discs

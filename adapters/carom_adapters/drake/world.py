@@ -19,11 +19,9 @@ from carom.engines.api import (
     Setting,
     StepClock,
     oriented_contact,
-    require_sound,
-    require_supported,
     wall_body,
 )
-from carom_adapters.drake.limits import CAPABILITIES, LEAST, SETTINGS
+from carom_adapters.drake.limits import check_inputs
 
 
 def _import_modules() -> Any:  # Drake's modules under short names
@@ -41,8 +39,7 @@ class DrakeWorld:
     """One continuous `MultibodyPlant` of spheres on planar joints, and its simulator."""
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
-        require_sound("Drake", scene, settings, SETTINGS, LEAST)
-        require_supported("Drake", scene, CAPABILITIES, float(settings["dt_s"]))
+        check_inputs(scene, settings)
         drake = self._drake = _import_modules()
         scheme = settings.get("integration_scheme")
         if scheme is not None and scheme not in (schemes := drake.analysis.GetIntegrationSchemes()):

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from carom.engines.api import Capabilities
+from collections.abc import Mapping
+
+from carom.engines.api import Capabilities, Scene, Setting, require_sound, require_supported
 
 #: Arguments of the solver. The names are those of the attributes in which the solver stores the arguments. The other
 #: settings are ``gap``, a property of each shape, and ``speculative_contact_gap_max``, a property of the collision,
@@ -28,3 +30,13 @@ CAPABILITIES = Capabilities(
     float_bits=32,
     dimensions=3,
 )
+
+
+def check_inputs(scene: Scene, settings: Mapping[str, Setting]) -> None:
+    """Check that Newton supports a scene and settings.
+
+    Raises:
+        AdapterError: A number is invalid, or the scene needs more than Newton supports.
+    """
+    require_sound("Newton", scene, settings, SETTINGS, at_least=LEAST)
+    require_supported("Newton", scene, CAPABILITIES, float(settings["dt_s"]))

@@ -5,12 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from carom.engines.api import Scene, Setting
-from carom_adapters.newton.limits import OF_THE_SOLVER, SPECULATIVE
+from carom_adapters.newton.limits import OF_THE_SOLVER, SPECULATIVE, check_inputs
 from carom_adapters.shared.settings_code import count_steps, format_arguments, format_body_lines, format_comment
 
 
 def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
-    """Return a program that builds the same model as `NewtonWorld`. The caller has checked scene and settings."""
+    """Return a program that builds the same model as `NewtonWorld`.
+
+    Raises:
+        AdapterError: Newton does not support the scene or a setting.
+    """
+    check_inputs(scene, settings)
     gap = f", gap={float(settings['gap'])!r}" if "gap" in settings else ""
     solver = format_arguments({name: value for name, value in settings.items() if name in OF_THE_SOLVER})
     speculative = f", {SPECULATIVE}={settings[SPECULATIVE]!r}" if SPECULATIVE in settings else ""

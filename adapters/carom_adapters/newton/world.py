@@ -16,11 +16,9 @@ from carom.engines.api import (
     Setting,
     StepClock,
     pair_of,
-    require_sound,
-    require_supported,
     wall_body,
 )
-from carom_adapters.newton.limits import CAPABILITIES, LEAST, OF_THE_SOLVER, SETTINGS, SPECULATIVE
+from carom_adapters.newton.limits import OF_THE_SOLVER, SPECULATIVE, check_inputs
 
 
 class NewtonWorld:
@@ -30,8 +28,7 @@ class NewtonWorld:
     """
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
-        require_sound("Newton", scene, settings, SETTINGS, at_least=LEAST)
-        require_supported("Newton", scene, CAPABILITIES, float(settings["dt_s"]))
+        check_inputs(scene, settings)
         import warp
 
         warp.config.log_level = warp.LOG_ERROR

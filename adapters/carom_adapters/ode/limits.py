@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from carom.engines.api import Capabilities
+from collections.abc import Mapping
+
+from carom.engines.api import Capabilities, Scene, Setting, require_sound, require_supported
 
 #: ``cfm`` and ``erp`` are properties of the world. ``stepper`` is the method of the world that takes a step.
 #: ``quick_step_iterations`` has an effect only with the stepper "quickStep". Settings that a profile omits keep ODE's
@@ -22,3 +24,13 @@ CAPABILITIES = Capabilities(
     float_bits=32,
     dimensions=3,
 )
+
+
+def check_inputs(scene: Scene, settings: Mapping[str, Setting]) -> None:
+    """Check that ODE supports a scene and settings.
+
+    Raises:
+        AdapterError: A number is invalid, or the scene needs more than ODE supports.
+    """
+    require_sound("ODE", scene, settings, SETTINGS, words={"stepper": STEPPERS})
+    require_supported("ODE", scene, CAPABILITIES, float(settings["dt_s"]))

@@ -5,11 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from carom.engines.api import Scene, Setting
+from carom_adapters.ode.limits import check_inputs
 from carom_adapters.shared.settings_code import PYTHON_END, count_steps, format_body_lines, format_comment
 
 
 def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
-    """Return a program that builds the same world as `OdeWorld`. The caller has checked scene and settings."""
+    """Return a program that builds the same world as `OdeWorld`.
+
+    Raises:
+        AdapterError: ODE does not support the scene or a setting.
+    """
+    check_inputs(scene, settings)
     setters = {"cfm": "setCfm", "erp": "setErp", "quick_step_iterations": "setQuickStepNumIterations"}
     setter_lines = [f"world.{setter}({settings[name]!r})\n" for name, setter in setters.items() if name in settings]
     end = PYTHON_END.format(step="step()", state="*list(body.getPosition())[:2], *list(body.getLinearVel())[:2], 0.0")

@@ -15,19 +15,16 @@ from carom.engines.api import (
     StepClock,
     oriented_contact,
     pair_of,
-    require_sound,
-    require_supported,
     wall_body,
 )
-from carom_adapters.ode.limits import CAPABILITIES, LEAST_STEP_S, SETTINGS, STEPPERS
+from carom_adapters.ode.limits import LEAST_STEP_S, STEPPERS, check_inputs
 
 
 class OdeWorld:
     """One `OdeWorld` of spheres in a hash space. No force turns the spheres or moves them out of the plane."""
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
-        require_sound("ODE", scene, settings, SETTINGS, words={"stepper": STEPPERS})
-        require_supported("ODE", scene, CAPABILITIES, float(settings["dt_s"]))
+        check_inputs(scene, settings)
         from panda3d import core, ode
 
         self._ode: Any = ode

@@ -189,7 +189,7 @@ class ConformanceRun:
         except CaromError as error:
             return f"known failures were not written: {error}"
         summary = f"{path}: {len(self._failed)} known failures added, {len(self._passed)} dropped"
-        return f"{summary}; {len(without_reason)} entries need a reason" if without_reason else summary
+        return f"{summary}; cases that need a reason: {len(without_reason)}" if without_reason else summary
 
     def pytest_sessionfinish(self) -> None:
         """End the processes of engines."""

@@ -231,7 +231,7 @@ def test_any_toml_spelling_of_entries_is_rewritten(text: str, tmp_path: Path) ->
 def test_run_after_writing_known_failures_passes(project: Path, run_pytest: Pytest, workers: tuple[str, ...]) -> None:
     r"""After `--write-known-failures` has updated the file, the next run passes, alone or in two processes.
 
-    The first run reports how many cases were added and dropped and how many entries need a reason.
+    The first run reports how many cases were added and dropped and how many cases need a reason.
     """
     file = project / "known.toml"
     file.write_text('[[known_failure]]\nreason = "it used to"\ncases = ["hangs::declares-profiles"]\n')
@@ -239,7 +239,7 @@ def test_run_after_writing_known_failures_passes(project: Path, run_pytest: Pyte
     these = ("-k", "start or declares", *workers)
     done = run_pytest(*chosen, "--write-known-failures", *these)
     assert done.returncode == 1, done.stdout + done.stderr
-    assert "known.toml: 1 known failures added, 1 dropped; 1 entries need a reason" in done.stdout
+    assert "known.toml: 1 known failures added, 1 dropped; cases that need a reason: 1" in done.stdout
     assert {name for one in load_known_failures(file) for name in one.cases} == {"hangs::start[tuned]"}
     done = run_pytest(*chosen, *these)
     assert done.returncode == 0, done.stdout + done.stderr

@@ -18,10 +18,11 @@ def _parse_angle(text: str) -> float:
     raise ValueError
 
 
-_SAID = "an angle such as 1deg or 0.02rad, above 0 and below 180 degrees"
-_ANGLES = build_measure_kind(_SAID, "ANGLE", 0.0, math.nextafter(math.pi, 0.0), read=_parse_angle)
-_LIMITS = (math.nextafter(0.0, -1.0), math.nextafter(1.0, 0.0))  # the lower limit is excluded, the upper one is not
-_FRACTIONS = build_measure_kind("0 or more and below 1", "NUMBER", *_LIMITS, span="0 to below 1")
+_ANGLE_TEXT = "an angle such as 1deg or 0.02rad, above 0 and below 180 degrees"
+# A kind excludes its lower limit and includes its upper limit. Floats next to 0, 1 and pi reverse this where needed.
+_ANGLE = build_measure_kind(_ANGLE_TEXT, "ANGLE", 0.0, math.nextafter(math.pi, 0.0), read=_parse_angle)
+_ABOVE, _UP_TO = math.nextafter(0.0, -1.0), math.nextafter(1.0, 0.0)
+_FRACTION = build_measure_kind("0 or more and below 1", "NUMBER", _ABOVE, _UP_TO, span="0 to below 1")
 
 
 @dataclass(frozen=True)
@@ -45,14 +46,14 @@ class AdviceOptions(LimitOptions):
     profiles: Sequence[str] = declare_profiles("default", "tuned", "swept", "located")
     direction_error_rad: float = declare_option(
         math.radians(1.0),
-        _ANGLES,
+        _ANGLE,
         "Maximum error of any direction, such as 1deg or 0.02rad.",
         "--direction-error",
         default_text="1deg",
     )
     miss_probability: float = declare_option(
         0.0,
-        _FRACTIONS,
+        _FRACTION,
         "Allowed fraction of starts with a missed or spurious impact.",
         "--miss-probability",
     )

@@ -95,7 +95,7 @@ def _try_value(attack: Attack, value: float, method: Method, runner: TaskRunner,
     try:
         trials = attack.trials(value)
     except InputError as error:
-        raise InputError(f"attack {attack.name} can't make a scene at {value:g}: {error}") from error
+        raise InputError(f"the stress test {attack.name} can't make a scene at {value:g}: {error}") from error
     passed: list[_Tried] = []
     for trial in trials[::2] if quick else trials:
         answer = observe_job(Job(trial.scene, method, 1.0 / trial.scene.frame_rate_hz), runner)

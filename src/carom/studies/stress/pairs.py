@@ -43,7 +43,7 @@ def build_trial(
         fields: Further fields of the scene.
     """
     fields = {"frame_rate_hz": RATE_HZ, "duration_s": duration_s, **fields}
-    scene = Scene(name="attack", description=description, discs=discs, **fields)
+    scene = Scene(name="stress test", description=description, discs=discs, **fields)
     return Trial(scene, judge or build_velocity_judge(compute_true_motion(scene)))
 
 
