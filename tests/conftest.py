@@ -126,10 +126,12 @@ def heard_interrupts() -> Iterator[None]:
 @pytest.fixture
 def in_process(monkeypatch: pytest.MonkeyPatch) -> None:
     """Ask engines in this process: where a test is about what is asked and said, a worker would only cost its start."""
+    from tests.in_process_pool import InProcessPool
+
     from carom.execution import describe_engines, pool, scene_import, settings_code
 
     for module in (settings_code, describe_engines, scene_import, pool):
-        monkeypatch.setattr(module, "LocalPool", lambda *_: pool.InProcessPool())
+        monkeypatch.setattr(module, "LocalPool", lambda *_: InProcessPool())
 
 
 @cache

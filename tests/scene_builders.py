@@ -5,10 +5,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any, TypeVar
 
+from tests.in_process_pool import InProcessPool
+
 import carom
 from carom import Chain, Disc, Ring, Scene, Trace, Wall
 from carom.engines.api import Adapter, Observation
-from carom.execution.pool import InProcessPool
 from carom.execution.results import Results
 from carom.model.walls import AnyWall
 

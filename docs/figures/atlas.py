@@ -40,11 +40,11 @@ from docs.figures.atlas_methods import (
     spread,
     total,
 )
+from docs.figures.raw_records import read_raw_records
 
 from carom.comparator.thresholds import THRESHOLDS
 from carom.report.document import Column, Table
 from carom.report.formatting import format_number
-from carom.report.results_file.records import read_raw_records
 
 ROOT = Path(__file__).resolve().parents[2]
 MEASURED = ROOT / "docs" / "figures" / "measured.json"

@@ -17,11 +17,11 @@ from pathlib import Path
 from typing import Any
 
 from docs.figures import stress_tables
+from docs.figures.raw_records import read_raw_records
 
 from carom.catalogue import find_scenes
 from carom.execution.job import Method
 from carom.report.formatting import format_number
-from carom.report.results_file.records import read_raw_records
 from carom.report.svg import to_separate_svg
 from carom.studies.bench.axes import Diagram, ErrorKind
 from carom.studies.bench.convergence import Convergence, ConvergenceOrder

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from tests.cases import each
 from tests.hazards.spread import build_starts
+from tests.in_process_pool import InProcessPool
 from tests.processes import run_command
 from tests.scene_builders import Named, disc_at, staged
 
@@ -21,7 +22,6 @@ from carom.engines.api import Adapter, AdapterError, Contact, Setting, unsupport
 from carom.execution.adapter_profile import capabilities_of
 from carom.execution.engine_run import observe_run
 from carom.execution.plan import build_plan
-from carom.execution.pool import InProcessPool
 from carom.execution.run_options import Options
 from carom.model.trace import Outcome
 from carom.studies.cross_check.explain import explain

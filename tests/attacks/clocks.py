@@ -12,11 +12,11 @@ from typing import Any
 from unittest import mock
 
 from tests.attacks.guard import HangError, limit_time
+from tests.in_process_pool import InProcessPool
 from tests.unit.execution.test_timing import SCENE, Adapter
 
 from carom.engines.registry import load_adapter
 from carom.execution.job import Method
-from carom.execution.pool import InProcessPool
 from carom.studies.bench import timing_pass
 from carom.studies.bench.timing_pass import TimeScene
 

@@ -18,13 +18,14 @@ from tempfile import TemporaryDirectory
 from unittest import mock
 
 from tests.attacks.guard import HangError, limit_time
+from tests.in_process_pool import InProcessPool
+from tests.journal_lines import read_canonical_lines
 from tests.random_scenes import draw_scene
 
 from carom.execution import cluster
 from carom.execution.cluster import ClusterError, ClusterPool
 from carom.execution.job import Job, Method
-from carom.execution.journal import read_canonical_lines
-from carom.execution.pool import InProcessPool, Pool
+from carom.execution.pool import Pool
 from carom.execution.score_jobs import score_jobs, score_journal
 
 #: Long enough for a process to start on a machine that is busy.

@@ -8,7 +8,7 @@ from pathlib import Path
 from random import Random
 from shutil import rmtree
 
-from carom.execution.journal import read_canonical_lines
+from tests.journal_lines import read_canonical_lines
 
 COMMAND = (
     sys.executable,

@@ -18,13 +18,13 @@ from unittest import mock
 
 import numpy as np
 from tests.attacks.guard import HangError, limit_time
+from tests.in_process_pool import InProcessPool
 from tests.installed_adapters import clear_entry_point_caches, write_distribution
 
 from carom import Scene, cross_check
 from carom.catalogue import all_scenes
 from carom.engines.api import Contact, Observation
 from carom.execution.job import Status
-from carom.execution.pool import InProcessPool
 from carom.execution.results import Results
 from carom.report.render.markdown import render_markdown
 from carom.report.results_file.records import format_records

@@ -6,11 +6,11 @@ from pathlib import Path
 from random import Random
 
 from tests.attacks.guard import try_act
+from tests.in_process_pool import InProcessPool
+from tests.journal_lines import read_canonical_lines
 
 from carom.catalogue import find_scenes
 from carom.errors import InputError
-from carom.execution.journal import read_canonical_lines
-from carom.execution.pool import InProcessPool
 from carom.execution.score_jobs import score_journal
 from carom.studies.bench.axes import ErrorKind
 from carom.studies.bench.options import BenchPlan

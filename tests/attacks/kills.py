@@ -12,8 +12,7 @@ from shutil import rmtree
 from typing import Any
 
 from tests.attacks.guard import find_leftovers
-
-from carom.execution.journal import read_canonical_lines
+from tests.journal_lines import read_canonical_lines
 
 #: Mark in the environment of all started processes, so that remaining ones can be identified.
 MARK = "CAROM_ATTACK=kills"

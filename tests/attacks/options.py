@@ -14,10 +14,10 @@ from shutil import rmtree
 from unittest.mock import patch
 
 from tests.attacks.guard import HangError, limit_time
+from tests.in_process_pool import InProcessPool
 from typer.testing import CliRunner
 
 from carom.cli import app
-from carom.execution.pool import InProcessPool
 
 #: A command that is quickly done, and options of it that take a value.
 COMMANDS = {

@@ -7,13 +7,13 @@ from random import Random
 from typing import Any
 
 from tests.attacks.guard import try_act
+from tests.in_process_pool import InProcessPool
 
 from carom import cross_check, solve_pit
 from carom.catalogue import all_scenes
 from carom.execution.cache_key import build_job_key
 from carom.execution.job import Answer, Job, Method, Status
 from carom.execution.journal import JournalEntry
-from carom.execution.pool import InProcessPool
 from carom.execution.run_options import Options
 from carom.report.render.markdown import render_markdown
 from carom.report.results_file.records import format_records

@@ -4,10 +4,11 @@ from typing import Any
 
 import pytest
 from docs.figures import atlas, atlas_methods
+from docs.figures.raw_records import read_raw_records
 from tests.scene_builders import run_cross_check
 
 from carom.catalogue import find_scenes
-from carom.report.results_file.records import format_records, read_raw_records
+from carom.report.results_file.records import format_records
 
 pytestmark = pytest.mark.long  # it runs a cross-check
 

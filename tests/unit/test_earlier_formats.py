@@ -5,12 +5,13 @@ from pathlib import Path
 
 import pytest
 from tests.cases import each
+from tests.in_process_pool import InProcessPool
+from tests.journal_lines import read_canonical_lines
 
 from carom.catalogue import find_scenes
 from carom.errors import InputError
-from carom.execution.journal import JOURNAL_FORMAT, read_canonical_lines
+from carom.execution.journal import JOURNAL_FORMAT
 from carom.execution.plan import build_plan
-from carom.execution.pool import InProcessPool
 from carom.execution.run_options import Options
 from carom.report.files import FORMATS
 from carom.report.results_file.json_lines import format_line

@@ -186,15 +186,6 @@ def remove_unused(path: Path) -> None:
         path.unlink()
 
 
-def read_canonical_lines(path: Path) -> list[bytes]:
-    """Return the lines of a journal, sorted, so that the order in which jobs finished has no effect.
-
-    Two journals have the same content, to the bit, if these lists are equal.
-    """
-    with path.open("rb") as file:
-        return sorted({*_read_lines(file.fileno(), _find_end_of_lines(file.fileno()))})
-
-
 def _describe_difference(stored: Mapping[str, Any], stamp: Mapping[str, Any]) -> str:
     if stored.get("format") != JOURNAL_FORMAT:
         format_note = f"it has the format {shorten(repr(stored.get('format')))} of another version of Carom"

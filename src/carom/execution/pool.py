@@ -1,4 +1,4 @@
-"""Pools: carry out tasks in worker processes of this machine, or in this process.
+"""Pools: carry out tasks in worker processes of this machine.
 
 A pool returns an `Answer` to every task, even if an engine crashes or hangs. `carom.execution.cluster` has another
 pool.
@@ -18,7 +18,6 @@ from carom.engines.registry import list_adapter_points
 from carom.errors import AdapterError
 from carom.execution.fork_server import ForkServer
 from carom.execution.job import Answer, Task
-from carom.execution.worker import carry_out
 from carom.execution.worker_process import ClosedError, Worker
 from carom.support.limits import DEFAULT_TIME_LIMIT_S, require_megabytes
 from carom.support.system import count_available_cores, measure_available_memory
@@ -83,20 +82,6 @@ class Pool(TaskRunner):
             work: Function that yields the results of an item. It runs its tasks on the runner that it gets as second
                 argument.
         """
-
-
-class InProcessPool(Pool):
-    """Carries out all tasks in this process, one after another. If an engine crashes, this process also ends."""
-
-    def run_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
-        """Carry out tasks one after another."""
-        return map(carry_out, tasks)
-
-    def map_unordered(
-        self, items: Iterable[tuple[str, Item]], work: Callable[[Item, TaskRunner], Iterable[T]]
-    ) -> Iterator[list[T]]:
-        """Process the items one after another."""
-        return ([result] for _, item in items for result in work(item, self))
 
 
 class Lane(TaskRunner):

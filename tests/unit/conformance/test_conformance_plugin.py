@@ -5,13 +5,13 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from tests.in_process_pool import InProcessPool
 from tests.unit.engines.protocol.programs import write_manifest
 
 from carom.conformance.known_failures import FILE_NAME
 from carom.conformance.suite import make_suite, select_engines
 from carom.engines.registry import load_adapter
 from carom.errors import InputError
-from carom.execution.pool import InProcessPool
 from carom.execution.shared_options import LimitOptions
 
 Pytest = Callable[..., "subprocess.CompletedProcess[str]"]

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.in_process_pool import InProcessPool
 from tests.processes import PATIENT_S
 
 from carom import Disc, Scene, cross_check
@@ -14,7 +15,7 @@ from carom.engines.registry import EngineInfo
 from carom.errors import UnknownNameError
 from carom.execution.describe_engines import DescribeTask, SettingsTask, describe_engines, list_methods, select_engines
 from carom.execution.job import Answer, Method, Status, Task
-from carom.execution.pool import InProcessPool, LocalPool
+from carom.execution.pool import LocalPool
 
 Install = Callable[[str, dict[str, str]], None]
 

@@ -19,6 +19,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from tests.cases import each
+from tests.journal_lines import read_canonical_lines
 from tests.scene_builders import disc_at, require_value, staged
 
 from carom.comparator import Errors
@@ -26,7 +27,7 @@ from carom.errors import InputError
 from carom.execution import journal as journal_module
 from carom.execution.cache_key import JobKey
 from carom.execution.job import Answer, Job, Method, Status
-from carom.execution.journal import JOURNAL_FORMAT, JournalEntry, read_canonical_lines
+from carom.execution.journal import JOURNAL_FORMAT, JournalEntry
 from carom.execution.pool import LocalPool
 from carom.execution.score_jobs import Measures, score_jobs, score_journal
 from carom.studies.stress.result import CellEnding, CellResult

@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.in_process_pool import InProcessPool
+from tests.journal_lines import read_canonical_lines
 from tests.scene_builders import disc_at, staged
 
 from carom import Disc, Scene
@@ -15,9 +17,8 @@ from carom.execution import scheduler
 from carom.execution.cache_key import build_job_key
 from carom.execution.cluster import ClusterError, ClusterPool
 from carom.execution.job import Answer, Job, Method, Status
-from carom.execution.journal import read_canonical_lines
 from carom.execution.plan import build_plan
-from carom.execution.pool import InProcessPool, LocalPool, Pool
+from carom.execution.pool import LocalPool, Pool
 from carom.execution.run_options import Options
 from carom.execution.scheduler import build_batches
 from carom.execution.score_jobs import Measures, ScoreTask, estimate_steps, score_jobs, score_journal

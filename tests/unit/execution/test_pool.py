@@ -10,12 +10,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from tests.cases import each
+from tests.in_process_pool import InProcessPool
 from tests.processes import PATIENT_S, limit_only
 
 from carom import Disc, Scene, Wall
 from carom.execution.job import Status
 from carom.execution.plan import build_plan
-from carom.execution.pool import InProcessPool, LocalPool, Pool
+from carom.execution.pool import LocalPool, Pool
 from carom.execution.results import Results
 from carom.execution.run_options import Options
 from carom.studies.cross_check.run import execute

@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 from tests.cases import each, release_after
+from tests.in_process_pool import InProcessPool
 from tests.scene_builders import disc_at, staged, wall_at
 from tests.unit.execution.conftest import STANDING
 
@@ -20,7 +21,7 @@ from carom.errors import AdapterError
 from carom.execution.engine_run import ObserveTask
 from carom.execution.exception_text import describe_exception
 from carom.execution.job import Job, Method, Status
-from carom.execution.pool import InProcessPool, Lane
+from carom.execution.pool import Lane
 from carom.execution.results import Results, Row
 from carom.model.trace import Trace
 from carom.studies.cross_check.document import build_report

@@ -4,9 +4,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from tests.in_process_pool import InProcessPool
+
 from carom.execution.job import Answer, Status, Task
 from carom.execution.journal import JournalEntry, MemoryJournal
-from carom.execution.pool import InProcessPool, TaskRunner
+from carom.execution.pool import TaskRunner
 from carom.execution.scheduler import DependentTasks, TaskRequest, run_tasks
 
 

@@ -2,9 +2,10 @@
 
 import textwrap
 
+from tests.in_process_pool import InProcessPool
+
 from carom.engines.api import CodedAdapter
 from carom.engines.registry import load_adapter
-from carom.execution.pool import InProcessPool
 from carom.execution.settings_code import find_changed_code, find_changed_lines, find_step_code, find_step_lines
 from carom.model.scene import Disc, Scene
 

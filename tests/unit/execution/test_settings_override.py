@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 from tests.cases import each
+from tests.in_process_pool import InProcessPool
 from tests.scene_builders import disc_at
 
 import carom
@@ -15,7 +16,6 @@ from carom.execution.cache_key import build_job_key
 from carom.execution.describe_engines import find_engine
 from carom.execution.job import Job, Method
 from carom.execution.plan import build_plan
-from carom.execution.pool import InProcessPool
 from carom.execution.run_options import Options
 from carom.execution.settings_override import resolve_settings
 from carom.model.trace import Setting

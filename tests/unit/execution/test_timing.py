@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.cases import each
+from tests.in_process_pool import InProcessPool
 from tests.scene_builders import disc_at, require_value, staged
 from tests.unit.execution.stubs import Makes, Still
 
@@ -16,7 +17,6 @@ from carom.catalogue import all_scenes
 from carom.engines.api import AdapterError, Engine, Observation
 from carom.engines.registry import load_adapter
 from carom.execution.job import Method, UnsupportedError
-from carom.execution.pool import InProcessPool
 from carom.execution.timing import time_run
 from carom.studies.bench import timing_pass
 from carom.studies.bench.timing_pass import TimeScene

@@ -17,6 +17,7 @@ from urllib.parse import unquote
 from xml.etree import ElementTree as ET
 
 import pytest
+from docs.figures.raw_records import read_raw_records
 from rich.console import Console
 from tests.cases import each
 from tests.scene_builders import require_value
@@ -34,7 +35,7 @@ from carom.report.render.html import render_html as html_of
 from carom.report.render.markdown import render_markdown as markdown_of
 from carom.report.render.terminal import render_terminal
 from carom.report.results_file.json_lines import format_line
-from carom.report.results_file.records import read_raw_records, read_records, stream_records
+from carom.report.results_file.records import read_records, stream_records
 from carom.studies.cross_check.document import build_report, cross_check_document
 from carom.support.escaping import escape_controls
 from carom.support.folders import MARKER

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import pytest
 from tests.cases import each, release_after
+from tests.in_process_pool import InProcessPool
 from tests.scene_builders import disc_at, require_value, run_cross_check, staged, wall_at
 from tests.unit.studies.examples import METHODS, build_campaign_results, build_growth
 
@@ -13,7 +14,6 @@ from carom import Results, Scene, cross_check, solve_pic
 from carom.catalogue import CatalogueScene, find_scenes
 from carom.comparator import compare
 from carom.execution.plan import build_plan
-from carom.execution.pool import InProcessPool
 from carom.execution.run_options import Options
 from carom.report.document import Lines, Text
 from carom.report.replay import build_impact_rows

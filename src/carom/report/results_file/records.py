@@ -72,19 +72,6 @@ def stream_records(path: Path) -> tuple[Summary, Iterator[RowLine]]:
     return read_summary(head, path), read_rows()
 
 
-def read_raw_records(path: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
-    """Read a file of results as plain JSON objects, without validation of their fields.
-
-    Raises:
-        InputError: The file can't be read, has another format, or is incomplete.
-    """
-    texts = _read_lines(path)
-    head = _parse_head(path, next(texts, b"{}"))
-    rows = [_parse_object(path, number, text) for number, text in enumerate(texts, start=2)]
-    _require_whole(path, head, len(rows))
-    return head, rows
-
-
 _WANTED = FORMATS["results"]
 _READS = (
     f"; this Carom reads complete files of format {_WANTED}: run the cross-check again, or use the version that wrote "

@@ -7,6 +7,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from tests.cases import each, release_after
+from tests.in_process_pool import InProcessPool
 from tests.unit.core.feature_times import build_wall_features
 
 import carom
@@ -17,7 +18,6 @@ from carom.comparator.scales import compute_scales
 from carom.core.wall_features import Arc, Face, Feature, Mover
 from carom.engines.registry import load_adapter
 from carom.execution.engine_run import observe_run
-from carom.execution.pool import InProcessPool
 from carom.model.chain_geometry import ExactCircle
 
 #: Rounding of positions of order 1 over relative speeds of order 0.1, at paths of a few lengths.

@@ -9,6 +9,7 @@ import pytest
 from tests.cases import each
 from tests.command import carom_command, printed_text
 from tests.fake_clock import Clock
+from tests.in_process_pool import InProcessPool
 from tests.processes import read_pid, wait_until_ended
 from tests.unit.engines.protocol.programs import write_manifest
 
@@ -20,7 +21,7 @@ from carom.errors import AdapterError
 from carom.execution.describe_engines import describe_engines
 from carom.execution.engine_run import ObserveTask
 from carom.execution.job import Job, Method, Status
-from carom.execution.pool import InProcessPool, Lane
+from carom.execution.pool import Lane
 from carom.model.scene import Disc, Scene
 
 WHOLE = """

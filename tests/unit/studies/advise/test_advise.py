@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from tests.cases import each, long_until
+from tests.in_process_pool import InProcessPool
 from tests.scene_builders import disc_at, require_value, staged, wall_at, with_discs
 from tests.unit.report.test_terminal import print_document
 
@@ -18,7 +19,6 @@ from carom.comparator.shifted_scenes import shift_start
 from carom.errors import InputError
 from carom.execution.engine_run import observe_run
 from carom.execution.job import PIT_METHOD, Job, Method
-from carom.execution.pool import InProcessPool
 from carom.model.trace import Outcome
 from carom.model.walls import Leg
 from carom.studies.advise import run as adviser

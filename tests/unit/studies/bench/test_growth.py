@@ -10,11 +10,11 @@ from typing import Any, TypeVar
 import pytest
 from tests.command import carom_command, printed_text
 from tests.fake_clock import Clock
+from tests.in_process_pool import InProcessPool
 
 from carom.engines.api import Capabilities, Profile
 from carom.execution.job import Answer, Method, Status, Task, UnsupportedError
 from carom.execution.journal import JournalEntry
-from carom.execution.pool import InProcessPool
 from carom.studies.bench import growth
 from carom.studies.bench.options import GrowthOptions
 

@@ -16,13 +16,14 @@ import tomli_w
 from tests.cases import each
 from tests.command import carom_command
 from tests.fake_clock import Clock
+from tests.in_process_pool import InProcessPool
 from tests.processes import PATIENT_S
 from tests.scene_builders import disc_at, require_value, staged
 
 from carom import Scene
 from carom.errors import InputError, UnknownNameError
 from carom.execution.job import Answer, Method, Status
-from carom.execution.pool import InProcessPool, Lane
+from carom.execution.pool import Lane
 from carom.execution.score_jobs import Measures, score_journal
 from carom.studies.bench.axes import ErrorKind
 from carom.studies.bench.convergence import Convergence

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from tests.cases import each, release_after
 from tests.fake_clock import Clock
+from tests.in_process_pool import InProcessPool
 from tests.scene_builders import disc_at, require_value, run_cross_check, staged, wall_at
 
 import carom
@@ -20,7 +21,6 @@ from carom.execution import scene_reference
 from carom.execution.engine_run import ObserveTask
 from carom.execution.job import Answer, Job, Method, Status, Task
 from carom.execution.plan import build_plan
-from carom.execution.pool import InProcessPool
 from carom.execution.run_options import Options, compute_default_dts
 from carom.execution.timing import TIMING_RUNS, TimeTask
 from carom.model.trace import Outcome, Trace

@@ -7,13 +7,13 @@ from typing import Any
 
 import pytest
 from tests.cases import each, release_after
+from tests.in_process_pool import InProcessPool
 
 from carom.catalogue import catalogue
 from carom.execution import scene_reference
 from carom.execution.engine_run import ObserveTask
 from carom.execution.job import Answer, Job, Method, Status, Task
 from carom.execution.plan import build_plan
-from carom.execution.pool import InProcessPool
 from carom.execution.run_options import Options
 from carom.execution.time_saved import measure_pic_saving, measure_pit_saving
 from carom.report.document import Figures, Media, Table

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.cases import each
+from tests.in_process_pool import InProcessPool
 from tests.scene_builders import require_value
 
 from carom import Trace, load_scene, solve_pic, solve_pit
 from carom.catalogue import Complaint, Symptom, all_scenes
 from carom.execution.engine_run import ObserveTask
 from carom.execution.job import Answer, Method, Status, Task
-from carom.execution.pool import InProcessPool
 from carom.model.scene import Need
 from carom.model.trace import Outcome
 from carom.studies.stress.attack import Attack

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 from tests.cases import each
+from tests.in_process_pool import InProcessPool
 
 from carom import load_scene, run
 from carom.errors import InputError
-from carom.execution.pool import InProcessPool
 from carom.studies.stress import run as campaign
 from carom.studies.stress.document import write_stress
 from carom.studies.stress.options import StressOptions

@@ -8,6 +8,7 @@ from typing import cast
 
 import pytest
 from tests.cases import each
+from tests.in_process_pool import InProcessPool
 
 from carom import Disc, Scene
 from carom.catalogue import find_scenes
@@ -15,7 +16,6 @@ from carom.comparator import Grade
 from carom.engines.api import Knob
 from carom.errors import InputError
 from carom.execution.job import Method
-from carom.execution.pool import InProcessPool
 from carom.model.trace import Setting
 from carom.studies.tune.evaluate import Jury, tune_journal
 from carom.studies.tune.objective import Judged
