@@ -109,11 +109,7 @@ def add_shorthand(schema: dict[str, Any]) -> dict[str, Any]:
         "type": "number",
     }
     factors = ", ".join(f"{name} {factor}" for name, factor in SHAPES.items())
-    shape = {
-        "description": f"Instead of inertia_factor: {factors}.",
-        "enum": list(SHAPES),
-        "title": "Shape",
-    }
+    shape = {"description": f"Instead of inertia_factor: {factors}.", "enum": list(SHAPES), "title": "Shape"}
     schema["properties"] |= {"length_unit": unit, "pixels_per_metre": pixels}
     schema |= {
         "if": {"properties": {"length_unit": {"const": "px"}}, "required": ["length_unit"]},

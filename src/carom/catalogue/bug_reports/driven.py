@@ -4,14 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from carom.catalogue.closed_forms import (
-    build_disc,
-    build_impact,
-    build_scene,
-    build_staged,
-    stage_at_wall,
-    to_vector,
-)
+from carom.catalogue.closed_forms import build_disc, build_impact, build_scene, build_staged, stage_at_wall, to_vector
 from carom.catalogue.entry import Staged
 from carom.catalogue.groups.classics_walled import edges, stage_in_room
 from carom.catalogue.groups.driven import LAW, on_a_moving_surface, stage_at_mallet, stage_before_paddle, stage_on_lift

@@ -58,9 +58,7 @@ def pooltool_217_touching() -> Staged:
     """A ball that touches a cushion is shot towards it."""
     radius, side = 0.03125, 4.5
     scene = build_scene(
-        [build_disc(complex(side - radius, 1), 1.5 + 0.5j, radius)],
-        walls=build_box_walls(side, side),
-        duration_s=1.0,
+        [build_disc(complex(side - radius, 1), 1.5 + 0.5j, radius)], walls=build_box_walls(side, side), duration_s=1.0
     )
     return build_staged(scene, [build_impact(0.0, 0, -2, -1.5 + 0.5j)], f"{_MIRROR}, here at the start")
 

@@ -119,10 +119,7 @@ def stage_before_paddle(
                 impacts.append(build_impact(float(time), 0, body, float(speed)))
     path = [{"from_s": float(begin), "velocity_m_s": (float(drive), 0.0)} for begin, drive in legs]
     moves = {"legs": path} if len(path) > 1 else {"velocity_m_s": path[0]["velocity_m_s"]}
-    walls = [
-        upright(0.0, 1),
-        Wall(point_m=(float(length), 0.0), normal=(-1.0, 0.0), **moves),
-    ]
+    walls = [upright(0.0, 1), Wall(point_m=(float(length), 0.0), normal=(-1.0, 0.0), **moves)]
     scene = build_scene([build_disc(1, float(start), 0.25)], walls=walls, duration_s=float(duration))
     return build_staged(scene, impacts, source, final=[(float(place), float(speed))])
 

@@ -185,12 +185,7 @@ def _superball_hop() -> Staged:
     pull, drop, duration = 8.0, 1.0, 2.75  # the first impact is after half a second, at 4 m/s; a hop takes a second
     disc = Disc(position_m=(-0.5, 1.0 + drop), velocity_m_s=(1.0, 0.0), radius_m=1.0, spin_rad_s=2.0)
     scene = build_scene(
-        [disc],
-        walls=[FLOOR],
-        wall_friction=_GRIP,
-        wall_tangential_restitution=1.0,
-        pull=pull,
-        duration_s=duration,
+        [disc], walls=[FLOOR], wall_friction=_GRIP, wall_tangential_restitution=1.0, pull=pull, duration_s=duration
     )
     signs = (-1.0, 1.0, -1.0)
     impacts = [KnownImpact(0.5 + n, 0, -1, (sign, 4.0), spin_first_after=2.0 * sign) for n, sign in enumerate(signs)]

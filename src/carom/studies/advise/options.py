@@ -52,10 +52,7 @@ class AdviceOptions(LimitOptions):
         default_text="1deg",
     )
     miss_probability: float = declare_option(
-        0.0,
-        _FRACTION,
-        "Allowed fraction of starts with a missed or spurious impact.",
-        "--miss-probability",
+        0.0, _FRACTION, "Allowed fraction of starts with a missed or spurious impact.", "--miss-probability"
     )
     phases: int = declare_option(
         8, build_whole_number_kind(1, MOST_PHASES), "Number of starts within a step.", "--phases"

@@ -27,11 +27,7 @@ SPEED_M_S = 0.01 * 2 * RADIUS_M * RATE_HZ
 
 
 def build_trial(
-    description: str,
-    discs: Sequence[Disc],
-    judge: Judge | None = None,
-    duration_s: float = MEETING_S,
-    **fields: Any,
+    description: str, discs: Sequence[Disc], judge: Judge | None = None, duration_s: float = MEETING_S, **fields: Any
 ) -> Trial:
     """Make a trial of an attack. By default, the scene lasts `MEETING_S`, and the judge uses the true motion.
 
