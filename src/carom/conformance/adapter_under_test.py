@@ -20,7 +20,6 @@ from carom.engines.registry import load_adapter
 from carom.execution.adapter_profile import capabilities_of, prepare_settings
 from carom.execution.engine_run import ObserveTask, observe_run
 from carom.execution.job import Job, Method, Status, Task
-from carom.execution.journal import MemoryJournal
 from carom.execution.pool import Closeable, LocalPool
 from carom.execution.scheduler import TaskRequest, run_tasks
 from carom.execution.shared_options import LimitOptions
@@ -171,9 +170,7 @@ class Subject(Closeable):
         return self._pool.worker_of(self.name)
 
     def _ask(self, task: Task[T], setup: Setup) -> T:
-        ((_, answer),) = run_tasks(
-            [TaskRequest(None, None, task)], self._pool, MemoryJournal[None, T](), one_at_a_time=True
-        )
+        ((_, answer),) = run_tasks([TaskRequest(None, None, task)], self._pool, one_at_a_time=True)
         if answer.value is None:
             problem = _FAILURES.get(answer.status, "the run fails")
             raise Violation(problem, "a run to the end of the scene", answer.reason, setup)

@@ -75,16 +75,22 @@ class TaskRequest(Generic[S, K, T]):
 
 
 def run_tasks(
-    requests: Iterable[TaskRequest[S, K, T]], pool: Pool, journal: MemoryJournal[K, T], *, one_at_a_time: bool = False
+    requests: Iterable[TaskRequest[S, K, T]],
+    pool: Pool,
+    journal: MemoryJournal[K, T] | None = None,
+    *,
+    one_at_a_time: bool = False,
 ) -> Iterator[tuple[S, Answer[T]]]:
     """Yield subject and answer of each request: first of known and refused requests, then of the others as they finish.
 
     Args:
         requests: The tasks; those with the same key are carried out once.
         pool: Pool that carries out the tasks; it stays open.
-        journal: Journal with the known answers. New answers are added to it before they are yielded.
+        journal: Journal with the known answers. New answers are added to it before they are yielded. By default, no
+            answer is known, and none is kept.
         one_at_a_time: Whether tasks are carried out one at a time, while nothing else runs.
     """
+    journal = MemoryJournal() if journal is None else journal
     pending: dict[K, list[TaskRequest[S, K, T]]] = {}
     for request in requests:
         if (known := journal.entries.get(request.key)) is not None:

@@ -107,7 +107,7 @@ def score_jobs(
         TaskRequest(job, build_job_key(job), ScoreTask(job), refusal(job), estimate_steps(job))
         for job in sort_by_start(jobs)
     ]
-    for job, answer in run_tasks(requests, pool, MemoryJournal() if journal is None else journal):
+    for job, answer in run_tasks(requests, pool, journal):
         answers[build_job_key(job)] = answer
         progress(len(answers), len(requests), f"{job.scene.name} on {job.engine}")
     return answers

@@ -260,14 +260,14 @@ class _Process:
         for pipe in (self._popen.stdin, self._popen.stdout, self._popen.stderr):
             if pipe is not None:
                 pipe.close()  # the watchdog ends when its input is closed
-        self._popen.terminate()  # a forked process can hold the other end of the pipe open
         self._selector.close()
-        with suppress(subprocess.TimeoutExpired):
-            self._popen.wait(GRACE_S)
-            return
-        self._popen.kill()  # the worker ends with the watchdog
-        with suppress(subprocess.TimeoutExpired):
-            self._popen.wait(GRACE_S)
+        # A forked process can hold the other end of the pipe open, so the watchdog is also sent signals. With the
+        # watchdog, the worker ends.
+        for number in (signal.SIGTERM, signal.SIGKILL):
+            self._popen.send_signal(number)
+            with suppress(subprocess.TimeoutExpired):
+                self._popen.wait(GRACE_S)
+                return
 
 
 def _start_watchdog(folder: str, path: str, memory_bytes: int) -> subprocess.Popen[bytes]:

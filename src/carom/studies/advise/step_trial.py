@@ -13,10 +13,9 @@ from carom.comparator.measure.errors import measure_errors
 from carom.comparator.scales import compute_scales
 from carom.comparator.shifted_scenes import list_even_phases
 from carom.execution.adapter_profile import load_supported_adapter
-from carom.execution.cache_key import JobKey, build_job_key
+from carom.execution.cache_key import build_job_key
 from carom.execution.engine_run import observe_run
 from carom.execution.job import Answer, Job, JobTask, Method, Status
-from carom.execution.journal import MemoryJournal
 from carom.execution.pool import Pool
 from carom.execution.scene_reference import require_reference, shift_to_phase, solve_reference
 from carom.execution.scheduler import TaskRequest, run_tasks
@@ -159,4 +158,4 @@ def try_starts(jobs: Iterable[Job], pool: Pool) -> Mapping[tuple[Method, float],
         TaskRequest((job.method, job.phase), build_job_key(job), StartTask(job), steps=estimate_steps(job))
         for job in sort_by_start(jobs)
     ]
-    return dict(run_tasks(asks, pool, MemoryJournal[JobKey, Started]()))
+    return dict(run_tasks(asks, pool))

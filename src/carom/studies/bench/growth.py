@@ -223,7 +223,6 @@ def measure_growth(
         UnknownNameError: An engine does not exist.
     """
     engine_names, sizes, budget_s = options.engines, options.sizes, options.budget_s
-    notes = MemoryJournal[GrowthKey, Grown]() if notes is None else notes
     with options.open_local_pool(1) as pool:
         infos = select_engines(describe_engines(engine_names, pool), engine_names)
         infos = add_own_methods(infos, engine_names, pool, needs_own_methods=options.own)

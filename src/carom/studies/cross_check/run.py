@@ -200,8 +200,7 @@ class _Observer:
     def __init__(self, plan: Plan, pool: Pool, notes: MemoryJournal[JobKey, Trace] | None, progress: Progress) -> None:
         self.total = 0
         self._refusal, self._samples = plan.methods.find_job_refusal, plan.options.samples
-        self._pool, self._progress, self._done = pool, progress, 0
-        self._notes: MemoryJournal[JobKey, Trace] = MemoryJournal() if notes is None else notes
+        self._pool, self._notes, self._progress, self._done = pool, notes, progress, 0
 
     def count(self, description: str, done: int = 1) -> None:
         self._done += done
@@ -224,7 +223,7 @@ class _Observer:
         """Time the jobs one after another with nothing else running, and yield their run times."""
         asks = [TaskRequest(job, build_job_key(job), TimeTask(job)) for job in jobs]
         with self._pool.to_local_pool() as pool:
-            yield from self._count_each(run_tasks(asks, pool, MemoryJournal[JobKey, Timing](), one_at_a_time=True))
+            yield from self._count_each(run_tasks(asks, pool, one_at_a_time=True))
 
     def _count_each(self, found: Iterable[tuple[Job, Answer[T]]]) -> Iterator[tuple[Job, Answer[T]]]:
         for job, answer in found:
