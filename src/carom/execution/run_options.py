@@ -99,13 +99,7 @@ class Options(LimitOptions):
     )
     settings: Mapping[str, Setting] = declare_option(
         (),
-        ValueKind(
-            "a mapping from names to values",
-            "NAME=VALUE",
-            _to_mapping,
-            wrong=("x", 5, ["x"], None),
-            gather=parse_settings,
-        ),
+        ValueKind("a mapping from names to values", "NAME=VALUE", _to_mapping, gather=parse_settings),
         "Override a setting of the profiles, repeatable. Every chosen engine must have the setting.",
         "--set",
     )

@@ -38,7 +38,7 @@ def declare_engines() -> Any:
     """
     return declare_option(
         None,
-        ValueKind("a name", "NAME", build_name_kind().take, _resolve_engine, build_name_kind().wrong),
+        ValueKind("a name", "NAME", build_name_kind().take, _resolve_engine),
         "Engine name, or path of an engine.toml; repeatable. The engine's code runs with your permissions.",
         "--engine",
         "-e",
@@ -89,7 +89,7 @@ def declare_scheduler() -> Any:
     description = "an address such as tcp://host:8786"
     return declare_option(
         None,
-        ValueKind(description, "ADDRESS", _parse_address, wrong=("host:8786", "nan", "", 5, True, ["tcp://host:8786"])),
+        ValueKind(description, "ADDRESS", _parse_address),
         "Dask scheduler to run on, such as tcp://host:8786. Run times are still measured here.",
         "--scheduler",
         default_text="this machine",
@@ -102,7 +102,7 @@ def declare_no_scheduler(reason: str) -> Any:
     def refuse(_value: Any) -> None:
         raise ValueError
 
-    kind = ValueKind(f"left out, since {reason}", "ADDRESS", refuse, wrong=("tcp://host:8786", "", 5))
+    kind = ValueKind(f"left out, since {reason}", "ADDRESS", refuse)
     return declare_option(None, kind, f"Not available here: {reason}.", "--scheduler")
 
 

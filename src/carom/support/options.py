@@ -33,7 +33,6 @@ class ValueKind:
         take: Converts a value to the form that a study uses. Raises TypeError, ValueError or OverflowError for an
             invalid value.
         read: Converts a command-line text to a value for `take`. A text with several values of a list becomes a tuple.
-        wrong: Examples of invalid values, for tests.
         gather: Joins several command-line texts that form one value together.
         range: Short description of the allowed values for `--help`; empty if `word` is enough.
     """
@@ -42,7 +41,6 @@ class ValueKind:
     word: str
     take: Callable[[Any], Any]
     read: Callable[[str], Any] = lambda text: text
-    wrong: tuple[Any, ...] = ()
     gather: Callable[[Sequence[str]], Any] | None = None
     range: str = ""
 
@@ -81,13 +79,6 @@ class Option:
     flags: tuple[str, ...]
     many: bool
     default: str
-
-    @property
-    def wrong(self) -> tuple[Any, ...]:
-        """Examples of values that are invalid in Python."""
-        if not self.many:
-            return self.kind.wrong
-        return (*([value] for value in self.kind.wrong), "text", 5)
 
 
 def declare_option(
@@ -194,19 +185,9 @@ def build_whole_number_kind(minimum: int, maximum: int | None = None) -> ValueKi
             raise ValueError
         return found
 
-    wrong = (
-        minimum - 1,
-        *(() if maximum is None else (maximum + 1,)),
-        -math.inf,
-        math.nan,
-        minimum + 0.5,
-        "2",
-        True,
-        None,
-    )
     span = f", {minimum} or more" if maximum is None else f" from {minimum} to {maximum}"
     shown_range = f"{minimum} or more" if maximum is None else f"{minimum} to {format_bound(maximum)}"
-    return ValueKind(f"a whole number{span}", "INTEGER", take, int, wrong, range=shown_range)
+    return ValueKind(f"a whole number{span}", "INTEGER", take, int, range=shown_range)
 
 
 def format_bound(value: float) -> str:
@@ -231,8 +212,7 @@ def build_measure_kind(
             raise ValueError
         return found
 
-    wrong = (lower, -1.0, 2.0 * upper, math.inf, math.nan, "x", "5", True, None)
-    return ValueKind(description, word, take, read, wrong, range=span or f"above {format_bound(lower)}")
+    return ValueKind(description, word, take, read, range=span or f"above {format_bound(lower)}")
 
 
 def _build_limit_kind(unit: str, most: float) -> ValueKind:
@@ -281,15 +261,15 @@ def _require_type(kind: type, value: Any) -> Any:
 
 def build_name_kind() -> ValueKind:
     """Return the kind of names. Any text is valid. Whether the name exists is checked elsewhere."""
-    return ValueKind("a name", "NAME", partial(_require_type, str), wrong=(5, None, True, 0.5, ["x"]))
+    return ValueKind("a name", "NAME", partial(_require_type, str))
 
 
 def build_flag_kind() -> ValueKind:
     """Return the kind of boolean options."""
-    return ValueKind("True or False", "", partial(_require_type, bool), wrong=("no", 0, 1, None))
+    return ValueKind("True or False", "", partial(_require_type, bool))
 
 
 def build_enum_kind(kinds: type[StrEnum]) -> ValueKind:
     """Return the kind of an enumeration's members. A value may be a member or its name."""
     listed = ", ".join(one.value for one in kinds)
-    return ValueKind(f"one of {listed}", "|".join(one.value for one in kinds), kinds, wrong=("x", 5, None, True))
+    return ValueKind(f"one of {listed}", "|".join(one.value for one in kinds), kinds)

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import re
 from collections.abc import Callable
 from functools import partial
 from importlib import import_module
@@ -24,7 +25,8 @@ from carom.studies.diff.options import DiffOptions
 from carom.studies.history.options import HistoryOptions
 from carom.studies.stress.options import StressOptions
 from carom.studies.tune.options import TuneOptions
-from carom.support.options import DeclaredOptions, list_declared_options
+from carom.support.limits import LARGEST, SMALLEST
+from carom.support.options import DeclaredOptions, Option, list_declared_options
 
 #: Each study with the command of its options; a growth bench has its options from `carom bench`.
 STUDIES: dict[type[DeclaredOptions], tuple[str, ...]] = {
@@ -38,11 +40,48 @@ STUDIES: dict[type[DeclaredOptions], tuple[str, ...]] = {
     DiffOptions: ("diff", "tests/earlier_formats/results-2.jsonl", "tests/earlier_formats/results-2.jsonl"),
     HistoryOptions: ("history", "pymunk"),
 }
+#: Values that an option refuses, by the option's word in `--help`. Numbers are below.
+WRONG_BY_WORD: dict[str, tuple[Any, ...]] = {
+    "": ("no", 0, 1, None),
+    "NAME": (5, None, True, 0.5, ["x"]),
+    "NAME=VALUE": ("x", 5, ["x"], None),
+    "OLD=NEW": (5, "x", ["x"], ["x", ""], ["x", 5], ["x", "y", "z"]),
+    "ADDRESS": ("host:8786", "nan", "", 5, True, ["tcp://host:8786"]),
+}
+#: Two numbers that are just too small and too large for an option, by the beginning of its requirement.
+OUTSIDE = {
+    "an angle": (0.0, 2.0 * math.pi),
+    "a positive number of megabytes": (0.0, 2e9),
+    "a positive number of seconds": (0.0, 2e7),
+    "a positive number": (0.0, 2.0 * LARGEST),
+    "a number of seconds": (math.nextafter(SMALLEST, 0.0), 2.0 * LARGEST),
+    "0 or more and below 1": (-math.ulp(0.0), 1.0),
+}
+
+
+def list_wrong_values(one: Option) -> list[Any]:
+    """Values that an option refuses in Python."""
+    word, said = one.kind.word, one.kind.said
+    if word == "INTEGER":
+        least, *most = map(int, re.findall(r"\d+", said))
+        wrong: tuple[Any, ...] = (least - 1, *(n + 1 for n in most), -math.inf, math.nan, least + 0.5, "2", True, None)
+    elif "|" in word:
+        wrong = ("x", 5, None, True)
+    elif said.startswith("left out"):
+        wrong = ("tcp://host:8786", "", 5)
+    elif word in WRONG_BY_WORD:
+        wrong = WRONG_BY_WORD[word]
+    else:
+        outside = next(numbers for begin, numbers in OUTSIDE.items() if said.startswith(begin))
+        wrong = (*outside, -1.0, math.inf, math.nan, "x", "5", True, None)
+    return [*([value] for value in wrong), "text", 5] if one.many else list(wrong)
+
+
 WRONG = [
     (study, name, value)
     for study in STUDIES
     for name, one in list_declared_options(study).items()
-    for value in one.wrong
+    for value in list_wrong_values(one)
 ]
 
 
@@ -70,7 +109,7 @@ def is_optional(study: type[DeclaredOptions], name: str) -> bool:
 
 @each("study", STUDIES)
 def test_wrong_option_value_is_refused_in_python(study: type[DeclaredOptions]) -> None:
-    """Each study refuses each value that its declaration calls wrong; the message begins with the option's name."""
+    """Each study refuses each wrong value of an option; the message begins with the option's name."""
     for own, name, value in WRONG:
         if own is not study:
             continue
@@ -144,7 +183,7 @@ TAKEN = [
     (study, name)
     for study in STUDIES
     for name, one in list_declared_options(study).items()
-    if name not in OTHER or OTHER[name] not in one.wrong
+    if name not in OTHER or OTHER[name] not in list_wrong_values(one)
 ]
 
 

@@ -18,8 +18,7 @@ def _parse_two_names(value: Any) -> tuple[str, str]:
 
 
 _SAID = "OLD=NEW, such as pymunk=mujoco or pymunk/default=pymunk/tuned"
-_WRONG = (5, "x", ["x"], ["x", ""], ["x", 5], ["x", "y", "z"])
-_PAIRS = ValueKind(_SAID, "OLD=NEW", _parse_two_names, lambda text: text.split("=", 1), _WRONG)
+_PAIRS = ValueKind(_SAID, "OLD=NEW", _parse_two_names, lambda text: text.split("=", 1))
 
 
 @dataclass(frozen=True)
