@@ -18,7 +18,7 @@ def report(
     markdown: Annotated[
         Path | None, typer.Option("--markdown", help="Write the report to a new Markdown file; - prints only that.")
     ] = None,
-    detail: Annotated[bool, typer.Option("--verbose", "-v", help="Print all tables, not only the summary.")] = False,
+    verbose: common.Verbose = False,
 ) -> None:
     """Rebuild the report from results.jsonl without running engines.
 
@@ -31,4 +31,4 @@ def report(
         if path is not None and path.is_file():
             raise InputError(f"{option}: {path} already exists: name another file")
     document = rebuild_document(*read_records(folder / "results.jsonl" if folder.is_dir() else folder))
-    common.write_report(document, page, markdown, full=detail)
+    common.write_report(document, page, markdown, full=verbose)
