@@ -15,7 +15,7 @@ from carom.model.trace import format_profile
 from carom.report.formatting import format_number, format_percent
 
 #: The best grade first.
-GRADES = ("exact", "close", "sampled", "inaccurate", "parted", "parted inaccurate", "wrong")
+GRADES = ("exact", "close", "sampled", "inaccurate", "diverged", "diverged inaccurate", "wrong")
 #: Carom's own methods: what engines are compared with, and nothing to choose.
 OWN = ("pic", "pit")
 #: Profiles that no program can paste: their steps are cut by Carom.

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 #: Grades from best to worst; "ungraded" is separate.
-WORSENING = ("exact", "close", "sampled", "inaccurate", "parted", "parted_inaccurate", "wrong")
+WORSENING = ("exact", "close", "sampled", "inaccurate", "diverged", "diverged_inaccurate", "wrong")
 UNGRADED = "ungraded"
 
 #: Scene, engine, profile and step.

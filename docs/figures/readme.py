@@ -37,7 +37,7 @@ from carom.studies.stress.run import list_lines
 ROOT = Path(__file__).resolve().parents[2]
 SAMPLE = ROOT / "reports" / "sample" / "results.jsonl"
 
-GRADES = ("exact", "close", "sampled", "inaccurate", "parted", "parted inaccurate", "wrong")
+GRADES = ("exact", "close", "sampled", "inaccurate", "diverged", "diverged inaccurate", "wrong")
 
 BENCH = ROOT / "reports" / "bench" / "bench.json"
 FIGURES = ROOT / "docs" / "figures"

@@ -146,7 +146,7 @@ SAID: Mapping[Verdict, tuple[int, Callable[[Bare], float], float]] = {
     Verdict.POLYGON: (-1, Bare.first_step_error, SINGLE),
     Verdict.MISSED: (0, lambda bare: bare.lost, 0.0),
     Verdict.MULTIPLE_MISSED: (0, lambda bare: bare.lost, 0.0),
-    Verdict.PARTED: (-3, lambda bare: bare.lost, 0.0),
+    Verdict.DIVERGED: (-3, lambda bare: bare.lost, 0.0),
 }
 #: Contacts of MuJoCo's spring with floor and side wall overlap here: their effects are not separated.
 OVERLAPPING = {("gravity/box", "mujoco", "default")}

@@ -50,7 +50,7 @@ def test_ranking_of_four_engines_fits_the_first_screen(window: Window, wide_repo
 def test_bar_parts_match_the_number_of_scenes(window: Window, wide_report: Path) -> None:
     """Each part of a method's bar is as wide as its grade's share of scenes, with the best grade on the left."""
     page = window(wide_report)
-    order = ["exact", "close", "sampled", "inaccurate", "parted", "parted-inaccurate", "wrong", "not-graded"]
+    order = ["exact", "close", "sampled", "inaccurate", "diverged", "diverged-inaccurate", "wrong", "not-graded"]
     for cell in page.locator("table.methods tbody td:nth-child(2)").all():
         counts = [int(count) for count in re.findall(r"\d+", cell.inner_text())]
         parts = cell.locator(".bar i").evaluate_all("all => all.map(i => [i.className, i.offsetWidth])")

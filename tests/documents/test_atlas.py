@@ -103,7 +103,7 @@ def _build_gas_method(engine: str, outcome: str = "completed", **steps: Any) -> 
     """A method that ran the gas; `steps` is what its steps show otherwise than none at all."""
     none: dict[str, Any] = {"grade": "sampled", "due": 900, "missed": 0, "missed_by_pit": 0, "missed_within": 0}
     none |= {"invented": 0, "early": 0, "ahead": 0, "late_steps": [0.5, 1.0], "ratio": [0.2, 1.0], "energy": 0.0}
-    row = {"scene": atlas_methods.CHAOTIC, "refinement": 0, "grade": "parted", "outcome": outcome}
+    row = {"scene": atlas_methods.CHAOTIC, "refinement": 0, "grade": "diverged", "outcome": outcome}
     return atlas_methods.Method(engine, "tuned", ({**row, "local_truth": none | {"until_s": 20.0} | steps},), None)
 
 
@@ -126,7 +126,7 @@ def test_gas_ranking_ignores_the_misses_of_pit() -> None:
     ]
     assert [method.name for method, _ in atlas.crowd(ranked[::-1])] == [method.name for method in ranked]
     rows = [" | ".join(row) for row in atlas.data(atlas.crowd_table(ranked))["rows"]]
-    assert "loses tuned | parted | sampled | 900 | 0 (0) | 0 | 0 | 0.5 | 1 | 2e-6 | 20" in rows
+    assert "loses tuned | diverged | sampled | 900 | 0 (0) | 0 | 0 | 0.5 | 1 | 2e-6 | 20" in rows
     assert any("not bounded" in row for row in rows)
 
 

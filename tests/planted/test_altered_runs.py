@@ -38,8 +38,8 @@ from carom.catalogue.find_scenes import all_scenes
 from carom.comparator import Grade, Score, Verdict
 
 #: From best to worst.
-WORSENING = [Grade.EXACT, Grade.CLOSE, Grade.SAMPLED, Grade.INACCURATE, Grade.PARTED]
-WORSENING += [Grade.PARTED_INACCURATE, Grade.WRONG]
+WORSENING = [Grade.EXACT, Grade.CLOSE, Grade.SAMPLED, Grade.INACCURATE, Grade.DIVERGED]
+WORSENING += [Grade.DIVERGED_INACCURATE, Grade.WRONG]
 
 #: In 32-bit floats, whose last place is 5e-7 m at 8 m, faults below this, in the units of each, may go unseen.
 SEEN_32 = 1e-3
@@ -109,15 +109,15 @@ def assert_verdicts_fit_grade(score: Score, found: str) -> None:
     assert (Verdict.CONFORMS in said) == (score.grade is Grade.EXACT), found
     assert score.grade is not Grade.EXACT or said <= OF_EXACT, found
     assert score.grade is not Grade.WRONG or said & OF_WRONG, found
-    parted = score.grade in {Grade.PARTED, Grade.PARTED_INACCURATE}
-    assert Verdict.PARTED in said or not parted, found
-    assert Verdict.PARTED not in said or parted or (score.grade is Grade.WRONG and said & WRONG_LATER), found
+    diverged = score.grade in {Grade.DIVERGED, Grade.DIVERGED_INACCURATE}
+    assert Verdict.DIVERGED in said or not diverged, found
+    assert Verdict.DIVERGED not in said or diverged or (score.grade is Grade.WRONG and said & WRONG_LATER), found
     assert Verdict.WORSE_STEPS not in said or WORSENING.index(score.grade) >= WORSENING.index(Grade.INACCURATE), found
 
 
 def worst_allowed_grade(rung: Rung, begins: str) -> Grade:
     """Return the worst that may be said: begun before the horizon, a fault may lead to another path."""
-    may = Grade.PARTED_INACCURATE if begins == "before" and rung.size else rung.worst
+    may = Grade.DIVERGED_INACCURATE if begins == "before" and rung.size else rung.worst
     return max(rung.worst, may, key=WORSENING.index)
 
 

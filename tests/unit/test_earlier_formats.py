@@ -1,5 +1,6 @@
 """Files of every format that was written once: read, or refused in a sentence, never misread."""
 
+import json
 import shutil
 from pathlib import Path
 
@@ -9,15 +10,19 @@ from tests.in_process_pool import InProcessPool
 from tests.journal_lines import read_canonical_lines
 
 from carom.catalogue import find_scenes
+from carom.comparator import Grade
 from carom.errors import InputError
+from carom.execution.codec import Codec
 from carom.execution.journal import JOURNAL_FORMAT
 from carom.execution.plan import build_plan
 from carom.execution.run_options import Options
 from carom.report.files import FORMATS
 from carom.report.results_file.json_lines import format_line
-from carom.report.results_file.records import read_records
+from carom.report.results_file.records import read_raw_records, read_records
 from carom.studies.cross_check.run import execute, observed_journal
 from carom.studies.diff.compare_records import compare_records
+from carom.studies.history.compare_cells import ReleaseRun
+from carom.studies.tune.objective import Judged
 
 KEPT = Path(__file__).resolve().parents[1] / "earlier_formats"
 #: What the journals are of.
@@ -59,15 +64,68 @@ def test_stored_journal_is_resumed_or_refused(number: int, tmp_path: Path) -> No
 
 
 @each("number", list_formats("results"))
-def test_stored_results_are_read_or_refused(number: int) -> None:
-    """Results of the current format are read and equal themselves in a diff; earlier ones are refused."""
+def test_stored_results_are_read(number: int) -> None:
+    """Stored results of each format are read, and equal the results of the current format in a diff."""
     path = KEPT / f"results-{number}.jsonl"
-    if number != FORMATS["results"]:
-        with pytest.raises(InputError, match=f"is of format {number}"):
-            read_records(path)
-        return
     summary, lines = read_records(path)
     assert [line.scene for line in lines] == list(SCENES)
     assert [line.grade and line.grade.name for line in lines] == ["WRONG", "SAMPLED"]
-    assert format_line(summary) == path.read_text(encoding="utf-8").splitlines()[0]
-    assert compare_records(path, path).changes == ()
+    if number == FORMATS["results"]:
+        assert format_line(summary) == path.read_text(encoding="utf-8").splitlines()[0]
+    assert compare_records(path, KEPT / f"results-{FORMATS['results']}.jsonl").changes == ()
+
+
+def test_parted_runs_of_format_2_are_read_as_diverged() -> None:
+    r"""Words and fields of format 2 for diverged runs are read with the present names and unchanged values.
+
+    The file contains one run of each of the two renamed grades.
+    """
+    path = KEPT / "diverged-2.jsonl"
+    stored_head, *stored_rows = (json.loads(line) for line in path.read_text(encoding="utf-8").splitlines())
+    assert [row["grade"] for row in stored_rows] == ["parted", "parted_inaccurate"]
+    summary, lines = read_records(path)
+    assert [line.grade for line in lines] == [Grade.DIVERGED, Grade.DIVERGED_INACCURATE]
+    for line, row in zip(lines, stored_rows, strict=True):
+        assert (line.diverged_s, line.pit_diverged_s) == (row["parted_s"], row["pit_parted_s"])
+        assert line.diverged_s is not None
+        assert next(one.verdict for one in line.verdicts) == "diverged"
+        assert [one.reason for one in line.verdicts] == [one["reason"] for one in row["verdicts"]]
+    assert summary.verdicts["diverged"] == stored_head["verdicts"]["parted"]
+    head, rows = read_raw_records(path)
+    assert json.loads(format_line(summary)) == head
+    assert [
+        json.loads(format_line(line, spins="spin" in row["total"])) for line, row in zip(lines, rows, strict=True)
+    ] == rows
+
+
+def test_only_words_of_carom_are_renamed(tmp_path: Path) -> None:
+    """A scene of format 2 whose name is "parted" keeps its name."""
+    path = tmp_path / "results.jsonl"
+    text = (KEPT / "diverged-2.jsonl").read_text(encoding="utf-8")
+    path.write_text(text.replace('"classics/galperin-100"', '"parted"'), encoding="utf-8")
+    summary, lines = read_records(path)
+    assert [*summary.scenes] == ["parted"]
+    assert [line.scene for line in lines] == ["parted"] * 2
+
+
+def test_invalid_row_of_format_2_is_refused(tmp_path: Path) -> None:
+    """A grade that is a list, or a row that is not an object, is refused with its line."""
+    path = tmp_path / "results.jsonl"
+    head, row, _ = (KEPT / "diverged-2.jsonl").read_text(encoding="utf-8").splitlines()
+    for text in (row.replace('"grade":"parted"', '"grade":["parted"]'), "[]"):
+        path.write_text(f"{head}\n{row}\n{text}\n", encoding="utf-8")
+        with pytest.raises(InputError, match="line 3"):
+            read_records(path)
+
+
+def test_journals_of_tune_and_history_are_read_with_the_word_parted() -> None:
+    """A journalled grade or verdict with the earlier word is read as DIVERGED, like ``Grade("parted")``."""
+    assert Grade("parted") is Grade.DIVERGED
+    assert Grade("parted inaccurate") is Grade.DIVERGED_INACCURATE
+    assert Codec[Judged](Judged).loads(b'{"grade": "parted"}') == Judged(Grade.DIVERGED)
+    numbers = dict.fromkeys(("velocity", "late_steps", "place_rounding_m", "speed_m_s"), 1.0)
+    counts = {"expected": 2, "found": 2, "lost": 0, "float_bits": 64}
+    run = {"digest": "", "settings": [], "off_m": [], "off_m_s": [], **numbers, **counts}
+    stored = {**run, "grade": "PARTED_INACCURATE", "verdicts": ["LATE", "PARTED"]}
+    found = Codec[ReleaseRun](ReleaseRun).loads(json.dumps(stored).encode())
+    assert (found.grade, found.verdicts) == ("DIVERGED_INACCURATE", ("LATE", "DIVERGED"))

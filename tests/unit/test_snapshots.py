@@ -18,7 +18,7 @@ from carom.studies.stress.document import build_stress_document
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "tests" / "snapshots"
-RESULTS = "tests/earlier_formats/results-2.jsonl"
+RESULTS = "tests/earlier_formats/results-3.jsonl"
 
 COLUMNS = 80
 COMMANDS = {

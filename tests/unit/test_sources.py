@@ -57,7 +57,10 @@ OLD_WORDS = {
     "impacts are lost": "impacts are missed or spurious",
     "impacts lost": "impacts missed or spurious",
     "0.9 dt": "0.9 steps",
+    "parted": "diverged",
 }
+#: Tables of the package with words of earlier versions.
+EARLIER_TABLES = {"_EARLIER", "EARLIER_WORDS"}
 SIGNS = str.maketrans(dict.fromkeys(string.punctuation, " "))
 #: The documents are in British English; code has the words of the libraries that it calls.
 AMERICAN = (
@@ -215,7 +218,7 @@ def test_numbers_are_rounded_for_display_in_one_module() -> None:
 
 
 def collect_strings(tree: ast.Module) -> str:
-    """The text of a module that is no docstring, no comment and no `_EARLIER` word of files, a line a literal."""
+    """The text of a module that is no docstring, no comment and no earlier word of files, a line a literal."""
     nodes = list(ast.walk(tree))
     documented = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
     docstrings = {
@@ -226,7 +229,7 @@ def collect_strings(tree: ast.Module) -> str:
     kept = {
         id(one)
         for node in nodes
-        if isinstance(node, ast.Assign) and any(getattr(target, "id", "") == "_EARLIER" for target in node.targets)
+        if isinstance(node, ast.Assign) and any(getattr(target, "id", "") in EARLIER_TABLES for target in node.targets)
         for one in ast.walk(node)
     }
     literals = (node for node in nodes if isinstance(node, ast.Constant) and isinstance(node.value, str))

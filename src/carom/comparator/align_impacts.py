@@ -30,8 +30,8 @@ class AlignedRun(ComparedRun):
             other; at most `MOST_EDITS`.
         inverted: Pairs of matched impacts in the wrong order, as indices of the reference's impacts. The earlier impact
             comes first.
-        parted_s: Time in seconds of the first impact that is missed, spurious or out of order; None if there is none.
-        pit_parted_s: The same time for PIT with this step size.
+        diverged_s: Time in seconds of the first impact that is missed, spurious or out of order; None if there is none.
+        pit_diverged_s: The same time for PIT with this step size.
     """
 
     alignment: Alignment
@@ -39,8 +39,8 @@ class AlignedRun(ComparedRun):
     against_pit: Alignment | None
     edits: int
     inverted: tuple[tuple[int, int], ...]
-    parted_s: float | None
-    pit_parted_s: float | None
+    diverged_s: float | None
+    pit_diverged_s: float | None
 
 
 def align_impacts(compared: ComparedRun) -> AlignedRun:
@@ -54,12 +54,12 @@ def align_impacts(compared: ComparedRun) -> AlignedRun:
         spurious=_drop_contact_starts(reference, observed, alignment.spurious),
     )
     edits, inverted = compare_order(reference, observed, alignment)
-    pit_alignment = against_pit = pit_parted_s = None
+    pit_alignment = against_pit = pit_diverged_s = None
     if pit is not None:
         key = (match_impacts, compared.compared)
         pit_alignment = compared.baseline.compute_once(key, lambda: match_impacts(reference, pit, compared.compared))
         against_pit = match_impacts(pit, observed, compared.pit_range)
-        pit_parted_s = _find_parting(reference, pit, pit_alignment, ())
+        pit_diverged_s = _find_divergence(reference, pit, pit_alignment, ())
     return AlignedRun.of(
         compared,
         alignment=alignment,
@@ -67,12 +67,12 @@ def align_impacts(compared: ComparedRun) -> AlignedRun:
         against_pit=against_pit,
         edits=edits,
         inverted=inverted,
-        parted_s=_find_parting(reference, observed, alignment, inverted),
-        pit_parted_s=pit_parted_s,
+        diverged_s=_find_divergence(reference, observed, alignment, inverted),
+        pit_diverged_s=pit_diverged_s,
     )
 
 
-def _find_parting(
+def _find_divergence(
     reference: Trace, observed: Trace, alignment: Alignment, inverted: Iterable[tuple[int, int]]
 ) -> float | None:
     """Return the time in seconds of the first impact that is missed, spurious or out of order, or None."""

@@ -49,16 +49,16 @@ def grade_run(judged: JudgedRun) -> Score:
         consistency=judged.consistency,
         branches=judged.branches,
         local_truth=judged.local_truth,
-        parted_s=judged.parted_s if judged.has_diverged_before_miss else None,
-        pit_parted_s=judged.pit_parted_s,
+        diverged_s=judged.diverged_s if judged.has_diverged_before_miss else None,
+        pit_diverged_s=judged.pit_diverged_s,
         lucky_phase=lucky_phase,
         contact=judged.contact,
     )
 
 
 def grade_trajectory(judged: JudgedRun) -> Grade:
-    """Return the grade from the reference's trajectory alone; PARTED if the run has diverged from that trajectory."""
-    return Grade.PARTED if judged.has_diverged else _grade_by_trajectory(judged)
+    """Return the grade from the reference's trajectory alone; DIVERGED if the run has diverged from that trajectory."""
+    return Grade.DIVERGED if judged.has_diverged else _grade_by_trajectory(judged)
 
 
 def _add_phase_dependence(found: tuple[Finding, ...], as_right: int, phases: int) -> tuple[Finding, ...]:
@@ -85,7 +85,7 @@ def _grade_flight_and_contact(judged: JudgedRun) -> Grade:
     flight_grade, contact = _grade_flight(judged), judged.contact
     if contact is None:
         return flight_grade
-    if flight_grade in {Grade.PARTED, Grade.PARTED_INACCURATE}:
+    if flight_grade in {Grade.DIVERGED, Grade.DIVERGED_INACCURATE}:
         is_alone = len(judged.reference.scene.discs) == len(judged.reference.scene.walls) == 1
         return contact.grade if is_alone and contact.grade is Grade.WRONG else flight_grade
     if flight_grade is Grade.UNGRADED or not judged.compared.impacts:
@@ -101,7 +101,7 @@ def _grade_flight(judged: JudgedRun) -> Grade:
     if judged.has_exact_steps:
         return Grade.EXACT if judged.compared.impacts else Grade.UNGRADED  # without impacts there is nothing to grade
     if judged.has_diverged:
-        return Grade.PARTED_INACCURATE if local.grade is Grade.INACCURATE else Grade.PARTED
+        return Grade.DIVERGED_INACCURATE if local.grade is Grade.INACCURATE else Grade.DIVERGED
     if trajectory_grade is Grade.UNGRADED:
         return _grade_undecided(judged, local)
     agrees_alone = local.agrees_alone and local.grade is not Grade.WRONG

@@ -4,6 +4,16 @@ from __future__ import annotations
 
 from enum import Enum
 
+#: Words of earlier versions for a diverged run, each with the present word: grades, a verdict, and two fields of
+#: results.jsonl. Files of earlier versions contain these words, and programs may use them.
+EARLIER_WORDS = {
+    "parted": "diverged",
+    "parted inaccurate": "diverged inaccurate",
+    "parted_inaccurate": "diverged_inaccurate",
+    "parted_s": "diverged_s",
+    "pit_parted_s": "pit_diverged_s",
+}
+
 
 class Grade(Enum):
     """Grades from best to worst, except for the last, UNGRADED.
@@ -15,8 +25,8 @@ class Grade(Enum):
     CLOSE = "close"
     SAMPLED = "sampled"
     INACCURATE = "inaccurate"
-    PARTED = "parted"
-    PARTED_INACCURATE = "parted inaccurate"
+    DIVERGED = "diverged"
+    DIVERGED_INACCURATE = "diverged inaccurate"
     WRONG = "wrong"
     UNGRADED = "not graded"
 
@@ -24,6 +34,11 @@ class Grade(Enum):
         """Whether this grade is no better than another. UNGRADED is neither better nor worse than any grade."""
         order = list(Grade)
         return self is not Grade.UNGRADED and order.index(self) >= order.index(other)
+
+    @classmethod
+    def _missing_(cls, value: object) -> Grade | None:
+        """Return the grade for a word of an earlier version."""
+        return cls(EARLIER_WORDS[value]) if isinstance(value, str) and value in EARLIER_WORDS else None
 
 
 def find_worst_grade(*grades: Grade) -> Grade:

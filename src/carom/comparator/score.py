@@ -59,9 +59,9 @@ class Score(Shown):
         branches: The impacts in which bodies stuck instead of sliding, or slid instead of sticking.
         local_truth: Each step compared with PIC from the run's own state, to the end of the run; None if states were
             not checked.
-        parted_s: Time at which the trajectory diverged from the reference's. None if it did not diverge, or if a step
+        diverged_s: Time at which the trajectory diverged from the reference's. None if it did not diverge, or if a step
             missed or invented an impact before.
-        pit_parted_s: The same time for PIT; None if PIT did not diverge or was not given.
+        pit_diverged_s: The same time for PIT; None if PIT did not diverge or was not given.
         contact: Score of the time in which discs slide, roll or rest. None if there is no such time, or if states were
             not kept.
         lucky_phase: Number of phases of the step at which PIT is as accurate as the run, and number of phases that were
@@ -98,8 +98,8 @@ class Score(Shown):
     consistency: Consistency | None
     branches: WrongBranches
     local_truth: LocalScore | None
-    parted_s: float | None
-    pit_parted_s: float | None
+    diverged_s: float | None
+    pit_diverged_s: float | None
     lucky_phase: tuple[int, int] | None
     contact: ContactScore | None
 

@@ -40,7 +40,7 @@ class Verdict(Enum):
     MOMENTUM = "momentum is gained or lost at an impact"
     ANGULAR = "angular momentum about the contact is gained or lost"
     NOT_FINITE = "a number is NaN or infinite"
-    PARTED = "the trajectory has diverged from the reference's"
+    DIVERGED = "the trajectory has diverged from the reference's"
     MISREPORTED = "the reported impacts differ from those that the states show"
     PASSED_THROUGH = "bodies pass through each other"
     TURNED_ALONE = "bodies turn with nothing near"

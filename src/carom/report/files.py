@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 #: Format version by kind of file. The version increases if a field changes its meaning or is removed, but not for a new
 #: field.
-FORMATS = {"results": 2, "bench": 1, "growth": 1, "stress": 2}
+FORMATS = {"results": 3, "bench": 1, "growth": 1, "stress": 2}
 
 
 def require_report_extra() -> None:

@@ -7,11 +7,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from carom.comparator.explanations import GRADE_CONDITIONS, VERDICT_CONDITIONS
+from carom.comparator.grades import EARLIER_WORDS
 from carom.errors import UnknownNameError
 from carom.report.outcome_marks import GRADED, Mark
 
-#: Common terms, each with the word that reports use instead.
-_ALSO = {"tunnelling": "missed", "tunneling": "missed", "invented": "spurious"}
+#: Common terms and words of earlier versions, each with the word that reports use instead.
+_ALSO = {"tunnelling": "missed", "tunneling": "missed", "invented": "spurious", **EARLIER_WORDS}
 
 
 @dataclass(frozen=True)

@@ -38,8 +38,8 @@ _COLOUR = {
     Mark.CLOSE: "#3f8fc4",
     Mark.SAMPLED: SERIES[1],
     Mark.INACCURATE: "#8a6d00",
-    Mark.PARTED: "#a8447f",
-    Mark.PARTED_INACCURATE: "#5b4fa8",
+    Mark.DIVERGED: "#a8447f",
+    Mark.DIVERGED_INACCURATE: "#5b4fa8",
     Mark.WRONG: SERIES[2],
 }
 _OTHER = SERIES[7]

@@ -28,9 +28,9 @@ class Mark(Enum):
         "an impact is early, an error is larger than PIT can have, or the run contradicts itself",
         "yellow",
     )
-    PARTED = ("parted", "↗", "the trajectory diverged from PIC's, but each step is as accurate as PIT's", "yellow")
-    PARTED_INACCURATE = (
-        "parted inaccurate",
+    DIVERGED = ("diverged", "↗", "the trajectory diverged from PIC's, but each step is as accurate as PIT's", "yellow")
+    DIVERGED_INACCURATE = (
+        "diverged inaccurate",
         "⇗",
         "the trajectory diverged from PIC's, and a step is worse than PIT's",
         "red",

@@ -37,7 +37,7 @@ STUDIES: dict[type[DeclaredOptions], tuple[str, ...]] = {
     StressOptions: ("stress",),
     TuneOptions: ("tune", "pymunk"),
     CertifyOptions: ("certify", "paper/missed"),
-    DiffOptions: ("diff", "tests/earlier_formats/results-2.jsonl", "tests/earlier_formats/results-2.jsonl"),
+    DiffOptions: ("diff", "tests/earlier_formats/results-3.jsonl", "tests/earlier_formats/results-3.jsonl"),
     HistoryOptions: ("history", "pymunk"),
 }
 #: Values that an option refuses, by the option's word in `--help`. Numbers are below.

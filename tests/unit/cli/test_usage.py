@@ -7,7 +7,7 @@ import pytest
 from tests.command import carom_command, printed_text
 
 ROOT = Path(__file__).resolve().parents[3]
-KEPT = ROOT / "tests" / "earlier_formats" / "results-2.jsonl"
+KEPT = ROOT / "tests" / "earlier_formats" / "results-3.jsonl"
 
 REFUSED = [
     # what is named, and is not there, with what may have been meant

@@ -37,13 +37,13 @@ def build_state(time_s: float, places: list[Vector], velocities: list[Vector]) -
 def test_pit_of_driven_scenes_is_sampled_or_exact_with_exceptions() -> None:
     r"""PIT is SAMPLED or EXACT in 11 of 14 driven scenes; where it tunnels, in two, it is WRONG.
 
-    The remaining scene, driven/piston, is PARTED.
+    The remaining scene, driven/piston, is DIVERGED.
     """
     scenes = [entry.scene for entry in find_scenes(["driven"])]
     grades = {row.job.scene.name: row.grade for row in run_cross_check(scenes, ["pit"], dts=[1 / 60]).rows}
     assert grades.pop("driven/swatter") is Grade.WRONG
     assert grades.pop("driven/fast-cup") is Grade.WRONG
-    assert grades.pop("driven/piston") is Grade.PARTED
+    assert grades.pop("driven/piston") is Grade.DIVERGED
     assert len(grades) == 11
     assert set(grades.values()) == {Grade.SAMPLED, Grade.EXACT}
     found = {name for name, grade in grades.items() if grade is Grade.EXACT}

@@ -114,7 +114,7 @@ def test_wrong_damping_rate_is_inaccurate_or_worse(scene: Scene, factor: float) 
     The measured slip per step is the difference between the two decay factors, to 1e-6.
     """
     score = score_adapter(scene, Otherwise(damping_per_s=factor))
-    assert score.grade in {Grade.INACCURATE, Grade.WRONG, Grade.PARTED_INACCURATE}
+    assert score.grade in {Grade.INACCURATE, Grade.WRONG, Grade.DIVERGED_INACCURATE}
     assert Verdict.TURNS in score.verdicts
     # A step keeps exp(-factor c dt) of a velocity instead of exp(-c dt), of the larger of its two ends.
     rate = scene.damping_per_s * DT_S
@@ -130,7 +130,7 @@ def test_wrong_table_deceleration_is_inaccurate_or_worse(scene: Scene, factor: f
     A slip of over 1e-3 per step is measured, or invented impacts.
     """
     score = score_adapter(scene, Otherwise(table_deceleration_m_s2=factor))
-    assert score.grade in {Grade.INACCURATE, Grade.WRONG, Grade.PARTED_INACCURATE}
+    assert score.grade in {Grade.INACCURATE, Grade.WRONG, Grade.DIVERGED_INACCURATE}
     # At full speed a dt / v is 1.7e-3, and near the stop half of the part; what changes by over 1 % turns by itself.
     assert require_value(score.local_truth).slipped > 1e-3 or require_value(score.local_truth).invented > 0
 
@@ -149,13 +149,13 @@ def test_first_order_damping_is_inaccurate(scene: Scene) -> None:
 @pytest.mark.long
 @each("seed", range(12))
 def test_pit_on_a_decelerating_table_is_never_inaccurate(seed: int) -> None:
-    r"""PIT on random decelerating tables is never graded INACCURATE or PARTED_INACCURATE.
+    r"""PIT on random decelerating tables is never graded INACCURATE or DIVERGED_INACCURATE.
 
     It is compared with PIT at all phases of its step.
     """
     assert score_adapter(draw_table_friction_scene(seed), load_adapter("pit")).grade not in {
         Grade.INACCURATE,
-        Grade.PARTED_INACCURATE,
+        Grade.DIVERGED_INACCURATE,
     }
 
 

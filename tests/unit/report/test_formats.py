@@ -244,7 +244,7 @@ def test_jsonl_is_strict_and_complete(results: Results, folder: Path) -> None:
 
 
 #: By what is wrong: what a file of results holds, what is said of it, and what is to be done.
-_WHOLE = (ROOT / "tests" / "earlier_formats" / "results-2.jsonl").read_bytes().splitlines(keepends=True)
+_WHOLE = (ROOT / "tests" / "earlier_formats" / "results-3.jsonl").read_bytes().splitlines(keepends=True)
 AGAIN, ANOTHER = "; this Carom reads .* run the cross-check again", ".*give the folder of a report"
 NO_RESULTS = {
     "empty": (b"", f"is no results.jsonl of a cross-check{ANOTHER}"),
@@ -253,7 +253,7 @@ NO_RESULTS = {
     "cut in a line": (b"".join(_WHOLE)[:-100], r"line 3: invalid JSON \(EOF while"),
     "more": (b"".join((*_WHOLE, b"{\n")), f"has 3 of 2 rows{AGAIN}"),
     "a row that is none": (b"".join((*_WHOLE[:2], b"[]\n")), "line 3: the line: Input should be"),
-    "no environment": (b'{"format": 2, "rows": 0}\n', "line 1: environment: Field required"),
+    "no environment": (b'{"format": 3, "rows": 0}\n', "line 1: environment: Field required"),
     "no JSON": (b"{\n", f"line 1: invalid JSON{ANOTHER}"),
     "digits in a row": (b"".join((*_WHOLE[:2], b'{"scene":' + b"9" * 5000 + b"}\n")), "line 3: "),
     "no object": (b"[]\n", f"line 1: not a JSON object{ANOTHER}"),
@@ -307,7 +307,7 @@ def test_nan_is_null_in_the_file_and_nan_when_read(results: Results, folder: Pat
     _, lines = read_records(folder / "results.jsonl")
     missed = next(line for line in lines if (line.scene, line.engine) == ("paper/missed", "pit"))
     assert math.isnan(require_value(missed.total).velocity)
-    assert missed.parted_s is None
+    assert missed.diverged_s is None
     row = next(row for row in results.rows if (row.job.scene.name, row.job.engine) == ("paper/missed", "pit"))
     assert missed.grade is require_value(row.score).grade
 

@@ -71,7 +71,7 @@ def test_marks_have_ascii_replacements(document: Document) -> None:
     """In ASCII each grade has its own sign, and no character is replaced by a question mark."""
     text = "\n".join(print_document(document, 80, full=True))
     plain = " ".join(text.encode("ascii", ERRORS).decode().split())
-    assert "= exact ~ close s sampled i inaccurate / parted % parted inaccurate X wrong" in plain
+    assert "= exact ~ close s sampled i inaccurate / diverged % diverged inaccurate X wrong" in plain
     assert "?" not in plain
 
 

@@ -144,7 +144,7 @@ def run_conformance_case(_folder: Path, _how: How) -> None:
 
 
 def compare_two_records(_folder: Path, _how: How) -> None:
-    kept = Path(__file__).parents[2] / "earlier_formats" / "results-2.jsonl"
+    kept = Path(__file__).parents[2] / "earlier_formats" / "results-3.jsonl"
     compare_records(kept, kept)
 
 

@@ -255,10 +255,10 @@ def _measure_lateness(window: Window, judged: Comparison, found: Difference, *, 
     size = math.hypot(*change)
     if contact.friction == 0.0 and size > window.still:
         normal = (change[0] / size, change[1] / size)  # normal of the run's own impact
-        closed = velocity_before[0] * normal[0] + velocity_before[1] * normal[1]
-        if closed != 0.0:  # 0 for a disc that turned before a driven wall met it
-            parted = velocity_after[0] * normal[0] + velocity_after[1] * normal[1]
-            judged.restitution = -parted / closed - bodies.restitution_of(first.pair)
+        closing = velocity_before[0] * normal[0] + velocity_before[1] * normal[1]
+        if closing != 0.0:  # 0 for a disc that turned before a driven wall met it
+            separating = velocity_after[0] * normal[0] + velocity_after[1] * normal[1]
+            judged.restitution = -separating / closing - bodies.restitution_of(first.pair)
 
 
 def _find_turn_time(window: Window, pair: Pair) -> float:

@@ -63,12 +63,12 @@ class JudgedRun(MeasuredRun):
 
         This is false if wrong reports explain all differences, or if the scene has no unique answer.
         """
-        local, reports, parted_s = self.local_truth, self.reports, self.parted_s
-        if local is None or reports is None or parted_s is None or self.non_finite or self.convention is not None:
+        local, reports, diverged_s = self.local_truth, self.reports, self.diverged_s
+        if local is None or reports is None or diverged_s is None or self.non_finite or self.convention is not None:
             return False
-        if local.missed_own and not local.first_missed_s > parted_s:
+        if local.missed_own and not local.first_missed_s > diverged_s:
             return False
-        if local.invented and (local.first_invented_s is None or local.first_invented_s <= parted_s):
+        if local.invented and (local.first_invented_s is None or local.first_invented_s <= diverged_s):
             return False
         missed, spurious = len(self.alignment.missed), len(self.alignment.spurious)
         if not reports.agree and spurious <= reports.unshown and missed <= reports.unreported:

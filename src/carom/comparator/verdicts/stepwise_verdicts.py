@@ -16,15 +16,17 @@ from carom.support.formatting import format_instant, format_metres, format_numbe
 def report_divergence(judged: JudgedRun) -> Iterator[Finding]:
     """Report when the run and PIT diverged from the reference."""
     local = judged.local_truth
-    if local is None or judged.parted_s is None:
+    if local is None or judged.diverged_s is None:
         return
     pit = ""
     if judged.sampling is not None:
-        pit = " (PIT's not)" if judged.pit_parted_s is None else f" (PIT's at {format_instant(judged.pit_parted_s)})"
+        pit = (
+            " (PIT's not)" if judged.pit_diverged_s is None else f" (PIT's at {format_instant(judged.pit_diverged_s)})"
+        )
     alignment = judged.alignment
     yield Finding(
-        Verdict.PARTED,
-        f"at {format_instant(judged.parted_s)}{pit}; it lacks {len(alignment.missed)} of {judged.compared.impacts} "
+        Verdict.DIVERGED,
+        f"at {format_instant(judged.diverged_s)}{pit}; it lacks {len(alignment.missed)} of {judged.compared.impacts} "
         f"impacts and has {len(alignment.spurious)} others; {_describe_steps(local)}",
     )
 

@@ -112,8 +112,8 @@ class RowLine:
     edits: int | None
     local: Mapping[str, int | float] | None
     local_truth: LocalScore | None
-    parted_s: float | None
-    pit_parted_s: float | None
+    diverged_s: float | None
+    pit_diverged_s: float | None
     consistency: Consistency | None
     outcome_taken: Taken | None
     spread: PhaseSpread | None

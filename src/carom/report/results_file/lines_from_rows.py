@@ -50,7 +50,7 @@ def _build_pit_errors(scene: str, dt_s: float, score: Score) -> dict[str, str | 
 #: Fields of a score that a line contains under the same names.
 _OF_SCORE = (
     *("missed", "spurious", "undecided", "total", "against_pit", "own_velocity", "equals_pit", "edits"),
-    *("local_truth", "parted_s", "pit_parted_s", "consistency"),
+    *("local_truth", "diverged_s", "pit_diverged_s", "consistency"),
 )
 
 

@@ -16,6 +16,7 @@ from carom.comparator import Score
 from carom.errors import InputError
 from carom.execution.results import Results, Row
 from carom.report.files import FORMATS
+from carom.report.results_file import format_2
 from carom.report.results_file.json_lines import format_line, read_row, read_summary
 from carom.report.results_file.line_types import RowLine, Summary
 from carom.report.results_file.lines_from_rows import build_line, build_summary
@@ -56,13 +57,13 @@ def stream_records(path: Path) -> tuple[Summary, Iterator[RowLine]]:
         InputError: The same errors as in `read_records`. The iterator also raises these errors.
     """
     texts = _read_lines(path)
-    head = _parse_head(path, next(texts, b"{}"))
+    head, is_earlier = _parse_head(path, next(texts, b"{}"))
 
     def read_rows() -> Iterator[RowLine]:
         count = 0
         for count, text in enumerate(texts, start=1):
             try:
-                row = read_row(text, path, count + 1)
+                row = read_row(_convert_text(path, count + 1, text) if is_earlier else text, path, count + 1)
             except InputError:
                 _require_whole(path, head, count + sum(1 for _ in texts))
                 raise
@@ -74,19 +75,27 @@ def stream_records(path: Path) -> tuple[Summary, Iterator[RowLine]]:
 
 _WANTED = FORMATS["results"]
 _READS = (
-    f"; this Carom reads complete files of format {_WANTED}: run the cross-check again, or use the version that wrote "
-    "the file"
+    f"; this Carom reads complete files of formats {format_2.FORMAT} and {_WANTED}: run the cross-check again, or use "
+    "the version that wrote the file"
 )
 _ASK = f"give the folder of a report, or a results.jsonl by `carom run --out` (format {_WANTED})"
 
 
-def _parse_head(path: Path, text: bytes) -> dict[str, Any]:
+def _parse_head(path: Path, text: bytes) -> tuple[dict[str, Any], bool]:
+    """Return the first line in the present format, and whether the file has an earlier format."""
     head = _parse_object(path, 1, text)
     if (found := head.get("format")) is None:
         raise InputError(f"{path} is no results.jsonl of a cross-check", hints=[_ASK])
+    if found == format_2.FORMAT:
+        return format_2.convert_line(head), True
     if found != _WANTED:
         raise InputError(f"{path} is of format {escape_controls(shorten(str(found)))}{_READS}")
-    return head
+    return head, False
+
+
+def _convert_text(path: Path, number: int, text: bytes) -> bytes:
+    """Return the text of a row of an earlier format in the present one."""
+    return json.dumps(format_2.convert_line(_parse_object(path, number, text))).encode()
 
 
 def _require_whole(path: Path, head: Mapping[str, Any], rows: int) -> None:

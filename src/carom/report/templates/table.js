@@ -2,7 +2,7 @@
 // JavaScript, both tables are complete.
 "use strict";
 (() => {
-  const ORDER = ["exact", "close", "sampled", "inaccurate", "parted", "parted-inaccurate", "wrong"]; // CSS classes from best to worst
+  const ORDER = ["exact", "close", "sampled", "inaccurate", "diverged", "diverged-inaccurate", "wrong"]; // CSS classes from best to worst
   const table = document.querySelector("table.grid");
   if (!table) return;
   const head = [...table.tHead.rows[0].cells], scenes = [...table.tBodies[0].rows];

@@ -36,7 +36,7 @@ METHOD_SHORT = (
     "divided by PIT's{median}."
 )
 SCENE_NOTE = (
-    "Each error is the largest of its run. Times with + are late. n/a is a missed or parted impact. "
+    "Each error is the largest of its run. Times with + are late. n/a is a missed or diverged impact. "
     "\N{MULTIPLICATION SIGN} is the error divided by PIT's error."
 )
 
@@ -46,7 +46,7 @@ _COUNTED = {
     "close": (Mark.CLOSE,),
     "sampled": (Mark.SAMPLED,),
     "inaccurate": (Mark.INACCURATE,),
-    "parted": (Mark.PARTED, Mark.PARTED_INACCURATE),
+    "diverged": (Mark.DIVERGED, Mark.DIVERGED_INACCURATE),
     "wrong": (Mark.WRONG,),
 }
 
@@ -256,7 +256,7 @@ def _format_error(cell: GridCell, value: float, unit: float, *, sign: bool = Fal
         sign: Whether to show the sign of a positive error.
         limit: Largest absolute error that is shown as 0; None for the rounding of the cell's floats.
     """
-    if math.isnan(value) or cell.has_verdict(Verdict.PARTED):
+    if math.isnan(value) or cell.has_verdict(Verdict.DIVERGED):
         return formatting.ABSENT
     if abs(value) <= (cell.rounding if limit is None else limit):
         return "0"

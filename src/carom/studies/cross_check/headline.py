@@ -45,7 +45,7 @@ def _describe_scene(grid: Grid, columns: Sequence[GridColumn]) -> str:
 
 def _describe_run(cell: GridCell) -> str:
     """Describe the worst fault of a run: missed or invented impacts, velocity error, or time error."""
-    if cell.has_verdict(Verdict.PARTED):
+    if cell.has_verdict(Verdict.DIVERGED):
         return cell.mark.word if cell.mark is not Mark.WRONG else "wrong, with a diverged trajectory"
     losses = [f"{cell.missed} missed"] * bool(cell.missed) + [f"{cell.invented} invented"] * bool(cell.invented)
     if losses:

@@ -62,13 +62,13 @@ def build_steps_section(grid: Grid) -> Section:
     ) -> Column:
         return Column(head, lambda run: format_score(run.local), subheading, number=True, only=only)
 
-    parted = Column("parted at", _format_divergence_time, only=Media.ON_PAPER)
+    diverged = Column("diverged at", _format_divergence_time, only=Media.ON_PAPER)
     columns = (
         *(() if is_single_scene else (Column("scene", lambda run: run.cell.scene),)),
         Column("method", lambda run: run.cell.column.name),
         Column("grade", lambda run: replace(run.cell.mark.cell, link=run.cell.link), only=Media.ON_PAPER),
         Column("steps", lambda run: mark_of_grade(run.local.grade, run.local.float_bits).cell),
-        *([parted] * any(map(_format_divergence_time, found))),
+        *([diverged] * any(map(_format_divergence_time, found))),
         build_column("due", lambda local: str(local.due)),
         build_column("impacts", _format_impacts, "- (PIT's) +", only=_OFF_PAPER),
         build_column("missed", _format_missed, "(PIT's)"),
@@ -110,7 +110,7 @@ def _find_listed_runs(grid: Grid) -> Iterator[_Steps]:
             and (
                 rests
                 or cell.of_scene.beyond_horizon
-                or cell.mark in (Mark.PARTED, Mark.PARTED_INACCURATE)
+                or cell.mark in (Mark.DIVERGED, Mark.DIVERGED_INACCURATE)
                 or any(map(cell.has_verdict, _OF_STEPS))
             )
         ]
@@ -143,18 +143,18 @@ def _compute_entangled_fraction(local: LocalScore) -> float:
 
 
 def _format_divergence_time(run: _Steps) -> str:
-    time_s = run.cell.line.parted_s
+    time_s = run.cell.line.diverged_s
     return "" if time_s is None else formatting.format_seconds(time_s)
 
 
 def _describe_divergence(found: Sequence[_Steps]) -> Iterator[str]:
     """Yield a sentence on the times at which methods and PIT diverged from the reference, if any did."""
-    lines = [run.cell.line for run in found if run.cell.line.parted_s is not None]
-    times = sorted(line.parted_s for line in lines if line.parted_s is not None)
+    lines = [run.cell.line for run in found if run.cell.line.diverged_s is not None]
+    times = sorted(line.diverged_s for line in lines if line.diverged_s is not None)
     if times:
         first, last = formatting.format_seconds(times[0]), formatting.format_seconds(times[-1])
         time_text = f"at {first}" if first == last else f"between {first} and {last}"
-        pit_times_s = {line.pit_parted_s for line in lines if line.pit_parted_s is not None}
+        pit_times_s = {line.pit_diverged_s for line in lines if line.pit_diverged_s is not None}
         pit = [formatting.format_seconds(time_s) for time_s in sorted(pit_times_s)]
         also_pit = f"; PIT diverged at {formatting.join_words(pit)}" if pit else ""
         methods = formatting.format_count(len(times), "method")

@@ -138,7 +138,7 @@ def _list_numbers(line: RowLine, found: Mapping[str, str]) -> Iterator[float | b
     """Yield the numbers of a cell to compare, in the order of `_list_measures`."""
     missed, invented = len(line.missed or ()), len(line.spurious or ())
     # After a divergence, impacts match only by chance, so use the comparison of single steps.
-    if line.parted_s is not None and line.local_truth:
+    if line.diverged_s is not None and line.local_truth:
         missed, invented = line.local_truth.missed, line.local_truth.invented
     yield float(missed)
     yield float(invented)

@@ -9,11 +9,14 @@ from dataclasses import dataclass
 from enum import Enum
 from functools import lru_cache, partial
 from operator import attrgetter
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import AfterValidator
 
 from carom.comparator import Grade, Verdict, compare
+from carom.comparator.grades import EARLIER_WORDS
 from carom.comparator.thresholds import THRESHOLDS
 from carom.execution.adapter_profile import load_supported_adapter
 from carom.execution.cache_key import JobKey
@@ -33,6 +36,10 @@ _KEPT = 64
 PLACES = 8
 
 _reference, _sampling = lru_cache(maxsize=_KEPT)(solve_reference), lru_cache(maxsize=_KEPT)(run_pit)
+
+
+#: Name of a grade or verdict. Journals of earlier versions contain earlier names.
+_Name = Annotated[str, AfterValidator(lambda name: EARLIER_WORDS.get(name.lower(), name).upper())]
 
 
 @dataclass(frozen=True)
@@ -59,8 +66,8 @@ class ReleaseRun:
 
     digest: str
     settings: tuple[tuple[str, str], ...]
-    grade: str
-    verdicts: tuple[str, ...]
+    grade: _Name
+    verdicts: tuple[_Name, ...]
     expected: int
     found: int
     lost: int

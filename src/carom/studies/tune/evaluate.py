@@ -33,7 +33,7 @@ def judge_score(score: Score) -> Judged:
     PIT's and the missed and invented impacts are those of single steps. Each step starts at the run's own state.
     """
     local = score.local_truth
-    if score.parted_s is not None and local is not None:
+    if score.diverged_s is not None and local is not None:
         return Judged(score.grade, local.ratio[1], local.missed, local.invented, float_bits=score.float_bits)
     return Judged(score.grade, score.price_paid, len(score.missed), len(score.spurious), float_bits=score.float_bits)
 

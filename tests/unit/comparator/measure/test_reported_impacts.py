@@ -39,24 +39,24 @@ def find_isolated_impact(run: Run) -> int:
     raise AssertionError("no impact is alone")
 
 
-def test_parted_run_with_correct_reports_is_parted() -> None:
-    """PIT in a crowd leaves PIC's trajectory and is PARTED, without the verdict MISREPORTED."""
+def test_diverged_run_with_correct_reports_is_not_wrong() -> None:
+    """PIT in a crowd leaves PIC's trajectory and is DIVERGED, without the verdict MISREPORTED."""
     score = score_run(PIT)
-    assert score.grade is Grade.PARTED
+    assert score.grade is Grade.DIVERGED
     assert Verdict.MISREPORTED not in score.verdicts
 
 
-def test_unreported_impact_makes_a_parted_run_wrong() -> None:
-    """A parted run that does not report one of its impacts is WRONG and MISREPORTED, with no missed impact."""
+def test_unreported_impact_makes_a_diverged_run_wrong() -> None:
+    """A diverged run that does not report one of its impacts is WRONG and MISREPORTED, with no missed impact."""
     k = find_isolated_impact(PIT)
     score = score_reports(PIT, np.delete(PIT.impacts, k))
     assert score.grade is Grade.WRONG
     assert find_reason(score, Verdict.MISREPORTED).startswith("1 shown but not reported, the first at ")
-    assert {Verdict.PARTED} == set(score.verdicts) & {Verdict.PARTED, Verdict.MISSED, Verdict.MULTIPLE_MISSED}
+    assert {Verdict.DIVERGED} == set(score.verdicts) & {Verdict.DIVERGED, Verdict.MISSED, Verdict.MULTIPLE_MISSED}
 
 
 def test_reported_impact_that_no_state_shows_is_wrong() -> None:
-    """A report of two distant bodies makes a parted run WRONG; the reason names the time and the bodies."""
+    """A report of two distant bodies makes a diverged run WRONG; the reason names the time and the bodies."""
     k = find_isolated_impact(PIT)
     invented = PIT.impacts[[k]].copy()
     busy = PIT.impacts[np.abs(PIT.impacts["time_s"] - invented[0]["time_s"]) <= 4 * DT]
@@ -135,12 +135,12 @@ NARROW = staged(
 
 
 def test_pit_that_hops_on_a_slope_reports_what_it_shows() -> None:
-    """PIT that hops on a slope at each frame is PARTED, not MISREPORTED; a false floor report is WRONG."""
+    """PIT that hops on a slope at each frame is DIVERGED, not MISREPORTED; a false floor report is WRONG."""
     run = record_pit(NARROW)
     hops = run.impacts[run.impacts["second"] == -2]
     assert len(hops) > 50
     score = score_run(run)
-    assert score.grade is Grade.PARTED
+    assert score.grade is Grade.DIVERGED
     assert Verdict.MISREPORTED not in score.verdicts
     lie = hops[[2]].copy()
     lie["second"] = -1

@@ -22,7 +22,7 @@ GRAZE = staged("mine/graze", disc_at(-1.0, 0.0, 3.0, 0.2, r=0.3), disc_at(1.0, 0
 
 @pytest.fixture(scope="module")
 def graze_results() -> Results:
-    """PIC and PIT on one scene without a horizon, a rest or a trajectory that parted."""
+    """PIC and PIT on one scene without a horizon, a rest or a trajectory that diverged."""
     return run_cross_check([GRAZE], ["pic", "pit"], dts=[1 / 24])
 
 
@@ -59,7 +59,7 @@ def join_paragraphs(section: Section, medium: Media) -> str:
 
 
 def test_no_stepwise_table_for_fully_comparable_runs(graze_results: Results) -> None:
-    """Without a horizon, a rest or a parted trajectory, there is no table of single steps."""
+    """Without a horizon, a rest or a diverged trajectory, there is no table of single steps."""
     assert not build_steps_section(build_grid(graze_results)).blocks
 
 
@@ -115,17 +115,17 @@ def test_misses_shared_with_pit_are_shown_separately(graze_results: Results) -> 
     assert row[heads.index("invented")] == "4"
 
 
-def test_parted_run_shows_divergence_times_and_step_grade(graze_results: Results) -> None:
+def test_diverged_run_shows_divergence_times_and_step_grade(graze_results: Results) -> None:
     """A sentence states the times at which the run and PIT diverged; the steps have a grade of their own."""
     results = replace_rows(
-        graze_results, {"engine": {"early": 1}}, grade=Grade.PARTED_INACCURATE, parted_s=0.25, pit_parted_s=0.5
+        graze_results, {"engine": {"early": 1}}, grade=Grade.DIVERGED_INACCURATE, diverged_s=0.25, pit_diverged_s=0.5
     )
     section = build_steps_section(build_grid(results))
     assert "0.25 s; PIT diverged at 0.5 s" in join_paragraphs(section, Media.TERMINAL)
     heads, (row,) = get_table(section, Media.MARKDOWN)
-    assert row[heads.index("grade")].endswith("parted inaccurate")
+    assert row[heads.index("grade")].endswith("diverged inaccurate")
     assert row[heads.index("steps")].endswith("inaccurate")
-    assert "parted" not in row[heads.index("steps")]
+    assert "diverged" not in row[heads.index("steps")]
 
 
 def test_stepwise_table_is_hidden_in_terminal_for_many_scenes(graze_results: Results) -> None:

@@ -85,8 +85,8 @@ def test_crashed_scene_counts_as_wrong() -> None:
     assert compute_merit([Judged(None, reason="crashed")]) == compute_merit([Judged(Grade.WRONG)])
 
 
-def test_parted_run_is_judged_by_single_steps() -> None:
-    r"""A parted run is judged by the missed and invented impacts and the error of its single steps.
+def test_diverged_run_is_judged_by_single_steps() -> None:
+    r"""A diverged run is judged by the missed and invented impacts and the error of its single steps.
 
     It is not wrong, and neither exact nor close.
     """
@@ -96,8 +96,8 @@ def test_parted_run_is_judged_by_single_steps() -> None:
     assert score.local_truth is not None
     steps = replace(score.local_truth, missed=2, invented=3, ratio=(0.5, 0.75))
     whole = replace(score, price_paid=7.0, missed=(0,), local_truth=steps)
-    parted = judge_score(replace(whole, grade=Grade.PARTED, parted_s=0.25))
-    assert (parted.price, parted.missed, parted.spurious) == (0.75, 2, 3)
+    diverged = judge_score(replace(whole, grade=Grade.DIVERGED, diverged_s=0.25))
+    assert (diverged.price, diverged.missed, diverged.spurious) == (0.75, 2, 3)
     assert (judge_score(whole).price, judge_score(whole).missed, judge_score(whole).spurious) == (7.0, 1, 0)
-    assert not parted.wrong
-    assert parted.behind
+    assert not diverged.wrong
+    assert diverged.behind

@@ -1,0 +1,33 @@
+"""Conversion of lines of format 2 to format 3, which has other words for diverged runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from carom.comparator.grades import EARLIER_WORDS
+from carom.report.files import FORMATS
+
+#: The format that this module converts to the present one.
+FORMAT = 2
+
+
+def convert_line(line: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a line with the present words. Other texts, such as names of scenes, are unchanged."""
+    converters = {"format": lambda _: FORMATS["results"], "grade": _replace_word, "verdicts": _replace_verdicts}
+    return {
+        _replace_word(name): converters[name](value) if name in converters else value for name, value in line.items()
+    }
+
+
+def _replace_verdicts(verdicts: Any) -> Any:
+    """Replace words in the verdicts of a row (a list), or in the first line's meanings of verdicts (a mapping)."""
+    if isinstance(verdicts, list):
+        return [_replace_verdicts(one) if isinstance(one, dict) else one for one in verdicts]
+    if isinstance(verdicts, dict):
+        return {_replace_word(name): _replace_word(value) for name, value in verdicts.items()}
+    return verdicts
+
+
+def _replace_word(word: Any) -> Any:
+    return EARLIER_WORDS.get(word, word) if isinstance(word, str) else word
