@@ -26,7 +26,7 @@ JOBS ?= 1
 # Newton takes 480 MB of the 2.3 GB that all take, with Warp, and compiles for half a minute once.
 WHEELS ?= rapier,dart,drake,ode,newton
 NPM_ENGINES := adapters/carom_adapters/npm
-# For hazards and atlas: figures over many starts.
+# For hazards and atlas: figures over many phases.
 HAZARDS := reports/hazards.json
 # For wheels: interpreters by name or path, to try a wheel on; CPython 3.11 to 3.13 by their names where none are given.
 PYTHONS ?=
@@ -54,7 +54,7 @@ help:
 	@echo "make docs-bench         (minutes, on a quiet machine) run the bench whose diagram the README shows; then make docs-figures"
 	@echo "make docs-figures       write the README's tables and diagram from committed results"
 	@echo "make pictures           take the README's pictures of the play page and of the sample report, in Chromium"
-	@echo "make hazards            (ten minutes) run each engine from many starts; write docs/results/hazards.md and the tables of docs/engines"
+	@echo "make hazards            (ten minutes) run each engine at many phases; write docs/results/hazards.md and the tables of docs/engines"
 	@echo "make atlas              (half an hour) run all scenes and some stress tests with all engines; write the tables of docs/engines"
 	@echo "make stress             (fifteen minutes) run all stress tests in full; write docs/results/stress.md"
 	@echo "make history            (minutes, needs the network) run past releases of engines; write docs/results/history.md"

@@ -1,7 +1,7 @@
 """Tables of the engines' pages from the results of `make atlas`: `docs/figures/measured.json`.
 
 It reads `results.jsonl` of a cross-check of all scenes with all engines, of one of a few scenes that was timed,
-`stress.json` of a stress campaign, and the figures over many starts of `make hazards`. Every number of these tables is
+`stress.json` of a stress campaign, and the figures over many phases of `make hazards`. Every number of these tables is
 reduced from them here; what is not finite is null there, and left out. `engine_pages.py` puts them into the pages.
 `python -m docs.figures.atlas --alone REPORT HAZARDS` adds engines that were measured alone, after that: to their own
 tables, and to none of those that rank all.
@@ -176,7 +176,7 @@ def crowd_table(methods: Sequence[Method]) -> Table:
             Column("run ended at, s", of(lambda steps: format_number(steps["until_s"])), number=True),
         ],
         crowd(methods),
-        note=f"The scene is `{CHAOTIC}` at its own frame rate, from one start: 25 discs in a box for 20 s. It is "
+        note=f"The scene is `{CHAOTIC}` at its own frame rate, at one phase: 25 discs in a box for 20 s. It is "
         "chaotic, so another build gives other numbers. Trajectories differ from any reference within a second, "
         "so each step is "
         "compared with PIC from the run's own state. *Missed* counts impacts in which two discs passed through each "

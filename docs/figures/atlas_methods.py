@@ -31,7 +31,7 @@ ATTACKS = {
     "duration": "number of impacts before errors grow too large",
 }
 RIGHT_ANGLE = math.degrees(1.0)
-#: Chaotic within the run: what one start gives is one of many figures, so that it is shown as a range over starts.
+#: A scene that is chaotic within the run. One phase gives one of many figures, so a range over phases is shown.
 CHAOTIC = "engines/gas-of-25"
 
 Row = dict[str, Any]
@@ -46,7 +46,7 @@ class Method:
         profile: Name of the profile.
         rows: All its rows.
         ratio: Run time divided by PIT's at the same step, median over the scenes that were timed; None where none was.
-        gas: Its figures over many starts of the scene `CHAOTIC`; None where there are none.
+        gas: Its figures over many phases of the scene `CHAOTIC`; None where there are none.
     """
 
     engine: str
@@ -173,7 +173,7 @@ def _conserves(row: Row) -> bool:
 
 
 def energy(method: Method) -> str:
-    """Return the largest loss and gain in a scene that keeps its energy and is not chaotic, as parts of the start's."""
+    """Return the largest energy loss and gain, as fractions, in scenes that conserve energy and are not chaotic."""
     kept = [row for row in method.coarse if _conserves(row) and row["scene"] != CHAOTIC]
     change = numbers(kept, lambda row: row["total"]["energy"])
     lost, gained = -min(change, default=0.0), max(change, default=0.0)
@@ -181,12 +181,12 @@ def energy(method: Method) -> str:
 
 
 def gas(method: Method) -> str:
-    """Return by which part the energy of a gas changes, over many starts of it."""
+    """Return the range of the relative energy change of a gas over many phases."""
     if method.gas is None:
         return "-"
     return (
-        f"{format_percent(method.gas['least'])} to {format_percent(method.gas['most'])} in {method.gas['starts']} "
-        "starts"
+        f"{format_percent(method.gas['least'])} to {format_percent(method.gas['most'])} at {method.gas['starts']} "
+        "phases"
     )
 
 

@@ -1,8 +1,8 @@
 """`make contact`: how discs slide, roll and rest in each installed engine; the tables of `docs/results/contact.md`.
 
 Every scene of the group `contact` with gravity and one floor or slope without end, at 240 steps a second, from eight
-starts: each further up, where it is in the air, and faster by a fiftieth. An engine that is not installed keeps its
-rows.
+initial states: each further up, where it is in the air, and faster by a fiftieth. An engine that is not installed keeps
+its rows.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ PROFILES = ("default", "tuned", "resting")  # the last of Box2D alone
 #: The one scene without friction.
 SMOOTH = "drop"
 
-#: A figure's row: an engine's, with what its worst start is off by in each scene.
+#: A figure's row: an engine's, with the largest error over its initial states in each scene.
 Figure = dict[str, Any]
 
 
@@ -70,7 +70,7 @@ def scenes_started() -> list[str]:
 
 
 def figure_of(engine: str, version: str, profile: str, rows: list[tuple[str, Row]]) -> Figure:
-    """Return the largest error over an engine's starts, scene by scene."""
+    """Return the largest error over an engine's initial states, scene by scene."""
     scenes: dict[str, Any] = {}
     for name, of_scene in groupby(sorted(rows, key=lambda row: row[0]), key=lambda row: row[0]):
         scored = [row.score for _, row in of_scene if row.score is not None]
@@ -90,7 +90,7 @@ def figure_of(engine: str, version: str, profile: str, rows: list[tuple[str, Row
 
 
 def measured() -> list[Figure]:
-    """Run every scene from every start on the engines that are installed."""
+    """Run every scene from every initial state on the engines that are installed."""
     names = scenes_started()
     bare = {f"{name} {start}": name.partition("/")[2] for name in names for start in range(STARTS)}
     scenes = [started(carom.scene(name), start) for name in names for start in range(STARTS)]

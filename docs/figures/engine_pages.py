@@ -27,12 +27,12 @@ DETERMINISM = DOCS / "results" / "determinism.md"
 WALLS = DOCS / "results" / "walls.md"
 
 _PART = re.compile(r"(<!-- made by docs/figures/engine_pages\.py: (\w+) -->\n)(?s:.*?)(<!-- end -->)")
-#: What a row of `docs/results/hazards.md` says where no start is off.
+#: What a row of `docs/results/hazards.md` says where no phase has an error.
 _NONE_OFF = re.compile(r"0 of \d+: ")
 
 Row = Sequence[str]
-#: Starts of each scene in the tables of hazards.
-STARTS = 32
+#: Number of phases of each scene in the tables of hazards.
+PHASES = 32
 
 
 def rows_of(heads: Row, rows: Sequence[Row]) -> str:
@@ -73,16 +73,17 @@ def _cells(heading: str, engine: str) -> Iterator[tuple[str, str, str]]:
 
 
 def hazards_of(engine: str) -> str:
-    """Return the hazards of an engine as shipped: what is off at some start, and what at none."""
+    """Return the hazards of an engine as shipped: scenes with an error at some phase, and at no phase."""
     scenes = list(_cells("The group engines, as shipped", engine))
     bounces = list(_cells("How slow discs still bounce", engine))
     lines = [(f"`engines/{of}`: {all_scenes()[f'engines/{of}'].shows}", cell, pit) for of, cell, pit in scenes]
     parts = "speed after the impact divided by the speed before it (1 is right)"
     lines += [(f"head-on impact at {of}: {parts}", cell, pit) for of, cell, pit in bounces]
     off = [(what, *cell.partition(": ")[::2], pit) for what, cell, pit in lines if not _NONE_OFF.match(cell)]
-    rows = [(what, starts, spread or "-", "-" if _NONE_OFF.match(pit) else pit) for what, starts, spread, pit in off]
-    text = rows_of(("scene", "starts with an error", "smallest to largest error", "PIT: starts and errors"), rows)
-    text = f"With default settings these scenes go wrong from some or all of {STARTS} starts.\n\n{text}"
+    rows = [(what, phases, spread or "-", "-" if _NONE_OFF.match(pit) else pit) for what, phases, spread, pit in off]
+    text = rows_of(("scene", "phases with an error", "smallest to largest error", "PIT: phases and errors"), rows)
+    lead = f"With default settings these scenes go wrong at some or all of {PHASES} [phases](../reference/glossary.md)."
+    text = f"{lead}\n\n{text}"
     text += (
         "\nErrors of scenes are velocity errors at the end, divided by the scene's greatest speed. All errors of PIT "
         "come from checking for overlap only once per step.\n"
@@ -91,12 +92,12 @@ def hazards_of(engine: str) -> str:
     speeds = [of.removesuffix(" m/s") for of, cell, _ in bounces if _NONE_OFF.match(cell)]
     fine += [f"head-on impacts at {join_words(speeds)} m/s"] if speeds else []
     if fine:
-        text += f"\nNo start has an error in {join_words(fine)}.\n"
+        text += f"\nNo phase has an error in {join_words(fine)}.\n"
     gas = [row for row in hazards()["A gas"][1] if row[0].split()[0] == engine]
     spans = [
-        f"{least} to {most} (`{method.split()[1]}`, {off} starts with an error)" for method, least, _, most, off in gas
+        f"{least} to {most} (`{method.split()[1]}`, {off} phases with an error)" for method, least, _, most, off in gas
     ]
-    return text + f"\nDepending on the start, the energy of 25 discs changes in 20 s by {join_words(spans)}.\n"
+    return text + f"\nDepending on the phase, the energy of 25 discs changes in 20 s by {join_words(spans)}.\n"
 
 
 def profiles_of(engine: str) -> str:
@@ -130,12 +131,12 @@ def walls_of(engine: str) -> str:
         lines = [[cell.strip() for cell in line.split("|")[1:-1]] for line in part.splitlines() if line[:1] == "|"]
         made.append(rows_of(lines[0][1:], [line[1:] for line in lines[2:] if line[0] == name]))
     said = (
-        "[Walls in engines](../results/walls.md) describes the tests. The first table shows from how many of 32 "
-        "starts a disc passes through a thin wall. In one step the disc moves by q times the sum of its radius and "
+        "[Walls in engines](../results/walls.md) describes the tests. The first table shows at how many of 32 "
+        "phases a disc passes through a thin wall. In one step the disc moves by q times the sum of its radius and "
         "the wall's half width.",
         "The next table shows how many of 48 flights over a floor of ten pieces end with another velocity than over a "
         "floor of one piece. Differences and errors are in m/s.",
-        "The last table shows the median and the largest direction error of 16 starts at the end of a wall, in "
+        "The last table shows the median and the largest direction error of 16 phases at the end of a wall, in "
         "degrees, and the largest velocity error in a corner, in m/s.",
     )
     if not any(line[:1] == "|" and line[2:5] != "---" for table in made for line in table.splitlines()[2:]):

@@ -35,7 +35,7 @@ SCENES = (
     *(f"classics/{name}" for name in ("restitution-ladder", "cradle-gaps")),
 )
 
-#: As many as of figures over starts: what holds at nine phases alone may not hold at the next.
+#: As many as of the hazards: what holds at nine phases alone may not hold at the next.
 PHASES = 32
 
 #: Twice the releases of the page are kept, and no engine's is above 300 MB.
@@ -65,8 +65,8 @@ ENTRIES = (
         "pymunk",
         "5.7.0,6.3.0,6.6.0,6.9.0,6.11.1,7.0.0,7.2.0,7.3.1",
         "Version 7 changed the interface, but no result. All results are bit-identical since 6.3.0, and those "
-        "of 5.7.0 differ only by rounding. A test runs the engine without Carom's adapter, from 32 starts "
-        "within a step (`tests/engines/test_engine_releases.py`). The final states of all scenes are "
+        "of 5.7.0 differ only by rounding. A test runs the engine without Carom's adapter, at 32 phases "
+        "of a step (`tests/engines/test_engine_releases.py`). The final states of all scenes are "
         "bit-identical in 6.3.0 and 7.3.1. The final states in 5.7.0 differ from these by at most 1e-14. "
         "Release 5.4.1 computes bounces correctly, but is not run, because it reports no contact to the "
         "adapter.",
@@ -74,7 +74,7 @@ ENTRIES = (
     Entry(
         "planck",
         "1.0.5..1.5",
-        "All results are bit-identical. A test runs the engine without Carom's adapter, from 32 starts within "
+        "All results are bit-identical. A test runs the engine without Carom's adapter, at 32 phases of "
         "a step (`tests/engines/test_engine_releases.py`). The final states of all scenes are bit-identical "
         "in 1.0.5 and 1.5.0.",
     ),
@@ -84,7 +84,7 @@ ENTRIES = (
         "No release made the computation of MuJoCo itself worse or better. All differences beyond rounding "
         "are caused by settings. Some releases have other default limits of collision detection. Release "
         "4.0.0 added speculative contacts, which `tuned` switches on. A test runs the engine without Carom's "
-        "adapter, from 32 starts within a step, with the contacts of `default` "
+        "adapter, at 32 phases of a step, with the contacts of `default` "
         "(`tests/engines/test_engine_releases.py`). The final states of all scenes are bit-identical in 3.0.0 "
         "and 3.3.0, and differ by at most 1e-13 in 4.0.0.",
     ),
@@ -93,15 +93,15 @@ ENTRIES = (
         ">=0.18",
         "Release 0.20.0 changed nearly all results. The default prediction distance grew from 2 mm to 20 mm, "
         "so Carom calls `default` neither better nor worse. A test runs the engine without Carom's adapter, "
-        "from 32 starts within a step, with the default settings of each release "
+        "at 32 phases of a step, with the default settings of each release "
         "(`tests/engines/test_engine_releases.py`). Before 0.20.0 slow bodies could bounce with only a part "
         "of their speed, which became smaller in 0.12 and in 0.13. Since 0.20.0 slow bodies bounce correctly. "
-        "Since 0.20.0 equal discs in a row exchange their velocities from each start. Before 0.20.0, the "
+        "Since 0.20.0 equal discs in a row exchange their velocities at each phase. Before 0.20.0, the "
         "velocities of such discs were wrong by up to 0.19 times the greatest speed, and in `cradle-gaps` by "
         "up to 0.11 times this speed. In `perfectly-inelastic` the final positions are wrong by 0.50 mm in "
         "0.19.3, and by at most 0.03 mm since 0.20.0. In the profile `tuned` the prediction distance is 0. "
         "Before 0.20.0, discs of `tuned` overlapped before their velocities changed. Since 0.20.0 some "
-        "velocities change 0.9 to 1.2 steps before the discs meet, from each start. Release 0.20.0 also "
+        "velocities change 0.9 to 1.2 steps before the discs meet, at each phase. Release 0.20.0 also "
         "reports each contact a second time in the next step, with half the impulse. Release 0.21.0 corrects "
         "this, and its motion is bit-identical to that of 0.20.0. Carom's adapter ignores contacts of bodies "
         "that separate, so the adapter does not count such an impact twice. Releases before 0.18 are not run, "
@@ -117,7 +117,7 @@ ENTRIES = (
         "6.16.2,6.17.1,6.18.0,6.19.0,6.19.5,6.20.0",
         "Until 6.19 the default detector replaced spheres and planes by meshes, so the normals of contacts "
         "pointed out of the plane. Since 6.20.0 spheres are spheres. A test runs the engine without Carom's "
-        "adapter, from 32 starts within a step (`tests/engines/test_engine_releases.py`). In `sorting` the "
+        "adapter, at 32 phases of a step (`tests/engines/test_engine_releases.py`). In `sorting` the "
         "final velocities were wrong by up to 1.2 times the greatest speed; since 6.20.0 the largest error is "
         "4.6e-5. In `cradle-gaps` this error was 0.2 to 0.38, and is now 4e-5. In `head-on` this error was at "
         "most 7.3e-6, and is now 1.7e-5. In `box` a disc must change its velocity 13 times. In 6.16.2 the "
@@ -146,18 +146,18 @@ ENTRIES = (
         "The releases 0.14 and 0.19 changed results. Until 0.12 a body kept its moment of inertia when "
         "`Body.setMass` changed its mass. Since 0.14.0 the moment of inertia changes with the mass. This "
         "changes bounces, because discs are polygons that turn. A test runs the engine without Carom's "
-        "adapter, from 32 starts within a step, and with the same threshold for slow bounces "
+        "adapter, at 32 phases of a step, and with the same threshold for slow bounces "
         "(`tests/engines/test_engine_releases.py`). Errors of velocities are divided by the greatest speed. "
         "From 0.12 to 0.14 the error of the final velocities falls from 0.206 to 0.109 in `sorting` and from "
         "0.094 to 0.074 in `cradle-gaps`. The error grows from at most 0.083 to 0.087 in `oblique-3-4-5`, "
         "from 0.012 to at most 0.021 in `paper/late`, and from 0.038 to 0.31 in `restitution-ladder`. In "
         "`restitution-ladder` a disc must change its velocity 8 times. The velocity changes 6 times in 0.12, "
         "and 7 times in 0.14. In `box` the final position of a disc is wrong by 0.60 to 0.80 m until 0.12, "
-        "and by 1.1 to 1.5 m since 0.14. In `perfectly-inelastic` both releases find the impact from each "
-        "start. Until 0.12 the engine then pushed the discs up to 0.13 m apart; since 0.14 the discs stay "
+        "and by 1.1 to 1.5 m since 0.14. In `perfectly-inelastic` both releases find the impact at each "
+        "phase. Until 0.12 the engine then pushed the discs up to 0.13 m apart; since 0.14 the discs stay "
         "together. The table calls `perfectly-inelastic` worse, because its error at a speed of 2 m/s grew "
         "from rounding to 4.1e-11 m/s. Release 0.19.0 reduces the speed after a slow bounce. So in `sorting` "
-        "the error of the final velocities grows to 0.238 from each start. Release 0.13.0 is not run, because "
+        "the error of the final velocities grows to 0.238 at each phase. Release 0.13.0 is not run, because "
         "it needs a web page.",
     ),
     Entry(
@@ -183,7 +183,7 @@ ENTRIES = (
 HEAD = """# Engines over their releases
 
 `make history` runs older releases of each engine with today's adapters. The scenes are {scenes}, each at its own frame rate, with the profiles `default` and `tuned`. A *cell* is a run of one scene with one profile.
-Carom [attributes a change to the engine](../reference/diff.md#releases-of-an-engine) if both releases used equal settings and the motion differs. The motion differs if the ranges of an error over {phases} starts within a step do not overlap.
+Carom [attributes a change to the engine](../reference/diff.md#releases-of-an-engine) if both releases used equal settings and the motion differs. The motion differs if the ranges of an error over {phases} phases of a step do not overlap.
 Other changes are only counted, in the columns `phase only`, `other settings`, `other contacts` and `not judged`. The page [Regressions](../how-to/regressions.md) explains how to compare releases of your engine.
 """
 
@@ -194,7 +194,7 @@ THREADS = """## Bug reports that name a release
 | [rapier #973](https://github.com/dimforge/rapier/pull/973) | continuous detection was rewritten, a day before #974 | No, because no release contains this change. The results of npm's newest release, 0.21.0, are bit-identical to those of 0.20.0 |
 | [rapier #974](https://github.com/dimforge/rapier/issues/974) | restitution has almost no effect in 0.35.0-beta.0 | No, because npm and PyPI list no release 0.35. The Rust crate was not built |
 | [box2d #1094](https://github.com/erincatto/box2d/pull/1094) | the solver applies restitution later, so results differ | No, because npm lists only one release of `box2d3-wasm`, 5.2.0 |
-| [newton #4103](https://github.com/newton-physics/newton/pull/4103) | the solver XPBD computes restitution in a new way. Restitution is still off by default | Yes, without Carom's adapter, with a `gap` of 0 and restitution on, from 32 starts within a step (`tests/engines/bare_releases.py`). Release 1.5.2 has the old method, and 1.6.1 has the new method. In both releases the final velocities of `head-on` are right to 6e-8 of the greatest speed, and those of `oblique-3-4-5` differ between the releases by at most 3e-6. In 1.5.2 two discs with restitution 0 (`issues/newton-4103`) rebound with 0.039 to 0.076 of the closing speed, as the report states. In 1.6.1 the discs stay together, with a relative speed of at most 4e-7 m/s. If one disc hits two discs that touch, the energy grows by 75 to 91 % in 1.5.2 and by 95 to 97 % in 1.6.1. A cradle of touching discs loses 42 to 66 % of its energy in 1.5.2, and 20 to 54 % in 1.6.1 (`tests/engines/test_engine_releases.py`) |
+| [newton #4103](https://github.com/newton-physics/newton/pull/4103) | the solver XPBD computes restitution in a new way. Restitution is still off by default | Yes, without Carom's adapter, with a `gap` of 0 and restitution on, at 32 phases of a step (`tests/engines/bare_releases.py`). Release 1.5.2 has the old method, and 1.6.1 has the new method. In both releases the final velocities of `head-on` are right to 6e-8 of the greatest speed, and those of `oblique-3-4-5` differ between the releases by at most 3e-6. In 1.5.2 two discs with restitution 0 (`issues/newton-4103`) rebound with 0.039 to 0.076 of the closing speed, as the report states. In 1.6.1 the discs stay together, with a relative speed of at most 4e-7 m/s. If one disc hits two discs that touch, the energy grows by 75 to 91 % in 1.5.2 and by 95 to 97 % in 1.6.1. A cradle of touching discs loses 42 to 66 % of its energy in 1.5.2, and 20 to 54 % in 1.6.1 (`tests/engines/test_engine_releases.py`) |
 """
 
 

@@ -102,8 +102,8 @@ FROM_PYTHON = {
     "rapier3d": "rapier3d",
 }
 
-#: The thin wall: starts, the disc's radius, its steps a second, and how many reaches it moves in a step.
-STARTS, THIN_RADIUS_M, THIN_HZ = 32, 0.1, 60
+#: The thin wall: number of phases, the disc's radius, its steps a second, and how many reaches it moves in a step.
+THIN_PHASES, THIN_RADIUS_M, THIN_HZ = 32, 0.1, 60
 SPEEDS = (0.9, 1.1, 1.5, 2.1, 3.0, 5.0, 20.0)
 #: A bounce off a thin wall is called wrong if a hundredth of the velocity is.
 WRONG = 0.01
@@ -217,15 +217,15 @@ def flown(way: Way, flights: list[Flight]) -> list[End]:
 
 
 def thin(way: Way) -> Row:
-    """Return the number of starts that pass through at each speed, and of others that bounce wrongly at any."""
-    flights = [at_a_thin_wall(q, k / STARTS, way.half_width_m) for q in SPEEDS for k in range(STARTS)]
+    """Return at how many phases a disc passes through, for each speed, and how many other flights bounce wrongly."""
+    flights = [at_a_thin_wall(q, k / THIN_PHASES, way.half_width_m) for q in SPEEDS for k in range(THIN_PHASES)]
     ends = flown(way, flights)
     through = [end[0] > 0 for end in ends]
     wrong = 0
     for flight, end, passed in zip(flights, ends, through, strict=True):
         speed = flight["velocity_m_s"][0]
         wrong += not passed and math.hypot(end[2] + speed, end[3]) > WRONG * speed
-    return {"through": [sum(through[k : k + STARTS]) for k in range(0, len(through), STARTS)], "wrong": wrong}
+    return {"through": [sum(through[k : k + THIN_PHASES]) for k in range(0, len(through), THIN_PHASES)], "wrong": wrong}
 
 
 def seams(way: Way) -> Row:
@@ -297,7 +297,7 @@ def lines_of(heads: list[str], rows: list[list[str]]) -> str:
 
 def thin_table(rows: list[Row]) -> str:
     """Return the table of thin walls: the closed form first."""
-    exact = [f"{STARTS * max(0.0, 1 - 1 / q):.1f}" for q in SPEEDS]
+    exact = [f"{THIN_PHASES * max(0.0, 1 - 1 / q):.1f}" for q in SPEEDS]
     heads = ["engine", "wall", *(f"q = {q:g}" for q in SPEEDS), "wrong velocity"]
     body = [[row["engine"], row["way"], *map(str, row["thin"]["through"]), str(row["thin"]["wrong"])] for row in rows]
     return lines_of(heads, [["*32 max(0, 1 - 1/q)*", "", *exact, ""], *body])

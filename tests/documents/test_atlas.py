@@ -64,7 +64,7 @@ def test_atlas_has_grades_and_failure_points_of_each_method(
     assert data["measured"]["scenes"] == len(NAMES)
     assert data["engines"] == {}, "Carom's own methods are nothing to choose"
     assert not [cell for row in data["needs"]["rows"] for cell in row[1:] if cell.startswith(("pic", "pit"))]
-    assert atlas_methods.gas(atlas_methods.methods_of(records[1], [], HAZARDS)[-1]) == "-50 % to -30 % in 16 starts"
+    assert atlas_methods.gas(atlas_methods.methods_of(records[1], [], HAZARDS)[-1]) == "-50 % to -30 % at 16 phases"
 
 
 def test_best_profile_for_settings_code_is_chosen() -> None:

@@ -97,20 +97,20 @@ def test_thin_wall_figures_match_their_closed_forms() -> None:
         elif row["engine"] == "p2-es" and "boxes" in row["way"]:
             step = [q * (walls.THIN_RADIUS_M + walls.HALF_M) for q in walls.SPEEDS]
             if row["way"] == "boxes":
-                assert through == pytest.approx([walls.STARTS * (1 - 2 * walls.HALF_M / s) for s in step], abs=1)
+                assert through == pytest.approx([walls.THIN_PHASES * (1 - 2 * walls.HALF_M / s) for s in step], abs=1)
         elif row["engine"] == "Newton":  # contacts from 0.2 m, or from a step's way, a metre at most
             reach = walls.THIN_RADIUS_M + walls.HALF_M
             step = [q * reach for q in walls.SPEEDS]
             ahead = [max(0.2, min(s, 1.0)) if "speculative" in row["way"] else 0.2 for s in step]
-            form = [walls.STARTS * max(0.0, 1 - (reach + a) / s) for a, s in zip(ahead, step, strict=True)]
+            form = [walls.THIN_PHASES * max(0.0, 1 - (reach + a) / s) for a, s in zip(ahead, step, strict=True)]
             assert through == pytest.approx(form, abs=1), row
         elif row["engine"] == "Drake":  # a spring
             assert through[0] == 0
-            assert through[3:] == [walls.STARTS] * 4
+            assert through[3:] == [walls.THIN_PHASES] * 4
         elif (row["engine"], row["way"]) == ("DART", "capsules"):  # which its detector makes spheres of
-            assert through == [walls.STARTS] * len(walls.SPEEDS)
+            assert through == [walls.THIN_PHASES] * len(walls.SPEEDS)
         else:
-            form = [walls.STARTS * max(0.0, 1 - 1 / q) for q in walls.SPEEDS]
+            form = [walls.THIN_PHASES * max(0.0, 1 - 1 / q) for q in walls.SPEEDS]
             if row["engine"] == "PhysX":  # contacts from afar
                 assert all(found <= most for found, most in zip(through, form, strict=True))
                 assert through[-1] == pytest.approx(form[-1], abs=1)
@@ -235,7 +235,7 @@ def test_hazard_table_lists_only_scenes_with_errors() -> None:
     assert "| `engines/near-miss`: " in text
     assert "| 32 of 32 | 0.0272 to 0.086 | - |" in text
     assert "| 0 of 32 |" not in text
-    assert "No start has an error in `hard-bounce`" in text
+    assert "No phase has an error in `hard-bounce`" in text
 
 
 STRESS = stress_tables.PAGE.read_text(encoding="utf-8")

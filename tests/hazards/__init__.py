@@ -1,5 +1,5 @@
-"""What engines do that a user would not expect, measured over many starts: `python -m tests.hazards`.
+"""What engines do that a user would not expect, measured at many phases: `python -m tests.hazards`.
 
-A start is the same scene begun some part of a step earlier: nothing changes but where in a step the impacts fall. One
-start makes an engine look lucky or unlucky; so each figure is a range, with the share of the starts that are off.
+A phase is a fraction of a step by which the scene begins earlier: only the times of the impacts within a step change.
+An engine can be lucky or unlucky at one phase. So each figure is a range, with the number of phases with an error.
 """

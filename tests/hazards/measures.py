@@ -1,6 +1,6 @@
 """What is measured: the scenes of the group `engines`, bounces by speed, a gas, and findings of `docs/engines`.
 
-Each figure has an answer by mechanics, and each is taken at `STARTS` starts. Engines are run also beyond what a profile
+Each figure has an answer by mechanics, and is measured at `STARTS` phases. Engines are run also beyond what a profile
 declares: it is there that they do in silence what its limits are declared for.
 """
 
@@ -24,7 +24,7 @@ from carom.execution.job import Method
 
 DT_S = 1 / 60
 
-#: Starts of each measurement, evenly spread over a step, the scene's own among them; and of a gas.
+#: Number of phases of each measurement, evenly spread over a step and beginning with 0; and of a gas.
 STARTS, GAS_STARTS = 32, 16
 
 #: Engines in the order of the page; Carom's own PIT, what checking once per step costs by itself, first.
@@ -54,7 +54,7 @@ class Figure:
         of: Row or column of the table: a scene, a speed, a sentence.
         engine: Name of the adapter.
         profile: Name of the profile, with the settings that were changed.
-        spread: Its spread over starts; None where the engine refuses the scene.
+        spread: Its spread over phases; None if the engine refuses the scene.
         refused: Why, empty where it does not.
     """
 
@@ -194,11 +194,11 @@ class Finding:
         says: What the figure is.
         engine: Name of the adapter.
         profile: Name of the profile.
-        scene: The scene; it is begun at many starts.
+        scene: The scene; it runs at many phases.
         figure: What is read of a run.
         right: What mechanics says.
         changes: Settings that replace the profile's.
-        count: At how many starts.
+        count: Number of phases.
     """
 
     says: str
@@ -431,7 +431,7 @@ FINDINGS: tuple[Finding, ...] = tuple(_findings())
 
 @cache
 def list_starts(scene: Scene, count: int = STARTS) -> tuple[Scene, ...]:
-    """Return the starts of a scene; they are the same for every engine."""
+    """Return a scene at each phase; the scenes are the same for every engine."""
     return tuple(build_starts(scene, count))
 
 
@@ -458,7 +458,7 @@ def list_profiles(adapter: Adapter, *names: str) -> list[str]:
 
 
 def _measure_velocity_error(adapter: Adapter, entry: CatalogueScene, scene: Scene, profile: str = "default") -> float:
-    """Return the velocity error at the end of a start of a scene over its greatest speed."""
+    """Return the velocity error at the end of a scene at some phase, divided by its greatest speed."""
     error = run_to_end(adapter, scene, 1 / scene.frame_rate_hz, profile).velocity_m_s - velocities_after(entry)
     return float(np.hypot(*error.T).max()) / max(math.hypot(*disc.velocity_m_s) for disc in entry.scene.discs)
 

@@ -62,7 +62,7 @@ def _build_findings_table(figures: Sequence[Figure]) -> Table:
             Column("figure", lambda figure: figure.of),
             Column("right", lambda figure: _format_value(figure.spread.right), number=True),
             *map(said, ("least", "median", "most")),
-            Column("starts with an error", lambda figure: figure.spread.share, number=True),
+            Column("phases with an error", lambda figure: figure.spread.share, number=True),
         ],
         [figure for figure in figures if figure.table == "findings"],
     )
@@ -76,7 +76,7 @@ def _build_gas_table(figures: Sequence[Figure]) -> Table:
         [
             Column("method", lambda figure: Method(figure.engine, figure.profile).label),
             *map(said, ("least", "median", "most")),
-            Column("starts with an error", lambda figure: figure.spread.share, number=True),
+            Column("phases with an error", lambda figure: figure.spread.share, number=True),
         ],
         [figure for figure in figures if figure.table == "gas"],
     )
@@ -138,19 +138,19 @@ NOTES = {
     "for the disc. The cells show the largest speed of the disc until 3.5 s, and how far the disc's centre is beyond "
     "the wall or the piston. The correct distance is 0.",
     "A gas": f"The table shows by how much the energy of the 25 discs of {GAS} changes in 20 s at 60 steps per "
-    f"second, from {GAS_STARTS} starts. Because the scene is chaotic, another build of an engine gives other numbers "
+    f"second, at {GAS_STARTS} phases. Because the scene is chaotic, another build of an engine gives other numbers "
     "of the same size.",
     "Findings": "Each row is one finding about an engine. The column 'right' has the correct value, and the next "
-    "three columns show the measured values over all starts.",
+    "three columns show the measured values over all phases.",
 }
 
 
 def render_page(figures: Sequence[Figure], adapters: Sequence[Adapter], versions: str) -> str:
     """Return the page; `versions` are of the engines measured."""
     lead = (
-        "This page shows scenes in which engines go wrong. Each scene runs from many starts. A start shifts the scene "
-        f"by a fraction of a step. A cell shows from how many of {STARTS} starts the value is wrong by more than "
-        f"{format_percent(OFF)}, and the smallest and largest value of all starts. Steps are 1/60 s unless stated "
+        "This page shows scenes in which engines go wrong. Each scene runs at many phases. A phase shifts the scene "
+        f"by a fraction of a step. A cell shows at how many of {STARTS} phases the value is wrong by more than "
+        f"{format_percent(OFF)}, and the smallest and largest value of all phases. Steps are 1/60 s unless stated "
         "otherwise. The rows 'pit' show PIT. All errors of PIT come from checking for overlap once per step. Values "
         f"within {format_number(SHOWN_TO)} of a whole number are shown as this number.",
         f"The measured versions are {versions}. 'make hazards' writes this page. "
@@ -159,7 +159,7 @@ def render_page(figures: Sequence[Figure], adapters: Sequence[Adapter], versions
     shown = build_tables(figures)
     sections = [Section(head, (replace(table, note=NOTES[head]),)) for head, table in shown.items()]
     changes = Section("What default changes", (replace(_build_changes_table(adapters), note=CHANGES),))
-    return render_markdown(Document("Hazards, over many starts", Headline.of(lead), (*sections, changes)))
+    return render_markdown(Document("Hazards, over many phases", Headline.of(lead), (*sections, changes)))
 
 
 CHANGES = (

@@ -1,4 +1,4 @@
-"""Figures over many starts, and the starts themselves."""
+"""Figures over many phases, and the scenes at these phases."""
 
 import math
 import statistics
@@ -12,13 +12,13 @@ from carom.catalogue.entry import CatalogueScene
 from carom.comparator.shifted_scenes import build_shifted_scenes, list_even_phases
 from carom.engines.api import Adapter, AdapterError, Observation, Setting
 
-#: A start is off where it differs from what mechanics says by more than this part: of the speed, of the energy.
+#: A value is wrong if it differs from the value of mechanics by more than this fraction of the speed or energy.
 OFF = 0.01
 
 
 @dataclass(frozen=True)
 class Spread:
-    """One figure of many starts."""
+    """One figure at many phases."""
 
     values: tuple[float, ...]
     right: float
@@ -45,17 +45,17 @@ class Spread:
 
     @property
     def starts_off(self) -> int:
-        """How many starts are off."""
+        """The number of phases at which the value is wrong."""
         return sum(abs(value - self.right) > self.off for value in self.values)
 
     @property
     def share(self) -> str:
-        """How many starts are off, of how many."""
+        """The number of phases at which the value is wrong, of all phases."""
         return f"{self.starts_off} of {len(self.values)}"
 
 
 def build_starts(scene: Scene, count: int) -> list[Scene]:
-    """Return a scene at a number of starts, spread evenly over a step of its frame rate."""
+    """Return a scene at a number of phases, spread evenly over a step of its frame rate."""
     return list(build_shifted_scenes(solve_pic(scene), 1 / scene.frame_rate_hz, list_even_phases(count)))
 
 

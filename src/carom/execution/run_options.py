@@ -106,7 +106,7 @@ class Options(LimitOptions):
     phases: int = declare_option(
         0,
         build_whole_number_kind(0, MOST_PHASES),
-        "Also run each scene from this many starts within a step, to show the spread of errors.",
+        "Also run each scene at this many phases (shifts by fractions of a step), to show the spread of errors.",
         "--phases",
     )
     seed: int = declare_seed()

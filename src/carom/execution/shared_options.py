@@ -62,9 +62,7 @@ def declare_steps(default_text: str) -> Any:
 
 def declare_seed() -> Any:
     """Declare the option for the start of the sequence of phases."""
-    return declare_option(
-        0, build_whole_number_kind(0, MOST_SEED), "Number that selects the starts within a step.", "--seed"
-    )
+    return declare_option(0, build_whole_number_kind(0, MOST_SEED), "Number that selects the phases.", "--seed")
 
 
 def declare_time_limit() -> Any:

@@ -207,6 +207,6 @@ def _build_hazards(info: EngineInfo) -> Section:
     if found:
         columns = (Column("scene", lambda entry: entry.name), Column("what was reported", lambda entry: entry.reported))
         blocks.append(Table(columns, found, note=f"To check your version: carom run SCENE -e {info.name}."))
-    measured = "Results over many starts: docs/results/hazards.md."
+    measured = "Results at many phases: docs/results/hazards.md."
     blocks.append(Lines((measured,) if found else (f"No bug report in the catalogue. {measured}",)))
     return Section("Known hazards", tuple(blocks))

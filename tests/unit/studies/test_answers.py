@@ -233,14 +233,14 @@ def test_located_methods_are_last_and_not_recommended() -> None:
 def test_advice_table_marks_ccd_and_result_at_one_step_per_frame() -> None:
     r"""A method with CCD is marked, and the last column shows its result with one step per frame.
 
-    The result is lost starts, an error, "stopped", "refused" or "n/a".
+    The result is lost phases, an error, "stopped", "refused" or "n/a".
     """
     found = build_advice()
     assert [row.startswith("box2d tuned +CCD ") for row in list_method_rows(found)].count(True) == 1
     one, frame_s = found.answers[0], 1 / found.scene.frame_rate_hz
     trial = replace(one.trials[-1], dt_s=frame_s)
     for at_frame, refused_s, ends in (
-        (replace(trial, lost=3), None, f"fails at 3 of {trial.starts}"),
+        (replace(trial, lost=3), None, f"fails at 3 of {trial.phases}"),
         (trial, None, "found, 0.244° error"),
         (replace(trial, reason="crashed"), None, "stopped"),
         (None, frame_s, "refused"),

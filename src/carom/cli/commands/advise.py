@@ -25,7 +25,7 @@ def advise(
 ) -> None:
     """Find the largest step size at which each engine misses no impact and meets an accuracy target.
 
-    All step sizes of a grid are tested, beginning with the whole run in one step. Each step size is tested from starts
+    All step sizes of a grid are tested, beginning with the whole run in one step. Each step size is tested at phases
     that are spread over a step, and at unfavourable ones. Every tested step of the recommended size or smaller passes.
     The next larger step size fails.
 

@@ -63,7 +63,7 @@ def build_advice_document(advice: Advice, scene_word: str = "") -> Document:
     ]
     if rows:
         caption = (
-            "A cross marks a step size with a missed or spurious impact from at least one start. The dotted line is "
+            "A cross marks a step size with a missed or spurious impact at one phase or more. The dotted line is "
             "the accuracy target."
         )
         figure = Figure(partial(render_advice_svg, advice), caption)
@@ -101,7 +101,7 @@ def _build_table(advice: Advice, rows: Sequence[Advised]) -> Table:
         rows,
         title=f"{advice.scene.name}, fewest steps per second that pass:",
         note="This step size and all smaller tested ones pass. Other step sizes were not checked. "
-        "'Fails at' counts starts with a missed or spurious impact.",
+        "'Fails at' counts phases with a missed or spurious impact.",
     )
 
 
@@ -139,7 +139,7 @@ def _build_headline(advice: Advice) -> Iterator[str]:
         target = f"For a direction error of at most {_format_target_angle(advice)}"
         if advice.demand.miss_probability > 0:
             most = formatting.format_percent(advice.demand.miss_probability)
-            target += f" and misses from at most {most} of starts"
+            target += f" and misses at no more than {most} of phases"
         yield f"{target}, {_describe_longest_step(advice, lambda answer: answer.demand)}."
     else:
         yield f"{advice.scene.name}: no engine was searched."
@@ -232,7 +232,7 @@ def _format_frame_step_result(advice: Advice, answer: Advised) -> str:
     if trial.reason:
         return "stopped"
     if trial.lost:
-        return f"fails at {trial.lost} of {trial.starts}"
+        return f"fails at {trial.lost} of {trial.phases}"
     return f"found, {_format_degrees(trial.direction_error_rad)} error"
 
 
@@ -276,7 +276,7 @@ def _build_trials_table(answer: Advised) -> Table:
     columns = (
         Column("steps/s", lambda trial: _format_rate(trial.dt_s), number=True),
         Column("step size, s", lambda trial: formatting.format_number(trial.dt_s, 4), number=True),
-        Column("missed or spurious", lambda trial: f"{trial.lost} of {trial.starts}", number=True),
+        Column("missed or spurious", lambda trial: f"{trial.lost} of {trial.phases}", number=True),
         Column("direction error", lambda trial: _format_degrees(trial.direction_error_rad), number=True),
         Column("", lambda trial: trial.reason),
     )
@@ -318,16 +318,16 @@ def _format_failing_rate(answer: Advised, found: StepRange) -> str:
 
 
 def _describe_search(advice: Advice, rows: Sequence[Advised]) -> Iterator[str]:
-    """Yield why searches ended, why step sizes were refused, and from which starts step sizes were tested."""
+    """Yield why searches ended, why step sizes were refused, and at which phases step sizes were tested."""
     for ending, names in formatting.group_by((one.ending, one.method.label) for one in rows).items():
         yield f"No smaller step size of {formatting.join_words(names)} was tested, because {ending.value}."
     for one in rows:
         if one.refused_s is not None:
             yield f"Not run: {one.method.label} at {_format_rate(one.refused_s)} steps per second ({one.refusal})."
     yield (
-        f"Each step size was tested from {formatting.format_count(advice.phases, 'start')} that are spread evenly "
-        "over a step, and from starts with a frame just before the hardest impacts. The largest step size of each "
-        f"range was tested from {max(CONFIRM, advice.phases)} starts."
+        f"Each step size was tested at {formatting.format_count(advice.phases, 'phase')} that are spread evenly "
+        "over a step, and at phases with a frame just before the hardest impacts. The largest step size of each "
+        f"range was tested at {max(CONFIRM, advice.phases)} phases."
     )
 
 

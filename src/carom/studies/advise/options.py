@@ -33,8 +33,8 @@ class AdviceOptions(LimitOptions):
         engines: Names of adapters; None for all. PIC and PIT get no recommendation.
         profiles: Names of profiles.
         direction_error_rad: Largest allowed error of a disc's direction after any impact.
-        miss_probability: Allowed fraction of start positions from which an impact is missed or invented.
-        phases: Number of start positions, evenly spread over a step, from which each step size is tested.
+        miss_probability: Allowed fraction of phases at which an impact is missed or invented.
+        phases: Number of phases, evenly spread over a step, at which each step size is tested.
         budget_steps: Largest number of engine steps in the search for one method. The search ends with its present
             result if the test of the next step size would exceed this number.
 
@@ -52,10 +52,13 @@ class AdviceOptions(LimitOptions):
         default_text="1deg",
     )
     miss_probability: float = declare_option(
-        0.0, _FRACTION, "Allowed fraction of starts with a missed or spurious impact.", "--miss-probability"
+        0.0, _FRACTION, "Allowed fraction of phases with a missed or spurious impact.", "--miss-probability"
     )
     phases: int = declare_option(
-        8, build_whole_number_kind(1, MOST_PHASES), "Number of starts within a step.", "--phases"
+        8,
+        build_whole_number_kind(1, MOST_PHASES),
+        "Number of phases: shifts of the scene by fractions of a step.",
+        "--phases",
     )
     budget_steps: int = declare_option(
         ADVICE_STEPS,

@@ -2,7 +2,7 @@
 
 For two smooth discs, the largest step size of checking once per step (PIT) has a closed form; see
 `carom.studies.advise.sampling_limit`. All other step sizes are found by trials on a grid. Each step size is tested from
-two kinds of start positions: evenly spread over one step, and with a check just before one of the hardest impacts.
+two kinds of phases: evenly spread over one step, and with a check just before one of the hardest impacts.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ from carom.model.trace import Trace
 from carom.studies.advise.options import AdviceOptions
 from carom.studies.advise.sampling_limit import Demand, HardImpact, rank_hardest_impacts
 from carom.studies.advise.step_search import Advised, StepSearch
-from carom.studies.advise.step_trial import StepTrial, list_start_phases, try_starts
+from carom.studies.advise.step_trial import StepTrial, list_start_phases, try_phases
 
-#: Number of hardest impacts for which start positions are chosen.
+#: Number of hardest impacts for which phases are chosen.
 AIMED = 3
 
 
@@ -60,8 +60,8 @@ class ClosedForm:
     """The largest step sizes for PIT with two smooth discs, in seconds, by formulas.
 
     Attributes:
-        never_misses_s: Largest step size at which no start misses the impact.
-        demand_s: Largest step size at which every start meets the accuracy target.
+        never_misses_s: Largest step size with which the engine misses the impact at no phase.
+        demand_s: Largest step size with which the engine meets the accuracy target at every phase.
     """
 
     never_misses_s: float
@@ -81,7 +81,7 @@ class Advice:
         sampling: Search result of PIT, for comparison, if there is no closed form.
         answers: One entry per engine and profile.
         unable: Engines and profiles that can't run the scene.
-        phases: Number of evenly spread starts from which each step size was tested.
+        phases: Number of evenly spread phases at which each step size was tested.
         budget_steps: Budget of each search, in engine steps.
         swept: Methods whose engine sweeps fast bodies, so that no body passes through another in a step.
         located: Methods whose steps Carom cuts. No setting of the engine cuts steps.
@@ -239,11 +239,11 @@ def _run_searches(
     """Test the step sizes that the searches request, one per search at a time, until all searches have ended."""
     tested_count = 0
     while requests := {method: search.wanted for method, search in searches.items() if search.wanted is not None}:
-        starts = {method: list_start_phases(one.dt_s, one.even, aimed_s) for method, one in requests.items()}
-        phases = [(method, phase) for method, (even, aimed) in starts.items() for phase in (*even, *aimed)]
+        phases_by_method = {method: list_start_phases(one.dt_s, one.even, aimed_s) for method, one in requests.items()}
+        phases = [(method, phase) for method, (even, aimed) in phases_by_method.items() for phase in (*even, *aimed)]
         jobs = [Job(scene, method, requests[method].dt_s, 0, phase) for method, phase in phases]
-        found = try_starts(jobs, pool)
-        for method, (even, aimed) in starts.items():
+        found = try_phases(jobs, pool)
+        for method, (even, aimed) in phases_by_method.items():
             answers = ([found[method, phase] for phase in some] for some in (even, aimed))
             searches[method].take(StepTrial.of(requests[method].dt_s, *answers))
         tested_count += len(requests)

@@ -25,7 +25,7 @@ class Demand:
 
     Attributes:
         direction_error_rad: Largest allowed error of a disc's direction after any impact.
-        miss_probability: Allowed fraction of start positions from which an impact is missed or invented; below 1.
+        miss_probability: Allowed fraction of phases at which an impact is missed or invented; below 1.
     """
 
     direction_error_rad: float

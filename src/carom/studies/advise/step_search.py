@@ -13,7 +13,7 @@ from carom.model.scene import Scene
 from carom.studies.advise.sampling_limit import Demand
 from carom.studies.advise.step_trial import StepTrial, compute_step_limit
 
-#: Number of evenly spread starts from which a result is confirmed.
+#: Number of evenly spread phases at which a result is confirmed.
 CONFIRM = 64
 
 #: The grid has two steps per octave: 1, 1.5, 2, 3, 4, 6 ... steps per frame. For steps of half a frame or less, these
@@ -55,7 +55,7 @@ class StepRange:
     """Passing step sizes: every tested step size from `passes` down to `down_to_s`.
 
     Attributes:
-        passes: The largest passing step size, confirmed from `CONFIRM` starts; None if there is none.
+        passes: The largest passing step size, confirmed at `CONFIRM` phases; None if there is none.
         in_frame: The largest passing step size that divides a frame, confirmed like `passes`; None if there is none.
         down_to_s: The smallest tested step size, seconds; NaN if none was tested.
         fails: The smallest failing step size, which is the tested step just above the passing ones; None if no step
@@ -84,7 +84,7 @@ class Advised:
     Attributes:
         method: Engine and profile.
         trials: Every tested step size, beginning with the largest.
-        never_misses: Step sizes at which no start misses or invents an impact.
+        never_misses: Step sizes with which the engine misses and invents no impact at any phase.
         demand: Step sizes that meet the whole accuracy target.
         ending: Reason why no smaller step size was tested.
         refused_s: The smallest step size that the method refuses, seconds; None if the method refuses none. Larger
@@ -121,7 +121,7 @@ class Advised:
 
 @dataclass(frozen=True)
 class Wanted:
-    """A step size that a search requests, with the number of evenly spread starts."""
+    """A step size that a search requests, with the number of evenly spread phases."""
 
     dt_s: float
     even: int
@@ -159,8 +159,8 @@ class StepSearch:
         method: Engine and profile.
         demand: Required accuracy.
         guess_s: Largest step size at which checking once per step is accurate enough for the hardest impact.
-        phases: Number of evenly spread starts from which each step size is tested.
-        aimed: Number of additional starts with a check just before a hard impact.
+        phases: Number of evenly spread phases at which each step size is tested.
+        aimed: Number of additional phases with a check just before a hard impact.
         budget_steps: Budget of engine steps. A step size is tested only if its estimated cost is within the rest of the
             budget. The estimate assumes that the runs end as early as those with the previous step size.
         refusal: Function that returns the reason why the method refuses a step size; an empty text if it accepts the
@@ -261,7 +261,7 @@ class StepSearch:
         return True
 
     def _find_unconfirmed(self) -> StepTrial | None:
-        """Return a step size that becomes a result if it also passes from more starts; None if there is none."""
+        """Return a step size that becomes a result if it also passes at more phases; None if there is none."""
         for passes in self._questions:
             run = _select_finest_passing(self._tested, passes)
             for trial in (*run[:1], *self._select_frame_divisor(run)) if self._spans_enough(run) else ():

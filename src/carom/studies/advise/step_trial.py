@@ -1,4 +1,4 @@
-"""Test of one method with one step size, from evenly spread starts and from starts chosen for the hardest impacts."""
+"""Test of one method with one step size, at evenly spread phases and at phases chosen for the hardest impacts."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ from carom.model.scene import Scene
 from carom.model.trace import Outcome
 from carom.studies.advise.sampling_limit import Demand
 
-#: A chosen start has a check this fraction of a step before an impact. So checking once per step finds the impact
-#: almost a whole step late.
+#: At a chosen phase there is a check this fraction of a step before an impact. So checking once per step finds the
+#: impact almost a whole step late.
 JUST_BEFORE = 1e-3
 
 #: A run continues for this number of steps after the scene's end, so that the engine reports all impacts before the
@@ -37,8 +37,8 @@ REFERENCES_KEPT = 128
 
 
 @dataclass(frozen=True)
-class Started:
-    """Result of a run from one start.
+class PhaseResult:
+    """Result of a run at one phase.
 
     Attributes:
         lost: Whether an impact was missed or invented, or the run ended early.
@@ -55,11 +55,11 @@ class Started:
 class StartTask(JobTask):
     """Runs a job in a worker process and compares its impacts up to the scene's end with PIC's."""
 
-    def carry_out(self) -> Started:
+    def carry_out(self) -> PhaseResult:
         """Return the result of the run.
 
         Raises:
-            UnsupportedError: The scene has no such start, or no reference from this start.
+            UnsupportedError: The scene cannot begin at this phase, or has no reference at this phase.
         """
         job = self.job
         adapter = load_supported_adapter(job)
@@ -72,7 +72,7 @@ class StartTask(JobTask):
         measured = measure_errors(reference, observed, aligned, compute_scales(scene, reference))
         # After the extra steps, only a run that ended early has undecided impacts. Undecided impacts count as missed.
         wrong = aligned.missed or aligned.spurious or aligned.undecided
-        return Started(
+        return PhaseResult(
             lost=bool(wrong) or observed.outcome is not Outcome.COMPLETED,
             direction_error_rad=measured.largest.direction_rad,
             steps=int(observed.counts.get("steps", 0)),
@@ -84,22 +84,22 @@ _reference = lru_cache(maxsize=REFERENCES_KEPT)(solve_reference)
 
 @dataclass(frozen=True)
 class StepTrial:
-    """Result of one step size from all its starts.
+    """Result of one step size at all its phases.
 
     Attributes:
         dt_s: The step size, seconds.
-        even: Number of evenly spread starts that did not fail.
-        starts: Number of all starts.
-        lost_even: Number of evenly spread starts from which an impact was missed or invented, or the run ended early.
-        lost: The same number for all starts, evenly spread or chosen.
-        direction_error_rad: Largest direction error from any start; NaN if no impact was found.
+        even: Number of evenly spread phases at which the engine did not fail.
+        phases: Number of all phases.
+        lost_even: Number of evenly spread phases at which an impact was missed or invented, or the run ended early.
+        lost: The same number for all phases, evenly spread or chosen.
+        direction_error_rad: Largest direction error at any phase; NaN if no impact was found.
         steps: Number of engine steps.
         reason: Error of the engine or its adapter, because of which the step size fails; empty if there is no error.
     """
 
     dt_s: float
     even: int
-    starts: int
+    phases: int
     lost_even: int
     lost: int
     direction_error_rad: float
@@ -108,7 +108,7 @@ class StepTrial:
 
     @property
     def never_misses(self) -> bool:
-        """Whether no impact was missed or invented from any start."""
+        """Whether no impact was missed or invented at any phase."""
         return not self.reason and self.lost == 0
 
     def is_within(self, demand: Demand) -> bool:
@@ -118,8 +118,10 @@ class StepTrial:
         return few and self.direction_error_rad <= demand.direction_error_rad
 
     @classmethod
-    def of(cls, dt_s: float, even: Sequence[Answer[Started]], aimed: Sequence[Answer[Started]]) -> StepTrial | str:
-        """Return the combined result of the starts; if no start could run, return the reason as text."""
+    def of(
+        cls, dt_s: float, even: Sequence[Answer[PhaseResult]], aimed: Sequence[Answer[PhaseResult]]
+    ) -> StepTrial | str:
+        """Return the combined result of the phases; if no phase could run, return the reason as text."""
         answers = [*even, *aimed]
         broken = [answer for answer in answers if answer.status.is_failure or answer.status is Status.UNAVAILABLE]
         results = [answer.value for answer in answers if answer.value is not None]
@@ -130,7 +132,7 @@ class StepTrial:
         return cls(
             dt_s,
             even=len(of_even),
-            starts=len(results) + len(broken),
+            phases=len(results) + len(broken),
             lost_even=sum(one.lost for one in of_even),
             lost=sum(one.lost for one in results),
             direction_error_rad=max(known, default=math.nan),
@@ -146,13 +148,13 @@ def list_start_phases(dt_s: float, even: int, aimed_s: Iterable[float]) -> tuple
     return spread, tuple(phase for phase in aimed if phase not in spread)
 
 
-def compute_step_limit(duration_s: float, dt_s: float, starts: int) -> int:
-    """Return the largest number of engine steps for a number of starts."""
+def compute_step_limit(duration_s: float, dt_s: float, phases: int) -> int:
+    """Return the largest number of engine steps for runs at some phases."""
     # A run can begin up to a step before the scene's start.
-    return starts * (math.ceil(duration_s / dt_s) + 1 + BEYOND_STEPS)
+    return phases * (math.ceil(duration_s / dt_s) + 1 + BEYOND_STEPS)
 
 
-def try_starts(jobs: Iterable[Job], pool: Pool) -> Mapping[tuple[Method, float], Answer[Started]]:
+def try_phases(jobs: Iterable[Job], pool: Pool) -> Mapping[tuple[Method, float], Answer[PhaseResult]]:
     """Run jobs that have one step size per method, and return the results by method and phase."""
     asks = [
         TaskRequest((job.method, job.phase), build_job_key(job), StartTask(job), steps=estimate_steps(job))

@@ -66,7 +66,7 @@ class BenchPlan(LimitOptions):
         engines: Names of adapters; None for all.
         dts: Step sizes, seconds; None for each scene's own series.
         profiles: Names of profiles.
-        phases: Number of starts, evenly spread over a step, from which each job is scored.
+        phases: Number of phases, evenly spread over a step, at which each job is scored.
         error: Kind of error.
         target: The document names the fastest engine with at most this error.
         rounds: Number of rounds of the timing pass.
@@ -94,7 +94,10 @@ class BenchPlan(LimitOptions):
     )
     profiles: Sequence[str] = declare_profiles("default", "tuned")
     phases: int = declare_option(
-        4, build_whole_number_kind(1, MOST_PHASES), "Number of starts within a step.", "--phases"
+        4,
+        build_whole_number_kind(1, MOST_PHASES),
+        "Number of phases: shifts of the scene by fractions of a step.",
+        "--phases",
     )
     error: ErrorKind = declare_option(ErrorKind.IMPACT, build_enum_kind(ErrorKind), "Error to plot.", "--error")
     target: float = declare_option(

@@ -25,13 +25,13 @@ class Point:
         engine: Name of the adapter.
         profile: Name of the profile.
         dt_s: Step size, seconds.
-        error: Largest error over all starts; NaN if no impact was found or nothing was run.
-        error_median: Median error over the starts.
-        error_least: Smallest error over the starts.
-        phases: Number of scored starts.
-        expected: Number of impacts of the reference, over all starts.
-        missed: Number of missed impacts, over all starts.
-        spurious: Number of invented impacts, over all starts.
+        error: Largest error over all phases; NaN if no impact was found or nothing was run.
+        error_median: Median error over the phases.
+        error_least: Smallest error over the phases.
+        phases: Number of scored phases.
+        expected: Number of impacts of the reference, over all phases.
+        missed: Number of missed impacts, over all phases.
+        spurious: Number of invented impacts, over all phases.
         reason: Reason why the point was not scored; empty if it was scored.
         timing: Run times; None if the point was not timed.
         untimed: Reason why the point was not timed; empty if it was timed.
@@ -58,7 +58,7 @@ class Point:
 
     @property
     def lost(self) -> int:
-        """Number of missed and invented impacts, over all starts."""
+        """Number of missed and invented impacts, over all phases."""
         return self.missed + self.spurious
 
     @property

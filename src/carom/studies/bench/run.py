@@ -116,7 +116,7 @@ def _build_jobs(
 
 
 def _build_point(method_step: At, found: Sequence[Answer[Measures] | None], unscored: str, kind: ErrorKind) -> Point:
-    """Return the point of a method and a step size from one answer per start. The answer of an omitted job is None."""
+    """Return the point of a method and a step size from one answer per phase. The answer of an omitted job is None."""
     method, dt_s = method_step
     answers = [answer for answer in found if answer is not None]
     measured = [answer.value for answer in answers if answer.value is not None]

@@ -24,8 +24,8 @@ from carom.studies.bench.result import Bench, Curve, Point, SceneBench, find_che
 from carom.studies.bench.timing_pass import CellTiming
 
 TABLE_NOTE = (
-    "The best method is first. The least error is the smallest error of all step sizes that find every impact from "
-    "every start. If there is no such step size, the column shows the missed (-) and spurious (+) impacts of the "
+    "The best method is first. The least error is the smallest error of all step sizes that find every impact at "
+    "every phase. If there is no such step size, the column shows the missed (-) and spurious (+) impacts of the "
     "best step size. A column headed by an error shows the run time of the fastest step size that reaches this error "
     "and finds every impact; the column is empty if no step size does. The order is the slope of error against step "
     "size on logarithmic axes, without step sizes that miss an impact or reach rounding. Checking once per step has "
@@ -201,7 +201,7 @@ def _build_least_error_cell(kind: ErrorKind, curve: Curve) -> Cell:
 
 
 def format_losses(point: Point) -> str:
-    """Describe a point's missed and invented impacts over all starts."""
+    """Describe a point's missed and invented impacts over all phases."""
     losses = [f"misses {point.missed}"] * bool(point.missed) + [f"invents {point.spurious}"] * bool(point.spurious)
     if not losses:
         return "has no error to measure"
@@ -248,7 +248,7 @@ def _step_column(head: str, read_s: Callable[[CellTiming], float]) -> Column:
 #: Columns of the table of all points, except for the columns with the point's name and command.
 _POINT_COLUMNS = (
     Column("error", _format_point_error, number=True),
-    Column("smallest over starts", lambda p: formatting.format_number(p.error_least), number=True, only=Media.ON_PAPER),
+    Column("smallest over phases", lambda p: formatting.format_number(p.error_least), number=True, only=Media.ON_PAPER),
     _timing_column("all steps, ms", lambda timing: format_milliseconds(timing.advance_s)),
     _timing_column("spread", lambda timing: _format_spread(timing.advance_s)),
     _timing_column("prepare, ms", lambda timing: format_milliseconds(timing.prepare_s)),
@@ -276,8 +276,8 @@ def build_point_table(bench: SceneBench, plan: BenchPlan) -> Table:
         [point for point in bench.points if not point.reason],
         title=f"{name}: all points",
         note=f"The error is the {plan.error.meaning}. Each number is the largest over "
-        f"{formatting.format_count(plan.phases, 'start')} that are spread evenly over a step. '-1 +2' means that "
-        "over all starts one impact is missed and two are invented; the error is then that of all other impacts. "
+        f"{formatting.format_count(plan.phases, 'phase')} that are spread evenly over a step. '-1 +2' means that "
+        "over all phases one impact is missed and two are invented; the error is then that of all other impacts. "
         "Times are medians over rounds. 'Spread' is the distance between the quartiles, divided by the median. "
         "'Empty world' is the time of a step with one disc at rest. 'Call' is the time of one Python call, divided "
         "by its number of steps. 'Net' is the time per step without the empty world and the call. 'Whole' is the "

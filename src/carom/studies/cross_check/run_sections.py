@@ -21,8 +21,8 @@ MOST_CELLS = 10_000
 
 SPREAD_NOTE = (
     "An engine can find an impact by luck, because a check happens to fall into the overlap. So each run was "
-    "repeated with starts shifted by fractions of a step. For two discs, a formula gives the fraction of starts at "
-    "which PIT must miss the impact."
+    "repeated at several phases (shifts by fractions of a step). For two discs, a formula gives the fraction of "
+    "phases at which PIT must miss the impact."
 )
 RUN_TIME_NOTE = (
     "Each number is the run time of all steps divided by PIT's for the same scene and step size, as a median over "

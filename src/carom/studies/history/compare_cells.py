@@ -98,7 +98,7 @@ class HistoryTask(JobTask):
         """Return the stored result.
 
         Raises:
-            UnsupportedError: There is no reference, or no start at this phase.
+            UnsupportedError: There is no reference, or the scene cannot begin at this phase.
         """
         job = self.job
         adapter = load_supported_adapter(job)

@@ -67,7 +67,7 @@ class HistoryOptions(LimitOptions):
     phases: int = declare_option(
         FEWEST_PHASES,
         build_whole_number_kind(FEWEST_PHASES, MOST_PHASES),
-        "Number of starts within a step from which changed runs are repeated.",
+        "Number of phases (shifts by fractions of a step) at which changed runs are repeated.",
         "--phases",
     )
     seed: int = declare_seed()

@@ -115,7 +115,7 @@ def test_closed_form_agrees_with_scan_of_overlap(
 
 @each("scene", [build_pair(0.3), build_pair(0.7, mass=5.0), build_pair(0.05, speed=20, radius=0.05)])
 def test_pit_fails_just_above_the_closed_form_step(scene: Scene) -> None:
-    """With a step 0.1 % below the closed form, PIT meets the demand from 5 starts; 0.1 % above, one start fails."""
+    """With a step 0.1 % below the closed form, PIT meets the demand at 5 phases; 0.1 % above, one phase fails."""
     limit = rank_hardest_impacts(solve_pic(scene), Demand(DEGREE))[0].limit
     for share in (0.001, 0.25, 0.5, 0.75, 0.999):
         found, worst = measure_direction_error(scene, limit.dt_s * 0.999, limit.dt_s * 0.999 * share)
@@ -126,7 +126,7 @@ def test_pit_fails_just_above_the_closed_form_step(scene: Scene) -> None:
 
 
 def test_share_of_missed_grazes_matches_contact_window() -> None:
-    """The contact window of a graze is sqrt(R² - b²) / v; with twice that step, PIT misses half of 20 starts."""
+    """The contact window of a graze is sqrt(R² - b²) / v; with twice that step, PIT misses half of 20 phases."""
     scene = build_pair(0.999)
     window_s = math.sqrt(1 - 0.999**2)
     trace, dt_s = solve_pic(scene), 2 * window_s
@@ -151,14 +151,14 @@ def test_cause_is_fast_for_fast_small_disc_and_wall_allows_any_step() -> None:
     assert rank_hardest_impacts(solve_pic(walled), Demand(DEGREE))[0].limit.dt_s == math.inf
 
 
-@each("starts", long_until(1, [16, CONFIRM]))
-def test_pymunk_needs_the_step_of_the_closed_form(starts: int, monkeypatch: pytest.MonkeyPatch) -> None:
+@each("phases", long_until(1, [16, CONFIRM]))
+def test_pymunk_needs_the_step_of_the_closed_form(phases: int, monkeypatch: pytest.MonkeyPatch) -> None:
     r"""Pymunk's largest passing step is below the closed form for PIT, and its smallest failing step above.
 
     The two are at most one step of the grid (a factor of 1.5) apart.
     """
     pytest.importorskip("pymunk", reason="pymunk is not installed")
-    monkeypatch.setattr("carom.studies.advise.step_search.CONFIRM", starts)
+    monkeypatch.setattr("carom.studies.advise.step_search.CONFIRM", phases)
     with InProcessPool() as pool:
         advice = advise(
             build_pair(0.4), build_options(["pic", "pit", "pymunk"], 10 * DEGREE, profiles=["tuned"], phases=2), pool
@@ -172,7 +172,7 @@ def test_pymunk_needs_the_step_of_the_closed_form(starts: int, monkeypatch: pyte
         (found.never_misses, require_value(closed).never_misses_s),
         (found.demand, require_value(closed).demand_s),
     ):
-        assert require_value(answer.passes).starts == starts + 1
+        assert require_value(answer.passes).phases == phases + 1
         assert require_value(answer.passes).dt_s <= limit_s < require_value(answer.fails).dt_s
         assert require_value(answer.fails).dt_s <= 1.5 * require_value(answer.passes).dt_s * (1 + 1e-9)
 
@@ -308,7 +308,7 @@ def test_cause_distinguishes_half_plane_and_moving_edge(name: str, cause: Cause)
 
 @pytest.fixture(scope="module")
 def advice() -> ShownAdvice:
-    """Pymunk's steps for two discs, confirmed at four starts."""
+    """Pymunk's steps for two discs, confirmed at four phases."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("carom.studies.advise.step_search.CONFIRM", 4)
         return carom.advise("paper/late", ["pymunk"], profiles=["tuned"], phases=1, pool=InProcessPool())

@@ -19,12 +19,12 @@ from carom.studies.advise.step_search import (
     count_steps_per_frame,
     generate_step_grid,
 )
-from carom.studies.advise.step_trial import Started, StepTrial, compute_step_limit, list_start_phases
+from carom.studies.advise.step_trial import PhaseResult, StepTrial, compute_step_limit, list_start_phases
 
 DEGREE = math.radians(1)
 SCENE = Scene(name="one", discs=[Disc(position_m=(0.0, 0.0), radius_m=1.0)], duration_s=1.0, frame_rate_hz=60)
 
-#: Whether anything is lost at a step, and how wrong a direction is; and, at how many even starts.
+#: Whether anything is lost at a step, and how wrong a direction is; and, at how many even phases.
 Curve = Callable[[float, int], tuple[bool, float]]
 
 
@@ -48,10 +48,10 @@ def run_search(
     while (wanted := search.wanted) is not None:
         tried.append((wanted.dt_s, wanted.even))
         lost, error = curve(wanted.dt_s, wanted.even)
-        starts = wanted.even + 3
-        steps = round(share * compute_step_limit(SCENE.duration_s, wanted.dt_s, starts))
+        phases = wanted.even + 3
+        steps = round(share * compute_step_limit(SCENE.duration_s, wanted.dt_s, phases))
         reason = "crashed" if broken(wanted.dt_s) else ""
-        search.take(StepTrial(wanted.dt_s, wanted.even, starts, int(lost), int(lost), error, steps, reason))
+        search.take(StepTrial(wanted.dt_s, wanted.even, phases, int(lost), int(lost), error, steps, reason))
     return search.build_answer(), tried
 
 
@@ -70,7 +70,7 @@ def test_step_grid_has_two_steps_per_octave() -> None:
 
 
 def test_range_below_answer_is_tested_for_two_or_three_octaves() -> None:
-    r"""The answer is the largest step that passes at 64 starts; the grid below it is tested as well.
+    r"""The answer is the largest step that passes at 64 phases; the grid below it is tested as well.
 
     Two octaves are tested if the error is proportional to the step, otherwise three.
     """
@@ -117,8 +117,8 @@ def test_search_goes_down_to_frame_or_closed_form_step() -> None:
         assert found.demand.down_to_s == pytest.approx(finest_s)
 
 
-def test_failure_at_64_starts_moves_answer_to_next_finer_step() -> None:
-    """A step that passes at 8 starts but fails at 64 counts as failing, and the next finer step is confirmed."""
+def test_failure_at_64_phases_moves_answer_to_next_finer_step() -> None:
+    """A step that passes at 8 phases but fails at 64 counts as failing, and the next finer step is confirmed."""
     found, tried = run_search(lambda dt, even: (dt > 0.02 or (even == CONFIRM and dt > 0.012), 1e-3 * dt))
     answer = found.never_misses
     assert require_value(answer.passes).dt_s == pytest.approx(1 / 90)
@@ -129,9 +129,9 @@ def test_failure_at_64_starts_moves_answer_to_next_finer_step() -> None:
 
 
 def test_answer_in_whole_steps_per_frame_is_confirmed() -> None:
-    r"""The largest passing step with a whole number of steps per frame is also confirmed at 64 starts.
+    r"""The largest passing step with a whole number of steps per frame is also confirmed at 64 phases.
 
-    If 90 steps/s pass and 60 fail, it is 120 steps/s (two per frame). If 120 fail at 64 starts, it is 180.
+    If 90 steps/s pass and 60 fail, it is 120 steps/s (two per frame). If 120 fail at 64 phases, it is 180.
     """
     found, tried = run_search(lambda dt, _: (dt > 1 / 80, 1e-3 * dt))
     for answer in (found.never_misses, found.demand):
@@ -243,7 +243,7 @@ def test_crash_at_large_step_fails_and_at_frame_ends_search() -> None:
 def test_unknown_direction_meets_no_demand() -> None:
     r"""A NaN direction error meets no demand, whatever share of misses is allowed.
 
-    A known error meets the demand if the share of even starts with a miss is at most the allowed one.
+    A known error meets the demand if the share of even phases with a miss is at most the allowed one.
     """
     blind = StepTrial(0.1, 8, 11, 8, 11, math.nan, 1)
     assert not blind.is_within(Demand(DEGREE, 0.99))
@@ -256,21 +256,21 @@ def test_unknown_direction_meets_no_demand() -> None:
     assert found.demand.passes is None
 
 
-def test_impossible_starts_are_skipped_and_crashes_fail_a_step() -> None:
-    r"""A trial has the worst error of the starts that ran; starts that are impossible are not counted.
+def test_impossible_phases_are_skipped_and_crashes_fail_a_step() -> None:
+    r"""A trial has the worst error of the phases that ran; phases that are impossible are not counted.
 
     Without any start, the trial is a reason. A start that crashes fails the step.
     """
 
-    def ran(lost: bool, direction: float) -> Answer[Started]:
-        return Answer(Status.RAN, value=Started(lost, direction, 10))
+    def ran(lost: bool, direction: float) -> Answer[PhaseResult]:
+        return Answer(Status.RAN, value=PhaseResult(lost, direction, 10))
 
-    no_start: Answer[Started] = Answer(Status.UNSUPPORTED, "bodies meet")
-    trial = StepTrial.of(0.1, [ran(False, 0.1), no_start, ran(True, math.nan)], [ran(False, 0.2)])
+    impossible: Answer[PhaseResult] = Answer(Status.UNSUPPORTED, "bodies meet")
+    trial = StepTrial.of(0.1, [ran(False, 0.1), impossible, ran(True, math.nan)], [ran(False, 0.2)])
     assert isinstance(trial, StepTrial)
-    assert (trial.even, trial.starts, trial.lost_even, trial.lost, trial.steps) == (2, 3, 1, 1, 30)
+    assert (trial.even, trial.phases, trial.lost_even, trial.lost, trial.steps) == (2, 3, 1, 1, 30)
     assert trial.direction_error_rad == 0.2
-    assert StepTrial.of(0.1, [no_start], []) == "bodies meet"
+    assert StepTrial.of(0.1, [impossible], []) == "bodies meet"
     crashed = StepTrial.of(0.1, [ran(False, 0.1)], [Answer(Status.CRASHED, "signal 11")])
     assert isinstance(crashed, StepTrial)
     assert not crashed.never_misses
@@ -278,7 +278,7 @@ def test_impossible_starts_are_skipped_and_crashes_fail_a_step() -> None:
 
 
 def test_aimed_start_samples_just_before_the_impact() -> None:
-    """With an aimed start, the last check is a thousandth of a step before the impact; equal starts occur once."""
+    """At an aimed phase, the last check is a thousandth of a step before the impact; equal phases occur once."""
     even, aimed = list_start_phases(0.1, 8, [0.234, 0.234, 0.777])
     assert even == tuple(k / 8 for k in range(8))
     assert len(aimed) == 2

@@ -109,7 +109,7 @@ def _velocity(scene: Scene) -> complex:
 
 @each("name", ["thin-wall", "paddle"])
 def test_pit_misses_thin_wall_only_with_large_steps(name: str) -> None:
-    """PIT passes all starts at a thin wall or paddle at 0.99 radii per step, and fails at least one at 8."""
+    """PIT passes all phases at a thin wall or paddle at 0.99 radii per step, and fails at least one at 8."""
     assert not any(trial.judge(solve_pit(trial.scene)).broken for trial in WALLS[name].trials(0.99))
     assert any(trial.judge(solve_pit(trial.scene)).broken for trial in WALLS[name].trials(8.0))
 
