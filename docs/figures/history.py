@@ -184,7 +184,7 @@ HEAD = """# Engines over their releases
 
 `make history` runs older releases of each engine with today's adapters. The scenes are {scenes}, each at its own frame rate, with the profiles `default` and `tuned`. A *cell* is a run of one scene with one profile.
 Carom [attributes a change to the engine](../reference/diff.md#releases-of-an-engine) if both releases used equal settings and the motion differs. The motion differs if the ranges of an error over {phases} phases of a step do not overlap.
-Other changes are only counted, in the columns `phase only`, `other settings`, `other contacts` and `not judged`. The page [Regressions](../how-to/regressions.md) explains how to compare releases of your engine.
+Other changes are only counted, in the columns `phase only`, `other settings`, `other contacts` and `unobserved contacts`. The page [Regressions](../how-to/regressions.md) explains how to compare releases of your engine.
 """
 
 THREADS = """## Bug reports that name a release

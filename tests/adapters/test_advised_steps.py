@@ -1,4 +1,4 @@
-"""The steps that the adviser gives, tried on the engines themselves: by their own interfaces, and judged by hand."""
+"""The steps that the adviser gives, tried on the engines themselves: by their own interfaces, and scored by hand."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ class Shot:
         return ENGINES[engine](stage, "tuned", dt_s, steps)[-1, :, 2:4]
 
 
-def judge_starts(engine: str, shot: Shot, dt_s: float) -> Iterator[tuple[bool, float]]:
+def score_phases(engine: str, shot: Shot, dt_s: float) -> Iterator[tuple[bool, float]]:
     """Whether it hits, and its direction error: at 64 starts over a step, and where a look is just before the touch."""
     for phase in (*(k / 64 for k in range(64)), (1e-3 - shot.touch_s / dt_s) % 1.0):
         found = shot.run(engine, dt_s, phase * dt_s)
@@ -122,12 +122,12 @@ def test_advised_steps_hold_in_bare_engines(advice_of_scene: tuple[str, Advice],
     shot, angle = Shot.of(advice.scene), advice.demand.direction_error_rad
     for found, wholly in ((answer.never_misses, False), (answer.demand, True)):
         assert found.passes is not None, name
-        tried = list(judge_starts(engine, shot, found.passes.dt_s))
+        tried = list(score_phases(engine, shot, found.passes.dt_s))
         assert len(tried) == 65
         assert all(hit for hit, _ in tried)
         assert all(wrong <= angle for _, wrong in tried) or not wholly
         if found.fails is not None:
-            tried = list(judge_starts(engine, shot, found.fails.dt_s))
+            tried = list(score_phases(engine, shot, found.fails.dt_s))
             assert not all(hit and (wrong <= angle or not wholly) for hit, wrong in tried)
 
 

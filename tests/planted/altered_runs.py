@@ -1,7 +1,7 @@
 """Doctored runs: what a method shows of a scene, state by state, with a fault that begins at some time.
 
 A run is recorded from the impacts that a solver found, on free paths from impact to impact, without the code that
-judges a run. `Playback` is the adapter that shows it, so that a run goes the same way as any engine's.
+scores a run. `Playback` is the adapter that shows it, so that a run goes the same way as any engine's.
 """
 
 import dataclasses

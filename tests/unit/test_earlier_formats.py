@@ -22,7 +22,7 @@ from carom.report.results_file.records import read_raw_records, read_records
 from carom.studies.cross_check.run import execute, observed_journal
 from carom.studies.diff.compare_records import compare_records
 from carom.studies.history.compare_cells import ReleaseRun
-from carom.studies.tune.objective import Judged
+from carom.studies.tune.objective import SceneResult
 
 KEPT = Path(__file__).resolve().parents[1] / "earlier_formats"
 #: What the journals are of.
@@ -122,7 +122,7 @@ def test_journals_of_tune_and_history_are_read_with_the_word_parted() -> None:
     """A journalled grade or verdict with the earlier word is read as DIVERGED, like ``Grade("parted")``."""
     assert Grade("parted") is Grade.DIVERGED
     assert Grade("parted inaccurate") is Grade.DIVERGED_INACCURATE
-    assert Codec[Judged](Judged).loads(b'{"grade": "parted"}') == Judged(Grade.DIVERGED)
+    assert Codec[SceneResult](SceneResult).loads(b'{"grade": "parted"}') == SceneResult(Grade.DIVERGED)
     numbers = dict.fromkeys(("velocity", "late_steps", "place_rounding_m", "speed_m_s"), 1.0)
     counts = {"expected": 2, "found": 2, "lost": 0, "float_bits": 64}
     run = {"digest": "", "settings": [], "off_m": [], "off_m_s": [], **numbers, **counts}

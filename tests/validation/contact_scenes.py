@@ -70,7 +70,7 @@ def draw_contact_scene(seed: int) -> Scene:
     )
 
 
-def judge_scene(scene: Scene) -> str:
+def check_scene(scene: Scene) -> str:
     """Return what has come of a scene: one of `RIGHT` where nothing is wrong, a sentence where something is."""
     trace = solve_pic(scene, max_impacts=2000)
     until_s = trace.end_time_s

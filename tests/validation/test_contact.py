@@ -25,7 +25,7 @@ def test_pic_agrees_with_small_steps_on_random_contact_scenes(seeds: range) -> N
     assert [
         said
         for seed in seeds
-        if (said := contact_scenes.judge_scene(contact_scenes.draw_contact_scene(seed))) not in contact_scenes.RIGHT
+        if (said := contact_scenes.check_scene(contact_scenes.draw_contact_scene(seed))) not in contact_scenes.RIGHT
     ] == []
 
 
@@ -38,7 +38,7 @@ def test_small_steps_with_less_gravity_are_detected(seed: int, refined: int, mon
 
     monkeypatch.setattr(contact_scenes, "run_small_steps", lighter)
     monkeypatch.setattr(contact_scenes, "REFINED", refined)
-    assert contact_scenes.judge_scene(contact_scenes.draw_contact_scene(seed)) not in contact_scenes.RIGHT
+    assert contact_scenes.check_scene(contact_scenes.draw_contact_scene(seed)) not in contact_scenes.RIGHT
 
 
 @each("regain", [-0.5, 0.0, 0.5, 1.0])

@@ -69,7 +69,7 @@ class KnownFailure:
             return True
         if not version[:1].isdigit():
             why = f"the engine's version is {format_value(version)}"
-            raise InputError(f"versions = {self.versions!r} can't be judged: {why}")
+            raise InputError(f"versions = {self.versions!r} can't be compared with the installed version: {why}")
         numbers = parse_release_numbers(version)
         return all(condition(numbers) for condition in parse_version_conditions(self.versions))
 

@@ -1,4 +1,4 @@
-"""Comparison of runs that miss, stop, tunnel or can't be judged, and of traces that are refused.
+"""Comparison of runs that miss, stop, tunnel or can't be graded, and of traces that are refused.
 
 Planted faults are in `tests/planted`.
 """

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from carom.comparator.grades import Grade
 from carom.comparator.scales import Scales, compute_median
-from carom.comparator.stepwise.judge_window import PASSED
+from carom.comparator.stepwise.compare_window import PASSED
 from carom.comparator.thresholds import THRESHOLDS
 from carom.model.step_windows import LocalTruth
 from carom.model.trace import pair_name

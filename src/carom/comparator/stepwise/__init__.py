@@ -6,7 +6,7 @@ own state. `docs/theory/scoring.md` defines the measures. The modules, in the or
 
 1. `active_pairs` finds the active pairs of each step.
 2. `step_chains` joins active pairs to windows.
-3. `judge_window` compares each `window` with PIC and PIT, which `window_runs` runs.
+3. `compare_window` compares each `window` with PIC and PIT, which `window_runs` runs.
 4. `step_watch` repeats this block by block.
 5. `measure.stepwise_score` derives numbers and a grade.
 """

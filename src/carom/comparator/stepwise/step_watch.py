@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.comparator.stepwise.active_pairs import Activity, find_activity
-from carom.comparator.stepwise.judge_window import PASSED, Comparison, find_pairs_missed_by_pit, judge_window
+from carom.comparator.stepwise.compare_window import PASSED, Comparison, compare_window, find_pairs_missed_by_pit
 from carom.comparator.stepwise.resting_pairs import RestHistory
 from carom.comparator.stepwise.scene_bodies import Pair, SceneBodies
 from carom.comparator.stepwise.step_block import Block
@@ -151,7 +151,7 @@ class StepWatch:
         return j if j < self._bodies.n else wall_body(j - self._bodies.n)
 
     def _analyse_block(self, *, ends: bool) -> None:
-        """Judge the complete windows of a block, and keep the states that open windows need."""
+        """Compare the complete windows of a block, and keep the states that open windows need."""
         states = States.joined(self._states)
         with np.errstate(over="ignore", under="ignore"):
             block = Block.of(self._scene, self._bodies, states, self._dt_s, *self._units)
@@ -168,9 +168,9 @@ class StepWatch:
                 discs = list(chain.discs)
                 before = float(self._scale[discs].max()) if chain.continues else 0.0
                 known = self._record_found_by_pit(block, chain)
-                judged = judge_window(block, chain, activity, known, ends=ends, speed_before=before)
-                self._record(block, chain, judged)
-                scale[chain.end :, discs] = self._scale[discs] = max(before, judged.speed)
+                comparison = compare_window(block, chain, activity, known, ends=ends, speed_before=before)
+                self._record(block, chain, comparison)
+                scale[chain.end :, discs] = self._scale[discs] = max(before, comparison.speed)
             open_chains = [chain.shift_steps(-self._gone) for chain in self._chains.open_chains]
             flight_steps = slice(self._flown - self._gone, len(block) if ends else self._chains.settled_to - self._gone)
             self._check_free_flight(
@@ -196,12 +196,12 @@ class StepWatch:
             self._found_by_pit |= {pair: known.get(pair, pair not in missed) for pair in chain.pairs}
         return known
 
-    def _record(self, block: Block, chain: StepChain, judged: Comparison) -> None:
+    def _record(self, block: Block, chain: StepChain, comparison: Comparison) -> None:
         times, number = block.states.time_s, len(self._windows)
-        self._windows.append(_get_row(judged))
+        self._windows.append(_get_row(comparison))
         for (i, j), steps in chain.pairs.items():
-            due_s, steps_s = judged.due_s.get((i, j), math.nan), (times[steps[0]], times[steps[-1] + 1])
-            passed, pit_passed = ((i, j) in found for found in (judged.passed, judged.pit_passed))
+            due_s, steps_s = comparison.due_s.get((i, j), math.nan), (times[steps[0]], times[steps[-1] + 1])
+            passed, pit_passed = ((i, j) in found for found in (comparison.passed, comparison.pit_passed))
             self._meetings.append((number, i, self._to_body_number(j), *steps_s, due_s, passed, pit_passed))
 
     def _check_free_flight(

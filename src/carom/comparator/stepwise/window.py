@@ -31,7 +31,7 @@ class Difference:
 
 
 class Window:
-    """A window with the derived states that a judgement needs."""
+    """A window with the derived states that a comparison needs."""
 
     def __init__(self, block: Block, chain: StepChain, activity: Activity) -> None:
         self.block, self.chain, self.bodies, self.activity = block, chain, block.bodies, activity

@@ -27,10 +27,10 @@ NOTE = (
 )
 DETAIL_NOTE = (
     "The error is the largest velocity error, divided by PIT's largest over the phases of the step; or the same "
-    "ratio of spin errors if that is larger. For a missed impact, the error is the whole change of velocity. The own "
-    "error is the smaller of the velocity errors against PIT and PIC, divided by the greatest speed. The own error "
-    "of single impacts is measured from the engine's own state before the impact. Time errors do not count, because "
-    "checking once per step is late by up to a step. Scenes without a unique answer are omitted."
+    "ratio of spin errors if that is larger. For a missed impact, the error is the whole change of velocity. The "
+    "error not from sampling is the smaller of the velocity errors relative to PIT and to PIC, divided by the greatest "
+    "speed. For single impacts, this error is measured from the engine's own state before the impact. Time errors do "
+    "not count, because checking once per step is late by up to a step. Scenes without a unique answer are omitted."
 )
 SHORT_NOTE = "error / PIT's is the largest velocity or spin error, divided by PIT's largest at any phase of the step"
 
@@ -163,11 +163,13 @@ def _format_equal_scenes(cost: EngineCost) -> Cell:
 _COLUMNS = (
     Column("engine", lambda cost: cost.column.name),
     Column("error / PIT's, median", _build_median_formatter(lambda cost: cost.cost_ratios)),
-    Column("without cost", lambda cost: f"{cost.cost_ratios.count(0.0)} of {len(cost.cells)}"),
+    Column("no error", lambda cost: f"{cost.cost_ratios.count(0.0)} of {len(cost.cells)}"),
     Column("worse than PIT", lambda cost: f"{cost.worse_than_pit} of {len(cost.cells)}"),
     Column("equals PIT", _format_equal_scenes),
-    Column("own velocity error, median", _build_median_formatter(lambda cost: cost.own)),
+    Column("velocity error not from sampling, median", _build_median_formatter(lambda cost: cost.own)),
     Column("impacts missed", lambda cost: str(sum(cell.missed for cell in cost.cells))),
     Column("missed by PIT", lambda cost: str(sum(int(cell.pit.get("missed") or 0) for cell in cost.cells))),
-    Column("own velocity error, single impacts", _build_median_formatter(lambda cost: cost.local_own_errors)),
+    Column(
+        "velocity error not from sampling, single impacts", _build_median_formatter(lambda cost: cost.local_own_errors)
+    ),
 )

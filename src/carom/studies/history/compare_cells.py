@@ -288,7 +288,7 @@ def classify_change(old: SeenCell, new: SeenCell) -> CellChange:
     one of these numbers over at least `FEWEST_PHASES` phases do not overlap. The gap between the ranges must exceed
     rounding and the estimated effect of untested phases. So contact listeners and the phase can't explain the change.
     Otherwise the reported contacts changed, or the phase explains the change. If velocities change without a reported
-    impact, the adapter does not observe every contact, and the change is not judged.
+    impact, the adapter does not observe every contact, and the releases are not compared.
     """
     a, b = old.own.value, new.own.value
     if a is None or b is None:

@@ -45,7 +45,7 @@ _HEADINGS = {
     ChangeKind.OVERLAP: "phase only",
     ChangeKind.OTHER_SETTINGS: "other settings",
     ChangeKind.OTHER_CONTACTS: "other contacts",
-    ChangeKind.UNOBSERVED: "not judged",
+    ChangeKind.UNOBSERVED: "unobserved contacts",
 }
 
 

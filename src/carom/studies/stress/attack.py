@@ -1,4 +1,4 @@
-"""Attacks (stress tests): scenes in which one quantity varies from harmless to absurd values, and judges of traces."""
+"""Attacks (stress tests): scenes in which one quantity varies from harmless to absurd values, and checks of traces."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ PHASES = (0.13, 0.52, 0.89)
 
 
 @dataclass(frozen=True)
-class Judgement:
-    """Judgement of a trace.
+class CheckResult:
+    """Result of the check of a trace.
 
     Attributes:
         error: Error of the trace, in the measure of the attack; NaN if there is nothing to measure.
@@ -47,16 +47,16 @@ class Judgement:
     status: Status = Status.RAN
 
 
-#: Judges a trace.
-Judge = Callable[[Trace], Judgement]
+#: Checks a trace.
+TraceCheck = Callable[[Trace], CheckResult]
 
 
 @dataclass(frozen=True)
 class Trial:
-    """A scene of an attack, and the judge of the scene's traces. The scene runs at its own frame rate."""
+    """A scene of an attack, and the check of the scene's traces. The scene runs at its own frame rate."""
 
     scene: Scene
-    judge: Judge
+    check: TraceCheck
 
 
 @dataclass(frozen=True)
@@ -157,8 +157,8 @@ def attack_at_phases(stage: Callable[[float, float], Trial]) -> Attack:
     return build_attack(stage.__name__, lambda value: [stage(value, phase) for phase in PHASES])
 
 
-def build_velocity_judge(truth: TrueMotion) -> Judge:
-    """Return a judge of final velocities.
+def build_velocity_check(truth: TrueMotion) -> TraceCheck:
+    """Return a check of final velocities.
 
     The error of each disc is divided by the disc's greatest change of velocity by one impact.
 
@@ -166,15 +166,15 @@ def build_velocity_judge(truth: TrueMotion) -> Judge:
     the error of a graze is relative to the graze's small change of velocity.
     """
     note = "by convention" if truth.convention else ""
-    return build_closed_form_judge(truth.final_velocity_m_s, len(truth.impacts), truth.greatest_change_m_s, note)
+    return build_closed_form_check(truth.final_velocity_m_s, len(truth.impacts), truth.greatest_change_m_s, note)
 
 
-def _require_end(judge: Judge) -> Judge:
-    """Return a judge that fails a trace that ends early, and uses the given judge for any other trace."""
-    return lambda trace: _judge_early_end(trace) or judge(trace)
+def _require_end(check: TraceCheck) -> TraceCheck:
+    """Return a check that fails a trace that ends early, and uses the given check for any other trace."""
+    return lambda trace: _check_early_end(trace) or check(trace)
 
 
-def build_closed_form_judge(
+def build_closed_form_check(
     final_velocity_m_s: Sequence[Vector],
     impacts: int,
     change_m_s: Sequence[float],
@@ -182,8 +182,8 @@ def build_closed_form_judge(
     *,
     final_rim_m_s: Sequence[float] | None = None,
     cause: str = "an impact",
-) -> Judge:
-    """Return a judge of final velocities, and of rim speeds if known. Errors are divided by each disc's change.
+) -> TraceCheck:
+    """Return a check of final velocities, and of rim speeds if known. Errors are divided by each disc's change.
 
     Args:
         final_velocity_m_s: The known velocities, metres a second.
@@ -197,55 +197,55 @@ def build_closed_form_judge(
     final, change = np.array(final_velocity_m_s), np.array(change_m_s)
 
     @_require_end
-    def judge(trace: Trace) -> Judgement:
+    def check(trace: Trace) -> CheckResult:
         greatest = max(math.hypot(*disc.velocity_m_s) for disc in trace.scene.discs)
         scale = np.where(change > 0, change, change.max() or greatest or 1.0)
         error = float(np.max(np.hypot(*(trace.final_velocity_m_s - final).T) / scale))
         found = len(trace.impacts)
         is_wrong = not error <= TOLERANCE  # NaN is wrong
         if is_wrong and found == 0 and impacts:
-            return Judgement(error, "no impact is found: the discs pass through each other")
+            return CheckResult(error, "no impact is found: the discs pass through each other")
         if is_wrong:
             counted = f"{found} impact{'' if found == 1 else 's'}" + (f" of {impacts}" if impacts else "")
             wrong = f"a velocity is wrong by {format_number(error)} times the change by {cause}"
-            return Judgement(error, f"{counted}, and {wrong}")
+            return CheckResult(error, f"{counted}, and {wrong}")
         if final_rim_m_s is None:
-            return Judgement(error, note=note)
+            return CheckResult(error, note=note)
         if trace.final_spin_rad_s is None:
-            return Judgement(math.nan, "no spin is reported")
+            return CheckResult(math.nan, "no spin is reported")
         rims = trace.scene.arrays.radius_m * trace.final_spin_rad_s
         rim_error = float(np.max(np.abs(rims - np.array(final_rim_m_s)) / scale))
         if rim_error <= TOLERANCE:
-            return Judgement(max(rim_error, error), note=note)
-        return Judgement(rim_error, f"a rim speed is wrong by {format_number(rim_error)} times the change by {cause}")
+            return CheckResult(max(rim_error, error), note=note)
+        return CheckResult(rim_error, f"a rim speed is wrong by {format_number(rim_error)} times the change by {cause}")
 
-    return judge
+    return check
 
 
 @_require_end
-def judge_energy(trace: Trace) -> Judgement:
-    """Judge a run of an elastic scene: kinetic energy must be constant to a tenth, and no overlap may be deep."""
+def check_energy(trace: Trace) -> CheckResult:
+    """Check a run of an elastic scene: kinetic energy must be constant to a tenth, and no overlap may be deep."""
     start = kinetic_energy(trace.scene, trace.scene.arrays.velocity_m_s)
     gained = kinetic_energy(trace.scene, trace.final_velocity_m_s) / start - 1.0
     if not abs(gained) <= TOLERANCE:
         how = "gained" if gained > 0 else "lost"
-        return Judgement(abs(gained), f"{format_number(abs(gained))} of the energy is {how}")
+        return CheckResult(abs(gained), f"{format_number(abs(gained))} of the energy is {how}")
     overlap = compute_deepest_overlap(trace, trace.scene) / min(disc.radius_m for disc in trace.scene.discs)
     deep = "" if overlap <= 1.0 else f"discs are {format_number(overlap)} radii inside each other or a wall"
-    return Judgement(abs(gained), deep)
+    return CheckResult(abs(gained), deep)
 
 
-def build_pressure_judge(compressibility: float) -> Judge:
-    """Return a judge of ``Z = p V / N k T``.
+def build_pressure_check(compressibility: float) -> TraceCheck:
+    """Return a check of ``Z = p V / N k T``.
 
-    The judge uses the virial of disc impacts in the last four fifths of the run.
+    The check uses the virial of disc impacts in the last four fifths of the run.
 
     The virial is the sum, over all impacts, of impulse times distance of the centres. The first fifth of the run is
     omitted, because the initial lattice still has an effect.
     """
 
     @_require_end
-    def judge(trace: Trace) -> Judgement:
+    def check(trace: Trace) -> CheckResult:
         scene, radius = trace.scene, trace.scene.arrays.radius_m
         mass = np.array([disc.mass_kg for disc in scene.discs])
         energy, since = kinetic_energy(scene, scene.arrays.velocity_m_s), scene.duration_s / 5
@@ -256,16 +256,16 @@ def build_pressure_judge(compressibility: float) -> Judge:
         z = 1.0 + float(np.sum(along)) / (2.0 * energy * (scene.duration_s - since))
         error = abs(z / compressibility - 1.0)
         note = f"Z = {z:.3f} from {len(found)} impacts; the known value is {compressibility:.4f}"
-        return Judgement(error, note=note) if error <= TOLERANCE else Judgement(error, note)
+        return CheckResult(error, note=note) if error <= TOLERANCE else CheckResult(error, note)
 
-    return judge
+    return check
 
 
-def _judge_early_end(trace: Trace) -> Judgement | None:
-    """Return the judgement of a run that failed early; None if it reached its end, a collapse or lasting contact."""
+def _check_early_end(trace: Trace) -> CheckResult | None:
+    """Return the result for a run that failed early; None if it reached its end, a collapse or lasting contact."""
     if not (np.isfinite(trace.final_velocity_m_s).all() and np.isfinite(trace.final_position_m).all()):
-        return Judgement(math.nan, Outcome.NON_FINITE.value)
+        return CheckResult(math.nan, Outcome.NON_FINITE.value)
     if trace.outcome in {Outcome.COMPLETED, Outcome.STANDSTILL} or trace.outcome.in_contact:
         return None
     note = f": {trace.notes[0]}" if trace.notes else ""
-    return Judgement(math.nan, f"{trace.outcome.value}{note}")
+    return CheckResult(math.nan, f"{trace.outcome.value}{note}")

@@ -14,7 +14,14 @@ from typing import Any
 
 from carom.catalogue.closed_forms import build_disc
 from carom.catalogue.groups.classics_walled import FLOOR
-from carom.studies.stress.attack import Judge, Trial, attack, attack_at_phases, build_attack, build_closed_form_judge
+from carom.studies.stress.attack import (
+    TraceCheck,
+    Trial,
+    attack,
+    attack_at_phases,
+    build_attack,
+    build_closed_form_check,
+)
 from carom.studies.stress.pairs import DT_S, RADIUS_M, RATE_HZ, SPEED_M_S, build_trial
 from carom.support.formatting import format_number
 
@@ -36,7 +43,7 @@ _STEEPEST = {
 
 def _build_floor_trial(
     description: str,
-    judge: Judge,
+    check: TraceCheck,
     duration_s: float = _LASTS_S,
     *,
     up: float = 0.0,
@@ -49,12 +56,12 @@ def _build_floor_trial(
     long = math.hypot(1.0, tangent)
     discs = [build_disc(complex(0.0, RADIUS_M + up), velocity, RADIUS_M, **fields)]
     laws = {"gravity_m_s2": (_G * tangent / long, -_G / long), "wall_restitution": 0.0, **of}
-    return build_trial(description, discs, judge, duration_s, walls=[FLOOR], **laws)
+    return build_trial(description, discs, check, duration_s, walls=[FLOOR], **laws)
 
 
-def _build_contact_judge(along: float, rim: float, change: float) -> Judge:
-    """Return a judge of a disc's final velocity along the wall and final rim speed. Errors are divided by `change`."""
-    return build_closed_form_judge([(along, 0.0)], 0, [change], final_rim_m_s=[rim], cause="contact")
+def _build_contact_check(along: float, rim: float, change: float) -> TraceCheck:
+    """Return a check of a disc's final velocity along the wall and final rim speed. Errors are divided by `change`."""
+    return build_closed_form_check([(along, 0.0)], 0, [change], final_rim_m_s=[rim], cause="contact")
 
 
 @attack_at_phases
@@ -64,8 +71,8 @@ def _lively(value: float, phase: float) -> Trial:
     hops_s = math.fsum(2.0 * fall_s * e**n for n in range(1, bounces))
     last_s, speed = fall_s + hops_s, e**bounces * _G * fall_s
     description = f"A ball that loses {format_number(value, 3)} of its speed at each bounce bounces three times."
-    judge = build_closed_form_judge([(0.0, speed - _G * fall_s)], bounces, [(1.0 + e) * _G * fall_s])
-    return _build_floor_trial(description, judge, last_s + fall_s, up=0.5 * _G * fall_s**2, wall_restitution=e)
+    check = build_closed_form_check([(0.0, speed - _G * fall_s)], bounces, [(1.0 + e) * _G * fall_s])
+    return _build_floor_trial(description, check, last_s + fall_s, up=0.5 * _G * fall_s**2, wall_restitution=e)
 
 
 @attack_at_phases
@@ -74,8 +81,8 @@ def _rests(value: float, phase: float) -> Trial:
     e, fall_s = 1.0 - value, (24 + phase) * DT_S
     description = f"A ball that loses {format_number(value, 3)} of its speed at each bounce bounces until it rests."
     ends_s = math.ceil((fall_s * (1.0 + e) / value + 0.5) * RATE_HZ) * DT_S  # the scene ends at the end of a step
-    judge = build_closed_form_judge([(0.0, 0.0)], 0, [(1.0 + e) * _G * fall_s])
-    return _build_floor_trial(description, judge, ends_s, up=0.5 * _G * fall_s**2, wall_restitution=e)
+    check = build_closed_form_check([(0.0, 0.0)], 0, [(1.0 + e) * _G * fall_s])
+    return _build_floor_trial(description, check, ends_s, up=0.5 * _G * fall_s**2, wall_restitution=e)
 
 
 def _build_slope_trial(kind: str, value: float, side: float) -> Trial:
@@ -102,8 +109,8 @@ def _build_slope_trial(kind: str, value: float, side: float) -> Trial:
         # at the threshold. In total, bounces change the slip as much as lasting contact would.
         hits = 0.5 * _LASTS_S * normal_pull * (1.0 - e) / e
         fields = {"velocity": complex(0.0, -hits), "wall_restitution": e}
-    judge = _build_contact_judge(along, rim, pull * _LASTS_S)
-    return _build_floor_trial(description, judge, tangent=tangent, wall_friction=_FRICTION, **fields)
+    check = _build_contact_check(along, rim, pull * _LASTS_S)
+    return _build_floor_trial(description, check, tangent=tangent, wall_friction=_FRICTION, **fields)
 
 
 def _build_slope_trials(kind: str, value: float) -> Sequence[Trial]:
@@ -117,8 +124,8 @@ def _slide_friction(value: float) -> Iterator[Trial]:
         description = f"A disc with backspin is thrown along a floor with friction of {format_number(friction, 3)}."
         moving = {"velocity": SPEED_M_S, "spin_rad_s": SPEED_M_S / RADIUS_M}
         speed_loss = min(friction * _G * _LASTS_S, 2.0 * SPEED_M_S / (1.0 + 1.0 / _K))
-        judge = _build_contact_judge(SPEED_M_S - speed_loss, SPEED_M_S - speed_loss / _K, SPEED_M_S)
-        yield _build_floor_trial(description, judge, **moving, wall_friction=friction)
+        check = _build_contact_check(SPEED_M_S - speed_loss, SPEED_M_S - speed_loss / _K, SPEED_M_S)
+        yield _build_floor_trial(description, check, **moving, wall_friction=friction)
 
 
 @attack
@@ -134,8 +141,8 @@ def _rolling_resistance(value: float) -> Iterator[Trial]:
         along = max(0.0, SPEED_M_S - min(resists / (1.0 + _K), _FRICTION) * _G * _LASTS_S)
         turns = SPEED_M_S - (resists - _FRICTION) * _G * _LASTS_S / _K
         rim = -along if resists <= _FRICTION * (1.0 + _K) else -max(0.0, turns)
-        judge = _build_contact_judge(along, rim, SPEED_M_S)
-        yield _build_floor_trial(description, judge, **moving, **laws)
+        check = _build_contact_check(along, rim, SPEED_M_S)
+        yield _build_floor_trial(description, check, **moving, **laws)
 
 
 def _list_with_reciprocal(value: float) -> Sequence[float]:

@@ -11,7 +11,7 @@ from carom.execution.job import Answer, Job, Method, Status
 from carom.execution.plan import observe_job
 from carom.execution.pool import TaskRunner
 from carom.model.scene import Scene
-from carom.studies.stress.attack import Attack, Judgement, Trial
+from carom.studies.stress.attack import Attack, CheckResult, Trial
 from carom.studies.stress.result import STRESS, CellEnding, CellResult, UnsavedResult
 
 #: The bisection ends when the larger of the failing and the passing value is at most this number times the smaller.
@@ -31,15 +31,15 @@ class NotRunError(Exception):
 
 
 class _Tried(NamedTuple):
-    """A trial of a value, with the judgement of its run."""
+    """A trial of a value, with the result of the check of its run."""
 
     value: float
     trial: Trial
-    judgement: Judgement
+    result: CheckResult
 
     @property
     def passes(self) -> bool:
-        return not self.judgement.broken
+        return not self.result.broken
 
 
 def find_failure(attack: Attack, method: Method, runner: TaskRunner, *, quick: bool) -> UnsavedResult:
@@ -71,10 +71,10 @@ def find_failure(attack: Attack, method: Method, runner: TaskRunner, *, quick: b
         broke if failed else CellEnding.PASSES,
         value=reported.value,
         stands_at=passed.value if passed else None,
-        error=passed.judgement.error if passed and math.isfinite(passed.judgement.error) else None,
-        reason=reported.judgement.broken or reported.judgement.note,
+        error=passed.result.error if passed and math.isfinite(passed.result.error) else None,
+        reason=reported.result.broken or reported.result.note,
         runs=runs,
-        status=reported.judgement.status,
+        status=reported.result.status,
     )
     return UnsavedResult(result, (scene,))
 
@@ -87,7 +87,7 @@ def rename_scene(name: str, scene: Scene, description: str) -> Scene:
 def _try_value(attack: Attack, value: float, method: Method, runner: TaskRunner, *, quick: bool) -> tuple[_Tried, int]:
     """Run the trials of a value up to the first failure. Return the worst result, and the number of runs.
 
-    A failure of the engine becomes the reason of a judgement.
+    A failure of the engine becomes the reason of a failed check.
 
     Raises:
         NotRunError: The engine is unavailable, or declares that it does not support even the harmless end.
@@ -102,9 +102,9 @@ def _try_value(attack: Attack, value: float, method: Method, runner: TaskRunner,
         status = answer.status
         if status is Status.UNAVAILABLE or (value == attack.harmless and status is Status.UNSUPPORTED):
             raise NotRunError(answer)
-        found = Judgement(math.nan, answer.said, status=status) if answer.value is None else trial.judge(answer.value)
+        found = CheckResult(math.nan, answer.said, status=status) if answer.value is None else trial.check(answer.value)
         tried = _Tried(value, trial, found)
         if not tried.passes:
             return tried, len(passed) + 1
         passed.append(tried)
-    return max(passed, key=lambda one: one.judgement.error), len(passed)
+    return max(passed, key=lambda one: one.result.error), len(passed)

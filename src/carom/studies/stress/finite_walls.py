@@ -12,7 +12,7 @@ from carom.catalogue.closed_forms import build_disc, to_vector
 from carom.catalogue.groups.classics_walled import edges
 from carom.model.scene import Chain, Wall
 from carom.model.walls import Leg, build_drive
-from carom.studies.stress.attack import Trial, attack_at_phases, build_closed_form_judge
+from carom.studies.stress.attack import Trial, attack_at_phases, build_closed_form_check
 from carom.studies.stress.pairs import DT_S, RADIUS_M, RATE_HZ, SPEED_M_S, STEPS_BEFORE, build_trial
 from carom.support.formatting import format_metres, format_number
 
@@ -35,10 +35,10 @@ def _compute_impact_time(phase: float) -> float:
 def _build_one_impact_trial(
     sentence: str, phase: float, start: complex, velocity: complex, wall: Chain, after: complex
 ) -> Trial:
-    """Make a trial of a disc that meets a wall once. The trial is judged by the known velocity after the impact."""
+    """Make a trial of a disc that meets a wall once. The trial is checked by the known velocity after the impact."""
     discs = [build_disc(start, velocity, RADIUS_M)]
-    judge = build_closed_form_judge([to_vector(after)], 1, [abs(after - velocity)])
-    return build_trial(f"{sentence} Phase {phase:g} of a step.", discs, judge, walls=[wall])
+    check = build_closed_form_check([to_vector(after)], 1, [abs(after - velocity)])
+    return build_trial(f"{sentence} Phase {phase:g} of a step.", discs, check, walls=[wall])
 
 
 @attack_at_phases

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from carom.catalogue.closed_forms import build_disc
 from carom.catalogue.groups.classics_walled import FLOOR
 from carom.model.scene import Wall
-from carom.studies.stress.attack import PHASES, Trial, attack, build_closed_form_judge
+from carom.studies.stress.attack import PHASES, Trial, attack, build_closed_form_check
 from carom.studies.stress.pairs import DT_S, RADIUS_M, RATE_HZ, SPEED_M_S, STEPS_BEFORE, build_trial
 from carom.support.formatting import format_number
 
@@ -34,8 +34,8 @@ def _build_wall_trial(description: str, phase: float, friction: float, inertia: 
     discs = [build_disc(place, complex(speed, -speed), RADIUS_M, inertia_factor=inertia)]
     impulse = _compute_tangential_impulse(friction, 2.0 * speed, speed, 1.0 + 1.0 / inertia)
     final, rim = (speed - impulse, speed), -impulse / inertia
-    judge = build_closed_form_judge([final], 1, [2.0 * speed], final_rim_m_s=[rim])
-    return build_trial(description, discs, judge, walls=[FLOOR], wall_friction=friction)
+    check = build_closed_form_check([final], 1, [2.0 * speed], final_rim_m_s=[rim])
+    return build_trial(description, discs, check, walls=[FLOOR], wall_friction=friction)
 
 
 def _build_head_on_trial(description: str, phase: float, friction: float, spin_rad_s: float) -> Trial:
@@ -46,8 +46,8 @@ def _build_head_on_trial(description: str, phase: float, friction: float, spin_r
     rim = RADIUS_M * spin_rad_s
     impulse = _compute_tangential_impulse(friction, speed, rim, 2.0 * (1.0 + 1.0 / k))
     final, rims = [(0.0, -impulse), (speed, impulse)], [rim - impulse / k, -impulse / k]
-    judge = build_closed_form_judge(final, 1, [max(speed, impulse / k)] * 2, final_rim_m_s=rims)
-    return build_trial(description, discs, judge, friction=friction)
+    check = build_closed_form_check(final, 1, [max(speed, impulse / k)] * 2, final_rim_m_s=rims)
+    return build_trial(description, discs, check, friction=friction)
 
 
 @attack
@@ -89,8 +89,8 @@ def _grip_chain(value: float) -> Iterator[Trial]:
     # A round (floor and ceiling) rotates (v, sqrt(k) R w) by the angle whose cosine is ((1 - k)^2 - 4 k)/(1 + k)^2.
     angle = rounds * math.acos(-7.0 / 9.0)
     final, rim = [(math.cos(angle), -1.0)], [math.sin(angle) * math.sqrt(2.0)]
-    judge = build_closed_form_judge(final, 2 * rounds, [2.0], final_rim_m_s=rim)
-    yield build_trial(description, discs, judge, 2 * rounds * height, walls=walls, **laws)
+    check = build_closed_form_check(final, 2 * rounds, [2.0], final_rim_m_s=rim)
+    yield build_trial(description, discs, check, 2 * rounds * height, walls=walls, **laws)
 
 
 @attack
@@ -110,8 +110,8 @@ def _rolling(value: float) -> Iterator[Trial]:
     lasts_s = math.ceil((drop_s + bounces_s + 0.2) * RATE_HZ) / RATE_HZ
     laws = {"wall_friction": friction, "wall_restitution": value, "gravity_m_s2": (0.0, -pull)}
     final = speed / (1.0 + k)
-    judge = build_closed_form_judge([(final, 0.0)], 0, [fall], final_rim_m_s=[-final])
-    yield build_trial(description, discs, judge, lasts_s, walls=[FLOOR], **laws)
+    check = build_closed_form_check([(final, 0.0)], 0, [fall], final_rim_m_s=[-final])
+    yield build_trial(description, discs, check, lasts_s, walls=[FLOOR], **laws)
 
 
 #: Attacks with friction and spin.

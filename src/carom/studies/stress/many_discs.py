@@ -17,10 +17,10 @@ from carom.studies.stress.attack import (
     PHASES,
     Trial,
     attack,
-    build_closed_form_judge,
-    build_pressure_judge,
-    build_velocity_judge,
-    judge_energy,
+    build_closed_form_check,
+    build_pressure_check,
+    build_velocity_check,
+    check_energy,
 )
 from carom.studies.stress.pairs import DT_S, RADIUS_M, RATE_HZ, SPEED_M_S, build_trial
 from carom.studies.stress.true_motion import TrueMotion, UndecidedError, compute_true_motion
@@ -80,7 +80,7 @@ def _at_once(pairs: float) -> Iterator[Trial]:
     description = f"{count} pairs of discs, far from each other, meet in one step."
     final = [velocity for motion in truth for velocity in motion.final_velocity_m_s]
     change = [change for motion in truth for change in motion.greatest_change_m_s]
-    yield build_trial(description, discs, build_closed_form_judge(final, count, change), 48 * DT_S)
+    yield build_trial(description, discs, build_closed_form_check(final, count, change), 48 * DT_S)
 
 
 @attack
@@ -97,7 +97,7 @@ def _packing(gap: float) -> Iterator[Trial]:
     packing = math.pi / (2 * math.sqrt(3)) / (1 + gap) ** 2
     gaps = f"gaps of {format_number(gap, 3)} diameters (packing {packing:.4f})"
     description = f"Nine discs in a box, packed hexagonally with {gaps}."
-    yield build_trial(description, discs, judge_energy, 24 / RATE_HZ, walls=build_box_walls(width, height))
+    yield build_trial(description, discs, check_energy, 24 / RATE_HZ, walls=build_box_walls(width, height))
 
 
 @attack
@@ -111,7 +111,7 @@ def _duration(impacts: float) -> Iterator[Trial]:
     duration_s = max(1.0, round(impacts / a_second * rate)) / rate
     description = f"Nine discs in a box for the time of approximately {format_number(impacts, 3)} impacts."
     fields = {"frame_rate_hz": rate, "walls": gas.half_planes()}
-    yield build_trial(description, gas.discs, judge_energy, duration_s, **fields)
+    yield build_trial(description, gas.discs, check_energy, duration_s, **fields)
 
 
 #: Virial coefficients B_k / B_2^(k - 1) of hard discs, k = 3 to 10 (N. Clisby and B. M. McCoy, J. Stat. Phys. 122, 15
@@ -142,7 +142,7 @@ def _gas_pressure(advance: float) -> Iterator[Trial]:
     # A disc has about fifteen impacts. The virial of a thousand impacts is accurate to 3 %.
     duration_s = round(1.25 * rate) / rate
     fields = {"frame_rate_hz": rate, "walls": build_box_walls(width, width)}
-    yield build_trial(description, discs, build_pressure_judge(COMPRESSIBILITY), duration_s, **fields)
+    yield build_trial(description, discs, build_pressure_check(COMPRESSIBILITY), duration_s, **fields)
 
 
 @attack
@@ -151,12 +151,12 @@ def _restitution(restitution: float) -> Iterator[Trial]:
     description = f"Three equal discs in a line approach each other with restitution {format_number(restitution, 4)}."
     # Infinitely many impacts close every gap in finite time. After that, the discs move with their centre of mass,
     # which is at rest.
-    judge = build_closed_form_judge([(0.0, 0.0)] * 3, 0, [1.0] * 3)
-    trial = build_trial(description, discs, judge, 2.0, restitution=restitution)
+    check = build_closed_form_check([(0.0, 0.0)] * 3, 0, [1.0] * 3)
+    trial = build_trial(description, discs, check, 2.0, restitution=restitution)
     if restitution > CRITICAL_RESTITUTION:
         # Near the critical value, there are too many impacts to compute.
         with suppress(UndecidedError):
-            trial = replace(trial, judge=build_velocity_judge(compute_true_motion(trial.scene, most_impacts=300)))
+            trial = replace(trial, check=build_velocity_check(compute_true_motion(trial.scene, most_impacts=300)))
     yield trial
 
 
@@ -176,7 +176,7 @@ def _galperin(mass_ratio: float) -> Iterator[Trial]:
     final = [(root * math.sin(final_angle) * speed, 0.0), (math.cos(final_angle) * speed, 0.0)]
     # At its greatest speed the light disc has all the energy. The heavy disc reverses its velocity.
     change = [root * speed, 2 * speed]
-    yield build_trial(description, discs, build_closed_form_judge(final, count, change), 4.0, walls=[wall])
+    yield build_trial(description, discs, build_closed_form_check(final, count, change), 4.0, walls=[wall])
 
 
 @attack

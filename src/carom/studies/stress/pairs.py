@@ -8,7 +8,7 @@ from typing import Any
 
 from carom.catalogue.closed_forms import build_disc
 from carom.model.scene import Disc, Scene
-from carom.studies.stress.attack import PHASES, Attack, Judge, Trial, build_attack, build_velocity_judge
+from carom.studies.stress.attack import PHASES, Attack, TraceCheck, Trial, build_attack, build_velocity_check
 from carom.studies.stress.true_motion import compute_true_motion
 from carom.support.formatting import format_number
 
@@ -27,20 +27,24 @@ SPEED_M_S = 0.01 * 2 * RADIUS_M * RATE_HZ
 
 
 def build_trial(
-    description: str, discs: Sequence[Disc], judge: Judge | None = None, duration_s: float = MEETING_S, **fields: Any
+    description: str,
+    discs: Sequence[Disc],
+    check: TraceCheck | None = None,
+    duration_s: float = MEETING_S,
+    **fields: Any,
 ) -> Trial:
-    """Make a trial of an attack. By default, the scene lasts `MEETING_S`, and the judge uses the true motion.
+    """Make a trial of an attack. By default, the scene lasts `MEETING_S`, and the check uses the true motion.
 
     Args:
         description: Description of the scene.
         discs: The discs.
-        judge: Judge of the traces.
+        check: Check of the traces.
         duration_s: Duration of the scene, seconds.
         fields: Further fields of the scene.
     """
     fields = {"frame_rate_hz": RATE_HZ, "duration_s": duration_s, **fields}
     scene = Scene(name="stress test", description=description, discs=discs, **fields)
-    return Trial(scene, judge or build_velocity_judge(compute_true_motion(scene)))
+    return Trial(scene, check or build_velocity_check(compute_true_motion(scene)))
 
 
 def _build_meeting_trial(

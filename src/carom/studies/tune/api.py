@@ -73,11 +73,13 @@ def _draw(found: Tuning, axes: Axes) -> None:
     rows = range(len(names))
     # An exact result is drawn at the error of rounding, and NaN is not drawn.
     limits = (THRESHOLDS.rounding, 1.0 / THRESHOLDS.rounding)
-    before, after = (np.clip([one.price for one in result.judged], *limits) for result in (found.first, found.best))
+    before, after = (
+        np.clip([one.price for one in settings.results], *limits) for settings in (found.first, found.best)
+    )
     axes.hlines(rows, before, after, color="black", linewidth=0.8, alpha=0.4)
     for errors, label, marker, runs in (
-        (before, found.options.profile, "o", found.first.judged),
-        (after, FOUND, "D", found.best.judged),
+        (before, found.options.profile, "o", found.first.results),
+        (after, FOUND, "D", found.best.results),
     ):
         (drawn,) = axes.plot(errors, rows, marker, label=label, markersize=5.0)
         wrong = [k for k in rows if runs[k].wrong]

@@ -21,7 +21,7 @@ from carom.report.document import Cell, Code, Column, Document, Headline, Lines,
 from carom.report.outcome_marks import mark_of_grade
 from carom.report.provenance import build_provenance
 from carom.report.render.markdown import render_markdown
-from carom.studies.tune.objective import Judged
+from carom.studies.tune.objective import SceneResult
 from carom.studies.tune.run import PURPOSE, Tuning
 from carom.studies.tune.search import Found
 from carom.support.folders import write_files
@@ -50,15 +50,15 @@ class _Line(NamedTuple):
     """Results of a scene with the first profile and with the best settings."""
 
     scene: str
-    first: Judged
-    best: Judged
+    first: SceneResult
+    best: SceneResult
 
 
 def build_tune_document(found: Tuning, scene_words: Sequence[str]) -> Document:
     """Return the document of a search. `scene_words` are the command-line arguments that name the scenes."""
     better = found.best is not found.first
-    judged = zip(found.scenes, found.first.judged, found.best.judged, strict=True)
-    lines = [_Line(scene.name, first, best) for scene, first, best in judged]
+    rows = zip(found.scenes, found.first.results, found.best.results, strict=True)
+    lines = [_Line(scene.name, first, best) for scene, first, best in rows]
     columns = (
         Column("scene", lambda line: line.scene),
         Column(found.options.profile, lambda line: _format_grade(line.first)),
@@ -131,23 +131,23 @@ def _describe_equal_profiles(found: Tuning) -> Iterator[str]:
 
 
 def _format_grades(found: Found) -> str:
-    grades = Counter(map(_grade_word, found.judged))
+    grades = Counter(map(_grade_word, found.results))
     return ", ".join(f"{count} {name}" for name, count in grades.most_common())
 
 
-def _grade_word(judged: Judged) -> str:
-    return "not run" if judged.grade is None else mark_of_grade(judged.grade, judged.float_bits).word
+def _grade_word(result: SceneResult) -> str:
+    return "not run" if result.grade is None else mark_of_grade(result.grade, result.float_bits).word
 
 
-def _format_grade(judged: Judged) -> Cell:
-    if judged.grade is None:
-        return Cell(_grade_word(judged), judged.reason)
-    lost = formatting.format_missed_and_invented(judged.missed, judged.spurious)
-    return Cell(f"{_grade_word(judged)} {lost}".rstrip())
+def _format_grade(result: SceneResult) -> Cell:
+    if result.grade is None:
+        return Cell(_grade_word(result), result.reason)
+    lost = formatting.format_missed_and_invented(result.missed, result.spurious)
+    return Cell(f"{_grade_word(result)} {lost}".rstrip())
 
 
-def _format_error(judged: Judged) -> str:
-    return formatting.ABSENT if math.isnan(judged.price) else formatting.format_number(judged.price)
+def _format_error(result: SceneResult) -> str:
+    return formatting.ABSENT if math.isnan(result.price) else formatting.format_number(result.price)
 
 
 def _build_profile_section(found: Tuning) -> Section:
@@ -167,14 +167,14 @@ def _build_profile_section(found: Tuning) -> Section:
     refused = formatting.group_by(
         (reason, name)
         for name, other in found.others.items()
-        for reason in dict.fromkeys(one.reason for one in other.judged if one.grade is None)
+        for reason in dict.fromkeys(one.reason for one in other.results if one.grade is None)
     )
     lines = tuple(f"Not run: {formatting.join_words(names)} ({reason})." for reason, names in refused.items())
     return Section("Comparison with the existing profiles", (Table(columns, rows, note=MERIT_NOTE), Lines(lines)))
 
 
-def _count_column(head: str, is_counted: Callable[[Judged], bool]) -> Column:
-    return Column(head, lambda row: str(sum(map(is_counted, row.found.judged)) or ""), number=True)
+def _count_column(head: str, is_counted: Callable[[SceneResult], bool]) -> Column:
+    return Column(head, lambda row: str(sum(map(is_counted, row.found.results)) or ""), number=True)
 
 
 def _build_setting_section(found: Tuning) -> Section:

@@ -17,7 +17,7 @@ from carom.execution.scene_reference import require_reference, solve_reference
 from carom.execution.scheduler import TaskRequest, run_tasks
 from carom.execution.timing import time_run
 from carom.model.scene import Scene
-from carom.studies.tune.objective import Judged
+from carom.studies.tune.objective import SceneResult
 
 #: Number of references, and of runs of PIT, that a worker caches. This number is larger than the number of scenes in a
 #: search.
@@ -26,7 +26,7 @@ _KEPT = 256
 _reference, _sampling = lru_cache(maxsize=_KEPT)(solve_reference), lru_cache(maxsize=_KEPT)(run_pit)
 
 
-def judge_score(score: Score) -> Judged:
+def summarise_score(score: Score) -> SceneResult:
     """Return the parts of a score that a search needs.
 
     If a trajectory has diverged from the reference's, its impacts match by chance. In this case, the error divided by
@@ -34,12 +34,14 @@ def judge_score(score: Score) -> Judged:
     """
     local = score.local_truth
     if score.diverged_s is not None and local is not None:
-        return Judged(score.grade, local.ratio[1], local.missed, local.invented, float_bits=score.float_bits)
-    return Judged(score.grade, score.price_paid, len(score.missed), len(score.spurious), float_bits=score.float_bits)
+        return SceneResult(score.grade, local.ratio[1], local.missed, local.invented, float_bits=score.float_bits)
+    return SceneResult(
+        score.grade, score.price_paid, len(score.missed), len(score.spurious), float_bits=score.float_bits
+    )
 
 
 @dataclass(frozen=True)
-class JudgeTask(JobTask):
+class EvaluationTask(JobTask):
     """Runs a job in a worker process and evaluates the run.
 
     Attributes:
@@ -50,7 +52,7 @@ class JudgeTask(JobTask):
     horizon_s: float | None = None
     timed: bool = False
 
-    def carry_out(self) -> Judged:
+    def carry_out(self) -> SceneResult:
         """Return the result.
 
         Raises:
@@ -63,21 +65,21 @@ class JudgeTask(JobTask):
         reference = require_reference(_reference(job.scene))
         observed = observe_run(adapter, job.scene, job.profile, job.dt_s, overrides=overrides)
         score = compare(reference, observed, sampling=_sampling(job.scene, job.dt_s), horizon=self.horizon_s)
-        judged = judge_score(score)
+        result = summarise_score(score)
         if not self.timed:
-            return judged
+            return result
         seconds = time_run(adapter, job.scene, job.profile, job.dt_s, overrides=overrides).advance_s
-        return replace(judged, seconds=seconds)
+        return replace(result, seconds=seconds)
 
 
 #: Form of a job that is also timed; see `carom.execution.cache_key.JobKey`.
 _TIMED = "timed"
 
 #: Opens the journal of a search. A continued search requests the same jobs, and finds their results in the journal.
-tune_journal = partial(Journal[JobKey, Judged], "judgements", JournalEntry[JobKey, Judged])
+tune_journal = partial(Journal[JobKey, SceneResult], "judgements", JournalEntry[JobKey, SceneResult])
 
 
-class Jury:
+class Evaluator:
     """Evaluates methods on scenes.
 
     Args:
@@ -94,19 +96,19 @@ class Jury:
         steps: Mapping[Scene, float],
         horizons: Mapping[str, float],
         pool: Pool,
-        notes: MemoryJournal[JobKey, Judged] | None = None,
+        notes: MemoryJournal[JobKey, SceneResult] | None = None,
         *,
         timed: bool = False,
     ) -> None:
         self._steps, self._horizons, self._pool, self._timed = steps, horizons, pool, timed
-        self._notes = MemoryJournal[JobKey, Judged]() if notes is None else notes
+        self._notes = MemoryJournal[JobKey, SceneResult]() if notes is None else notes
 
-    def judge(self, method: Method, scenes: Sequence[Scene]) -> list[Judged]:
+    def evaluate(self, method: Method, scenes: Sequence[Scene]) -> list[SceneResult]:
         """Return the results of a method on scenes, in the order of the scenes."""
         asks = []
         for scene in scenes:
             job = Job(scene, method, self._steps[scene])
-            task = JudgeTask(job, self._horizons.get(scene.name), self._timed)
+            task = EvaluationTask(job, self._horizons.get(scene.name), self._timed)
             asks.append(TaskRequest(scene, build_job_key(job, _TIMED if self._timed else ""), task))
         found = dict(run_tasks(asks, self._pool, self._notes, one_at_a_time=self._timed))
-        return [found[scene].value or Judged(None, reason=found[scene].said) for scene in scenes]
+        return [found[scene].value or SceneResult(None, reason=found[scene].said) for scene in scenes]

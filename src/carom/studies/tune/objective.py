@@ -28,7 +28,7 @@ _PARTS = 100
 
 
 @dataclass(frozen=True)
-class Judged:
+class SceneResult:
     """Result of a scene with some settings.
 
     Attributes:
@@ -92,32 +92,32 @@ class Merit:
         return integer_part + self.cost / (1.0 + self.cost)
 
 
-def compute_error_on_scale(judged: Judged) -> float:
+def compute_error_on_scale(result: SceneResult) -> float:
     """Return a scene's error divided by PIT's on a logarithmic scale: 0 is rounding, and 1/2 is PIT's error.
 
     The largest result is 1, which is the result for a wrong scene. If there is no error to measure, the result is 0 for
     an exact or close scene, and 1 for any other scene.
     """
-    if judged.wrong or math.isnan(judged.price):
-        return 1.0 if judged.behind else 0.0
+    if result.wrong or math.isnan(result.price):
+        return 1.0 if result.behind else 0.0
     rounding = THRESHOLDS.rounding
-    bounded = min(max(judged.price, rounding), 1.0 / rounding)
+    bounded = min(max(result.price, rounding), 1.0 / rounding)
     return (1.0 - math.log(bounded) / math.log(rounding)) / 2.0
 
 
-def compute_merit(judged: Sequence[Judged], first: Sequence[Judged] = ()) -> Merit:
+def compute_merit(results: Sequence[SceneResult], first: Sequence[SceneResult] = ()) -> Merit:
     """Return the merit of settings from their results on scenes.
 
     Args:
-        judged: Results of at least one scene.
+        results: Results of at least one scene.
         first: Results of the first profile on the same scenes, for the comparison of run times. Without timing the cost
             is 1.
     """
-    pairs = zip(judged, first, strict=False)
+    pairs = zip(results, first, strict=False)
     ratios = [one.seconds / other.seconds for one, other in pairs if other.seconds > 0 and not math.isnan(one.seconds)]
     return Merit(
-        wrong=sum(one.wrong for one in judged),
-        behind=sum(one.behind for one in judged),
-        error=round(_PARTS * statistics.fmean(map(compute_error_on_scale, judged))),
+        wrong=sum(one.wrong for one in results),
+        behind=sum(one.behind for one in results),
+        error=round(_PARTS * statistics.fmean(map(compute_error_on_scale, results))),
         cost=statistics.median(ratios) if ratios else 1.0,
     )

@@ -22,8 +22,8 @@ from carom.execution.settings_code import find_changed_code
 from carom.execution.timing import TimeTask
 from carom.model.scene import Scene
 from carom.model.trace import Setting, Trace
-from carom.studies.tune.evaluate import Jury
-from carom.studies.tune.objective import Judged, compute_merit
+from carom.studies.tune.evaluate import Evaluator
+from carom.studies.tune.objective import SceneResult, compute_merit
 from carom.studies.tune.options import TuneOptions
 from carom.studies.tune.search import Found, KnobSearch
 from carom.studies.tune.search_space import Space, list_values
@@ -88,7 +88,7 @@ def tune(
     scenes: Sequence[Scene],
     options: TuneOptions,
     *,
-    notes: MemoryJournal[JobKey, Judged] | None = None,
+    notes: MemoryJournal[JobKey, SceneResult] | None = None,
     progress: Progress = no_progress,
     on_improvement: Callable[[Found], None] | None = None,
     command: str = "",
@@ -122,14 +122,16 @@ def tune(
             why = next(iter(left_out.values()), "there are no scenes")
             raise InputError(f"{engine} cannot run any of these scenes: {why}")
         steps = {scene: options.compute_step(scene) for scene in usable}
-        jury = Jury(steps, horizons, pool, notes, timed=options.timing)
+        evaluator = Evaluator(steps, horizons, pool, notes, timed=options.timing)
         space = Space({name: list_values(knob) for name, knob in info.knobs.items()})
-        search = KnobSearch(Method(engine, options.profile), space, usable, jury, progress, on_improvement)
+        search = KnobSearch(Method(engine, options.profile), space, usable, evaluator, progress, on_improvement)
         best = search.run(options.trials, options.seed)
         profile, dt_s = options.profile, steps[usable[0]]
         profile_settings, _ = _read_settings(pool, engine, profile, (), dt_s)
         settings, varying = _read_settings(pool, engine, profile, best.tried, dt_s)
-        other_profiles = {name: _judge_profile(info, name, steps, jury) for name in info.profiles if name != profile}
+        other_profiles = {
+            name: _evaluate_profile(info, name, steps, evaluator) for name in info.profiles if name != profile
+        }
         code = find_changed_code(engine, profile, best.tried, usable[0], dt_s, pool) if best.tried else ""
         with pool.to_local_pool() as local_pool:
             ratio = _measure_time_ratio(local_pool, search.method, best.tried, steps)
@@ -156,7 +158,7 @@ def tune(
     )
 
 
-def _judge_profile(info: EngineInfo, profile: str, steps: Mapping[Scene, float], jury: Jury) -> Found:
+def _evaluate_profile(info: EngineInfo, profile: str, steps: Mapping[Scene, float], evaluator: Evaluator) -> Found:
     """Return the results of another profile. Scenes that the profile does not support are not run."""
     capabilities, located = info.own.get(profile, info.capabilities), profile in info.located
     refused = {
@@ -164,9 +166,9 @@ def _judge_profile(info: EngineInfo, profile: str, steps: Mapping[Scene, float],
         for scene, dt_s in steps.items()
     }
     supported = [scene for scene, reason in refused.items() if not reason]
-    found = dict(zip(supported, jury.judge(Method(info.name, profile), supported), strict=True))
-    judged = tuple(found.get(scene) or Judged(None, reason=reason) for scene, reason in refused.items())
-    return Found((), compute_merit(judged), judged, 0)
+    found = dict(zip(supported, evaluator.evaluate(Method(info.name, profile), supported), strict=True))
+    results = tuple(found.get(scene) or SceneResult(None, reason=reason) for scene, reason in refused.items())
+    return Found((), compute_merit(results), results, 0)
 
 
 def _find_horizons(

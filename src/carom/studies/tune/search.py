@@ -20,8 +20,8 @@ from carom.comparator import Grade
 from carom.errors import InputError, MissingExtraError
 from carom.execution.job import Method, Progress, SettingOverrides, no_progress
 from carom.model.scene import Scene
-from carom.studies.tune.evaluate import Jury
-from carom.studies.tune.objective import Judged, Merit, compute_merit
+from carom.studies.tune.evaluate import Evaluator
+from carom.studies.tune.objective import Merit, SceneResult, compute_merit
 from carom.studies.tune.search_space import Point, Space
 
 #: Number of parts into which a trial's scenes are divided. The first part contains the scenes with the worst results of
@@ -55,13 +55,13 @@ class Found:
     Attributes:
         tried: Settings that replace settings of the first profile.
         merit: Rank of the settings.
-        judged: Results of the scenes, in the requested order.
+        results: Results of the scenes, in the requested order.
         trial: Number of the trial; 0 is the first profile itself.
     """
 
     tried: SettingOverrides
     merit: Merit
-    judged: tuple[Judged, ...]
+    results: tuple[SceneResult, ...]
     trial: int
 
     @property
@@ -77,7 +77,7 @@ class KnobSearch:
         first: The method from which the search starts.
         space: The points that may be tested.
         scenes: Scenes of the search.
-        jury: Evaluates methods on scenes.
+        evaluator: Evaluates methods on scenes.
         progress: Called after each trial with the number of trials, the expected number of trials, and a description.
         on_improvement: Called with the best settings so far, whenever they improve.
 
@@ -91,13 +91,13 @@ class KnobSearch:
         first: Method,
         space: Space,
         scenes: Sequence[Scene],
-        jury: Jury,
+        evaluator: Evaluator,
         progress: Progress = no_progress,
         on_improvement: Callable[[Found], None] | None = None,
     ) -> None:
         if not space.values:
             raise InputError(f"the adapter of {first.engine} declares no knobs, so there is nothing to tune")
-        self.method, self.space, self.scenes, self.jury = first, space, tuple(scenes), jury
+        self.method, self.space, self.scenes, self.evaluator = first, space, tuple(scenes), evaluator
         self.trials, self.given_up = 0, 0
         self._progress, self._on_improvement = progress, on_improvement
         self._whole: list[Found] = []
@@ -117,15 +117,15 @@ class KnobSearch:
         """
         require_tune_extra()
         self._requested_trials = trials
-        self._judge_first_profile()
+        self._evaluate_first_profile()
         self._run_optimiser(trials, seed)
         return self._refine(MOST_TRIALS * trials)
 
-    def _judge_first_profile(self) -> None:
+    def _evaluate_first_profile(self) -> None:
         """Evaluate the first profile, and sort the scenes from the worst to the best result."""
-        judged = self.jury.judge(self.method, self.scenes)
-        first = Found((), compute_merit(judged, judged), tuple(judged), 0)
-        worst = {k: compute_merit([one]) for k, one in enumerate(judged)}
+        results = self.evaluator.evaluate(self.method, self.scenes)
+        first = Found((), compute_merit(results, results), tuple(results), 0)
+        worst = {k: compute_merit([one]) for k, one in enumerate(results)}
         self._order = sorted(worst, key=lambda k: worst[k], reverse=True)
         self._seen[()] = (first.merit, False)
         self._whole.append(first)
@@ -204,18 +204,18 @@ class KnobSearch:
     def _evaluate_settings(self, overrides: SettingOverrides) -> tuple[Merit, bool]:
         method = Method(self.method.engine, self.method.profile, overrides)
         best, first = self.best, self.begun
-        found: dict[int, Judged] = {}
+        found: dict[int, SceneResult] = {}
         part_size = math.ceil(len(self.scenes) / PARTS)
         for start in range(0, len(self.scenes), part_size):
             part = self._order[start : start + part_size]
-            found |= zip(part, self.jury.judge(method, [self.scenes[k] for k in part]), strict=True)
+            found |= zip(part, self.evaluator.evaluate(method, [self.scenes[k] for k in part]), strict=True)
             # Assume the best case, in which all remaining scenes are exact.
-            left = [Judged(Grade.EXACT, 0.0)] * (len(self.scenes) - len(found))
+            left = [SceneResult(Grade.EXACT, 0.0)] * (len(self.scenes) - len(found))
             at_best = replace(compute_merit([*found.values(), *left]), cost=0.0)
             if left and any(at_best.is_beaten_by(full_trial.merit) for full_trial in self._whole):
                 return at_best, True
-        judged = tuple(found[k] for k in range(len(self.scenes)))
-        full_trial = Found(overrides, compute_merit(judged, first.judged), judged, self.trials)
+        results = tuple(found[k] for k in range(len(self.scenes)))
+        full_trial = Found(overrides, compute_merit(results, first.results), results, self.trials)
         self._whole.append(full_trial)
         if full_trial.rank < best.rank and self._on_improvement is not None:
             self._on_improvement(full_trial)

@@ -211,7 +211,7 @@ def test_32_bit_floats_excuse_no_lateness_beyond_close() -> None:
 def test_own_velocity_error_excludes_what_sampling_costs() -> None:
     r"""A run equal to PIT has no velocity error of its own; one that is better has its total error.
 
-    Without a PIT run the own error is None.
+    Without a PIT run the error not from sampling is None.
     """
     pit = delay_impact(REFERENCE, 0.5 * DT)
     assert score_run(pit, pit).own_velocity == 0.0

@@ -1,4 +1,4 @@
-"""Sampling costs: each engine has a line with its share of the price of sampling and its own error."""
+"""Sampling costs: each engine has a line with its error divided by PIT's and its error not from sampling."""
 
 import io
 import json
@@ -83,21 +83,21 @@ def render_all_formats(section: Section) -> tuple[str, str, str]:
     return render_html(document), render_markdown(document), printed.getvalue()
 
 
-def test_engine_equal_to_pit_has_no_own_error(results: Results) -> None:
-    """An engine that equals PIT in all 3 scenes has an own error of 0, in every output format."""
+def test_engine_equal_to_pit_has_no_error_not_from_sampling(results: Results) -> None:
+    """An engine that equals PIT in all 3 scenes has an error not from sampling of 0, in every output format."""
     (toy,) = measure_engine_costs(build_grid(results))
     assert (toy.column.engine, len(toy.cells), toy.scenes_unlike_pit) == ("toy", 3, [])
     said = get_toy_row(results)
-    own = said["own velocity error, median"]
+    own = said["velocity error not from sampling, median"]
     assert (said["equals PIT"], own, said["worse than PIT"]) == ("3 of 3", "0", "0 of 3")
     assert build_section(results).heading in {section.heading for section in cross_check_document(results).sections}
     for text in render_all_formats(build_section(results)):
         assert "error / PIT's, median" in unescape(text)
-        assert "own velocity error, median" in text
+        assert "velocity error not from sampling, median" in text
 
 
-def test_accurate_engine_has_small_error_ratio_and_own_error(results: Results) -> None:
-    r"""An engine with errors of 1e-9 has a ratio to PIT's error below 1e-6 and an own error below 2e-9.
+def test_accurate_engine_has_small_error_ratio_and_error_not_from_sampling(results: Results) -> None:
+    r"""An engine with errors of 1e-9 has a ratio to PIT's error below 1e-6 and an error not from sampling below 2e-9.
 
     It is not equal to PIT in any scene.
     """
@@ -111,7 +111,7 @@ def test_accurate_engine_has_small_error_ratio_and_own_error(results: Results) -
         else:
             rows.append(row)
     said = get_toy_row(replace(results, rows=tuple(rows)))
-    heads = ("error / PIT's, median", "own velocity error, median")
+    heads = ("error / PIT's, median", "velocity error not from sampling, median")
     paid, own = (float(said[head].split()[0]) for head in heads)
     assert 0 < paid < 1e-6
     assert own < 2e-9
@@ -138,7 +138,7 @@ def test_chart_marks_are_inside_the_frame(results: Results) -> None:
 
 
 def test_added_velocity_error_is_the_engines_own(results: Results) -> None:
-    """Velocities 10 % too fast in one scene give an own error above 0.01 there, and the engine differs from PIT."""
+    """Velocities 10 % too fast in a scene give an error not from sampling above 0.01; the engine differs from PIT."""
     late = "paper/late"
     worse = speed_up_toy(results, {late: 1.1})
     (toy,) = measure_engine_costs(build_grid(worse))

@@ -66,7 +66,7 @@ def test_no_stepwise_table_for_fully_comparable_runs(graze_results: Results) -> 
 def test_runs_are_ranked_by_misses_then_other_step_errors(graze_results: Results) -> None:
     r"""Single steps are ranked by missed, then invented, then early impacts, then error, then energy.
 
-    Misses that PIT shares do not count. A run in which no step could be judged ranks after one with an error.
+    Misses that PIT shares do not count. A run in which no step could be compared ranks after one with an error.
     """
     base: dict[str, Any] = {
         "missed": 0,
@@ -80,7 +80,7 @@ def test_runs_are_ranked_by_misses_then_other_step_errors(graze_results: Results
         "as-pit": {"missed": 9, "missed_by_pit": 9, "missed_within": 0},
         "energy": {"energy": 0.1},
         "error": {"ratio": (0.1, 1.5)},
-        "nothing-judged": {"ratio": (math.nan, math.nan)},
+        "nothing-compared": {"ratio": (math.nan, math.nan)},
         "early": {"early": 1, "ratio": (0.0, 0.0)},
         "invents": {"invented": 1, "ratio": (0.0, 0.0)},
         "misses": {"missed": 1, "ratio": (0.0, 0.0)},

@@ -1,4 +1,4 @@
-"""Attacks, at walls, in contact and with friction, too: PIC passes them, and a judge finds what is wrong."""
+"""Attacks, at walls, in contact and with friction, too: PIC passes them, and a check finds what is wrong."""
 
 import cmath
 import dataclasses
@@ -70,8 +70,8 @@ def test_pic_passes_every_attack(attack: Attack, stride: int, tmp_path: Path) ->
         assert load_scene(tmp_path / "scene.toml") == trial.scene
     for value, trials in rungs.items():
         for trial in trials:
-            judgement = trial.judge(solve_pic(trial.scene))
-            assert not judgement.broken, (value, judgement)
+            result = trial.check(solve_pic(trial.scene))
+            assert not result.broken, (value, result)
 
 
 @each("name", ["grazing", "tunnelling", "galperin"])
@@ -80,7 +80,7 @@ def test_pit_fails_attacks_on_sampling(name: str) -> None:
     attack = next(attack for attack in ATTACKS if attack.name == name)
 
     def stands(value: float) -> bool:
-        return all(not trial.judge(solve_pit(trial.scene)).broken for trial in attack.trials(value))
+        return all(not trial.check(solve_pit(trial.scene)).broken for trial in attack.trials(value))
 
     ladder = attack.build_ladder(quick=True)
     assert stands(ladder[0])
@@ -110,8 +110,8 @@ def _velocity(scene: Scene) -> complex:
 @each("name", ["thin-wall", "paddle"])
 def test_pit_misses_thin_wall_only_with_large_steps(name: str) -> None:
     """PIT passes all phases at a thin wall or paddle at 0.99 radii per step, and fails at least one at 8."""
-    assert not any(trial.judge(solve_pit(trial.scene)).broken for trial in WALLS[name].trials(0.99))
-    assert any(trial.judge(solve_pit(trial.scene)).broken for trial in WALLS[name].trials(8.0))
+    assert not any(trial.check(solve_pit(trial.scene)).broken for trial in WALLS[name].trials(0.99))
+    assert any(trial.check(solve_pit(trial.scene)).broken for trial in WALLS[name].trials(8.0))
 
 
 def test_seam_attack_hits_a_joint_of_the_floor() -> None:
@@ -149,9 +149,9 @@ def test_contact_truth_and_pic_agree_with_60_digits(name: str, whole: bool) -> N
             velocity, spin = _compute_end_with_60_digits(trial)
             spins = None if trace.final_spin_rad_s is None else np.array([spin])
             told = dataclasses.replace(trace, final_velocity_m_s=np.array([velocity]), final_spin_rad_s=spins)
-            for judged in (trial.judge(told), trial.judge(trace)):
-                assert judged.broken == ""
-                assert judged.error < 1e-14
+            for checked in (trial.check(told), trial.check(trace)):
+                assert checked.broken == ""
+                assert checked.error < 1e-14
 
 
 @each("attack", [*WALLS.values(), *IN_CONTACT.values()])
@@ -159,7 +159,7 @@ def test_trace_that_ignores_walls_fails_every_attack(attack: Attack) -> None:
     """A trace in which the disc ignores the walls fails each wall and contact attack at the harmless value."""
     bare = {"walls": (), "wall_friction": 0.0, "wall_rolling_resistance": 0.0, "wall_restitution": 1.0}
     for trial in attack.trials(attack.harmless):
-        broken = trial.judge(solve_pic(trial.scene.model_copy(update=bare))).broken
+        broken = trial.check(solve_pic(trial.scene.model_copy(update=bare))).broken
         assert "no impact is found" in broken or (attack.name in IN_CONTACT and "a velocity is wrong by" in broken)
 
 
@@ -169,8 +169,8 @@ def test_unchanged_spin_of_rolling_disc_fails() -> None:
         trial = IN_CONTACT[name].trials(IN_CONTACT[name].harmless)[-1]
         trace = solve_pic(trial.scene)
         unturned = dataclasses.replace(trace, final_spin_rad_s=np.array([trial.scene.discs[0].spin_rad_s]))
-        assert "a rim speed is wrong by" in trial.judge(unturned).broken
-        assert trial.judge(unturned).broken.endswith("times the change by contact")
+        assert "a rim speed is wrong by" in trial.check(unturned).broken
+        assert trial.check(unturned).broken.endswith("times the change by contact")
 
 
 def test_slope_attacks_end_at_threshold_and_one_rounding_beside() -> None:
@@ -192,9 +192,9 @@ def test_pic_passes_friction_attacks_to_rounding(name: str) -> None:
     """PIC passes every value of the friction attacks except rolling, with errors below 1e-11."""
     for value in ROUGH[name].build_ladder(quick=False):
         for trial in ROUGH[name].trials(value):
-            judgement = trial.judge(solve_pic(trial.scene))
-            assert judgement.broken == ""
-            assert judgement.error < 1e-11, value
+            result = trial.check(solve_pic(trial.scene))
+            assert result.broken == ""
+            assert result.error < 1e-11, value
 
 
 @each("value", [0.9, 0.5, 0.1, 1e-3])
@@ -206,8 +206,8 @@ def test_disc_bouncing_on_rough_floor_ends_rolling(value: float) -> None:
     (trial,) = ROUGH["rolling"].trials(value)
     trace = solve_pic(trial.scene)
     assert require_value(trace.modes)["after"].tolist() == [Mode.ROLL]
-    assert trial.judge(trace).error < 1e-12
-    assert trial.judge(solve_pit(trial.scene)).broken == ""
+    assert trial.check(trace).error < 1e-12
+    assert trial.check(solve_pit(trial.scene)).broken == ""
 
 
 @each("name", ["friction", "spin", "inertia"])
@@ -215,7 +215,7 @@ def test_pit_passes_friction_attacks_without_turned_normals(name: str) -> None:
     """PIT passes the attacks friction, spin and inertia with errors below 1e-11, because no normal turns."""
     for value in ROUGH[name].build_ladder(quick=True):
         for trial in ROUGH[name].trials(value):
-            assert trial.judge(solve_pit(trial.scene)).error < 1e-11, value
+            assert trial.check(solve_pit(trial.scene)).error < 1e-11, value
 
 
 @each("name", list(ROUGH))
@@ -226,10 +226,10 @@ def test_wrong_or_missing_spin_fails_friction_attacks(name: str) -> None:
     """
     trial = ROUGH[name].trials(ROUGH[name].harmless * (10.0 if name == "friction" else 1.0))[0]
     trace = solve_pic(trial.scene)
-    assert trial.judge(trace).broken == ""
+    assert trial.check(trace).broken == ""
     turned = dataclasses.replace(trace, final_spin_rad_s=-10.0 * require_value(trace.final_spin_rad_s))
-    assert "a rim speed is wrong by" in trial.judge(turned).broken
+    assert "a rim speed is wrong by" in trial.check(turned).broken
     none = dataclasses.replace(trace, final_spin_rad_s=None, spins=None)
-    assert trial.judge(none).broken == "no spin is reported"
+    assert trial.check(none).broken == "no spin is reported"
     no_number = dataclasses.replace(trace, final_spin_rad_s=np.full(len(trial.scene.discs), np.nan))
-    assert trial.judge(no_number).broken
+    assert trial.check(no_number).broken

@@ -7,7 +7,7 @@ from carom.execution.job import Method
 from carom.execution.pool import LocalPool
 from carom.execution.scene_reference import build_reference, solve_reference
 from carom.model.trace import Trace
-from carom.studies.tune.evaluate import Jury
+from carom.studies.tune.evaluate import Evaluator
 from carom.studies.tune.objective import Merit, compute_merit
 from carom.studies.tune.options import TuneOptions
 from carom.studies.tune.run import tune
@@ -20,8 +20,8 @@ def compute_merits(engine: str, profiles: Sequence[str], trials: int) -> tuple[M
     ends = {scene.name: build_reference(trace, None).horizon_s for scene, trace in traces.items()}
     with LocalPool() as pool:
         steps = {scene: 1 / scene.frame_rate_hz for scene in scenes}
-        jury = Jury(steps, {name: end_s for name, end_s in ends.items() if end_s is not None}, pool)
-        written = [compute_merit(jury.judge(Method(engine, profile), scenes)) for profile in profiles]
+        evaluator = Evaluator(steps, {name: end_s for name, end_s in ends.items() if end_s is not None}, pool)
+        written = [compute_merit(evaluator.evaluate(Method(engine, profile), scenes)) for profile in profiles]
     return tune(engine, scenes, TuneOptions(trials=trials)).best.merit, written
 
 

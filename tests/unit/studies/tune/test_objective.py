@@ -13,8 +13,8 @@ from carom.comparator import Grade, compare
 from carom.engines.registry import load_adapter
 from carom.execution.engine_run import observe_run
 from carom.solvers.pic import solve_pic
-from carom.studies.tune.evaluate import judge_score
-from carom.studies.tune.objective import Judged, Merit, compute_error_on_scale, compute_merit
+from carom.studies.tune.evaluate import summarise_score
+from carom.studies.tune.objective import Merit, SceneResult, compute_error_on_scale, compute_merit
 
 SCENES = 5
 MERITS = st.builds(
@@ -38,55 +38,55 @@ def test_merit_number_preserves_order(one: Merit, other: Merit) -> None:
 def test_merit_ranks_wrong_scenes_before_errors_and_cost() -> None:
     """Merits rank by wrong scenes, then scenes neither exact nor close, then the error, then the cost."""
     order = [
-        [Judged(Grade.EXACT, 0.0, seconds=9.0)] * 2,
-        [Judged(Grade.CLOSE, 1e-3, seconds=1.0), Judged(Grade.EXACT, 0.0, seconds=1.0)],
-        [Judged(Grade.SAMPLED, 0.5, seconds=1.0), Judged(Grade.EXACT, 0.0, seconds=1.0)],
-        [Judged(Grade.INACCURATE, 5.0, seconds=1.0), Judged(Grade.EXACT, 0.0, seconds=1.0)],
-        [Judged(Grade.WRONG, 0.0, seconds=0.1), Judged(Grade.EXACT, 0.0, seconds=0.1)],
+        [SceneResult(Grade.EXACT, 0.0, seconds=9.0)] * 2,
+        [SceneResult(Grade.CLOSE, 1e-3, seconds=1.0), SceneResult(Grade.EXACT, 0.0, seconds=1.0)],
+        [SceneResult(Grade.SAMPLED, 0.5, seconds=1.0), SceneResult(Grade.EXACT, 0.0, seconds=1.0)],
+        [SceneResult(Grade.INACCURATE, 5.0, seconds=1.0), SceneResult(Grade.EXACT, 0.0, seconds=1.0)],
+        [SceneResult(Grade.WRONG, 0.0, seconds=0.1), SceneResult(Grade.EXACT, 0.0, seconds=0.1)],
     ]
-    first = [Judged(Grade.EXACT, 0.0, seconds=1.0)] * 2
-    merits = [compute_merit(judged, first) for judged in order]
+    first = [SceneResult(Grade.EXACT, 0.0, seconds=1.0)] * 2
+    merits = [compute_merit(results, first) for results in order]
     assert merits == sorted(merits)
     assert len({*merits}) == len(merits)
 
 
 def test_cost_is_median_time_ratio_to_first_profile() -> None:
     """The cost is the median of each scene's time relative to the first profile; untimed scenes are left out."""
-    first = [Judged(Grade.EXACT, 0.0, seconds=s) for s in (1.0, 2.0, 4.0, math.nan)]
-    own = [Judged(Grade.EXACT, 0.0, seconds=s) for s in (3.0, 4.0, 4.0, 1.0)]
+    first = [SceneResult(Grade.EXACT, 0.0, seconds=s) for s in (1.0, 2.0, 4.0, math.nan)]
+    own = [SceneResult(Grade.EXACT, 0.0, seconds=s) for s in (3.0, 4.0, 4.0, 1.0)]
     assert compute_merit(own, first).cost == 2.0
     assert compute_merit(own).cost == 1.0
 
 
 @each(
-    "judged, part",
+    "result, part",
     [
-        (Judged(Grade.SAMPLED, 1.0), 0.5),
-        (Judged(Grade.EXACT, 0.0), 0.0),
-        (Judged(Grade.EXACT, 1e-12), 0.0),
-        (Judged(Grade.CLOSE, 1e-6), 0.25),
-        (Judged(Grade.INACCURATE, math.inf), 1.0),
-        (Judged(Grade.EXACT, math.nan), 0.0),  # no impact, and none found
-        (Judged(Grade.INACCURATE, math.nan), 1.0),
-        (Judged(Grade.WRONG, 0.0), 1.0),
-        (Judged(None), 1.0),
+        (SceneResult(Grade.SAMPLED, 1.0), 0.5),
+        (SceneResult(Grade.EXACT, 0.0), 0.0),
+        (SceneResult(Grade.EXACT, 1e-12), 0.0),
+        (SceneResult(Grade.CLOSE, 1e-6), 0.25),
+        (SceneResult(Grade.INACCURATE, math.inf), 1.0),
+        (SceneResult(Grade.EXACT, math.nan), 0.0),  # no impact, and none found
+        (SceneResult(Grade.INACCURATE, math.nan), 1.0),
+        (SceneResult(Grade.WRONG, 0.0), 1.0),
+        (SceneResult(None), 1.0),
     ],
 )
-def test_error_scale_maps_rounding_to_0_and_pit_to_one_half(judged: Judged, part: float) -> None:
+def test_error_scale_maps_rounding_to_0_and_pit_to_one_half(result: SceneResult, part: float) -> None:
     r"""On the error scale, rounding is 0, PIT's error is 0.5, and an infinite error or a wrong scene is 1.
 
     NaN is 0 for an exact run and 1 for an inaccurate one.
     """
-    assert compute_error_on_scale(judged) == pytest.approx(part, abs=1e-12)
+    assert compute_error_on_scale(result) == pytest.approx(part, abs=1e-12)
 
 
 def test_crashed_scene_counts_as_wrong() -> None:
     """A scene in which the engine crashes has the same merit as a wrong scene."""
-    assert compute_merit([Judged(None, reason="crashed")]) == compute_merit([Judged(Grade.WRONG)])
+    assert compute_merit([SceneResult(None, reason="crashed")]) == compute_merit([SceneResult(Grade.WRONG)])
 
 
-def test_diverged_run_is_judged_by_single_steps() -> None:
-    r"""A diverged run is judged by the missed and invented impacts and the error of its single steps.
+def test_diverged_run_is_scored_by_single_steps() -> None:
+    r"""A diverged run is scored by the missed and invented impacts and the error of its single steps.
 
     It is not wrong, and neither exact nor close.
     """
@@ -96,8 +96,8 @@ def test_diverged_run_is_judged_by_single_steps() -> None:
     assert score.local_truth is not None
     steps = replace(score.local_truth, missed=2, invented=3, ratio=(0.5, 0.75))
     whole = replace(score, price_paid=7.0, missed=(0,), local_truth=steps)
-    diverged = judge_score(replace(whole, grade=Grade.DIVERGED, diverged_s=0.25))
+    diverged = summarise_score(replace(whole, grade=Grade.DIVERGED, diverged_s=0.25))
     assert (diverged.price, diverged.missed, diverged.spurious) == (0.75, 2, 3)
-    assert (judge_score(whole).price, judge_score(whole).missed, judge_score(whole).spurious) == (7.0, 1, 0)
+    assert (summarise_score(whole).price, summarise_score(whole).missed, summarise_score(whole).spurious) == (7.0, 1, 0)
     assert not diverged.wrong
     assert diverged.behind

@@ -17,8 +17,8 @@ from carom.engines.api import Knob
 from carom.errors import InputError
 from carom.execution.job import Method
 from carom.model.trace import Setting
-from carom.studies.tune.evaluate import Jury, tune_journal
-from carom.studies.tune.objective import Judged
+from carom.studies.tune.evaluate import Evaluator, tune_journal
+from carom.studies.tune.objective import SceneResult
 from carom.studies.tune.search import Found, KnobSearch
 from carom.studies.tune.search_space import Space, list_values
 
@@ -38,27 +38,27 @@ SCENES = [
 
 
 class Toy:
-    """A jury of an engine that needs threshold 0, mode swept and a slop as small as it gets; no other knob matters.
+    """An evaluator of an engine that needs threshold 0, mode swept and the smallest slop; no other knob matters.
 
     Half of the scenes are slow and wrong above a threshold of 0; the others are sampled at best unless swept, and then
     as far off as the slop is large.
     """
 
     def __init__(self) -> None:
-        self.judged: list[tuple[Method, int]] = []
+        self.requests: list[tuple[Method, int]] = []
 
-    def judge(self, method: Method, scenes: Sequence[Scene]) -> list[Judged]:
+    def evaluate(self, method: Method, scenes: Sequence[Scene]) -> list[SceneResult]:
         """Return what comes of some scenes."""
-        self.judged.append((method, len(scenes)))
+        self.requests.append((method, len(scenes)))
         settings = {**SHIPPED, **dict(method.tried)}
         found = []
         for scene in scenes:
             if SCENES.index(scene) % 2 and float(settings["threshold"]) > 0:
-                found.append(Judged(Grade.WRONG, missed=1))
+                found.append(SceneResult(Grade.WRONG, missed=1))
             elif settings["mode"] != "swept":
-                found.append(Judged(Grade.INACCURATE if settings["mode"] == "odd" else Grade.SAMPLED, 1.0))
+                found.append(SceneResult(Grade.INACCURATE if settings["mode"] == "odd" else Grade.SAMPLED, 1.0))
             else:
-                found.append(Judged(Grade.CLOSE, float(settings["slop"])))
+                found.append(SceneResult(Grade.CLOSE, float(settings["slop"])))
         return found
 
 
@@ -67,7 +67,7 @@ def run_search(seed: int, again: int = 0) -> tuple[Found, KnobSearch, Toy]:
     """Return what is found in 60 trials; another number for `again` searches again."""
     del again
     toy = Toy()
-    search = KnobSearch(Method("toy", "default"), SPACE, SCENES, cast(Jury, toy))
+    search = KnobSearch(Method("toy", "default"), SPACE, SCENES, cast(Evaluator, toy))
     return search.run(60, seed), search, toy
 
 
@@ -83,19 +83,19 @@ def test_search_finds_settings_that_help_only_together() -> None:
     """The search finds two settings that make a scene wrong alone and none together."""
 
     class Valley(Toy):
-        def judge(self, method: Method, scenes: Sequence[Scene]) -> list[Judged]:
+        def evaluate(self, method: Method, scenes: Sequence[Scene]) -> list[SceneResult]:
             tried = dict(method.tried)
             fine, bare = tried.get("slop") == 1e-9, tried.get("threshold") == 0.0
             found = {
-                (True, True): [Judged(Grade.CLOSE, 1e-6)] * 6,
-                (True, False): [Judged(Grade.WRONG), *[Judged(Grade.CLOSE, 1e-6)] * 5],
-                (False, True): [Judged(Grade.WRONG), *[Judged(Grade.SAMPLED, 1.0)] * 5],
-                (False, False): [Judged(Grade.SAMPLED, 1.0)] * 6,
+                (True, True): [SceneResult(Grade.CLOSE, 1e-6)] * 6,
+                (True, False): [SceneResult(Grade.WRONG), *[SceneResult(Grade.CLOSE, 1e-6)] * 5],
+                (False, True): [SceneResult(Grade.WRONG), *[SceneResult(Grade.SAMPLED, 1.0)] * 5],
+                (False, False): [SceneResult(Grade.SAMPLED, 1.0)] * 6,
             }[fine, bare]
             return [found[SCENES.index(scene)] for scene in scenes]
 
     # So few trials that it can't be luck: no more than each knob alone.
-    best = KnobSearch(Method("toy", "default"), SPACE, SCENES, cast(Jury, Valley())).run(2 * len(KNOBS), 0)
+    best = KnobSearch(Method("toy", "default"), SPACE, SCENES, cast(Evaluator, Valley())).run(2 * len(KNOBS), 0)
     assert dict(best.tried) == {"slop": 1e-9, "threshold": 0.0}
 
 
@@ -104,7 +104,7 @@ def test_trials_that_rank_behind_the_best_end_early() -> None:
     best, search, toy = run_search(0)
     assert search.given_up > 0
     scenes: dict[Method, int] = {}
-    for method, count in toy.judged:
+    for method, count in toy.requests:
         scenes[method] = scenes.get(method, 0) + count
     early = [method for method, count in scenes.items() if count < len(SCENES)]
     assert len(early) == search.given_up
@@ -117,28 +117,28 @@ def _get_point(method: Method) -> dict[str, int]:
 
 @pytest.mark.long
 def test_search_is_deterministic_for_a_seed() -> None:
-    """Two searches with the same seed judge the same settings on the same scenes, in the same order."""
-    assert run_search(0)[2].judged == run_search(0, again=1)[2].judged
+    """Two searches with the same seed evaluate the same settings on the same scenes, in the same order."""
+    assert run_search(0)[2].requests == run_search(0, again=1)[2].requests
 
 
 def test_no_settings_are_tried_twice() -> None:
     """The number of different settings equals the number of trials plus the first profile."""
     _, search, toy = run_search(0)
-    methods = [method for method, _ in toy.judged]
+    methods = [method for method, _ in toy.requests]
     assert len({*methods}) == search.trials + 1
 
 
 def test_search_without_improvement_returns_first_profile() -> None:
     """If no knob has an effect, the search returns the profile that it started from."""
     idle = Space({"idle": SPACE.values["idle"]})
-    search = KnobSearch(Method("toy", "default"), idle, SCENES, cast(Jury, Toy()))
+    search = KnobSearch(Method("toy", "default"), idle, SCENES, cast(Evaluator, Toy()))
     assert search.run(10, 0) is search.begun
 
 
 def test_engine_without_knobs_is_refused() -> None:
     """An adapter that declares no knobs is refused."""
     with pytest.raises(InputError, match="the adapter of toy declares no knobs"):
-        KnobSearch(Method("toy", "default"), Space({}), SCENES, cast(Jury, Toy()))
+        KnobSearch(Method("toy", "default"), Space({}), SCENES, cast(Evaluator, Toy()))
 
 
 def test_knob_values_include_both_ends_of_the_range() -> None:
@@ -155,17 +155,17 @@ def test_knob_values_include_both_ends_of_the_range() -> None:
     assert list_values(KNOBS["mode"]) == ("plain", "swept", "odd")
 
 
-def test_jury_reuses_results_from_journal(tmp_path: Path) -> None:
-    """The same method on the same scenes is judged from the journal without running the engine."""
+def test_evaluator_reuses_results_from_journal(tmp_path: Path) -> None:
+    """The same method on the same scenes is evaluated from the journal without running the engine."""
     scenes = [entry.scene for entry in find_scenes(["classics/miss", "classics/oblique-3-4-5"])]
     steps = {scene: 1 / scene.frame_rate_hz for scene in scenes}
     method = Method("pymunk", "default", (("iterations", 3),))
     path = tmp_path / "journal.jsonl"
     with InProcessPool() as pool, tune_journal(path) as journal:
-        before = Jury(steps, {}, pool, journal).judge(method, scenes)
+        before = Evaluator(steps, {}, pool, journal).evaluate(method, scenes)
     assert [one.grade for one in before] == [Grade.UNGRADED, Grade.SAMPLED]  # the first has no impact to be graded by
     with tune_journal(path, resume=True) as journal:
-        again = Jury(steps, {}, _Idle(), journal).judge(method, scenes)
+        again = Evaluator(steps, {}, _Idle(), journal).evaluate(method, scenes)
     assert repr(again) == repr(before)  # NaN of the scene without an impact is unequal to itself
 
 

@@ -26,8 +26,8 @@ def test_tune_result_prints_and_plots_errors() -> None:
     assert repr(found).splitlines()[0].startswith(("No better settings than default were found", "pymunk: "))
     axes = found.plot(Figure().add_subplot())
     lines = {str(line.get_label()): line for line in axes.lines}
-    for label, judged in (("default", found.first.judged), ("found", found.best.judged)):
-        assert np.asarray(lines[label].get_xdata()) == pytest.approx([one.price for one in judged])
+    for label, results in (("default", found.first.results), ("found", found.best.results)):
+        assert np.asarray(lines[label].get_xdata()) == pytest.approx([one.price for one in results])
     page = found._repr_html_()
     assert page is not None
     assert "<svg" in page
@@ -43,7 +43,7 @@ def test_tune_compares_with_existing_profiles() -> None:
     found = carom.tune("pymunk", ["paper/late", "gravity/bouncing-ball"], trials=1, jobs=1)
     text = " ".join(repr(found).split())
     assert [*found.others] == ["tuned", "located"]
-    assert [one.grade for one in found.others["located"].judged][1] is None
+    assert [one.grade for one in found.others["located"].results][1] is None
     assert "Not run: located (discs fall onto walls or immovable discs" in text
     named = ("default ", "tuned ", "located ")
     names = [line.split()[0] for line in repr(found).splitlines() if line.startswith(named) and "equally" not in line]

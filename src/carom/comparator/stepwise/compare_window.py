@@ -48,7 +48,7 @@ class Comparison(WindowRow):
     pit_passed: Collection[Pair] = ()
 
 
-def judge_window(
+def compare_window(
     block: Block,
     chain: StepChain,
     activity: Activity,
@@ -71,16 +71,16 @@ def judge_window(
     if not block.is_possible(chain.begin, block.bodies.list_pairs(chain.discs)):
         return Comparison(begin_s, end_s, entangled=True, price_velocity=0.0, price_spin=0.0)  # nothing is due
     window = Window(block, chain, activity)
-    judged = Comparison(begin_s, end_s, speed=window.speed, rim=window.rim, place_known_m=window.touching)
+    comparison = Comparison(begin_s, end_s, speed=window.speed, rim=window.rim, place_known_m=window.touching)
     if not window.truth:
-        return _judge_nothing_due(window, judged)
+        return _compare_nothing_due(window, comparison)
     found = window.find_nearest_difference(window.now, window.truth, window.lasts, window.resting)
-    judged.velocity, judged.spin, judged.place_m = found.velocity, found.spin, found.place
+    comparison.velocity, comparison.spin, comparison.place_m = found.velocity, found.spin, found.place
     # Pairs that overlap where a chain was cut were due earlier.
     known = sum(impact.time_s == 0.0 for impact in window.truth[: found.impacts]) if chain.continues else 0
-    judged.due = max(found.impacts, 1) - known if not chain.continues else found.impacts - known
-    judged.entangled = _is_entangled(window, found)
-    judged.energy_j = _compute_energy_gain(window, found, entangled=judged.entangled)
+    comparison.due = max(found.impacts, 1) - known if not chain.continues else found.impacts - known
+    comparison.entangled = _is_entangled(window, found)
+    comparison.energy_j = _compute_energy_gain(window, found, entangled=comparison.entangled)
     rounding = block.agreement
     agrees = (
         found.velocity <= rounding * window.speed
@@ -92,26 +92,28 @@ def judge_window(
     is_last = ends and chain.end == len(block)
     if is_last:
         missed = [pair for pair in missed if not _is_due_at_next_frame(window, pair)]
-    judged.missed, judged.passed = len(missed), missed
+    comparison.missed, comparison.passed = len(missed), missed
     if is_last and not missed and _has_contact_at_end(window):
-        judged.open = True
-    if not judged.open:
-        _measure_lateness(window, judged, found, agrees=agrees)
-        judged.price_velocity = judged.price_spin = 0.0
-        if not (agrees or judged.entangled or judged.missed):  # in other windows, the cost of sampling is not needed
-            _measure_sampling_cost(window, judged, found)
+        comparison.open = True
+    if not comparison.open:
+        _measure_lateness(window, comparison, found, agrees=agrees)
+        comparison.price_velocity = comparison.price_spin = 0.0
+        if not (
+            agrees or comparison.entangled or comparison.missed
+        ):  # in other windows, the cost of sampling is not needed
+            _measure_sampling_cost(window, comparison, found)
     missed_by_pit = {pair for pair in missed if not found_by_pit.get(pair, True)}
     missed_by_pit |= find_pairs_missed_by_pit(block, chain, [pair for pair in missed if pair not in found_by_pit])
-    judged.pit_missed, judged.pit_passed = len(missed_by_pit), missed_by_pit
+    comparison.pit_missed, comparison.pit_passed = len(missed_by_pit), missed_by_pit
     for pair, steps in chain.pairs.items():
         for step in steps[::-1]:
             if activity.due[step][pair] >= 0.0:
-                judged.due_s[pair] = float(block.states.time_s[step]) + activity.due[step][pair]
-    return judged
+                comparison.due_s[pair] = float(block.states.time_s[step]) + activity.due[step][pair]
+    return comparison
 
 
-def _judge_nothing_due(window: Window, judged: Comparison) -> Comparison:
-    """Judge a window in which PIC has no impact: bodies may turn without a cause, or a resting body may be held."""
+def _compare_nothing_due(window: Window, comparison: Comparison) -> Comparison:
+    """Compare a window in which PIC has no impact: bodies may turn without a cause, or a resting body may be held."""
     velocity, spin, place = window.compute_difference(window.now, window.free)
     bodies, chain = window.bodies, window.chain
     # A resting body is held if its velocity changed by at most the speed gained by falling in the window's steps.
@@ -119,16 +121,16 @@ def _judge_nothing_due(window: Window, judged: Comparison) -> Comparison:
     may_rest = bodies.pull > 0.0 and velocity <= max(RESTING_STEPS, steps) * bodies.pull * window.block.dt_s
     if chain.continues:
         # In a lasting contact that was cut, velocities also changed before the cut, so only the energy counts.
-        judged.entangled, judged.price_velocity, judged.price_spin = True, 0.0, 0.0
-        judged.velocity, judged.spin, judged.place_m = velocity, spin, place
+        comparison.entangled, comparison.price_velocity, comparison.price_spin = True, 0.0, 0.0
+        comparison.velocity, comparison.spin, comparison.place_m = velocity, spin, place
         conserves_energy = bodies.pull == 0.0 and not bodies.driven and not bodies.slowing.table_m_s2
-        judged.energy_j = window.now.compute_energy() - window.free.compute_energy() if conserves_energy else 0.0
+        comparison.energy_j = window.now.compute_energy() - window.free.compute_energy() if conserves_energy else 0.0
     elif not may_rest and window.meets_at_rest:
-        judged.entangled, judged.price_velocity, judged.price_spin = True, 0.0, 0.0
+        comparison.entangled, comparison.price_velocity, comparison.price_spin = True, 0.0, 0.0
     elif not may_rest:
-        judged.turned = True
-        judged.velocity, judged.spin, judged.place_m = velocity, spin, place
-    return judged
+        comparison.turned = True
+        comparison.velocity, comparison.spin, comparison.place_m = velocity, spin, place
+    return comparison
 
 
 def _is_entangled(window: Window, found: Difference) -> bool:
@@ -229,26 +231,26 @@ def _is_closing(window: Window, pair: Pair) -> bool:
     return contact.gap <= 0.0 and contact.closing > window.still
 
 
-def _measure_lateness(window: Window, judged: Comparison, found: Difference, *, agrees: bool) -> None:
+def _measure_lateness(window: Window, comparison: Comparison, found: Difference, *, agrees: bool) -> None:
     """Measure the lateness in steps and the restitution, for a window of one impact."""
     first, bodies, dt_s = window.truth[0], window.bodies, window.block.dt_s
     closing = max(first.contact.closing, 1e-300)
-    judged.late_known = window.touching / closing / dt_s
+    comparison.late_known = window.touching / closing / dt_s
     # A run checks for contact at the end of a step. A disc that moves along a polygon reaches the contact later than on
     # the bent path, because it lags by up to half of the bend in a step.
     bends = bodies.pull + bodies.slowing.compute_deceleration(window.speed)
-    judged.late_allowed = 1.0 + judged.late_known + 0.5 * bends * dt_s / closing
+    comparison.late_allowed = 1.0 + comparison.late_known + 0.5 * bends * dt_s / closing
     if agrees:
-        judged.late_steps = 0.0
-    elif not judged.entangled and found.impacts <= 1 and judged.missed == 0:
-        judged.late_steps = (_find_turn_time(window, first.pair) - first.time_s) / dt_s
-    if judged.entangled or judged.missed or len(window.truth) != 1 or bodies.pull > 0.0:
+        comparison.late_steps = 0.0
+    elif not comparison.entangled and found.impacts <= 1 and comparison.missed == 0:
+        comparison.late_steps = (_find_turn_time(window, first.pair) - first.time_s) / dt_s
+    if comparison.entangled or comparison.missed or len(window.truth) != 1 or bodies.pull > 0.0:
         return
     contact = bodies.contact_of(first.pair)
     velocity_before = compute_relative_velocity(window.free, first.pair)
     velocity_after = compute_relative_velocity(window.now, first.pair)
     if bodies.slowing.table_m_s2:  # a table does not slow all discs by one factor, so compare at the turn
-        turned_s = first.time_s + judged.late_steps * dt_s
+        turned_s = first.time_s + comparison.late_steps * dt_s
         velocity_before = compute_relative_velocity(window.start.compute_later_state(turned_s), first.pair)
         velocity_after = compute_relative_velocity(window.now.compute_later_state(turned_s - window.lasts), first.pair)
     change = (velocity_after[0] - velocity_before[0], velocity_after[1] - velocity_before[1])
@@ -258,7 +260,7 @@ def _measure_lateness(window: Window, judged: Comparison, found: Difference, *, 
         closing = velocity_before[0] * normal[0] + velocity_before[1] * normal[1]
         if closing != 0.0:  # 0 for a disc that turned before a driven wall met it
             separating = velocity_after[0] * normal[0] + velocity_after[1] * normal[1]
-            judged.restitution = -separating / closing - bodies.restitution_of(first.pair)
+            comparison.restitution = -separating / closing - bodies.restitution_of(first.pair)
 
 
 def _find_turn_time(window: Window, pair: Pair) -> float:
@@ -303,13 +305,13 @@ def _compute_relative_motion(state: BodyStates, pair: Pair) -> tuple[Array, Arra
     return np.subtract(q, p), np.subtract(v, u)
 
 
-def _measure_sampling_cost(window: Window, judged: Comparison, found: Difference) -> None:
+def _measure_sampling_cost(window: Window, comparison: Comparison, found: Difference) -> None:
     """Measure PIT's largest errors from the same state, at several phases and at the phase of the run's lateness."""
     dt_s, truth = window.block.dt_s, window.truth
     need = max(found.impacts, 1)
     looks = [dt_s * phase / THRESHOLDS.phases for phase in range(1, THRESHOLDS.phases + 1)]
-    if 0.0 < judged.late_steps <= judged.late_allowed:
-        looks.append(truth[0].time_s + judged.late_steps * dt_s)
+    if 0.0 < comparison.late_steps <= comparison.late_allowed:
+        looks.append(truth[0].time_s + comparison.late_steps * dt_s)
     until_s = truth[need - 1].time_s + 2.0 * dt_s
     until_there = [met for met in truth if met.time_s <= until_s]
     # Errors refer to the window's end, like the run's errors. Damping multiplies all velocities by the same factor; a
@@ -333,7 +335,7 @@ def _measure_sampling_cost(window: Window, judged: Comparison, found: Difference
         costs_by_completeness[len(met) >= min(need, len(until_there))].append(cost)
     # Use only phases that find the impacts, if there are any.
     columns = zip(*(costs_by_completeness[True] or costs_by_completeness[False]), strict=True)
-    judged.price_velocity, judged.price_spin, judged.energy_price_j = map(max, columns)
+    comparison.price_velocity, comparison.price_spin, comparison.energy_price_j = map(max, columns)
 
 
 def find_pairs_missed_by_pit(block: Block, chain: StepChain, pairs: Sequence[Pair]) -> set[Pair]:
