@@ -63,7 +63,7 @@ class Score(Shown):
             missed or invented an impact before.
         pit_diverged_s: The same time for PIT; None if PIT did not diverge or was not given.
         contact: Score of the time in which discs slide, roll or rest. None if there is no such time, or if states were
-            not kept.
+            not stored.
         lucky_phase: Number of phases of the step at which PIT is as accurate as the run, and number of phases that were
             tried. None unless the run is exact or close, has PIT's impacts, and PIT is less accurate at some phases.
 

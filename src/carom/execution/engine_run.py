@@ -211,8 +211,8 @@ class _Run:
 
         Return the last step's observation.
 
-        Add the states of the taken steps, except the last one. If only one step is possible, take no step and return
-        None. No contact may be open.
+        Add the states of the completed steps, except the last one. If only one step is possible, take no step and
+        return None. No contact may be open.
         """
         if self.row + 1 == len(self.rows.time_s):
             self._begin_rows()

@@ -93,7 +93,7 @@ class ContactScore:
 
 
 def score_contact(run: AlignedRun) -> ContactScore | None:
-    """Score a run while the reference is in contact; None if there is no contact, or if states were not kept."""
+    """Score a run while the reference is in contact; None if there is no contact, or if states were not stored."""
     reference, observed, scales = run.reference, run.observed, run.scales
     looks, begin_s = observed.looks, reference.contact_s
     if looks is None or reference.modes is None or reference.outcome is not Outcome.COMPLETED:

@@ -44,7 +44,7 @@ class MeasuredRun(AlignedRun):
         local: Errors of each impact of the run against the analytic answer from the run's own state before the impact.
         convention: The admissible outcome that the run took if the reference is not unique; otherwise None.
         consistency: Contradictions within the run; None if the run has a number that is NaN or infinite.
-        contact: Score of lasting contact; None without such contact, or if states were not kept.
+        contact: Score of lasting contact; None without such contact, or if states were not stored.
         branches: The impacts that took the wrong branch of friction.
         non_finite: Description of the first number that is NaN or infinite; empty if there is none.
         local_truth: Score of each step against PIC from the run's own state; None if states were not checked.

@@ -56,7 +56,7 @@ class StepClock:
         self._start_s, self._steps = 0.0, 0
 
     def count(self, steps: int) -> None:
-        """Count steps that were taken."""
+        """Add completed steps to the count."""
         self._steps += steps
 
     @property

@@ -65,7 +65,7 @@ class VerdictLine:
 
 
 @dataclass(frozen=True, slots=True)
-class Taken:
+class OutcomeComparison:
     """Comparison of a run with the possible outcomes of a scene that has no unique answer."""
 
     admissible: tuple[str, ...]
@@ -115,7 +115,7 @@ class RowLine:
     diverged_s: float | None
     pit_diverged_s: float | None
     consistency: Consistency | None
-    outcome_taken: Taken | None
+    outcome_taken: OutcomeComparison | None
     spread: PhaseSpread | None
     counts: Mapping[str, int] | None
     outcome: Outcome | None

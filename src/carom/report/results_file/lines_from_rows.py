@@ -12,7 +12,7 @@ from carom.execution.job import Status
 from carom.execution.results import Results, Row
 from carom.model.trace import Outcome
 from carom.report.files import FORMATS
-from carom.report.results_file.line_types import RowLine, SceneLine, Summary, Taken, VerdictLine
+from carom.report.results_file.line_types import OutcomeComparison, RowLine, SceneLine, Summary, VerdictLine
 
 NO_REFERENCE = "PIC does not solve this scene, so there is no reference to compare the run with"
 
@@ -102,8 +102,10 @@ def list_reasons(line: RowLine, verdicts: Mapping[str, str] = _VERDICTS) -> tupl
     return (*warnings, *(f"{verdicts[one.verdict]} ({one.reason})" for one in line.verdicts), *untimed)
 
 
-def _build_outcome(score: Score) -> Taken | None:
+def _build_outcome(score: Score) -> OutcomeComparison | None:
     match = score.convention
     if match is None:
         return None
-    return Taken(tuple(outcome.how for outcome in match.outcomes), match.nearest, match.distance, match.matches)
+    return OutcomeComparison(
+        tuple(outcome.how for outcome in match.outcomes), match.nearest, match.distance, match.matches
+    )

@@ -41,7 +41,7 @@ class BaselineChange(Enum):
 
 
 class Before(NamedTuple):
-    """A point of the earlier bench: run time divided by PIT's in each round, error, and number of lost impacts."""
+    """A point of the earlier bench: run time / PIT's in each round, error, number of missed and invented impacts."""
 
     ratios: Sequence[float]
     error: float
@@ -79,7 +79,7 @@ class Compared:
 
     @property
     def accuracy(self) -> BaselineChange:
-        """Change of the point's lost impacts, and of its error rounded to two digits.
+        """Change of the point's missed and invented impacts, and of its error rounded to two digits.
 
         A change is never noise, because repeated runs of one version have equal errors.
         """

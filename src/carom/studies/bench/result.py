@@ -92,7 +92,7 @@ class Curve:
 
     @property
     def best(self) -> Point | None:
-        """The sound point of smallest error; without sound points, the point with fewest lost impacts.
+        """The sound point of smallest error; without one, the point with the fewest missed and invented impacts.
 
         None if no point was scored. Among equal points, the fastest is the best.
         """
@@ -194,7 +194,10 @@ def find_cheapest(points: Sequence[Point], target: float) -> Point | None:
 
 
 def sort_best_first(curves: Iterable[Curve]) -> list[Curve]:
-    """Sort curves by their best points: sound points by error and run time, then other points by lost impacts."""
+    """Sort curves by their best points.
+
+    Sound points are sorted by error and run time. Other points follow, by their missed and invented impacts.
+    """
 
     def place(curve: Curve) -> tuple[bool, bool, float, float, float]:
         best = curve.best

@@ -92,7 +92,8 @@ class ScoringPass:
     ) -> list[Method]:
         """Return the best profile of each engine, then the second best profile of each engine, and so on.
 
-        Profiles are ranked by their lost impacts and then by their errors with the smallest scored step size.
+        Profiles are ranked by their missed and invented impacts, and then by their errors with the smallest scored
+        step size.
         """
 
         def badness(method: Method) -> tuple[int, float]:

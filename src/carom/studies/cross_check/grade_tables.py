@@ -75,7 +75,7 @@ def build_methods_section(grid: Grid) -> Section:
 
 
 def _build_method_table(grid: Grid, methods: Sequence[GridColumn], impacts: Sequence[_Impact]) -> Table:
-    """Return a table with one row per method: grades, lost impacts, error divided by PIT's, and groups of scenes.
+    """Return a table with one row per method: grades, missed and invented impacts, error / PIT's, groups of scenes.
 
     For a single scene, the table also has a column for each given impact.
     """

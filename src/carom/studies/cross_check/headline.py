@@ -143,13 +143,12 @@ def _describe_counts(grid: Grid, columns: Sequence[GridColumn]) -> str:
     tally = Counter(cell.mark for column in counted_columns for cell in grid.list_cells(column))
     run_count = sum(n for mark, n in tally.items() if mark.ran)
     present = [mark for mark in Mark if tally[mark]]
-    scored = [f"{tally[mark]} {'is' if tally[mark] == 1 else 'are'} {mark.word}" for mark in present if mark.ran]
+    scored = [f"{tally[mark]} {mark.word}" for mark in present if mark.ran]
     unscored = [f"{tally[mark]} {mark.word}" for mark in present if not mark.ran and mark is not Mark.ABSENT]
     sentence = f"No {noun} at {grid.step_phrase} could be scored."
     if run_count:
-        number, rest = scored[0].split(" ", 1)
-        first = f"{number} of {formatting.format_count(run_count, noun)} at {grid.step_phrase} {rest}"
-        sentence = f"{formatting.join_words((first, *scored[1:]))}."
+        runs = f"{formatting.format_count(run_count, noun)} at {grid.step_phrase}"
+        sentence = f"Grades of {runs}: {formatting.join_words(scored)}."
     return f"{sentence} Other runs have no score: {', '.join(unscored)}." if unscored else sentence
 
 

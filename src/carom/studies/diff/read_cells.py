@@ -123,7 +123,9 @@ def _list_measures(bits: int, dt_s: float, scales: Scales) -> tuple[Measure, ...
 
 
 def _read_float_width(line: RowLine) -> int:
-    """Return the width of a line's floats in bits. A line of a run must have a width, errors and lost impacts.
+    """Return the width of a line's floats in bits.
+
+    A line of a run must have a width, errors, and missed and spurious impacts.
 
     Raises:
         ValueError: The line lacks one of these values.

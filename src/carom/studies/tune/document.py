@@ -31,9 +31,9 @@ ERROR_NOTE = (
     "of 1 is the cost of sampling, and 0 is rounding."
 )
 MERIT_NOTE = (
-    "Columns count scenes. 'Between' counts scenes that are sampled, inaccurate, diverged or not graded. The error is "
-    "the mean over scenes on a logarithmic scale, on which 0 is rounding, 50 is the cost of sampling, and 100 is "
-    "wrong or not run."
+    "Columns count scenes. 'Between' counts scenes with the grades sampled, inaccurate or diverged, and scenes without "
+    "a grade. The error is the mean over scenes on a logarithmic scale, on which 0 is rounding, 50 is the cost of "
+    "sampling, and 100 is wrong or not run."
 )
 #: Name of the profile in the code to paste.
 FOUND = "found"

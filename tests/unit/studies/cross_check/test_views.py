@@ -191,11 +191,11 @@ def test_summary_counts_engine_runs_by_grade(results: Results) -> None:
     """
     line = render_text(results)
     rows = [row for row in results.rows if row.job.engine == "toy" and row.job.refinement == 0]
-    assert f" of {len(rows)} engine runs at each scene's own frame rate " in line
+    assert f"Grades of {len(rows)} engine runs at each scene's own frame rate: " in line
     for grade in (Grade.SAMPLED, Grade.WRONG):
         n = sum(row.grade is grade for row in rows)
         assert n
-        assert re.search(rf"\b{n}\b[^.]* (is|are) {grade.name.lower()}", line)
+        assert re.search(rf"frame rate: [^.]*\b{n} {grade.name.lower()}\b", line)
     assert "PIC reproduces all 3 known answers (largest deviation 2.5e-15)." in line
     assert "3 unsupported, 3 unavailable, 3 crashed, 3 timed out, 3 failed" in line
     assert "gone is not installed; pip install 'gone'" in line
