@@ -228,7 +228,7 @@ def test_lead_of_cross_check_has_exactly_the_expected_sentences(
     """The lead of a report consists of exactly the expected sentences and a count of runs by grade."""
     said = cross_check_document(run_one_profile(scenes, *engines)).lead
     assert len(said) == len(sentences) + 1
-    assert sum(bool(re.match(r"\d+ of \d+ \w+ runs? at ", sentence)) for sentence in said) == 1
+    assert sum(bool(re.match(r"Grades of \d+ \w+ runs? at ", sentence)) for sentence in said) == 1
     assert all(any(re.fullmatch(pattern, sentence) for sentence in said) for pattern in sentences)
 
 
