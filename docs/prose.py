@@ -16,9 +16,9 @@ from pathlib import Path
 from docs import prose_sources
 
 ROOT = Path(__file__).resolve().parents[1]
-#: Pages that a generator writes as a whole.
+#: Pages that are generated completely.
 GENERATED = {"docs/results/hazards.md", "docs/results/history.md", "docs/results/determinism.md"}
-#: Most words of all pages together, of a page, and of pages of one kind.
+#: Largest number of words of all pages together, of a page, and of the pages of each kind.
 MOST_WORDS, MOST_WORDS_PER_PAGE = 40_000, 3_000
 LIMITS = {
     r"README\.md": 700,
@@ -74,7 +74,7 @@ def pages() -> dict[str, str]:
 
 
 def hand_written(name: str, text: str) -> str:
-    """Return a page without what a generator writes."""
+    """Return a page without its generated parts."""
     return "" if name in GENERATED else _GENERATED_BLOCK.sub("", text)
 
 
@@ -157,7 +157,7 @@ def page_ease(name: str, text: str) -> float | None:
 
 
 def main(task: str = "check") -> int:
-    """Print what is asked for; return the exit code."""
+    """Run a task of the command line, and return the exit code."""
     texts = pages()
     if task == "words":
         sections = Counter[str]()

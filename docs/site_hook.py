@@ -33,9 +33,9 @@ if TYPE_CHECKING:
     from mkdocs.structure.files import Files
 
 ROOT = Path(__file__).resolve().parents[1]
-#: Documents of the repository's root, and the pages that they are.
+#: Documents in the repository's root, and their pages on the site.
 PAGES = {"README.md": "index.md", "CONTRIBUTING.md": "contributing.md"}
-#: What links lead to, and what is shown of it: reports are pages already, the notebook becomes one.
+#: Files that links lead to, and their pages on the site. Reports are pages already; the notebook becomes a page.
 SAMPLE = "reports/sample/index.html"
 SHOWN_AS = {"docs/tutorial.ipynb": "tutorial.md", "reports/sample/report.md": SAMPLE, SAMPLE: SAMPLE}
 
@@ -46,18 +46,18 @@ _REPLAY = re.compile(r"<!-- replay: (\S+)(?: (\d+))? -->")
 #: The play page as a file of the site, and the mark of its place in a page.
 THROWN = "throw.html"
 _THROW = "<!-- throw -->"
-#: Where no page can be embedded, pictures of its scenes are shown, which end here.
+#: End of the pictures of scenes that are shown where the play page cannot be embedded.
 _PICTURES = re.compile(rf"{_THROW}\n.*?<!-- thrown -->", re.DOTALL)
 _LANGUAGES = {".c": "c", ".h": "c", ".md": "markdown", ".py": "python", ".pyx": "cython", ".toml": "toml"}
 
-#: What a terminal takes for bold and plain.
+#: Control sequences of a terminal for bold and plain text.
 _BOLD = re.compile(r"\x1b\[[\d;]*m")
 
 log = get_plugin_logger("site")
 
 
 def on_config(config: MkDocsConfig) -> None:
-    """Add to the end of the navigation the pages of docs/ that it has not got."""
+    """Add pages of docs/ that the navigation lacks to its end."""
     listed = {*_pages_in(config.nav), *PAGES.values()}
     found = {path.relative_to(ROOT / "docs").as_posix() for path in (ROOT / "docs").rglob("*.md")}
     found = {page for page in found if "decisions/0" not in page}
@@ -66,7 +66,7 @@ def on_config(config: MkDocsConfig) -> None:
 
 
 def on_files(files: Files, config: MkDocsConfig) -> None:
-    """Add the pages made of files outside docs/."""
+    """Add pages for files outside of docs/."""
     texts = {page.src_uri: page.content_string for page in files.documentation_pages()}
     for source, page in PAGES.items():
         texts[page] = (ROOT / source).read_text(encoding="utf-8")
@@ -95,7 +95,7 @@ def on_files(files: Files, config: MkDocsConfig) -> None:
 
 
 def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
-    """Lead links out of docs/ to the pages made of what they lead to, and put in the replays."""
+    """Redirect links that leave docs/ to the pages of their targets, and insert the replays."""
     if page.file.generated_by:
         return markdown
     markdown = _REPLAY.sub(lambda found: replay(found[1], found[2]), markdown)
@@ -130,7 +130,7 @@ def replay(scene: str, rate: str | None) -> str:
 
 
 def throw() -> str:
-    """Return the page on which one throws the discs as a frame, and pictures of its scenes that lead to them."""
+    """Return the play page as a frame, and pictures of its scenes with links to them."""
     links = " ".join(
         f'<a href="{THROWN}#{name}" target="throw" title="{name}"><img alt="{name}" width="150" '
         f'src="figures/throw/{name.replace("/", "-")}.webp"></a>'
@@ -142,7 +142,7 @@ def throw() -> str:
 
 
 def _tutorial() -> str:
-    """Return the notebook as Markdown: its cells in order, with the best form of what each shows."""
+    """Return the notebook as Markdown: its cells in order, each with the best form of its output."""
     parts = []
     for cell in json.loads((ROOT / "docs" / "tutorial.ipynb").read_text(encoding="utf-8"))["cells"]:
         source = "".join(cell["source"])
@@ -160,7 +160,7 @@ def _tutorial() -> str:
 
 
 def _reference() -> Any:
-    """Load `docs/figures/reference.py`, which is in no package that a hook of MkDocs can import."""
+    """Load `docs/figures/reference.py`, which is not in a package that a MkDocs hook can import."""
     spec = importlib.util.spec_from_file_location("reference", ROOT / "docs" / "figures" / "reference.py")
     if spec is None or spec.loader is None:
         raise PluginError("docs/figures/reference.py is missing")
@@ -176,14 +176,14 @@ def _pages_in(nav: Any) -> list[str]:
 
 
 def _name(folder: Path, target: str) -> str | None:
-    """Return where in the repository a link leads that leads out of docs/, else None."""
+    """Return the path in the repository to which a link that leaves docs/ leads; None for other links."""
     name = (folder / target).resolve().relative_to(ROOT).as_posix()
     is_page = name in PAGES or (name.startswith("docs/") and not name.endswith((".ipynb", ".py")))
     return None if is_page else name
 
 
 def _from_root(text: str) -> str:
-    """Return a document of the repository's root with links as they are from docs/."""
+    """Return a document of the repository's root with links relative to docs/."""
 
     def led(found: re.Match[str]) -> str:
         return found[1] + (PAGES | SHOWN_AS).get(found[2], found[2]).removeprefix("docs/")

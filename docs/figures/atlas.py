@@ -1,10 +1,11 @@
 """Tables of the engines' pages from the results of `make atlas`: `docs/figures/measured.json`.
 
-It reads `results.jsonl` of a cross-check of all scenes with all engines, of one of a few scenes that was timed,
-`stress.json` of a stress campaign, and the figures over many phases of `make hazards`. Every number of these tables is
-reduced from them here; what is not finite is null there, and left out. `engine_pages.py` puts them into the pages.
-`python -m docs.figures.atlas --alone REPORT HAZARDS` adds engines that were measured alone, after that: to their own
-tables, and to none of those that rank all.
+The sources are `results.jsonl` of a cross-check of all scenes with all engines, `results.jsonl` of a timed cross-check
+of a few scenes, `stress.json` of a stress campaign, and the figures over many phases of `make hazards`. This module
+computes every number of the tables from these files. A number that is not finite is null in these files, and is left
+out here. `engine_pages.py` inserts the tables into the pages. `python -m docs.figures.atlas --alone REPORT HAZARDS`
+adds engines that were measured later and alone. Such engines have their own tables, and are not in the tables that rank
+all engines.
 """
 
 from __future__ import annotations
@@ -59,9 +60,9 @@ def measured(
     commands: Sequence[str],
     timed_on: str = "",
 ) -> dict[str, Any]:
-    """Return the tables as data, with what was measured when.
+    """Return the tables as data, with the dates and versions of the measurements.
 
-    The commands are those of the cross-check, of the one that was timed, and of the campaign.
+    The commands are those of the cross-check, of the timed cross-check, and of the campaign.
     """
     return tables_of(methods_of(rows, timed, hazards), stress) | {
         "measured": {
@@ -73,7 +74,7 @@ def measured(
 
 
 def with_alone(known: dict[str, Any], head: dict[str, Any], rows: Sequence[Row], hazards: Sequence[Row]) -> None:
-    """Put engines into the data that were measured without the others: into tables of their own, and when that was."""
+    """Add engines that were measured alone: their own tables, and the date of the measurement."""
     here = head["environment"]
     methods = [one for one in methods_of(rows, (), hazards) if one.engine not in OWN]
     versions = {name: version for name, version in here["versions"].items() if name != "numpy"}
@@ -85,7 +86,7 @@ def with_alone(known: dict[str, Any], head: dict[str, Any], rows: Sequence[Row],
 
 
 def tables_of(methods: Sequence[Method], stress: dict[str, Any]) -> dict[str, Any]:
-    """Return all tables: which engine for which need, a crowd, where each fails, and an engine's own."""
+    """Return all tables: engines by need, the ranking in a crowd, limits of engines, and the tables of each engine."""
     engines: dict[str, list[Method]] = {}
     for method in methods:
         if method.engine not in OWN:
@@ -99,7 +100,7 @@ def tables_of(methods: Sequence[Method], stress: dict[str, Any]) -> dict[str, An
 
 
 def data(table: Table) -> dict[str, Any]:
-    """Return a table as data: headings, rows of texts, and what is said under it."""
+    """Return a table as data: headings, rows of texts, and the note below the table."""
     return {
         "heads": [column.line for column in table.columns],
         "rows": [[column.build_cell(item).line for column in table.columns] for item in table.items],
@@ -129,14 +130,14 @@ def _needs(methods: Sequence[Method]) -> Table:
 
 
 def crowd(methods: Sequence[Method]) -> list[tuple[Method, Row]]:
-    """Return the methods that ran the chaotic scene, PIC apart, with their rows, the best first as in a report."""
+    """Return the methods except PIC that ran the chaotic scene, with their rows, best first as in a report."""
     played = [method for method in methods if method.engine != "pic"]
     ran = [(method, row) for method in played for row in method.coarse if row["scene"] == CHAOTIC]
     return sorted(((method, row) for method, row in ran if row["local_truth"] is not None), key=_rank)
 
 
 def _rank(found: tuple[Method, Row]) -> tuple[bool, int, int, int, float, float]:
-    """Order of merit; a worst error that is not finite, null in a row, is the worst, and rounding decides nothing."""
+    """Return the sort key of a row. A largest error of null (not finite) is the worst, and rounding has no effect."""
     _, row = found
     steps = row["local_truth"]
     ratio, energy = steps["ratio"][1], steps["energy"]
@@ -151,7 +152,7 @@ def _rank(found: tuple[Method, Row]) -> tuple[bool, int, int, int, float, float]
 
 
 def crowd_table(methods: Sequence[Method]) -> Table:
-    """Return the ranking of a crowd: what each step shows from the run's own state."""
+    """Return the ranking in a crowd of discs, by the comparison of single steps from the run's own state."""
 
     def of(say: Callable[[Row], str]) -> Callable[[tuple[Method, Row]], str]:
         return lambda found: say(found[1]["local_truth"])
@@ -203,7 +204,7 @@ def _limits(stress: dict[str, Any], methods: Sequence[Method]) -> Table:
 
 
 def _engine(own: Sequence[Method]) -> dict[str, Any]:
-    """Return the table of an engine's profiles, and the settings of the one to paste."""
+    """Return the table of an engine's profiles, and the settings of the profile to copy."""
     columns = [
         Column("profile", lambda method: method.profile),
         Column("scenes with each grade", grades),
@@ -229,7 +230,7 @@ def _engine(own: Sequence[Method]) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Write the data from the three folders and the file named."""
+    """Write the data from the folders and the file on the command line."""
     if sys.argv[1] == "--alone":
         report, figures = map(Path, sys.argv[2:4])
         known = json.loads(MEASURED.read_text(encoding="utf-8"))

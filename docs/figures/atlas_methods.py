@@ -1,4 +1,4 @@
-"""Methods of the atlas: their rows in a cross-check, the figures of a row of the tables, and needs that a user has."""
+"""Methods of the atlas: their rows in a cross-check, the cells of a row of the tables, and needs of users."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from carom.catalogue import all_scenes
 from carom.model.trace import format_profile
 from carom.report.formatting import format_number, format_percent
 
-#: The best grade first.
+#: Grades from best to worst.
 GRADES = ("exact", "close", "sampled", "inaccurate", "diverged", "diverged inaccurate", "wrong")
-#: Carom's own methods: what engines are compared with, and nothing to choose.
+#: Carom's own methods. Engines are compared with these methods, and users do not choose them.
 OWN = ("pic", "pit")
-#: Profiles that no program can paste: their steps are cut by Carom.
+#: Profiles that a program cannot copy, because Carom cuts their steps.
 CUT = ("located",)
-#: Profiles that give a disc another shape: what they find is no answer for who has spheres.
+#: Profiles that give a disc another shape. Their results do not apply to programs with spheres.
 RESHAPED = ("cylinder", "cylinder-plain")
-#: Attacks of the stress campaign that the atlas tells of, with the heading of their column.
+#: Stress tests that the atlas shows, with the headings of their columns.
 ATTACKS = {
     "tunnelling": "speed x dt / radius from which discs are missed",
     "slow": "slow impacts do not bounce below, m/s",
@@ -44,9 +44,9 @@ class Method:
     Attributes:
         engine: Name of the adapter.
         profile: Name of the profile.
-        rows: All its rows.
-        ratio: Run time divided by PIT's at the same step, median over the scenes that were timed; None where none was.
-        gas: Its figures over many phases of the scene `CHAOTIC`; None where there are none.
+        rows: All rows of the method.
+        ratio: Run time divided by PIT's at the same step, median over the timed scenes; None without timed scenes.
+        gas: Figures over many phases of the scene `CHAOTIC`; None if there are none.
     """
 
     engine: str
@@ -57,7 +57,7 @@ class Method:
 
     @property
     def name(self) -> str:
-        """The name shown."""
+        """The displayed name."""
         return f"{self.engine} {format_profile(self.engine, self.profile, {})}".rstrip()
 
     @property
@@ -68,12 +68,12 @@ class Method:
 
 @dataclass(frozen=True)
 class Need:
-    """Something that a user needs.
+    """A need of a user.
 
     Attributes:
         what: The need, in the user's words.
-        scenes: Patterns of the names of the scenes that show it.
-        met: Whether a row meets it.
+        scenes: Whether a scene, given by its name, shows the need.
+        met: Whether a row meets the need.
     """
 
     what: str
@@ -123,7 +123,7 @@ def _kept(row: Row, limit: float) -> bool:
 
 
 def methods_of(rows: Sequence[Row], timed: Sequence[Row], hazards: Sequence[Row] = ()) -> list[Method]:
-    """Return the methods in the order of the rows, Carom's own among them."""
+    """Return all methods, including Carom's own methods, in the order of the rows."""
     gas = {(row["engine"], row["profile"]): row for row in hazards if row["table"] == "gas" and "refused" not in row}
     own: dict[tuple[str, str], list[Row]] = {}
     ratios: dict[tuple[str, str], list[float]] = {}
@@ -139,18 +139,18 @@ def methods_of(rows: Sequence[Row], timed: Sequence[Row], hazards: Sequence[Row]
 
 
 def numbers(rows: Sequence[Row], value: Callable[[Row], float | None]) -> list[float]:
-    """Return a number of the rows that found every impact, without nulls, which are numbers that are not finite."""
+    """Return a number of each row that found every impact, without nulls (numbers that are not finite)."""
     said = (value(row) for row in rows if row["total"] is not None)
     return [one for one in said if one is not None]
 
 
 def spread(values: Sequence[float], say: Callable[[float], str] = format_number) -> str:
-    """Return median and largest."""
+    """Return the median and the largest value."""
     return f"{say(statistics.median(values))}, at most {say(max(values))}" if values else "-"
 
 
 def grades(method: Method) -> str:
-    """Return the numbers of scenes by grade at their own frame rate."""
+    """Return the number of scenes by grade, each at its own frame rate."""
     tally = Counter(row["grade"] if row["status"] == "ran" else row["status"] for row in method.coarse)
     named = {grade: grade.replace(" ", "_") for grade in GRADES}
     known = [f"{tally.pop(name)} {grade}" for grade, name in named.items() if tally[name]]
@@ -214,9 +214,9 @@ def breaking(stress: dict[str, Any], attack: str, method: Method) -> str:
 
 
 def choices(need: Need, methods: Sequence[Method]) -> list[str]:
-    """Return in words, the best first, of each engine the method and step that meet a need in the most scenes.
+    """Return for each engine, in words and best first, the method and step that meet a need in the most scenes.
 
-    Among equals the coarsest step comes first, then the least run time divided by PIT's.
+    Among equal ones the largest step comes first, then the smallest run time divided by PIT's.
     """
     found: dict[str, tuple[tuple[float, ...], str]] = {}
     for method in methods:
@@ -234,9 +234,9 @@ def choices(need: Need, methods: Sequence[Method]) -> list[str]:
 
 
 def best(methods: Sequence[Method]) -> Method | None:
-    """Return the profile of an engine to paste: the fewest scenes wrong, then the most exact, close and sampled ones.
+    """Return the profile to copy: with the fewest scenes graded wrong, then the most graded exact, close and sampled.
 
-    Among equals one that somebody tuned comes before what is shipped; None where each is cut or reshaped.
+    Among equal ones a tuned profile comes before `default`. None if Carom cuts the steps or changes the shapes of all.
     """
 
     def rank(method: Method) -> tuple[int | bool, ...]:

@@ -12,7 +12,7 @@ def assemble(changelog: Path, fragments: Path) -> None:
     """Put all fragments at the top of the newest section, and remove them.
 
     Raises:
-        ValueError: There is no section, or a fragment is no list.
+        ValueError: There is no section, or a fragment is not a list.
     """
     found = sorted(path for path in fragments.glob("*.md") if path.name != "README.md")
     texts = [path.read_text("utf-8").strip("\n") for path in found]

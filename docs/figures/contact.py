@@ -1,6 +1,6 @@
 """`make contact`: how discs slide, roll and rest in each installed engine; the tables of `docs/results/contact.md`.
 
-Every scene of the group `contact` with gravity and one floor or slope without end, at 240 steps a second, from eight
+Every scene of the group `contact` with gravity and one infinite floor or slope, at 240 steps a second, from eight
 initial states: each further up, where it is in the air, and faster by a fiftieth. An engine that is not installed keeps
 its rows.
 """
@@ -25,7 +25,7 @@ from carom.report.outcome_marks import Mark, mark_of
 HERE = Path(__file__).resolve().parent
 PAGE, FIGURES = HERE.parent / "results" / "contact.md", HERE / "contact.json"
 DT_S, STARTS = 1 / 240, 8
-PROFILES = ("default", "tuned", "resting")  # the last of Box2D alone
+PROFILES = ("default", "tuned", "resting")  # only Box2D has the last profile
 #: The one scene without friction.
 SMOOTH = "drop"
 
@@ -34,7 +34,7 @@ Figure = dict[str, Any]
 
 
 def started(scene: Scene, start: int) -> Scene:
-    """Return a scene begun a little otherwise: faster, and from further up where it is in the air."""
+    """Return a scene with another initial state: faster, and higher if the disc is in the air."""
     wall = scene.walls[0]
     if not isinstance(wall, Wall):
         raise TypeError(f"{scene.name} has another wall than a half-plane")
@@ -58,7 +58,7 @@ def started(scene: Scene, start: int) -> Scene:
 
 
 def scenes_started() -> list[str]:
-    """Return the scenes of the group that are of one floor or slope without end, and have a unique answer."""
+    """Return the scenes of the group with a single infinite floor or slope and a unique answer."""
     return [
         entry.name
         for entry in find_scenes(["contact"])
@@ -108,7 +108,7 @@ def measured() -> list[Figure]:
 
 
 def millimetres(value: float | None) -> str:
-    """Return a length or a speed in thousandths, to two digits; a dash where there is none."""
+    """Return a length or a speed in thousandths, to two digits; a dash for None."""
     if value is None:
         return "-"
     return "0" if value < 1e-9 else f"{1000.0 * value:.2g}" if value < 0.1 else f"{1000.0 * value:.0f}"
@@ -121,19 +121,19 @@ def lines_of(heads: list[str], rows: list[list[str]]) -> str:
 
 
 def cell(known: Figure | None) -> str:
-    """Return grades and the worst place of a scene; a dash where the engine can't run it."""
+    """Return the grades and the largest position error of a scene; a dash if the engine can't run the scene."""
     return "-" if known is None else f"{''.join(known['grades'])} {millimetres(known['place_m'])}"
 
 
 def table(figures: list[Figure]) -> str:
-    """Return the scenes with friction, a row an engine and profile, a column a scene."""
+    """Return the table of scenes with friction: a row per engine and profile, and a column per scene."""
     rubs = [figure for figure in figures if set(figure["scenes"]) - {SMOOTH}]
     names = sorted({name for figure in rubs for name in figure["scenes"]} - {SMOOTH})
     return lines_of(["engine", *names], [[titled(f), *(cell(f["scenes"].get(name)) for name in names)] for f in rubs])
 
 
 def smooth_table(figures: list[Figure]) -> str:
-    """Return the scene without friction, which most engines can run."""
+    """Return the table of the scene without friction, which most engines can run."""
     smooth = [figure for figure in figures if SMOOTH in figure["scenes"]]
     return lines_of(["engine", SMOOTH], [[titled(figure), cell(figure["scenes"][SMOOTH])] for figure in smooth])
 
@@ -160,20 +160,22 @@ def filled(page: str, figures: list[Figure]) -> str:
     """Return the page with new tables.
 
     Raises:
-        ValueError: It has not one pair of marks of a table.
+        ValueError: The page does not have exactly one pair of marks for a table.
     """
     tables = {"places": table(figures), "smooth": smooth_table(figures), "rest": rest_table(figures)}
     for name, text in tables.items():
         begins, ends = f"<!-- {name}: make contact -->\n", f"<!-- end of {name} -->\n"
         if page.count(begins) != 1 or page.count(ends) != 1:
-            raise ValueError(f"{PAGE.name} has {page.count(begins)} marks of the table {name}, and needs one")
+            raise ValueError(
+                f"{PAGE.name} has {page.count(begins)} marks of the table {name}, but must have exactly one"
+            )
         head, _, rest = page.partition(begins)
         page = head + begins + text + ends + rest.partition(ends)[2]
     return page
 
 
 def main() -> None:
-    """Measure, and write figures and page."""
+    """Measure, and write the figures and the page."""
     known = json.loads(FIGURES.read_text(encoding="utf-8")) if FIGURES.exists() else []
     kept = {(row["engine"], row["profile"]): row for row in known}
     kept |= {(row["engine"], row["profile"]): row for row in measured()}

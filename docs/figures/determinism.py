@@ -1,7 +1,7 @@
 """`make determinism`: whether engines repeat a run to the bit; writes the page `docs/results/determinism.md`.
 
-One scene, a gas of 16 discs in a box, with the settings as shipped and the best known. What is compared is SHA-256 of
-every position and velocity at the end and of every impact, to the bit.
+The scene is a gas of 16 discs in a box, with the profiles `default` and `tuned`. Each run has a SHA-256 digest of the bits
+of all final positions and velocities and of all impacts, and the digests are compared.
 """
 
 from __future__ import annotations
@@ -55,12 +55,12 @@ def digest(trace: Trace, *, impacts: bool = True) -> str:
 
 
 def ran(engine: str, profile: str, scene: Scene) -> Trace:
-    """Return a run in this process."""
+    """Run a scene in this process."""
     return observe_run(load_adapter(engine), scene, profile, 1.0 / scene.frame_rate_hz)
 
 
 def measured(engine: str, profile: str) -> None:
-    """Print, as JSON, which runs of this process are bit-identical to the first, and its digest."""
+    """Print as JSON which runs of this process are bit-identical to the first run, and the digest of the first run."""
     scene, other = all_scenes()[SCENE].scene, all_scenes()["paper/late"].scene
     turned = scene.model_copy(update={"discs": scene.discs[::-1]})
     first = ran(engine, profile, scene)
@@ -77,7 +77,7 @@ def measured(engine: str, profile: str) -> None:
 
 
 def threaded(engine: str, profile: str) -> None:
-    """Print, as JSON, the digests of two runs at once, in two threads."""
+    """Print as JSON the digests of two simultaneous runs in two threads."""
     scene = all_scenes()[SCENE].scene
     with ThreadPoolExecutor(2) as pool:
         runs = [pool.submit(ran, engine, profile, scene) for _ in range(2)]
@@ -93,13 +93,13 @@ def asked(engine: str, profile: str, how: str = "alone") -> dict[str, Any]:
     command = [sys.executable, __file__, engine, profile, how]
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=600)  # noqa: S603 - this script
     if done.returncode:
-        raise CaromError((done.stderr.strip().splitlines() or ["it ended without a word"])[-1])
+        raise CaromError((done.stderr.strip().splitlines() or ["it ended without a message"])[-1])
     found: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
     return found
 
 
 def in_threads(engine: str, profile: str, expected: str) -> str:
-    """Return whether two runs at once have the expected digest, in a word of the table."""
+    """Return a word for the table: whether two simultaneous runs have the expected digest."""
     try:
         found = asked(engine, profile, "threads")
     except CaromError:
@@ -116,7 +116,7 @@ def words_of(engine: str, profile: str) -> dict[str, str]:
 
 
 def rows(lacking: list[str]) -> Iterator[list[str]]:
-    """Return a row an engine and profile; engines that can't be run here join those that are lacking."""
+    """Return a row per engine and profile, and add engines that can't run here to `lacking`."""
     for engine in sorted(list_adapter_points()):
         adapter = load_adapter(engine)
         if explain_unavailable_adapter(adapter):
@@ -130,7 +130,7 @@ def rows(lacking: list[str]) -> Iterator[list[str]]:
 
 
 def main() -> None:
-    """Run what is installed, print the table and write the page."""
+    """Run the installed engines, print the table and write the page."""
     lacking: list[str] = []
     heads = ["engine", "profile", "score", *COUNTED, "order"]
     lines = [heads, ["---"] * len(heads), *rows(lacking)]

@@ -27,7 +27,7 @@ DETERMINISM = DOCS / "results" / "determinism.md"
 WALLS = DOCS / "results" / "walls.md"
 
 _PART = re.compile(r"(<!-- made by docs/figures/engine_pages\.py: (\w+) -->\n)(?s:.*?)(<!-- end -->)")
-#: What a row of `docs/results/hazards.md` says where no phase has an error.
+#: Begin of a cell of `docs/results/hazards.md` if no phase has an error.
 _NONE_OFF = re.compile(r"0 of \d+: ")
 
 Row = Sequence[str]
@@ -42,7 +42,7 @@ def rows_of(heads: Row, rows: Sequence[Row]) -> str:
 
 
 def table(data: dict[str, Any]) -> str:
-    """Return a table of `measured.json` with what is said under it."""
+    """Return a table of `measured.json` with its note."""
     note = f"\n{data['note']}\n" if data["note"] else ""
     return rows_of(data["heads"], data["rows"]) + note
 
@@ -56,7 +56,7 @@ def measured() -> dict[str, Any]:
 
 @cache
 def hazards() -> dict[str, tuple[Row, tuple[Row, ...]]]:
-    """The tables of the page of hazards by their headings: their own headings, and their rows."""
+    """The tables of the page of hazards by the heading of their section: column heads and rows."""
     found: dict[str, tuple[Row, tuple[Row, ...]]] = {}
     for part in HAZARDS.read_text(encoding="utf-8").split("\n## ")[1:]:
         lines = [tuple(cell.strip() for cell in line.split("|")[1:-1]) for line in part.splitlines() if line[:1] == "|"]
@@ -65,7 +65,7 @@ def hazards() -> dict[str, tuple[Row, tuple[Row, ...]]]:
 
 
 def _cells(heading: str, engine: str) -> Iterator[tuple[str, str, str]]:
-    """Yield the rows of an engine in a table of hazards: the measure, its cell as shipped, and that of PIT."""
+    """Yield the rows of an engine in a table of hazards: measure, cell of the default settings, and cell of PIT."""
     heads, rows = hazards()[heading]
     pit = next(row for row in rows if row[0] == "pit")
     for row in (row for row in rows if row[0] == f"{engine} default"):
@@ -73,7 +73,7 @@ def _cells(heading: str, engine: str) -> Iterator[tuple[str, str, str]]:
 
 
 def hazards_of(engine: str) -> str:
-    """Return the hazards of an engine as shipped: scenes with an error at some phase, and at no phase."""
+    """Return the hazards of an engine with default settings: scenes with an error at some phase, and at no phase."""
     scenes = list(_cells("The group engines, as shipped", engine))
     bounces = list(_cells("How slow discs still bounce", engine))
     lines = [(f"`engines/{of}`: {all_scenes()[f'engines/{of}'].shows}", cell, pit) for of, cell, pit in scenes]
@@ -107,7 +107,7 @@ def profiles_of(engine: str) -> str:
 
 
 def settings_of(engine: str) -> str:
-    """Return the settings of an engine that are to be pasted."""
+    """Return the settings of an engine to copy."""
     own = measured()["engines"][engine]
     command = f"carom engines {engine} --show {own['profile']}"
     printed = f"`{command}` prints them as code ([settings to paste](../how-to/settings.md))."
@@ -145,20 +145,20 @@ def walls_of(engine: str) -> str:
 
 
 def _same_bits() -> Iterator[dict[str, str]]:
-    """Yield the rows of the page of determinism, each by its headings."""
+    """Yield the rows of the page of determinism, each as a mapping from column head to cell."""
     lines = [line for line in DETERMINISM.read_text(encoding="utf-8").splitlines() if line.startswith("| ")]
     heads, _, *rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in lines]
     yield from (dict(zip(heads, row, strict=True)) for row in rows)
 
 
 def _not_same(row: dict[str, str]) -> str:
-    """Return the tries that count in which a run was not bit-identical."""
+    """Return the tests in which a run was not bit-identical, except for the test with another order of discs."""
     counted = (name for name, word in row.items() if word in {"other", "ended"} and name != "order")
     return join_words(list(counted)) or "none"
 
 
 def determinism_of(engine: str) -> str:
-    """Return whether an engine is deterministic, in one sentence a profile."""
+    """Return whether an engine is deterministic, in one sentence per profile."""
     rows = [row for row in _same_bits() if row["engine"] == engine]
     if not rows:
         return "This engine was not measured ([method](../results/determinism.md)).\n"
@@ -175,7 +175,7 @@ def determinism_of(engine: str) -> str:
 
 
 def same_bits() -> str:
-    """Return the table of all engines: the score, what does not repeat, and whether the order of discs counts."""
+    """Return the table of all engines: tests passed, tests failed, and whether the order of discs has an effect."""
     heads = ("method", "bit-identical in", "not in", "discs in the opposite order give")
     return rows_of(
         heads,
@@ -209,11 +209,11 @@ def version() -> str:
 
 
 def commands() -> str:
-    """Return the commands that measure all of it."""
+    """Return the commands that make all measurements."""
     return "```text\n" + "\n".join(measured()["commands"]) + "\n```\n"
 
 
-#: Blocks of the page of all engines, and of the page of one.
+#: Blocks of the page of all engines, and of the page of an engine.
 SHARED = {
     "version": version,
     "needs": lambda: table(measured()["needs"]),
@@ -233,7 +233,7 @@ OWN = {
 
 
 def filled(page: Path) -> str:
-    """Return a page with its parts as they are measured."""
+    """Return a page with new generated parts."""
 
     def part(found: re.Match[str]) -> str:
         name = found[2]

@@ -1,6 +1,6 @@
-"""The map of what sampling costs two equal discs, over impact parameter and speed.
+"""Map of the errors of PIT for two equal discs, over impact parameter and speed.
 
-Run as a script, it draws the two figures of `docs/theory/pit.md` next to itself.
+Run as a script, this module draws the two figures of `docs/theory/pit.md` in its own folder.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from carom import resolve_impact, time_of_impact
 from carom.report.svg import INK, build_figure, render, to_separate_svg, use_drawing_style
 
-#: Speed times step over radius, from a crawl to three diameters a step.
+#: Range of the speed times step over radius. The largest value is three diameters per step.
 LEAST_ADVANCE, MOST_ADVANCE = 0.02, 6.0
 _COLUMNS, _ROWS = 36, 24
 
-#: Scenes in the map: some 300 a cell, in about a second.
+#: Number of scenes in the map: about 300 per cell.
 MAP_SCENES = 2**18
 
 _WIDTH_IN, _HEIGHT_IN = 5.1, 3.4
@@ -33,9 +33,9 @@ class ErrorMap:
         advance: Edges of the columns: relative speed times step over radius, shape ``(columns + 1,)``.
         offset: Edges of the rows: impact parameter in contact distances, shape ``(rows + 1,)``.
         velocity_error: Mean velocity error of the impacts that PIT finds, over the relative speed, shape ``(rows,
-            columns)``; NaN where it finds none.
-        missed: Share of the impacts that it misses, of the same shape.
-        scenes: Number of scenes in it.
+            columns)``; NaN where PIT finds no impact.
+        missed: Fraction of the impacts that PIT misses, of the same shape.
+        scenes: Number of scenes in the map.
     """
 
     advance: NDArray[np.float64]
@@ -47,7 +47,7 @@ class ErrorMap:
 
 @cache
 def build_error_map(scenes: int = MAP_SCENES) -> ErrorMap:
-    """Take many pairs of equal discs of 1 kg, the second at rest, through PIC and through three frames of PIT.
+    """Run many pairs of equal discs of 1 kg with PIC and for three frames with PIT. The second disc is at rest.
 
     Impact parameter, advance and phase come from a quasi-random sequence that fills the cube evenly: multiples of the
     powers of 1/x, where x^4 = x + 1 (M. Roberts, The unreasonable effectiveness of quasirandom sequences, 2018).
@@ -61,7 +61,7 @@ def build_error_map(scenes: int = MAP_SCENES) -> ErrorMap:
     offset, along, phase = ((0.5 + k * root ** -np.arange(1.0, 4.0)) % 1.0).T
     advance = LEAST_ADVANCE * (MOST_ADVANCE / LEAST_ADVANCE) ** along
     contact = 2.0
-    # Contact between the first frame and the second, so that two frames more decide everything.
+    # The contact is between the first and the second frame, so two more frames decide the result.
     start = -contact * np.sqrt(1.0 - offset**2) - advance * (1.0 - phase)
     nothing = np.zeros(scenes)
     first, second = np.stack([start, nothing], axis=1), np.stack([nothing, contact * offset], axis=1)
@@ -94,12 +94,12 @@ def build_error_map(scenes: int = MAP_SCENES) -> ErrorMap:
 
 
 def error_map_figure(found: ErrorMap, label: str, *, missed: bool) -> str:
-    """Return one half of the map as SVG: the velocity error of what is found, or the share that is missed.
+    """Return one half of the map as SVG: the velocity error of found impacts, or the fraction of missed impacts.
 
     Args:
         found: The map.
-        label: Its accessible name.
-        missed: Half to draw.
+        label: Accessible name of the figure.
+        missed: Whether to draw the fraction of missed impacts.
     """
     with use_drawing_style():
         from matplotlib.colors import BoundaryNorm
@@ -110,7 +110,7 @@ def error_map_figure(found: ErrorMap, label: str, *, missed: bool) -> str:
         levels = [k / 10 for k in range(11)] if missed else [0.0, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3, 1.0]
         across = np.log10(np.sqrt(found.advance[:-1] * found.advance[1:]))
         up = 0.5 * (found.offset[:-1] + found.offset[1:])
-        # Filled contours stay vectors: a raster would be a picture within the picture.
+        # Filled contours are vector graphics; a raster would embed a picture in the SVG.
         image = axes.contourf(
             across, up, np.ma.masked_invalid(values), levels, cmap="cividis", norm=BoundaryNorm(levels, 256)
         )

@@ -1,7 +1,7 @@
 """`make history`: releases of engines, run and compared; writes the page `docs/results/history.md`.
 
-It needs the registries, or what an earlier run has kept of them, and minutes. A journal an engine, in `reports/history`,
-lets it go on where it was ended.
+It takes minutes, and needs the package registries or the releases that an earlier run downloaded. A journal per engine in
+`reports/history` lets an interrupted run continue.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from carom.studies.history.run import run_history
 ROOT = Path(__file__).resolve().parents[2]
 PAGE, JOURNALS = ROOT / "docs" / "results" / "history.md", ROOT / "reports" / "history"
 
-#: Short, and of each kind: two discs, a box, many at once, impacts in quick succession, coefficients from 0 to 1.
+#: Short scenes of each kind: two discs, a box, many discs, impacts in quick succession, restitutions from 0 to 1.
 SCENES = (
     "paper",
     *(
@@ -35,13 +35,13 @@ SCENES = (
     *(f"classics/{name}" for name in ("restitution-ladder", "cradle-gaps")),
 )
 
-#: As many as of the hazards: what holds at nine phases alone may not hold at the next.
+#: As many phases as for the hazards, because a result at nine phases may not hold at another phase.
 PHASES = 32
 
-#: Twice the releases of the page are kept, and no engine's is above 300 MB.
+#: Limit of the cache: twice the size of the page's releases. No release is larger than 300 MB.
 KEPT_BYTES = 4e9
 
-#: Names of settings and their values: code, between words.
+#: A line with names and values of settings, which the page shows as code.
 _SETTINGS = re.compile(r"^(- Different settings: [^:]*: )(.*)$", re.MULTILINE)
 
 
@@ -199,7 +199,7 @@ THREADS = """## Bug reports that name a release
 
 
 def section(found: History, sentence: str) -> str:
-    """Return an engine's part of the page: its sentence and its tables, without the machine."""
+    """Return an engine's part of the page: its summary and its tables, without the description of the machine."""
     whole = build_history_document(found)
     parts = tuple(one for one in whole.sections if one.heading in {"Releases", "Changed cells"})
     body = render_markdown(Document("x", whole.answer, tuple(Section(one.heading, one.blocks, 3) for one in parts)))
@@ -208,7 +208,7 @@ def section(found: History, sentence: str) -> str:
 
 
 def main(names: list[str]) -> None:
-    """Run what is asked for, all by default, and write the page of all that came of it."""
+    """Run the named engines (default: all), and write the page with their results."""
     scenes = [entry.scene for entry in find_scenes(SCENES)]
     parts, lacking = [], []
     for entry in ENTRIES:
@@ -229,7 +229,7 @@ def main(names: list[str]) -> None:
         parts.append(section(found, entry.sentence))
         sys.stdout.write("\n".join(build_history_document(found).lead) + f"\n{found.elapsed_s:.0f} s\n")
     missing = "## Not run here\n\n" + "\n".join(lacking) + "\n" if lacking else ""
-    if names:  # the others' parts stay as they are
+    if names:  # the parts of other engines do not change
         there = [
             part for part in PAGE.read_text().split("\n## ")[1:] if not part.startswith(("Bug reports", "Not run"))
         ]

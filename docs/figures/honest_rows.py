@@ -1,9 +1,9 @@
-"""List what a change of the scoring makes of honest runs: `honest_rows.py OLD NEW`, two results.jsonl of any format.
+"""List which grades a change of the scoring changes: `honest_rows.py OLD NEW`, two results.jsonl of any format.
 
-Each is made by `carom run paper classics gravity spin engines issues -e pic -e pit -e pymunk -e box2d -e mujoco
--e pybullet --no-timing --report FOLDER`: the whole catalogue at each scene's own steps. What is written, as Markdown:
-how many rows went from which grade to which, and every row whose grade is worse than it was, with what is said of it
-now. `carom diff` compares two runs of one format only.
+Each file is made by `carom run paper classics gravity spin engines issues -e pic -e pit -e pymunk -e box2d -e mujoco
+-e pybullet --no-timing --report FOLDER`: the whole catalogue at each scene's own step sizes. The output is Markdown: a
+table with the number of rows for each old and new grade, and a table of the rows whose grade became worse, with their
+present verdicts. `carom diff` reads only some formats.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ Key = tuple[str, str, str, float]
 
 
 def read(path: str) -> dict[Key, dict[str, Any]]:
-    """Return the rows of a results.jsonl, but its head."""
+    """Return the rows of a results.jsonl, without its first line."""
     _, *lines = Path(path).read_text(encoding="utf-8").splitlines()
     rows = map(json.loads, lines)
     return {(row["scene"], row["engine"], row["profile"], row["dt_s"]): row for row in rows}
 
 
 def word(row: dict[str, Any]) -> str:
-    """Return the grade of a row in a word, or why it has none."""
+    """Return the grade of a row as a word, or the status of a row without a grade."""
     return str(row["grade"] or row["status"])
 
 
@@ -41,14 +41,14 @@ def said(row: dict[str, Any]) -> str:
 
 
 def worse(old: str, new: str) -> bool:
-    """Whether a grade is worse than another; what was graded and is no longer, too."""
+    """Whether a grade became worse. A row that is no longer graded counts as worse."""
     if old in WORSENING and new in WORSENING:
         return WORSENING.index(new) > WORSENING.index(old)
     return old != new and not (old == UNGRADED and new in WORSENING)
 
 
 def listed(old: dict[Key, dict[str, Any]], new: dict[Key, dict[str, Any]]) -> Iterator[str]:
-    """Yield the lines of the two tables; rows that only one run has are not compared."""
+    """Yield the lines of the two tables. Rows that only one file contains are not compared."""
     both = sorted(old.keys() & new.keys())
     moved = Counter((word(old[key]), word(new[key])) for key in both)
     words = [w for w in (*WORSENING, UNGRADED) if any(w in pair for pair in moved)]

@@ -27,9 +27,9 @@ Scheme = Literal["light", "dark"]
 SCHEMES: tuple[Scheme, Scheme] = ("light", "dark")
 
 REPLAY = "paper/missed/pymunk/tuned"
-#: Number of pictures of the replay, their seconds in all, and the seconds of the last one.
+#: Number of pictures of the replay, their total duration, and the duration of the last one, seconds.
 _FRAMES, _LASTS_S, _LAST_S = 40, 5.0, 1.5
-#: The part of the time of paper/missed at which the discs have just met.
+#: Fraction of the duration of paper/missed after which the discs have just met.
 _AT = 0.46
 
 
@@ -67,7 +67,7 @@ def take_first_screen(browser: Browser, scheme: Scheme) -> None:
 
 
 def take_replay(browser: Browser, scheme: Scheme) -> None:
-    """Write the animated picture of the replay: both halves and the line of time, at even instants of the scene."""
+    """Write the animated picture of the replay: both halves and the time line, at evenly spaced instants."""
     page = _opened(browser, scheme, 900, 700, REPLAY)
     page.wait_for_selector("#replay[open] .views canvas")
     scrubber = page.get_by_label("Time in the scene")
@@ -90,7 +90,7 @@ def take_replay(browser: Browser, scheme: Scheme) -> None:
 
 
 def take_thrown(browser: Browser, scheme: Scheme) -> None:
-    """Write the picture of the page on which one throws the discs, just after the impact; in light a found one, too."""
+    """Write the picture of the play page just after the impact, and in light colours also one with a found impact."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "throw.html"
         file.write_text(render_page([one.scene for name in GALLERY for one in find_scenes([name])]), encoding="utf-8")

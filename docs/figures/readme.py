@@ -46,13 +46,13 @@ CAMPAIGN = stress_tables.PAGE
 #: A block: this script writes the text between its first and its last line.
 BLOCK = re.compile(r"(<!-- made by docs/figures/readme\.py: (\w+) -->\n)((?s:.*?))(<!-- end -->\n)")
 
-#: The error whose cheapest engine is named, and the methods of the table of stability.
+#: The error for which the fastest engine is named, and the methods of the table of stability.
 TARGET = 0.01
 STABLE = ("pic event-driven", "box2d tuned", "mujoco tuned", "pybullet tuned", "pymunk tuned")
 
 
 def table(path: Path = SAMPLE) -> str:
-    """Return the README's table: a row an engine with its best fixed-step settings, how many scenes got which grade."""
+    """Return the README's table: for each engine with its best fixed-step settings, the number of scenes per grade."""
     head, rows = read_raw_records(path)
     names = {name.lower(): f"{name} {version}" for name, version in head["environment"]["versions"].items()}
     names |= {"pic": "PIC", "pit": "PIT"}
@@ -108,7 +108,7 @@ def _order(found: dict[str, Any]) -> ConvergenceOrder:
 
 
 def bench_block() -> str:
-    """Return the diagram of run time against error, and what it says."""
+    """Return the diagram of run time against error, and its main result as text."""
     scene, kind = bench_scene()
     pit = next(curve.best for curve in scene.curves if curve.engine == "pit")
     alt = f"Error against run time in the scene {scene.scene.name}: PIC is the line at the bottom, engines are above it"
@@ -126,7 +126,7 @@ def bench_block() -> str:
 
 
 def bench_figures() -> dict[str, str]:
-    """Return the diagram in light and in dark, by the names of their files."""
+    """Return the diagram in light and in dark colours, by file name."""
     scene, kind = bench_scene()
     light = to_separate_svg(render_diagram_svg(scene, Diagram.ERROR_TIME, kind))
     css = resources.files("carom.report").joinpath("templates/report.css").read_text(encoding="utf-8")

@@ -33,7 +33,7 @@ def commands_page() -> str:
 
 
 def _attributes(description: str) -> tuple[str, dict[str, str]]:
-    """Return the summary of a docstring, and what it says of each attribute."""
+    """Return the summary of a docstring, and its description of each attribute."""
     summary, _, listed = description.partition("\n\nAttributes:\n")
     found = re.findall(r"^    (\w+): (.*(?:\n        .*)*)", listed, re.MULTILINE)
     return summary, dict(found)

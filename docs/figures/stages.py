@@ -1,6 +1,6 @@
 """Diagram of a comparison's stages in `docs/contributing/architecture.md`: `python docs/figures/stages.py` writes it.
 
-It is read from the calls of `carom.comparator.compare`, and from the imports of the modules that they lead to.
+The diagram is derived from the calls in `carom.comparator.compare`, and from the imports of the called modules.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The tables of `docs/results/stress.md`: `make stress` runs the full campaign and has this script write them.
 
-It takes them from `stress.md`, which `carom stress --out` writes next to the evidence of each cell.
+The tables are copied from `stress.md`, which `carom stress --out` writes.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ PAGE = Path(__file__).resolve().parents[1] / "results" / "stress.md"
 
 #: The tables by the heading of their first column.
 KINDS = tuple(WORDS.values())
-#: The end of a cell in a campaign's page, too long for a table: the error at the last value that passed.
+#: End of a cell in a campaign's page that is too long for the table: the error at the last value that passed.
 _BEHIND = re.compile(r"(= to \S+|~ \S+|x seen|= not seen) \S+")
 _PART = re.compile(r"(<!-- made by docs/figures/stress_tables\.py: ([\w ]+) -->\n)((?s:.*?))(<!-- end -->)")
 
@@ -24,7 +24,7 @@ def table(text: str, kind: str) -> str:
     """Return the table of a kind of lines in a campaign's `stress.md`, without axes and errors.
 
     Raises:
-        ValueError: It has none.
+        ValueError: There is no such table.
     """
     found = re.search(rf"^\| {kind} \|.*\n(?:\|.*\n)+", text, re.MULTILINE)
     if found is None:
@@ -43,7 +43,7 @@ def filled(page: str, campaign: str) -> str:
 
 
 def kept(page: str) -> dict[str, list[list[str]]]:
-    """Return the tables that a page has, each a list of rows, of which the first has the headings."""
+    """Return the tables of a page, each as a list of rows. The first row contains the headings."""
     return {
         found[2]: [[cell.strip() for cell in line.split("|")[1:-1]] for line in found[3].splitlines() if line != ""]
         for found in _PART.finditer(page)

@@ -1,4 +1,4 @@
-"""The tutorial, run: `python docs/figures/tutorial.py` runs docs/tutorial.ipynb and keeps what its cells show.
+"""Runs the tutorial: `python docs/figures/tutorial.py` runs docs/tutorial.ipynb and stores the outputs of its cells.
 
 The stored outputs are the same on every machine, except for run times.
 """
@@ -18,24 +18,24 @@ from nbclient import NotebookClient
 NOTEBOOK = Path(__file__).resolve().parents[1] / "tutorial.ipynb"
 #: A cell that takes longer than this many seconds has failed.
 _LIMIT_S = 600
-#: A number of four digits or more: a result, and no count, width or colour.
+#: A number of four or more digits, which is a result and not a count, width or colour.
 _NUMBER = re.compile(r"\d(?:\.?\d){3,}")
 _TOOK = re.compile(r"\bin [\d.]+ s\b")
 
 
 def read(path: Path = NOTEBOOK) -> Any:
-    """Return the notebook as it is kept."""
+    """Return the stored notebook."""
     return nbformat.read(path, as_version=4)  # type: ignore[no-untyped-call] # it publishes no types
 
 
 def executed(path: Path = NOTEBOOK) -> Any:
-    """Return the notebook with what its cells show when they are run in an empty folder, in order.
+    """Return the notebook with the outputs of its cells, which run in order in an empty folder.
 
     Raises:
         CellExecutionError: A cell fails.
     """
     notebook = read(path)
-    # The command that a cell runs is that of the interpreter that runs the notebook.
+    # Cells run the `carom` command of the interpreter that runs the notebook.
     programs = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     with tempfile.TemporaryDirectory() as folder:
         client = NotebookClient(
@@ -43,14 +43,14 @@ def executed(path: Path = NOTEBOOK) -> Any:
         )
         client.execute(env={**os.environ, "PATH": programs})
     for cell in notebook.cells:
-        cell.metadata.pop("execution", None)  # when it was run
+        cell.metadata.pop("execution", None)  # the time of the run
         if cell.cell_type == "code":
             cell.outputs = _joined(cell.outputs)
     return notebook
 
 
 def texts(cell: Any) -> list[str]:
-    """Return what a cell shows as text, without how long it took; of a command (tag `terminal`) the numbers alone."""
+    """Return the texts that a cell shows, without run times. For commands (tag `terminal`), return only the numbers."""
     shown = []
     for output in cell.get("outputs", []):
         text = output.get("text") or output.get("data", {}).get("text/plain", "")
@@ -62,7 +62,7 @@ def texts(cell: Any) -> list[str]:
 
 
 def _joined(outputs: list[Any]) -> list[Any]:
-    """Return outputs in which text that came in several pieces is one, as it is printed."""
+    """Return outputs in which consecutive pieces of printed text are joined."""
     joined: list[Any] = []
     for output in outputs:
         if joined and output.output_type == joined[-1].output_type == "stream" and output.name == joined[-1].name:

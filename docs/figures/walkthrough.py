@@ -1,7 +1,7 @@
-"""First steps on the page of `carom play`, for a reader who never heard of PIT: docs/play.md shows them.
+"""First steps on the page of `carom play`, in docs/play.md, for readers who do not know PIT.
 
-`make pictures` drives Chromium through them and writes text and pictures. tests/browser/test_play.py repeats them, and
-asserts that the text is still what the page shows.
+`make pictures` carries out these steps in Chromium, and writes text and pictures. tests/browser/test_play.py repeats
+the steps, and asserts that the page still shows the same text.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ FOLDER = Path(__file__).resolve().parent
 DOCUMENT = FOLDER.parent / "play.md"
 BEGIN, END = "<!-- made by docs/figures/walkthrough.py -->\n", "<!-- end -->"
 _SLIDE = "(e, v) => { e.value = v; e.dispatchEvent(new Event('input', { bubbles: true })); }"
-#: Positions of the slider of frames per second, of 1; drag of a disc, in pixels; and step of the frame offset.
+#: Positions of the slider of frames per second (0 to 1); drag of a disc, pixels; and step of the frame offset.
 _OFTENER, _OFTEN, _UP, _PHASE = 0.4, 0.48, 4, 0.1
 
 
@@ -53,7 +53,7 @@ def _share(page: Page) -> str:
 
 
 def steps(page: Page, taken: bool = False) -> Iterator[str]:
-    """Do each step on the page, and yield what was done and seen; the two pictures are taken if asked for."""
+    """Do each step on the page, and yield its description. With `taken`, also write the two pictures."""
     yield (
         f"The page opens. Below the pictures it says: {_read(page)} On the right the discs go through each "
         "other, and a cross says *missed*."
@@ -103,7 +103,7 @@ def _picture(page: Page, name: str) -> None:
 
 
 def told(browser: Browser, taken: bool = False) -> str:
-    """Return the steps as a list of Markdown, done on the page as it is now."""
+    """Return the steps as a Markdown list, carried out on the present page."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "throw.html"
         file.write_text(render_page([one.scene for name in GALLERY for one in find_scenes([name])]), encoding="utf-8")

@@ -1,8 +1,8 @@
 """`make walls`: thin walls, floors in pieces, ends and corners in each engine; the tables of `docs/results/walls.md`.
 
-It flies discs in the engines themselves, without adapters (`walls_python.py`, `walls_npm.mjs`), for each way of
-building a wall. `walls.json` keeps the figures. An engine that is not installed keeps its rows, which name its version;
-so do engines that are not named: ``python docs/figures/walls.py [ENGINE...]``, all by default.
+`walls_python.py` and `walls_npm.mjs` run flights of discs in the engines, without adapters, for each way to build a
+wall. `walls.json` stores the figures. Run ``python docs/figures/walls.py [ENGINE...]`` (default: all engines). The rows
+of engines that are not named or not installed do not change.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ HERE = Path(__file__).resolve().parent
 PAGE, FIGURES = HERE.parent / "results" / "walls.md", HERE / "walls.json"
 NPM = HERE.parents[1] / "adapters/carom_adapters/npm"
 
-#: A figure's row: names of columns and what was found.
+#: A row of figures by the names of their columns.
 Row = dict[str, Any]
 Flight = dict[str, Any]
 End = list[float]
@@ -38,11 +38,11 @@ class Way(NamedTuple):
 
     @property
     def rounded(self) -> bool:
-        """Whether its pieces end in half circles of their half width; a box's end is flat."""
+        """Whether pieces of the wall end in half circles. The end of a box is flat."""
         return self.key.startswith("capsules")
 
 
-#: Half the width of what is solid: walls that are built of it have some.
+#: Half width of walls that are built of solid shapes, metres.
 HALF_M = 0.02
 
 WAYS = (
@@ -89,7 +89,7 @@ WAYS = (
     Way("Rapier", "rapier3d", "boxes", "boxes", HALF_M),
     Way("Rapier", "rapier3d", "capsules", "capsules", HALF_M),
 )
-#: Distributions for Python, and the module of each.
+#: Python packages, each with its module.
 FROM_PYTHON = {
     "Box2D": "Box2D",
     "dartpy": "dartpy",
@@ -105,21 +105,21 @@ FROM_PYTHON = {
 #: The thin wall: number of phases, the disc's radius, its steps a second, and how many reaches it moves in a step.
 THIN_PHASES, THIN_RADIUS_M, THIN_HZ = 32, 0.1, 60
 SPEEDS = (0.9, 1.1, 1.5, 2.1, 3.0, 5.0, 20.0)
-#: A bounce off a thin wall is called wrong if a hundredth of the velocity is.
+#: A bounce off a thin wall is wrong if its velocity error exceeds this fraction of the speed.
 WRONG = 0.01
 
-#: The floor: the disc, how it comes, steps a second, how many phases along a piece of a metre, and when it lands.
+#: The floor: radius and speed of the disc, approach speeds, number of start positions along a metre, landing time.
 FLOOR_RADIUS_M, ALONG_M_S, APPROACHES_M_S, PHASES, LANDS_S = 0.25, 5.0, (0.01, 0.5, 2.0), 16, 0.3
 FLOOR_HZ = (60, 240)
-#: Velocities that differ by more than this are called others: 32-bit floats round them by some 1e-6 a step.
+#: Velocities that differ by more than this count as different. 32-bit floats round them by about 1e-6 per step.
 OTHER_M_S = 1e-3
 
-#: An end, and a corner of 90 degrees: the distance, in reaches, at which the centre passes, and the seconds until then.
+#: Ends of walls: offsets of the disc's path, in reaches. Ends and corners: seconds until the impact.
 OFFSETS, MEETS_S = (0.5, 0.95), 0.3
 
 
 def at_a_thin_wall(q: float, phase: float, half_width_m: float) -> Flight:
-    """Return a flight, head-on, of q of the reach a step, that begins six steps and this fraction before the wall."""
+    """Return a head-on flight of q reaches per step that begins six steps and a fraction of a step before the wall."""
     reach = THIN_RADIUS_M + half_width_m
     step_m = q * reach
     return {
@@ -134,7 +134,7 @@ def at_a_thin_wall(q: float, phase: float, half_width_m: float) -> Flight:
 
 
 def along_a_floor(pieces: int, hz: int, approach_m_s: float, phase: float, half_width_m: float) -> Flight:
-    """Return a flight of a second that lands on a floor of ten metres in pieces, begun this much of a metre left."""
+    """Return a flight of a second that lands on a floor of ten metres in pieces, shifted left by `phase` metres."""
     return {
         "dt_s": 1 / hz,
         "steps": hz,
@@ -147,7 +147,7 @@ def along_a_floor(pieces: int, hz: int, approach_m_s: float, phase: float, half_
 
 
 def at_an_end(offset: float, hz: int, phase: float, half_width_m: float, *, rounded: bool) -> Flight:
-    """Return a flight across a wall's line that passes the wall's end at this part of the reach, and meets it.
+    """Return a flight across a wall's line that hits the wall's end, off centre by a fraction of the reach.
 
     The end is a half circle of the half width, or the near corner of a flat end.
     """
@@ -165,7 +165,7 @@ def at_an_end(offset: float, hz: int, phase: float, half_width_m: float, *, roun
 
 
 def into_a_corner(hz: int, phase: float, half_width_m: float) -> Flight:
-    """Return a flight along the bisector of a corner of 90 degrees, whose sides are met at one instant."""
+    """Return a flight along the bisector of a corner of 90 degrees, which hits both sides at one instant."""
     component = ALONG_M_S * math.sqrt(0.5)
     start = FLOOR_RADIUS_M + half_width_m + component * (MEETS_S + phase / hz)
     return {
@@ -180,10 +180,10 @@ def into_a_corner(hz: int, phase: float, half_width_m: float) -> Flight:
 
 
 def command_of(way: Way) -> tuple[list[str], Path]:
-    """Return the command that flies in this way, and the folder to run it in."""
+    """Return the command that runs flights at this kind of wall, and its working folder."""
     if way.package in FROM_PYTHON:
         return [sys.executable, str(HERE / "walls_python.py"), way.package, way.key], HERE
-    # Given as text, the program finds the packages of the folder that it runs in.
+    # A program that is given as text finds the packages of its working folder.
     program = (HERE / "walls_npm.mjs").read_text(encoding="utf-8")
     return ["node", "--input-type=module", "--eval", program, way.package, way.key], NPM
 
@@ -200,7 +200,7 @@ def flown(way: Way, flights: list[Flight]) -> list[End]:
     """Return the final states of the flights: x, y and velocity.
 
     Raises:
-        RuntimeError: The engine fails, or ends somewhere that is not finite; the message names it.
+        RuntimeError: The engine fails, or a final state is not finite. The message names the engine.
     """
     command, folder = command_of(way)
     done = subprocess.run(  # noqa: S603 - the programs of this folder
@@ -229,7 +229,10 @@ def thin(way: Way) -> Row:
 
 
 def seams(way: Way) -> Row:
-    """Return, at each rate, how many flights end otherwise on ten pieces than on one, and by how much at most."""
+    """Return for each rate how many flights end differently on ten pieces than on one.
+
+    The result also contains the largest difference, and the largest velocity error on one piece, for each rate.
+    """
     row: Row = {"other": [], "worst_m_s": [], "one_piece_m_s": []}
     cases = [(approach, k / PHASES) for approach in APPROACHES_M_S for k in range(PHASES)]
     for hz in FLOOR_HZ:
@@ -245,13 +248,13 @@ def seams(way: Way) -> Row:
 
 
 def ends(way: Way) -> Row:
-    """Return, at each rate and offset, by how many degrees at the median and at worst discs leave an end otherwise."""
+    """Return for each rate and offset the median and largest direction error, degrees, after an impact with an end."""
     row: Row = {"median_deg": [], "worst_deg": []}
     for hz in FLOOR_HZ:
         for offset in OFFSETS:
             of: Flight = {"half_width_m": way.half_width_m, "rounded": way.rounded}
             found = flown(way, [at_an_end(offset, hz, k / PHASES, **of) for k in range(PHASES)])
-            exact = math.pi - 2 * math.asin(offset)  # from its line, away from the wall
+            exact = math.pi - 2 * math.asin(offset)  # from the direction of flight, away from the wall
             off = [abs(math.degrees(math.remainder(math.atan2(end[3], end[2]) - exact, math.tau))) for end in found]
             row["median_deg"].append(statistics.median(off))
             row["worst_deg"].append(max(off))
@@ -259,7 +262,7 @@ def ends(way: Way) -> Row:
 
 
 def corners(way: Way) -> Row:
-    """Return, at each rate, by how much the velocity out of a corner is off at worst: it is that in, turned round."""
+    """Return for each rate the largest velocity error after a corner, which must reverse the velocity."""
     row: Row = {"worst_m_s": []}
     for hz in FLOOR_HZ:
         flights = [into_a_corner(hz, k / PHASES, way.half_width_m) for k in range(PHASES)]
@@ -269,7 +272,7 @@ def corners(way: Way) -> Row:
 
 
 def measured(way: Way) -> Row | None:
-    """Return a way's row of all tables, or None if its engine is not installed."""
+    """Return the figures of a kind of wall, or None if its engine is not installed."""
     version = version_of(way)
     if version is None:
         return None
@@ -290,13 +293,13 @@ def degrees(value: float) -> str:
 
 
 def lines_of(heads: list[str], rows: list[list[str]]) -> str:
-    """Return a table, numbers to the right from the third column on."""
+    """Return a table in Markdown. From the third column on, cells are aligned to the right."""
     rule = ["---", "---"] + ["---:"] * (len(heads) - 2)
     return "".join(f"| {' | '.join(line)} |\n" for line in [heads, rule, *rows])
 
 
 def thin_table(rows: list[Row]) -> str:
-    """Return the table of thin walls: the closed form first."""
+    """Return the table of thin walls. The closed form is first."""
     exact = [f"{THIN_PHASES * max(0.0, 1 - 1 / q):.1f}" for q in SPEEDS]
     heads = ["engine", "wall", *(f"q = {q:g}" for q in SPEEDS), "wrong velocity"]
     body = [[row["engine"], row["way"], *map(str, row["thin"]["through"]), str(row["thin"]["wrong"])] for row in rows]
@@ -338,7 +341,7 @@ def end_table(rows: list[Row]) -> str:
 
 
 def versions(rows: list[Row]) -> str:
-    """Return a sentence of the measured releases."""
+    """Return a sentence with the measured releases."""
     named = dict.fromkeys(f"{row['engine']} ({row['version']})" for row in rows)
     return f"\nMeasured: {', '.join(named)}.\n"
 
@@ -349,14 +352,16 @@ def filled(page: str, rows: list[Row]) -> str:
     for name, table in tables.items():
         begins, ends = f"<!-- made by docs/figures/walls.py: {name} -->\n", "<!-- end -->"
         if page.count(begins) != 1:
-            raise ValueError(f"{PAGE.name} has {page.count(begins)} marks of the table {name}, and needs one")
+            raise ValueError(
+                f"{PAGE.name} has {page.count(begins)} marks of the table {name}, but must have exactly one"
+            )
         before, after = page.split(begins)
         page = before + begins + table + ends + after.split(ends, 1)[1]
     return page
 
 
 def main() -> None:
-    """Measure what is installed, keep the other rows, and write figures and page."""
+    """Measure installed engines, keep the other rows, and write the figures and the page."""
     kept = {(row["engine"], row["way"]): row for row in json.loads(FIGURES.read_text(encoding="utf-8"))}
     asked = sys.argv[1:] or {way.engine for way in WAYS}
     for way in (way for way in WAYS if way.engine in asked):

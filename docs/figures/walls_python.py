@@ -1,8 +1,8 @@
-"""Flights of one disc at walls in engines with Python interfaces, for `walls.py`: each in the engine's own calls.
+"""Flights of one disc at walls in engines with Python interfaces, for `walls.py`, without adapters.
 
 ``python docs/figures/walls_python.py ENGINE WAY`` reads flights from standard input and writes where each ends, both as
-JSON. All is as shipped except restitution 1, no friction, no damping and no sleep; MuJoCo, which has no restitution, is
-given contacts that are over in one step.
+JSON. All settings are the shipped ones, except restitution 1, no friction, no damping and no sleep. MuJoCo has no
+restitution, so its contacts end in one step instead.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import Any
 Flight = dict[str, Any]
 End = list[float]
 
-#: A mass is needed, and any will do at a wall.
+#: Engines need a mass. Its value has no effect at a wall.
 MASS_KG = 1.0
 
 
@@ -282,7 +282,7 @@ def rapier3d(way: str, flight: Flight) -> End:
 
 
 def newton(way: str, flight: Flight) -> End:
-    """Boxes or capsules, with the XPBD solver; contacts may be looked for ahead."""
+    """Boxes or capsules, with the XPBD solver; contacts may be searched for ahead."""
     import newton
     import numpy as np
     import warp
