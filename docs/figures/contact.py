@@ -81,7 +81,7 @@ def figure_of(engine: str, version: str, profile: str, rows: list[tuple[str, Row
         rests = [contact.rest_m_s for contact in contacts if not math.isnan(contact.rest_m_s)]
         momenta = [contact.momentum_m_s for contact in contacts if not math.isnan(contact.momentum_m_s)]
         scenes[name] = {
-            "place_m": max(contact.own.place_m for contact in contacts),
+            "place_m": max(contact.errors.place_m for contact in contacts),
             "grades": sorted((mark.symbol for mark in marks), key=[mark.symbol for mark in Mark].index),
             "rest_m_s": max(rests, default=None),
             "momentum_m_s": max(momenta, default=None),

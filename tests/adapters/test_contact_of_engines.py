@@ -233,9 +233,9 @@ def test_contact_errors_of_bare_engines_match_the_score(named: Named, case: Case
     states = ENGINES[case.engine](case.start.stage(), case.profile, DT_S, max(steps))[:, 0]
     states = (states - (0.0, RADIUS_M, 0.0, 0.0, 0.0)) * (1.0, 1.0, 1.0, 1.0, RADIUS_M)
     off = np.array([states[k] - case.law(k * DT_S) for k in sorted(steps)])
-    assert score.contact.own.place_m == pytest.approx(np.hypot(off[:, 0], off[:, 1]).max(), rel=1e-3, abs=1e-6)
-    assert score.contact.own.rim_m_s == pytest.approx(np.abs(off[:, 4]).max(), rel=1e-3, abs=1e-5)
-    assert score.contact.own.velocity_m_s == pytest.approx(np.hypot(off[:, 2], off[:, 3]).max(), rel=1e-3, abs=1e-5)
+    assert score.contact.errors.place_m == pytest.approx(np.hypot(off[:, 0], off[:, 1]).max(), rel=1e-3, abs=1e-6)
+    assert score.contact.errors.rim_m_s == pytest.approx(np.abs(off[:, 4]).max(), rel=1e-3, abs=1e-5)
+    assert score.contact.errors.velocity_m_s == pytest.approx(np.hypot(off[:, 2], off[:, 3]).max(), rel=1e-3, abs=1e-5)
     if not math.isnan(score.contact.momentum_m_s):
         momentum = np.abs(off[:, 2] - 0.5 * off[:, 4]).max()
         assert score.contact.momentum_m_s == pytest.approx(momentum, rel=1e-3, abs=1e-5)

@@ -106,9 +106,9 @@ class Subject(Closeable):
         """Return the settings of a profile."""
         return prepare_settings(self.adapter, profile, dt_s)
 
-    def watch(self, setup: Setup, *, looks: int = 1) -> Watched:
+    def watch(self, setup: Setup, *, observations: int = 1) -> Watched:
         """Run a scene and return every observation."""
-        answer = self.try_to_watch(setup, looks=looks)
+        answer = self.try_to_watch(setup, observations=observations)
         if isinstance(answer, Raised):
             problem = f"{answer.where}() raises an error for a scene that the adapter declares to support"
             raise Violation(problem, "a run to the end of the scene", f"{answer.kind}: {answer.message}", setup)
@@ -126,7 +126,7 @@ class Subject(Closeable):
         setup: Setup,
         extra_settings: Mapping[str, Setting] = MappingProxyType({}),
         *,
-        looks: int = 1,
+        observations: int = 1,
         cut: bool = False,
         disturbed: bool = False,
     ) -> Watched | Raised:
@@ -135,14 +135,15 @@ class Subject(Closeable):
         Args:
             setup: The run.
             extra_settings: Settings that are added to those of the profile.
-            looks: Number of observations after each step; 0 takes all steps in one call and observes only the end.
+            observations: Number of observations after each step; 0 takes all steps in one call and observes only the
+                end.
             cut: Whether to set the length of each step by `cut`.
             disturbed: Whether to take and undo another step before each step, and to query contacts.
         """
         settings = {**self.settings(setup.profile, setup.dt_s), **extra_settings}
         steps = setup.scene.step_count(setup.dt_s)
         cut_s = setup.dt_s if cut else None
-        return self._ask(Watch(self.name, setup.scene, settings, steps, looks, cut_s, disturbed), setup)
+        return self._ask(Watch(self.name, setup.scene, settings, steps, observations, cut_s, disturbed), setup)
 
     def measure_growth(self, setup: Setup, worlds: int, *, step: bool = True) -> int | None:
         """Create and close worlds one after another. Return the growth of memory, bytes; None if it is not known."""

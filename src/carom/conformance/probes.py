@@ -144,14 +144,14 @@ class Watch(_Probe):
 
     Attributes:
         steps: Number of steps.
-        looks: Number of observations after each step; 0 takes all steps in one call and observes only the end.
+        observations: Number of observations after each step; 0 takes all steps in one call and observes only the end.
         cut_s: Length to which each step is cut, seconds; None for whole steps.
         disturbed: Whether to take and undo a step of three times the length before each cut step, and to query contacts
             after each of the two steps.
     """
 
     steps: int
-    looks: int = 1
+    observations: int = 1
     cut_s: float | None = None
     disturbed: bool = False
 
@@ -161,15 +161,15 @@ class Watch(_Probe):
         with self._open_world() as world:
             observations = [_observe(world)]
             copies = [_copy_observation(observations[0])]
-            for _ in range(self.steps if self.looks else 1):
+            for _ in range(self.steps if self.observations else 1):
                 if self.cut_s is None:
                     with _catch_adapter_errors("advance"):
-                        world.advance(1 if self.looks else self.steps)
+                        world.advance(1 if self.observations else self.steps)
                 else:
                     self._cut(world, self.cut_s)
                 observations.append(_observe(world))
                 copies.append(_copy_observation(observations[-1]))
-                for _ in range(self.looks - 1):
+                for _ in range(self.observations - 1):
                     _observe(world)
             with _catch_adapter_errors("settings"):
                 settings = dict(world.settings)

@@ -36,10 +36,10 @@ from carom.model.step_windows import States
 from carom.model.trace import Outcome, Samples, Trace, resolve_profile
 from carom.support.limits import LARGEST
 
-#: States are kept for scenes in which discs may come to rest. Largest number of discs of such a scene, and largest
+#: States are stored for scenes in which discs may come to rest. Largest number of discs of such a scene, and largest
 #: number of states.
-MOST_LOOKED_AT = 10
-MOST_LOOKS = 256
+MOST_STORED_DISCS = 10
+MOST_STORED_STATES = 256
 
 #: Number of rows times number of discs in a block of states: about 3 MB.
 _ROWS = 2**16
@@ -123,13 +123,13 @@ def run_pit(scene: Scene, dt_s: float) -> Trace:
     return observe_run(load_adapter(PIT_METHOD.engine), scene, PIT_METHOD.profile, dt_s)
 
 
-def choose_kept_steps(steps: int) -> frozenset[int]:
-    """Return the steps after which the state is kept: all, or one step in each of at most `MOST_LOOKS` intervals.
+def choose_stored_steps(steps: int) -> frozenset[int]:
+    """Return the steps after which the state is stored: all, or one in each of at most `MOST_STORED_STATES` intervals.
 
     The step within an interval is quasi-random. With equally spaced steps, a disc that hops every two steps could seem
     to rest.
     """
-    stretch = -(-steps // MOST_LOOKS)
+    stretch = -(-steps // MOST_STORED_STATES)
     stretches = range(0, steps, stretch)
     return frozenset(
         min(begin + 1 + int(stretch * phase), steps)
@@ -138,7 +138,7 @@ def choose_kept_steps(steps: int) -> frozenset[int]:
 
 
 class _Run:
-    """State of a run so far. Positions are kept every `stride` steps."""
+    """State of a run so far. Positions are stored every `stride` steps."""
 
     def __init__(self, scene: Scene, dt_s: float, float_bits: int, *, samples: bool, watched: bool) -> None:
         self.scene, self.dt_s, self.samples = scene, dt_s, samples
@@ -158,9 +158,9 @@ class _Run:
         self.outcome, self.notes = Outcome.COMPLETED, tuple[str, ...]()
         self.positions = [arrays.position_m]
         self.stride = -(-self.steps // MOST_SAMPLES)
-        may_rest = scene.gravity_m_s2 != (0.0, 0.0) and bool(scene.walls) and len(scene.discs) <= MOST_LOOKED_AT
-        self.looks: list[tuple[float, Observation]] | None = [] if watched and may_rest else None
-        self.look_at = frozenset[int]() if self.looks is None else choose_kept_steps(self.steps)
+        may_rest = scene.gravity_m_s2 != (0.0, 0.0) and bool(scene.walls) and len(scene.discs) <= MOST_STORED_DISCS
+        self.stored_states: list[tuple[float, Observation]] | None = [] if watched and may_rest else None
+        self.stored_steps = frozenset[int]() if self.stored_states is None else choose_stored_steps(self.steps)
 
     @property
     def state(self) -> Observation:
@@ -197,8 +197,8 @@ class _Run:
                 self.outcome = Outcome.STANDSTILL
                 return
             self.taken = step
-            if self.looks is not None and step in self.look_at:
-                self.looks.append((step * self.dt_s, self.state))
+            if self.stored_states is not None and step in self.stored_steps:
+                self.stored_states.append((step * self.dt_s, self.state))
             if self.samples and step % self.stride == 0:
                 self.positions.append(self.rows.position_m[self.row].copy())
             end_s = step * self.dt_s
@@ -233,9 +233,9 @@ class _Run:
             steps_taken = 1 + int(np.argmin(reliable))
         steps = range(first, first + steps_taken - 1)
         rows.time_s[begin : begin + len(steps)] = np.array(steps) * self.dt_s
-        if self.looks is not None:
-            looks = [step for step in steps if step in self.look_at]
-            self.looks += [(step * self.dt_s, rows.observation(begin + step - first)) for step in looks]
+        if self.stored_states is not None:
+            stored = [step for step in steps if step in self.stored_steps]
+            self.stored_states += [(step * self.dt_s, rows.observation(begin + step - first)) for step in stored]
         if self.samples:
             sampled = [step for step in steps if step % self.stride == 0]
             self.positions += [rows.position_m[begin + step - first].copy() for step in sampled]
@@ -327,7 +327,7 @@ class _Run:
             spins=spins,
             final_spin_rad_s=final.spin_rad_s,
             local_truth=None if self.watch is None else self.watch.finish(),
-            looks=_build_states(self.looks) if self.looks else None,
+            looks=_build_states(self.stored_states) if self.stored_states else None,
         )
 
 

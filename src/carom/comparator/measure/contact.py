@@ -54,8 +54,8 @@ class ContactScore:
     Attributes:
         begin_s: When contact begins in the reference.
         end_s: End of the comparison: the end of the run, or an instant that has no unique answer.
-        looks: Number of states that were compared.
-        own: The run's errors.
+        compared_states: Number of states that were compared.
+        errors: Errors of the run.
         pit: Errors of PIT with the same step size; None for a run without steps.
         allowed: Errors that sampling and an integrator's step explain.
         beyond_m: The position error without its part of ``dt / 2`` times the change of velocity since the first state.
@@ -64,7 +64,7 @@ class ContactScore:
             change this momentum. NaN if a disc meets other discs, or several walls.
         rest_m_s: Mean final speed of the discs that should rest; NaN if no disc should rest.
         frozen: Whether a disc stands still at the end although it should move.
-        kept: How well the run keeps discs on their walls.
+        quality: How well the run keeps discs on their walls.
         late: How late bounces and slips end.
         late_allowed: How late or early bounces and slips may end because of sampling. A method whose last hops are
             shorter than its step is early by at most ``dt / (1 - e)``. Compared states may also be several steps apart.
@@ -73,15 +73,15 @@ class ContactScore:
 
     begin_s: float
     end_s: float
-    looks: int
-    own: ContactErrors
+    compared_states: int
+    errors: ContactErrors
     pit: ContactErrors | None
     allowed: ContactErrors
     beyond_m: float
     momentum_m_s: float
     rest_m_s: float
     frozen: bool
-    kept: ContactQuality
+    quality: ContactQuality
     late: Ends
     late_allowed: Ends
     grade: Grade
@@ -138,15 +138,15 @@ def score_contact(run: AlignedRun) -> ContactScore | None:
     score = ContactScore(
         begin_s=begin_s,
         end_s=end_s,
-        looks=len(truth.time_s),
-        own=own_errors,
+        compared_states=len(truth.time_s),
+        errors=own_errors,
         pit=pit,
         allowed=allowed,
         beyond_m=_measure_error_beyond_half_step(truth, seen, dt_s),
         momentum_m_s=_measure_momentum_error(reference, seen),
         rest_m_s=rest_m_s,
         frozen=frozen,
-        kept=quality,
+        quality=quality,
         late=late,
         late_allowed=late_allowed,
         grade=Grade.WRONG if wrong else _grade_contact(own_errors, exact, allowed),

@@ -100,7 +100,7 @@ def _report_nothing_wrong(judged: JudgedRun) -> Iterator[Finding]:
     if not (compared.is_whole_run or judged.reference.outcome is Outcome.CRUSHED or local is None):
         reason += "; every step to the end agrees with PIC from its own state"
     if contact is not None:
-        reason += f"; {contact.looks} states from {format_instant(contact.begin_s)} on follow Coulomb's law"
+        reason += f"; {contact.compared_states} states from {format_instant(contact.begin_s)} on follow Coulomb's law"
     yield Finding(Verdict.CONFORMS, reason)
 
 
@@ -269,20 +269,20 @@ def _format_contact(score: ContactScore) -> str:
 
     pit = f"; PIT by {describe(score.pit)}" if score.pit is not None else ""
     wrong = "; a disc that should move stands still" if score.frozen else ""
-    if score.beyond_m < 0.5 * score.own.place_m:
+    if score.beyond_m < 0.5 * score.errors.place_m:
         wrong += f"; an integrator's half step, v dt / 2, explains all but {format_metres(score.beyond_m)}"
     place, speed = (THRESHOLDS.close * part for part in score.allowed[:2])
-    if abs(score.kept.gap_m) > place:
+    if abs(score.quality.gap_m) > place:
         wrong += (
-            f"; a disc is held {format_metres(abs(score.kept.gap_m))} {'off' if score.kept.gap_m > 0.0 else 'inside'} "
-            "its wall"
+            f"; a disc is held {format_metres(abs(score.quality.gap_m))} "
+            f"{'off' if score.quality.gap_m > 0.0 else 'inside'} its wall"
         )
     if score.rest_m_s > speed:
         wrong += f"; discs that should rest move at {format_number(score.rest_m_s, 3)} m/s on average"
-    if score.kept.hop_m_s > speed:
-        take_offs = score.kept.take_offs
+    if score.quality.hop_m_s > speed:
+        take_offs = score.quality.take_offs
         part = f", taking off in {format_number(100.0 * take_offs)} % of the states" if take_offs else ""
-        wrong += f"; a disc hops at {format_number(score.kept.hop_m_s, 3)} m/s in contact{part}"
+        wrong += f"; a disc hops at {format_number(score.quality.hop_m_s, 3)} m/s in contact{part}"
     for event_name, late_s, most_s in zip(("bounces", "slips"), score.late, score.late_allowed, strict=True):
         if abs(late_s) > most_s:
             wrong += f"; {event_name} end {format_seconds(abs(late_s))} {'late' if late_s > 0.0 else 'early'}"
@@ -291,4 +291,4 @@ def _format_contact(score: ContactScore) -> str:
             "; angular momentum about the wall, which friction can't change, is off by "
             f"{format_number(score.momentum_m_s, 3)} m/s"
         )
-    return f"from {format_instant(score.begin_s)} on by up to {describe(score.own)}{wrong}{pit}"
+    return f"from {format_instant(score.begin_s)} on by up to {describe(score.errors)}{wrong}{pit}"

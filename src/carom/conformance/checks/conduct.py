@@ -41,7 +41,7 @@ def looking_changes_nothing(subject: Subject, profile: str) -> None:
     """Observing twice after each step gives the same run as observing once."""
     require_declared(subject, "deterministic")
     setup = Setup(build_crowd(), profile)
-    observed_once, observed_twice = subject.watch_cached(setup).seen, subject.watch(setup, looks=2).seen
+    observed_once, observed_twice = subject.watch_cached(setup).seen, subject.watch(setup, observations=2).seen
     _require_same(setup, observed_once, observed_twice, "a second observe() changes the run")
 
 
@@ -49,7 +49,7 @@ def steps_singly_or_together(subject: Subject, profile: str) -> None:
     """All steps in one call, as in timed runs, end in the same state, to the bit, as single steps with observations."""
     require_declared(subject, "deterministic")
     setup = Setup(build_crowd(), profile)
-    watched, at_once = subject.watch_cached(setup).seen[-1], subject.watch(setup, looks=0).seen[-1]
+    watched, at_once = subject.watch_cached(setup).seen[-1], subject.watch(setup, observations=0).seen[-1]
     for field in ("position_m", "velocity_m_s"):
         expected, found = getattr(watched, field), getattr(at_once, field)
         problem = "advance(n) ends in another state than n times advance(1) and observe()"

@@ -17,7 +17,7 @@ from carom.model.scene import Scene
 from carom.report.document import Document
 from carom.report.notebook_picture import ShownResult
 from carom.report.svg import format_tick
-from carom.studies.tune.document import FOUND, build_tune_document
+from carom.studies.tune.document import FOUND_LABEL, build_tune_document
 from carom.studies.tune.options import TuneOptions
 from carom.studies.tune.run import SCENES, Tuning
 from carom.studies.tune.run import tune as found_by
@@ -79,7 +79,7 @@ def _draw(found: Tuning, axes: Axes) -> None:
     axes.hlines(rows, before, after, color="black", linewidth=0.8, alpha=0.4)
     for errors, label, marker, runs in (
         (before, found.options.profile, "o", found.first.results),
-        (after, FOUND, "D", found.best.results),
+        (after, FOUND_LABEL, "D", found.best.results),
     ):
         (drawn,) = axes.plot(errors, rows, marker, label=label, markersize=5.0)
         wrong = [k for k in rows if runs[k].wrong]

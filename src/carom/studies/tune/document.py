@@ -37,10 +37,12 @@ MERIT_NOTE = (
 )
 #: Name of the profile in the code to paste.
 FOUND = "found"
+#: Name of the settings that the search found, in tables and sentences.
+FOUND_LABEL = "found settings"
 
 
 class _Row(NamedTuple):
-    """A profile, or the found settings, with results."""
+    """A profile, or the settings that the search found, with results."""
 
     name: str
     found: Found
@@ -63,7 +65,7 @@ def build_tune_document(found: Tuning, scene_words: Sequence[str]) -> Document:
         Column("scene", lambda line: line.scene),
         Column(found.options.profile, lambda line: _format_grade(line.first)),
         Column("error", lambda line: _format_error(line.first), number=True),
-        Column(FOUND, lambda line: _format_grade(line.best)),
+        Column(FOUND_LABEL, lambda line: _format_grade(line.best)),
         Column("error", lambda line: _format_error(line.best), number=True),
     )
     shown_columns = columns if better else columns[:3]
@@ -120,7 +122,7 @@ def _describe_equal_profiles(found: Tuning) -> Iterator[str]:
 
     Profiles whose steps Carom cuts are omitted.
     """
-    own_name = FOUND if found.best is not found.first else found.options.profile
+    own_name = f"the {FOUND_LABEL}" if found.best is not found.first else found.options.profile
     other_merits = {name: one.merit for name, one in found.others.items() if name not in found.located}
     alike = [name for name, merit in other_merits.items() if merit.respects == found.best.merit.respects]
     better = [name for name, merit in other_merits.items() if merit.respects < found.best.merit.respects]
@@ -151,10 +153,10 @@ def _format_error(result: SceneResult) -> str:
 
 
 def _build_profile_section(found: Tuning) -> Section:
-    """Return a table of the found settings and all profiles, best first. Profiles whose steps Carom cuts are last."""
+    """Return a table of the settings found and all profiles, best first. Profiles whose steps Carom cuts are last."""
     rows = [_Row(found.options.profile, found.first), *starmap(_Row, found.others.items())]
     if found.best is not found.first:
-        rows.insert(0, _Row(FOUND, found.best))
+        rows.insert(0, _Row(FOUND_LABEL, found.best))
     rows.sort(key=lambda row: (row.name in found.located, row.found.merit.respects))
     columns = (
         Column("", lambda row: row.name),

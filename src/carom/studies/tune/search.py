@@ -4,7 +4,7 @@
 2. An optimiser (Optuna's tree-structured Parzen estimator, Bergstra et al., NeurIPS 2011) requests trials. In a trial,
    each knob is at its default or turned.
 3. Starting from the best trial, one knob at a time is set back to its default or turned to another value, until nothing
-   improves. So every found setting has an effect.
+   improves. So every setting of the result has an effect.
 4. Step 3 is repeated from every other trial that no trial dominates. This finds pairs of settings that help only
    together, if each setting alone improves one criterion and worsens another.
 """

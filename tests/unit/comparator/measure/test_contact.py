@@ -53,7 +53,7 @@ def test_pic_is_exact_in_contact(name: str) -> None:
     score = score_altered_states(lambda looks: looks, name)
     assert require_value(score.contact).grade is Grade.EXACT
     assert score.grade is Grade.EXACT
-    assert require_value(score.contact).looks >= 30
+    assert require_value(score.contact).compared_states >= 30
 
 
 @each("dt_s", release_after(1, [1 / 60, 1 / 240]))
@@ -75,8 +75,8 @@ def test_hops_of_two_frames_are_not_hidden_by_skipped_states() -> None:
     (entry,) = find_scenes(["issues/brax-151"])
     trace = observe_run(load_adapter("pit"), entry.scene, "tuned", 0.01)
     score = compare(solve_pic(entry.scene), trace, sampling=trace)
-    assert (require_value(score.contact).looks, score.grade) == (150, Grade.SAMPLED)
-    assert require_value(score.contact).own.velocity_m_s == pytest.approx(9.8 * 0.01)
+    assert (require_value(score.contact).compared_states, score.grade) == (150, Grade.SAMPLED)
+    assert require_value(score.contact).errors.velocity_m_s == pytest.approx(9.8 * 0.01)
 
 
 @each("name", list(CONTACT))
@@ -167,8 +167,8 @@ def test_hopping_of_a_sliding_disc_is_sampled_or_wrong(steps: float, grade: Grad
     changed = replace(trace, looks=hopping(require_value(trace.looks)))
     score = compare(solve_pic(trace.scene), changed, sampling=solve_pit(trace.scene, frame_rate_hz=60.0))
     assert require_value(score.contact).grade is grade
-    assert require_value(score.contact).kept.hop_m_s == pytest.approx(steps / 6.0)
-    assert require_value(score.contact).kept.take_offs == pytest.approx(0.5, abs=0.05)
+    assert require_value(score.contact).quality.hop_m_s == pytest.approx(steps / 6.0)
+    assert require_value(score.contact).quality.take_offs == pytest.approx(0.5, abs=0.05)
     assert "hops at" in join_reasons(score)
 
 
@@ -178,8 +178,8 @@ def test_constant_gap_or_overlap_in_contact_is_reported(off: float, said: str) -
     score = score_altered_states(
         lambda looks: move_states(looks, looks.time_s >= 0.0, place=off), "contact/slide-to-roll"
     )
-    assert require_value(score.contact).kept.gap_m == pytest.approx(off)
-    assert require_value(score.contact).kept.overlap_m == pytest.approx(-off)
+    assert require_value(score.contact).quality.gap_m == pytest.approx(off)
+    assert require_value(score.contact).quality.overlap_m == pytest.approx(-off)
     assert said in join_reasons(score)
 
 
@@ -219,7 +219,7 @@ def test_half_step_of_an_integrator_is_explained() -> None:
         return replace(looks, position_m=looks.position_m + 0.5 / 60.0 * slower)
 
     score = score_altered_states(integrated, "contact/stops")
-    assert require_value(score.contact).own.place_m == pytest.approx(0.5 / 60.0 * 2.9, rel=1e-9)
+    assert require_value(score.contact).errors.place_m == pytest.approx(0.5 / 60.0 * 2.9, rel=1e-9)
     assert require_value(score.contact).beyond_m < 1e-12
     assert require_value(score.contact).grade is Grade.SAMPLED
     assert "an integrator's half step" in join_reasons(score)

@@ -26,7 +26,7 @@ def test_tune_result_prints_and_plots_errors() -> None:
     assert repr(found).splitlines()[0].startswith(("No better settings than default were found", "pymunk: "))
     axes = found.plot(Figure().add_subplot())
     lines = {str(line.get_label()): line for line in axes.lines}
-    for label, results in (("default", found.first.results), ("found", found.best.results)):
+    for label, results in (("default", found.first.results), ("found settings", found.best.results)):
         assert np.asarray(lines[label].get_xdata()) == pytest.approx([one.price for one in results])
     page = found._repr_html_()
     assert page is not None
@@ -48,7 +48,7 @@ def test_tune_compares_with_existing_profiles() -> None:
     named = ("default ", "tuned ", "located ")
     names = [line.split()[0] for line in repr(found).splitlines() if line.startswith(named) and "equally" not in line]
     assert names[-1] == "located"
-    own = "default" if found.best is found.first else "found"
+    own = "default" if found.best is found.first else "found settings"
     tie = replace(found, others={"tuned": found.best, "located": found.best})
     assert f"{own} and tuned are equally good." in " ".join(repr(tie).split())
     best = replace(found.best, merit=Merit(0, 0, 0))
