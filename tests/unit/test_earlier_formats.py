@@ -17,8 +17,9 @@ from carom.execution.journal import JOURNAL_FORMAT
 from carom.execution.plan import build_plan
 from carom.execution.run_options import Options
 from carom.report.files import FORMATS
+from carom.report.results_file.format_2 import convert_line
 from carom.report.results_file.json_lines import format_line
-from carom.report.results_file.records import read_raw_records, read_records
+from carom.report.results_file.records import read_records
 from carom.studies.cross_check.run import execute, observed_journal
 from carom.studies.diff.compare_records import compare_records
 from carom.studies.history.compare_cells import ReleaseRun
@@ -91,7 +92,7 @@ def test_parted_runs_of_format_2_are_read_as_diverged() -> None:
         assert next(one.verdict for one in line.verdicts) == "diverged"
         assert [one.reason for one in line.verdicts] == [one["reason"] for one in row["verdicts"]]
     assert summary.verdicts["diverged"] == stored_head["verdicts"]["parted"]
-    head, rows = read_raw_records(path)
+    head, *rows = map(convert_line, (stored_head, *stored_rows))
     assert json.loads(format_line(summary)) == head
     assert [
         json.loads(format_line(line, spins="spin" in row["total"])) for line, row in zip(lines, rows, strict=True)
