@@ -98,9 +98,9 @@ def _describe_sampled(grid: Grid, columns: Sequence[GridColumn]) -> str:
     """Describe in how many scenes each method finds all impacts and has no larger errors than PIT can have."""
     good = RIGHT | {Mark.SAMPLED}
     counts = [sum(cell.mark in good for cell in grid.list_cells(column)) for column in columns]
-    names, finds = _join_names([column.label for column in columns]), "finds" if len(columns) == 1 else "find"
+    names, does = _join_names([column.label for column in columns]), "is" if len(columns) == 1 else "are"
     scenes = "scene" if max(counts) == 1 else "scenes"
-    return f"{names} {finds} all impacts in {_format_count_range(counts)} {scenes}, with errors no larger than PIT's"
+    return f"{names} {does} within sampling error in {_format_count_range(counts)} {scenes}"
 
 
 def _format_count_range(counts: Sequence[int]) -> str:
