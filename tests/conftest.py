@@ -59,8 +59,8 @@ def _template() -> ForkServer:
     ours, its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
     its.set_inheritable(True)
     program = (
-        "import os, socket, sys, carom.execution.describe_engines, carom.execution.engine_run, carom.execution.worker, "
-        "carom.engines.registry, carom.execution.fork_server as it\n"
+        "import os, socket, sys, carom.execution.describe_engines, carom.execution.engine_run, carom.engines.registry\n"
+        "import carom.execution.worker_main, carom.execution.fork_server as it\n"
         "carom.engines.registry.list_adapter_points()\n"  # inherited, unless a test changes what is installed
         "it._serve(socket.socket(fileno=int(sys.argv[1])), os.getppid())"
     )

@@ -27,7 +27,7 @@ from carom.studies.bench.axes import Diagram, ErrorKind
 from carom.studies.bench.convergence import Convergence, ConvergenceOrder
 from carom.studies.bench.figure import render_diagram_svg
 from carom.studies.bench.headline import describe_scene
-from carom.studies.bench.noise import Noise, Spread
+from carom.studies.bench.machine_noise import Noise, Spread
 from carom.studies.bench.result import Curve, Point, SceneBench
 from carom.studies.bench.tables import format_error
 from carom.studies.bench.timing_pass import CellTiming

@@ -13,7 +13,7 @@ from shutil import rmtree
 from tests.attacks.guard import try_act
 from tests.attacks.reports import kill_at
 
-from carom.studies.history.clients import ClientError
+from carom.studies.history.registry_clients import ClientError
 from carom.studies.history.release_cache import open_release_cache
 
 #: What a file in the place of a release's list, or of a folder, may hold.

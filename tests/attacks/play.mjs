@@ -8,8 +8,8 @@ const sources = process.argv[2];
 const moduleOf = (name) => import(pathToFileURL(`${sources}/${name}.js`));
 const element = { textContent: process.argv[3] }; // as the loader starts it unpacks a style and a script
 globalThis.document = { getElementById: () => element, createElement: () => ({}), head: { append() {} } };
-new Function(readFileSync(`${sources}/loader.js`, "utf8"))();
-const { startCore } = await moduleOf("core");
+new Function(readFileSync(`${sources}/unpack_blocks.js`, "utf8"))();
+const { startCore } = await moduleOf("wasm_core");
 await startCore(readFileSync(`${sources}/core.wasm`));
 const { pic } = await moduleOf("run_methods");
 const { asLink, asToml, bare, ofLink, pitOf, problemOf } = await moduleOf("scene");

@@ -19,9 +19,9 @@ from tests.cases import each
 from carom import solve_pic
 from carom.catalogue import find_scenes
 from carom.comparator.shifted_scenes import shift_start
-from carom.studies.history.clients import CLIENTS, ClientError
 from carom.studies.history.compare_cells import ChangeKind
 from carom.studies.history.options import HistoryOptions
+from carom.studies.history.registry_clients import CLIENTS, ClientError
 from carom.studies.history.release_cache import ReleaseCache, open_release_cache
 from carom.studies.history.run import run_history
 

@@ -133,7 +133,7 @@ OF_OTHERS = {
     "carom.cli.commands.bench",
 }
 OF_RUNS = {
-    "carom.execution.worker",
+    "carom.execution.worker_main",
     "carom.execution.worker_process",
     "carom.comparator",
     "carom.studies.cross_check.document",

@@ -154,7 +154,7 @@ def _build_codecs() -> None:
     from carom.execution.describe_engines import DescribeTask
     from carom.execution.engine_run import ObserveTask
     from carom.execution.timing import TimeTask
-    from carom.execution.worker import build_codec
+    from carom.execution.worker_main import build_codec
 
     for task in (DescribeTask, ObserveTask, TimeTask):
         build_codec(task)

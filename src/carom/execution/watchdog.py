@@ -4,7 +4,8 @@
 
 The watchdog is run as ``python -m carom.execution.watchdog MEMORY_BYTES`` by `carom.execution.worker_process`, or
 forked by `carom.execution.fork_server`. The watchdog forks before it loads an adapter. The child becomes the worker
-(`carom.execution.worker`) and uses standard input, output and error. The watchdog waits until one of these happens:
+(`carom.execution.worker_main`) and uses standard input, output and error. The watchdog waits until one of these
+happens:
 
 - The worker ends.
 - The parent needs no more answers: it sends SIGTERM, or closes its end of standard input.
@@ -66,7 +67,7 @@ def watch_worker(parent: int, memory_bytes: int) -> None:
         os._exit(1)
     os.setsid()
     _limit_memory(memory_bytes)
-    from carom.execution.worker import main as work
+    from carom.execution.worker_main import main as work
 
     work()
 

@@ -24,7 +24,7 @@ from carom.errors import AdapterError
 from carom.execution.codec import Codec
 from carom.execution.fork_server import ForkServer, list_search_path
 from carom.execution.job import Answer, Status, Task
-from carom.execution.worker import ANSWERS_CLOSED, TASK_END, build_codec
+from carom.execution.worker_main import ANSWERS_CLOSED, TASK_END, build_codec
 from carom.execution.working_folder import Folder
 from carom.support.escaping import find_last_message
 

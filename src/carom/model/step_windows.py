@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.support.structured import build_dtype
+from carom.support.structured_arrays import build_dtype
 
 Array = NDArray[np.float64]
 

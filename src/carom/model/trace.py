@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from carom.support.display import Tabular
 from carom.support.equality import ByValue
-from carom.support.structured import build_dtype
+from carom.support.structured_arrays import build_dtype
 
 if TYPE_CHECKING:
     from carom.model.scene import Scene

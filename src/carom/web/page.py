@@ -23,7 +23,7 @@ SOURCES = Path(__file__).parent
 CORE = SOURCES / "core.wasm"
 #: The modules of the page. Each module comes after the modules that it imports.
 MODULES = (
-    *("arithmetic", "rational", "prescribed_motion", "chain_geometry", "features", "obstacles", "quartic", "core"),
+    *("arithmetic", "rational", "prescribed_motion", "chain_geometry", "features", "obstacles", "quartic", "wasm_core"),
     *("units", "drawing", "impact_positions", "run_methods", "scene", "compare", "start_core"),
     *("engines", "state", "layout", "scene_edits", "solve_runs", "page_texts", "charts", "pictures", "dragging"),
     *("links", "page"),
@@ -31,7 +31,7 @@ MODULES = (
 MOST_DISCS = 10
 #: Characters of packed blocks: 91 of ASCII. "<" is excluded, so that a block can't close its HTML element.
 _LETTERS = np.frombuffer(bytes(range(35, 126)).replace(b"<", b"!"), np.uint8)
-#: Number of bits of the previous byte that select the probabilities of a literal. `loader.js` has the same number.
+#: Number of bits of the previous byte that select the probabilities of a literal, as in `unpack_blocks.js`.
 _LITERAL_BITS = 3
 #: Scenes of the catalogue that the page offers. The page opens with the first scene.
 GALLERY = (
@@ -66,7 +66,7 @@ def render_page(scenes: Sequence[Scene], engines: Sequence[PageEngine] = ()) -> 
         if beyond := find_page_limit(scene):
             raise InputError(beyond)
     script = build_page_script() + (engines[0].shared if engines else "")
-    loader = strip_comments((SOURCES / "loader.js").read_text(encoding="utf-8"))
+    loader = strip_comments((SOURCES / "unpack_blocks.js").read_text(encoding="utf-8"))
     digests = [hashlib.sha256(text.encode()).digest() for text in (loader, script, *(one.script for one in engines))]
     hashes = [f"'sha256-{base64.b64encode(digest).decode()}'" for digest in digests]
     policy = (
@@ -113,7 +113,9 @@ def _pack_json(value: object) -> str:
 
 
 def pack_block(content: bytes) -> str:
-    """Return length, Adler-32 and LZMA stream of the content as text for `loader.js`. Two characters encode 13 bits.
+    """Return length, Adler-32 and LZMA stream of the content as text for `unpack_blocks.js`.
+
+    Two characters encode 13 bits.
 
     Raises:
         InputError: This Python was built without LZMA.

@@ -1,6 +1,6 @@
 // Runs scenes with PIC and PIT on the core, and checks scenes for unsupported fields.
 import { num } from "./arithmetic.js";
-import { damped, kept, latestUndamped, runPic, runPit, timesPower, whenAsked } from "./core.js";
+import { damped, kept, latestUndamped, runPic, runPit, timesPower, whenAsked } from "./wasm_core.js";
 import { isDriven, legsOf } from "./prescribed_motion.js";
 import { Obstacles, chainRows, drivenRows } from "./obstacles.js";
 import { addCentres } from "./impact_positions.js";

@@ -1,5 +1,5 @@
 // The scene of the page: the limits of its numbers, its form as a link, and its form as a file for `carom run`.
-import { kept, undamped } from "./core.js";
+import { kept, undamped } from "./wasm_core.js";
 import { isDriven, legsFrom, legsOf, movedOn } from "./prescribed_motion.js";
 import { pit, refused } from "./run_methods.js";
 import { Outline } from "./chain_geometry.js";

@@ -1,4 +1,4 @@
 // Starts the core of the page.
-import { startCore } from "./core.js";
+import { startCore } from "./wasm_core.js";
 
 await startCore(globalThis.caromUnpacked(document.getElementById("core")));

@@ -19,7 +19,7 @@ from carom.execution.engine_run import ObserveTask, observe_run
 from carom.execution.job import Answer, Job, Method, Status
 from carom.execution.journal import Journal, JournalEntry
 from carom.execution.run_options import Options
-from carom.execution.worker import build_codec
+from carom.execution.worker_main import build_codec
 from carom.model.trace import Trace
 from carom.studies.cross_check.run import observed_journal
 

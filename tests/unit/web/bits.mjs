@@ -5,7 +5,7 @@ import { createInterface } from "node:readline";
 import { pathToFileURL } from "node:url";
 
 const moduleOf = (name) => import(pathToFileURL(`${process.argv[2]}/${name}.js`));
-const { startCore } = await moduleOf("core");
+const { startCore } = await moduleOf("wasm_core");
 await startCore(readFileSync(`${process.argv[2]}/core.wasm`));
 const { pic, pit, refused } = await moduleOf("run_methods");
 const { Obstacles } = await moduleOf("obstacles");

@@ -133,7 +133,7 @@ _FAULTS = [
     ("chain_geometry.js", "Math.sqrt(nearest(", "Math.fround(nearest("),
     ("features.js", "nearestRoot(ex, length2)]", "along[0][0] / Math.sqrt(along[0][0] ** 2 + along[1][0] ** 2)]"),
     ("obstacles.js", "begin, end, ...moved", "begin, end, ...moved.map(Math.fround)"),
-    ("core.js", "core.damped(rate, time)", "-Math.log1p(-rate * time) / rate"),
+    ("wasm_core.js", "core.damped(rate, time)", "-Math.log1p(-rate * time) / rate"),
 ]
 
 
@@ -372,7 +372,7 @@ def test_joined_page_script_is_valid(tmp_path: Path) -> None:
 
 def test_every_module_is_in_the_page() -> None:
     """Each JavaScript file is in the page's list of modules, except the loader, which comes before them."""
-    assert {path.stem for path in page.SOURCES.glob("*.js")} == {*page.MODULES, "loader"}
+    assert {path.stem for path in page.SOURCES.glob("*.js")} == {*page.MODULES, "unpack_blocks"}
     assert all(first != second for first, second in pairwise(page.MODULES))
 
 
@@ -382,7 +382,7 @@ def test_packed_blocks_are_unpacked_unchanged() -> None:
     contents = [page.CORE.read_bytes()[:20_000], b"ab" * 3000 + b"c", noise, noise[:7] * 99, b"<"]
     lines = "\n".join(page.pack_block(content) for content in contents)
     assert "<" not in lines
-    done = run_command([_find_node(), HERE / "unpacks.mjs", SOURCES / "loader.js"], input=lines)
+    done = run_command([_find_node(), HERE / "unpacks.mjs", SOURCES / "unpack_blocks.js"], input=lines)
     assert [bytes.fromhex(line) for line in done.stdout.splitlines()] == contents
 
 
@@ -392,7 +392,9 @@ def test_damaged_block_is_refused(change: str) -> None:
     block = page.pack_block(b"the content of a block" * 10)
     letters = {"length": block[:2] + "}}}}" + block[6:], "letter": block[:30] + "@" + block[31:], "end": block[:40]}
     done = run_command(
-        [_find_node(), HERE / "unpacks.mjs", SOURCES / "loader.js"], input=f"{block}\n{letters[change]}", check=False
+        [_find_node(), HERE / "unpacks.mjs", SOURCES / "unpack_blocks.js"],
+        input=f"{block}\n{letters[change]}",
+        check=False,
     )
     assert "RangeError: this page is damaged" in done.stderr
 

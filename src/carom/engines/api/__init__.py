@@ -18,7 +18,7 @@ from carom.engines.api.helpers import (
     pair_of,
     reach,
 )
-from carom.engines.api.protocol import (
+from carom.engines.api.interfaces import (
     Adapter,
     CodedAdapter,
     Contact,

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from carom.engines.api.declarations import Profile
-from carom.engines.api.protocol import Contact
+from carom.engines.api.interfaces import Contact
 from carom.model.scene import Disc, Scene
 
 Vector = tuple[float, float]

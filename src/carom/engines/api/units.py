@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from carom.engines.api.protocol import Contact, Observation, Vector
+from carom.engines.api.interfaces import Contact, Observation, Vector
 from carom.errors import AdapterError
 from carom.model.scene import Scene
 from carom.model.walls import convert_lengths, convert_speeds

@@ -26,7 +26,7 @@ from carom.execution.scheduler import DependentTasks
 from carom.execution.timing import time_run
 from carom.model.scene import Disc, Scene
 from carom.report import formatting
-from carom.studies.bench.noise import Noise, NoiseProbe, Spread, compute_spread
+from carom.studies.bench.machine_noise import Noise, NoiseProbe, Spread, compute_spread
 from carom.studies.bench.options import LEAST_ROUNDS
 from carom.support.formatting import format_seconds
 

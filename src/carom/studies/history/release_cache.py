@@ -18,7 +18,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from carom.studies.history.clients import Client
+from carom.studies.history.registry_clients import Client
 
 #: Name of the file that lists the packages in a folder. A folder without this file is incomplete.
 _NOTE = "carom-release.json"

@@ -23,7 +23,6 @@ from carom.execution.pool import Pool
 from carom.execution.scheduler import TaskRequest, run_tasks
 from carom.execution.score_jobs import estimate_steps, sort_by_start
 from carom.model.scene import Scene
-from carom.studies.history.clients import CLIENTS, Client, ClientError
 from carom.studies.history.compare_cells import (
     CellChange,
     ChangeKind,
@@ -34,6 +33,7 @@ from carom.studies.history.compare_cells import (
     classify_change,
 )
 from carom.studies.history.options import HistoryOptions
+from carom.studies.history.registry_clients import CLIENTS, Client, ClientError
 from carom.studies.history.release_cache import ReleaseCache
 from carom.studies.history.release_engines import (
     Origin,

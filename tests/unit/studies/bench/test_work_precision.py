@@ -28,7 +28,7 @@ from carom.execution.score_jobs import Measures, score_journal
 from carom.studies.bench.axes import ErrorKind
 from carom.studies.bench.convergence import Convergence
 from carom.studies.bench.growth import GrowthPoint, measure_growth, select_same_method
-from carom.studies.bench.noise import NoiseProbe, Spread
+from carom.studies.bench.machine_noise import NoiseProbe, Spread
 from carom.studies.bench.options import BenchPlan, GrowthOptions, parse_step_series
 from carom.studies.bench.result import Bench, Point, find_cheapest, find_pareto_front
 from carom.studies.bench.run import measure_work_precision

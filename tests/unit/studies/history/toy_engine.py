@@ -7,7 +7,7 @@ import pytest
 from tests.installed_adapters import clear_entry_point_caches, write_distribution
 
 from carom.execution import describe_engines
-from carom.studies.history.clients import CLIENTS, ClientError
+from carom.studies.history.registry_clients import CLIENTS, ClientError
 
 #: Discs that overlap and approach at the end of a step exchange what the release keeps of their velocities.
 ADAPTER = """

@@ -13,8 +13,8 @@ from tests.cases import each
 from tests.processes import read_pid, wait_until_ended
 
 from carom.errors import InputError
-from carom.studies.history import clients
-from carom.studies.history.clients import ClientError, Npm, Pip
+from carom.studies.history import registry_clients
+from carom.studies.history.registry_clients import ClientError, Npm, Pip
 from carom.studies.history.release_cache import ReleaseCache, open_release_cache
 
 
@@ -51,7 +51,7 @@ def test_client_timeout_terminates_its_child_processes(tmp_path: Path, monkeypat
             raise subprocess.TimeoutExpired(self.args, timeout)
 
     monkeypatch.setattr(subprocess, "Popen", Process)
-    monkeypatch.setattr(clients, "LISTING_S", 0.4)
+    monkeypatch.setattr(registry_clients, "LISTING_S", 0.4)
     with pytest.raises(ClientError, match=r"npm did not finish within 0\.4 s"):
         Npm().list_versions("toy")
     assert wait_until_ended(read_pid(tmp_path / "child"))
