@@ -83,6 +83,7 @@ def build_face(a: tuple[float, float], b: tuple[float, float]) -> Face:
         pytest.param((-4.0, 3.0), False, False, id="an obtuse corner"),
         pytest.param((5.0, 5.0), False, True, id="45 degrees"),
         pytest.param((-5.0, 5.0), False, False, id="135 degrees, of the same cosine except for its sign"),
+        pytest.param((-0.0625, 0.0625), False, False, id="135 degrees at a short face"),
         pytest.param((5.0, 4.0), False, False, id="an angle that divides no half turn"),
     ],
 )
