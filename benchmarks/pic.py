@@ -74,7 +74,7 @@ def small_rows(baseline: str, repeats: int) -> None:
 
 
 def start_seconds() -> float:
-    """Return the time from starting Python to the first impacts, seconds."""
+    """Return the time from starting Python to the first impacts, in seconds."""
     code = (
         "import math; from carom.studies.bench.gas import build_hard_disc_gas;"
         "from carom.solvers.event_driven.run import EventDrivenRun;"

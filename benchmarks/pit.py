@@ -1,6 +1,6 @@
 """PIT with skipping, without it, and in another environment: ``python -m benchmarks.pit [discs ...]``.
 
-A gas at packing .3, 60 frames a second; processor time, medians of alternating runs.
+A gas at packing .3, 60 frames per second; processor time, medians of alternating runs.
 """
 
 from __future__ import annotations

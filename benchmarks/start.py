@@ -47,7 +47,7 @@ _PATIENCE_S = 20.0
 
 
 def process_seconds(command: list[str]) -> float:
-    """Return the processor time of a process, seconds."""
+    """Return the processor time of a process, in seconds."""
     before = os.times()
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)  # noqa: S603 - an interpreter that the user names
     after = os.times()

@@ -41,7 +41,7 @@ SHOWN_AS = {"docs/tutorial.ipynb": "tutorial.md", "reports/sample/report.md": SA
 
 _LINK = re.compile(r"(\]\(|\b(?:src|srcset)=\")([^)#\":\s]+)(?=[)#\"])")
 _FORMULA = re.compile(r'<(span|div) class="arithmatex">\\[(\[](.*?)\\[)\]]</\1>', re.DOTALL)
-#: A replay of PIC and PIT: the name of a scene, and the frames a second of PIT, the scene's own by default.
+#: A replay of PIC and PIT: the name of a scene, and the frames per second of PIT, the scene's own by default.
 _REPLAY = re.compile(r"<!-- replay: (\S+)(?: (\d+))? -->")
 #: The play page as a file of the site, and the mark of its place in a page.
 THROWN = "throw.html"

@@ -12,7 +12,7 @@ class Clock:
         starts: No time passes until this returns true: that an engine has begun to hang, say.
 
     Attributes:
-        now_s: What the next reading returns, seconds; a test may change it.
+        now_s: What the next reading returns, in seconds; a test may change it.
     """
 
     def __init__(self, tick_s: float = 0.0, factor: float = 1.0, starts: Callable[[], bool] = lambda: True) -> None:
@@ -20,7 +20,7 @@ class Clock:
         self._tick_s, self._factor, self._starts = tick_s, factor, starts
 
     def perf_counter(self) -> float:
-        """Return the time, seconds."""
+        """Return the time, in seconds."""
         now_s = self.now_s
         if self._starts():
             self.now_s += self._tick_s

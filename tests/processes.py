@@ -11,7 +11,7 @@ import pytest
 from carom.execution.engine_run import ObserveTask
 from carom.execution.job import AdapterTask
 
-#: Only guards against hanging, seconds: nothing that is waited for takes this long, even on a busy machine.
+#: Only guards against hanging, in seconds: nothing that is waited for takes this long, even on a busy machine.
 PATIENT_S = 120.0
 
 

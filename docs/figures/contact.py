@@ -1,6 +1,6 @@
 """`make contact`: how discs slide, roll and rest in each installed engine; the tables of `docs/results/contact.md`.
 
-Every scene of the group `contact` with gravity and one infinite floor or slope, at 240 steps a second, from eight
+Every scene of the group `contact` with gravity and one infinite floor or slope, at 240 steps per second, from eight
 initial states: each further up, where it is in the air, and faster by a fiftieth. An engine that is not installed keeps
 its rows.
 """

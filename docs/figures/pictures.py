@@ -27,7 +27,7 @@ Scheme = Literal["light", "dark"]
 SCHEMES: tuple[Scheme, Scheme] = ("light", "dark")
 
 REPLAY = "paper/missed/pymunk/tuned"
-#: Number of pictures of the replay, their total duration, and the duration of the last one, seconds.
+#: Number of pictures of the replay, their total duration, and the duration of the last one, in seconds.
 _FRAMES, _LASTS_S, _LAST_S = 40, 5.0, 1.5
 #: Fraction of the duration of paper/missed after which the discs have just met.
 _AT = 0.46

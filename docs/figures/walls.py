@@ -42,7 +42,7 @@ class Way(NamedTuple):
         return self.key.startswith("capsules")
 
 
-#: Half width of walls that are built of solid shapes, metres.
+#: Half width of walls that are built of solid shapes, in metres.
 HALF_M = 0.02
 
 WAYS = (
@@ -102,7 +102,7 @@ FROM_PYTHON = {
     "rapier3d": "rapier3d",
 }
 
-#: The thin wall: number of phases, the disc's radius, its steps a second, and how many reaches it moves in a step.
+#: The thin wall: number of phases, the disc's radius, its steps per second, and how many reaches it moves in a step.
 THIN_PHASES, THIN_RADIUS_M, THIN_HZ = 32, 0.1, 60
 SPEEDS = (0.9, 1.1, 1.5, 2.1, 3.0, 5.0, 20.0)
 #: A bounce off a thin wall is wrong if its velocity error exceeds this fraction of the speed.
@@ -248,7 +248,7 @@ def seams(way: Way) -> Row:
 
 
 def ends(way: Way) -> Row:
-    """Return for each rate and offset the median and largest direction error, degrees, after an impact with an end."""
+    """Return the median and largest direction error after an impact with an end, in degrees, by rate and offset."""
     row: Row = {"median_deg": [], "worst_deg": []}
     for hz in FLOOR_HZ:
         for offset in OFFSETS:

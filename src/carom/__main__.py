@@ -16,8 +16,8 @@ SIGNALS = [one for one in signal.Signals if one.name in {"SIGINT", "SIGTERM", "S
 #: short command.
 _COLLECTED_FROM = 400_000
 
-#: Interval, seconds, at which a lost signal is raised again until the command has handled it. Code that can't handle a
-#: signal takes only microseconds. But C code that called the interrupted function can drop the signal again.
+#: Interval, in seconds, at which a lost signal is raised again until the command has handled it. Code that can't handle
+#: a signal takes only microseconds. But C code that called the interrupted function can drop the signal again.
 AGAIN_S = 0.01
 
 #: Signals that have arrived.

@@ -22,8 +22,8 @@ class Thrown:
     """A disc and what it is thrown at.
 
     Attributes:
-        velocity: Metres a second.
-        spin: Radians a second, counterclockwise.
+        velocity: Metres per second.
+        spin: Radians per second, counterclockwise.
         friction: Coefficients given to the disc and to the floor, as the engine takes them.
         restitution: Coefficient given to both, so that the engine's own rule makes it `restitution` again.
         restitutions: Coefficients given to the disc and to the floor instead.

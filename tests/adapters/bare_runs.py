@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-#: Place, velocity and spin of each disc at each boundary of a step: shape (steps + 1, n, 5), metres, seconds, radians.
+#: Place, velocity and spin of each disc at each boundary of a step: shape (steps + 1, n, 5), in metres, seconds,
+#: radians.
 States = NDArray[np.float64]
 Vector = tuple[float, float]
 

@@ -110,7 +110,7 @@ def find_velocity_changes(
         stage: What was run.
         first: A disc.
         second: Another, or a wall.
-        least: A change of velocity up to this, metres a second a step, is rounding.
+        least: A change of velocity up to this, metres per second a step, is rounding.
     """
     velocity = states[:, first, 2:] - (states[:, second, 2:] if second >= 0 else 0.0)
     alike = second >= 0 and math.isfinite(stage.discs[second].mass)

@@ -133,7 +133,7 @@ def test_advised_steps_hold_in_bare_engines(advice_of_scene: tuple[str, Advice],
 
 @pytest.mark.long
 def test_swept_engines_need_few_steps_and_pymunk_those_of_pit(advice_of_scene: tuple[str, Advice]) -> None:
-    r"""For the bullet 60 steps a second are enough for Box2D and MuJoCo, and 15 for PyBullet.
+    r"""For the bullet 60 steps per second are enough for Box2D and MuJoCo, and 15 for PyBullet.
 
     For the puck 30 are enough for PyBullet. Pymunk's steps are between 1/1.5 of PIT's closed form and all of it.
     """

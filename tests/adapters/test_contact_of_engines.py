@@ -25,7 +25,7 @@ RATE_HZ = 240.0
 
 
 class Rows(NamedTuple):
-    """What an engine does at 240 steps a second, as the least and the most of eight starts.
+    """What an engine does at 240 steps per second, as the least and the most of eight starts.
 
     Attributes:
         gap_mm: Height above its floor of a ball at rest after its bounces.
@@ -93,7 +93,7 @@ def _build_rolling_disc(speed: float) -> Disc:
 def test_contact_errors_of_engines_are_within_their_bounds(
     named: Named, finish: Finish, name: str, profile: str
 ) -> None:
-    """Gap, rolling, slope and edge errors at 240 steps a second are within the listed bounds from 8 starts."""
+    """Gap, rolling, slope and edge errors at 240 steps per second are within the listed bounds from 8 starts."""
     engine, row, dt_s = named(name), ROWS[name, profile], 1 / RATE_HZ
     found: dict[str, list[float]] = {field: [] for field in Rows._fields}
     for up in _spread_starts(1.0, 1.03):
@@ -115,7 +115,7 @@ def test_contact_errors_of_engines_are_within_their_bounds(
 
 @each("name, profile", ROWS)
 def test_resting_ball_does_not_take_off_again(named: Named, name: str, profile: str) -> None:
-    r"""At 240 steps a second and e = 1/2 no ball leaves the floor again after it should be at rest.
+    r"""At 240 steps per second and e = 1/2 no ball leaves the floor again after it should be at rest.
 
     The tuned profile of Box2D is not among the rows: its balls keep hopping.
     """

@@ -111,8 +111,8 @@ class Knob:
         return f"{self.engine} {self.name}={self.value}"
 
 
-#: The least effects are a tenth of what was measured, in metres a second or metres; all are far above rounding, except
-#: for an order of solving, and for MuJoCo's tolerance.
+#: The least effects are a tenth of what was measured, in metres per second or metres; all are far above rounding,
+#: except for an order of solving, and for MuJoCo's tolerance.
 KNOBS = [
     Knob("pymunk", "iterations", 10, _break_scene, 1e-7),
     Knob("pymunk", "collision_bias", 0.0018, _coarse_scene, 1e-2, of="position"),

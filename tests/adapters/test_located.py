@@ -35,7 +35,7 @@ SCENES = (
 
 @each("name", release_after(4, SCENES))
 def test_located_impacts_match_pic_to_rounding(engine: Adapter, name: str) -> None:
-    """At 60 steps a second located runs have all impacts of PIC, at its times and velocities to rounding."""
+    """At 60 steps per second located runs have all impacts of PIC, at its times and velocities to rounding."""
     scene = catalogue()[name].scene
     reference, found = solve_pic(scene), observe_run(engine, scene, "located", 1 / 60)
     score = compare(reference, found)

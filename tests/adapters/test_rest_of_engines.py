@@ -53,7 +53,7 @@ def test_ball_comes_to_rest_with_tuned_settings(
 @pytest.mark.engines
 @each("name, threshold", [("planck", "velocityThreshold"), ("physx", "bounceThresholdVelocity")])
 def test_tuned_planck_and_physx_hop_for_ever_without_a_threshold(named: Named, name: str, threshold: str) -> None:
-    """At 60 steps a second all balls keep hopping; with a bounce threshold of three steps' fall none does."""
+    """At 60 steps per second all balls keep hopping; with a bounce threshold of three steps' fall none does."""
     assert all(list_hopping_balls(measure_speeds_at_rest(named(name), "tuned", 60.0), 60.0))
     assert not any(speeds.any() for speeds in measure_speeds_at_rest(named(name), "tuned", 60.0, **{threshold: 0.5}))
 
@@ -86,7 +86,7 @@ def test_resting_profile_of_box2d_keeps_the_first_bounce(named: Named, e: float)
 def test_default_box2d_hops_for_ever_at_high_restitution(named: Named, e: float, lasts: bool) -> None:
     r"""At e = 0.9 a ball in default Box2D keeps hopping at more than 1 m/s; at e = 0.5 it does not.
 
-    It hops at ``g dt / (1 - e)``, at 60 steps a second 1.7 m/s; contacts below 1 m/s are inelastic.
+    It hops at ``g dt / (1 - e)``, at 60 steps per second 1.7 m/s; contacts below 1 m/s are inelastic.
     """
     speeds = measure_speeds_at_rest(named("box2d"), "default", 60.0, e)
     assert {float(of_start.max()) > 1.0 for of_start in speeds} == {lasts}
@@ -111,7 +111,7 @@ def test_pybullet_multibodies_hop_for_ever_below_a_threshold(named: Named) -> No
 def _run_rolling_disc(
     finish: Finish, engine: Adapter, profile: str, speed: float, seconds: float, **changes: Setting
 ) -> Observation:
-    """Return where a disc is, at 60 steps a second, that starts in rolling."""
+    """Return where a disc is, at 60 steps per second, that starts in rolling."""
     disc = Disc(position_m=(0, RADIUS_M), velocity_m_s=(speed, 0), radius_m=RADIUS_M, spin_rad_s=-speed / RADIUS_M)
     return finish(engine, build_floor_scene(disc, seconds, friction=0.5), 1 / 60, profile, **changes)
 

@@ -49,7 +49,7 @@ class Bare:
         end: Places and velocities at the end of the scene.
         late_s: By how much each impact is late, where as many were found as there are.
         off: Velocity errors of these, over the scene's speed.
-        turned_deg: Angles between velocities after them and the true ones, degrees.
+        turned_deg: Angles between velocities after them and the true ones, in degrees.
         lost: How many impacts were not found.
     """
 
@@ -73,13 +73,13 @@ class Bare:
         return (of(self.end[1]) - of(self.truth.end_velocity)) / of(self.states[0, :, 2:])
 
     def largest_deviation(self) -> float:
-        """How far places are from those of free flight, metres: of a scene without an impact."""
+        """How far places are from those of free flight, in metres: of a scene without an impact."""
         times = np.arange(len(self.states)) * self.dt_s
         free = self.states[0, :, :2] + self.states[0, :, 2:] * times[:, None, None]
         return float(np.abs(self.states[:, :, :2] - free).max())
 
     def first_step_error(self) -> float:
-        """How far the first step ends from its parabola, metres."""
+        """How far the first step ends from its parabola, in metres."""
         falls = np.isfinite(self.truth.mass)[:, None] * np.array(self.stage.gravity)
         parabola = self.states[0, :, 2:] * self.dt_s + falls * self.dt_s**2 / 2
         return float(np.hypot(*(self.states[1, :, :2] - self.states[0, :, :2] - parabola).T).max())

@@ -17,7 +17,7 @@ from carom import Disc, Scene, solve_pit
 from carom.engines.api import Adapter, AdapterError
 from carom.execution.engine_run import observe_run
 
-#: When the bodies of a scene touch, seconds.
+#: When the bodies of a scene touch, in seconds.
 TOUCH_S = 0.2
 
 #: A hundred roundings of numbers up to 16, as speeds and surface speeds here are.

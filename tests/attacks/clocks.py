@@ -22,7 +22,7 @@ from carom.studies.bench.timing_pass import TimeScene
 
 #: A timing pass takes a second or two of processor time.
 LONGEST_S = 60.0
-#: What a clock ticks by, seconds.
+#: What a clock ticks by, in seconds.
 TICKS = (1e-9, 1e-3, 1e-2, 1.0)
 #: What it shows once in a while.
 ODD: tuple[Any, ...] = (math.inf, -math.inf, math.nan, -1e-3, 1e300, 5e-324, None, "1", True, 10**400)

@@ -30,7 +30,7 @@ from carom.execution.score_jobs import score_jobs, score_journal
 
 #: Long enough for a process to start on a machine that is busy.
 PATIENT_S = 120.0
-#: A cluster without a worker is given up after so long here, seconds.
+#: A cluster without a worker is given up after so long here, in seconds.
 WORKERLESS_S = 3.0
 #: Work that takes some seconds on a cluster of one worker.
 DTS = tuple(0.1 / k for k in range(1, 13))

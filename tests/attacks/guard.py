@@ -12,11 +12,11 @@ from tests.processes import PATIENT_S
 from carom.errors import CaromError
 from carom.support.escaping import escape_controls
 
-#: What takes more processor time counts as a hang, seconds.
+#: What takes more processor time counts as a hang, in seconds.
 HANG_S = 10.0
 #: What waits for ever takes none: it may take this many times as long by the clock, which a busy machine does not.
 _BUSY = 20.0
-#: A signal is repeated after so long, seconds: Python can be about to sleep when the first comes, and sleep on.
+#: A signal is repeated after so long, in seconds: Python can be about to sleep when the first comes, and sleep on.
 _AGAIN_S = 0.1
 
 
@@ -29,7 +29,7 @@ def limit_time(limit_s: float = HANG_S, busy: float = _BUSY) -> Iterator[None]:
     """Raise `HangError` if the body takes longer.
 
     Args:
-        limit_s: Processor time of this process, seconds, so that a busy machine counts for nothing.
+        limit_s: Processor time of this process, in seconds, so that a busy machine counts for nothing.
         busy: Multiple of the limit that the body may take by the clock.
     """
     timers = {signal.ITIMER_PROF: limit_s, signal.ITIMER_REAL: busy * limit_s}

@@ -26,7 +26,7 @@ from carom.errors import SceneError
 from carom.support.folders import write_file
 from carom.web.page import CORE, GALLERY, SOURCES, add_gallery, pack_block, render_page
 
-#: Longest wait for one line of node; PIT at 10,000 frames a second for a minute takes seconds.
+#: Longest wait for one line of node; PIT at 10,000 frames per second for a minute takes seconds.
 LIMIT_S = 120.0
 #: Parts of names that would end an element, a comment or an attribute, fill a mark, or be a property of all objects.
 NAMES = (

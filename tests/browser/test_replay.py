@@ -43,7 +43,7 @@ def open_replay(page: Page, key: str) -> None:
 
 
 def read_clock(page: Page) -> float:
-    """Return the time that is shown, seconds."""
+    """Return the time that is shown, in seconds."""
     return float(page.locator(".timeline").get_attribute("data-time") or "nan")
 
 

@@ -48,7 +48,7 @@ LANDING_PART = 1e-15
 
 
 class Rounding(NamedTuple):
-    """How far roundings of one impact may have velocities off, metres a second, and spins, radians a second."""
+    """How far roundings of one impact may have velocities off, metres per second, and spins, radians per second."""
 
     velocities: tuple[float, float]
     spins: tuple[float, float]
@@ -125,7 +125,7 @@ def compute_envelope(scene: Scene, trace: Trace, most: int, deadline_s: float = 
 
 
 def compute_extent(scene: Scene, trace: Trace, until_s: float) -> float:
-    """Return a bound on what a body's coordinates, its radius and the terms of its way add up to, metres."""
+    """Return a bound on what a body's coordinates, its radius and the terms of its way add up to, in metres."""
     arrays = scene.arrays
     sizes = [float(np.abs(disc.position_m).sum()) + disc.radius_m for disc in scene.discs]
     for flight in free_flights(trace):
@@ -149,7 +149,7 @@ def law_rounding(
         scene: The scene.
         first: A disc.
         second: A disc or the body number of a wall.
-        speeds: Speeds before the impact of those of both that are discs, metres a second.
+        speeds: Speeds before the impact of those of both that are discs, in metres per second.
         rims: Likewise the speeds of their rims.
         falls: Likewise how far the velocities before the impact may be off.
     """
@@ -378,7 +378,7 @@ class _Widened:
         events.insert(position, EnvelopeImpact(impact, rounding, own_s, is_on_one_edge))
 
     def _clock(self, time: arb) -> float:
-        """Return a time of the undamped run as a clock has it, seconds."""
+        """Return a time of the undamped run as a clock has it, in seconds."""
         shown = damped_time(self.scene.damping_per_s, time)
         return float(shown.mid()) if shown.is_finite() else math.inf
 

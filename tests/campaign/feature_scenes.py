@@ -1,6 +1,6 @@
 """Random scenes in which all features meet, each drawn from its number alone.
 
-A scene is drawn in units in which its room is some metres wide and its discs move at some metres a second. Lengths,
+A scene is drawn in units in which its room is some metres wide and its discs move at some metres per second. Lengths,
 times and masses are then scaled, and the scene is moved away from the origin. What the scene model refuses is not
 drawn: discs are placed in free space, and friction, spin and driven bodies are drawn where the law of the scene has
 them.
@@ -357,7 +357,7 @@ class _Drawing:
 
 
 def _gap(wall: AnyWall, x: float, y: float, radius_m: float) -> float:
-    """Return the distance of a disc's rim from a wall, metres; below 0 where they overlap."""
+    """Return the distance of a disc's rim from a wall, in metres; below 0 where they overlap."""
     if isinstance(wall, Wall):
         return (x - wall.point_m[0]) * wall.normal[0] + (y - wall.point_m[1]) * wall.normal[1] - radius_m
     outline = wall.outline

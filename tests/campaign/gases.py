@@ -16,11 +16,11 @@ LEAST_DISCS, MOST_DISCS = 64, 10_000
 LEAST_PACKING, MOST_PACKING = 0.1, 0.7
 #: Least packing of gases by the TC model, which is for those in which discs meet again and again at short distances.
 DENSE_PACKING = 0.4
-#: Contact times of the TC model, seconds: at first about a tenth of a second is between a disc's impacts.
+#: Contact times of the TC model, in seconds: at first about a tenth of a second is between a disc's impacts.
 LEAST_CONTACT_S, MOST_CONTACT_S = 1e-6, 1e-1
 #: Discs of gases that fall: a run under gravity is for some hundred discs at most.
 FEWEST_FALLING, MOST_FALLING = 4, 64
-#: Sizes of gravity, metres a second squared: a disc of a metre falls slowly, or bounces in heaps.
+#: Sizes of gravity, in metres per second squared: a disc of a metre falls slowly, or bounces in heaps.
 LEAST_GRAVITY, MOST_GRAVITY = 0.1, 30.0
 #: Radii differ by this factor at most.
 LARGEST_RATIO = 10.0
@@ -58,7 +58,7 @@ class Gas:
         packing: Share of the box that its discs cover; 0 without walls.
         start: Its discs and walls.
         impacts: How many impacts it is followed over, at most; of rough gases, which lose their energy, fewer.
-        contact_duration_s: Contact time of the TC model, seconds; 0 for none.
+        contact_duration_s: Contact time of the TC model, in seconds; 0 for none.
         gravity_m_s2: Acceleration of every disc that moves.
         duration_s: It is followed by impacts, and not by time.
     """

@@ -41,9 +41,9 @@ class Flights:
     Attributes:
         begin_s: Time at which each begins, shape ``(m,)``, as all up to `row`.
         end_s: Time at which it ends.
-        x: Centre at the beginning, metres.
+        x: Centre at the beginning, in metres.
         y: See `x`.
-        vx: Velocity there, metres a second.
+        vx: Velocity there, in metres per second.
         vy: See `vx`.
         speed_m_s: Bound on its size anywhere on it: the size itself, where nothing falls.
         error_m: Bound on the distance between this place and the solver's, anywhere on the flight.

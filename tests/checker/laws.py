@@ -126,7 +126,7 @@ def _broken(start: DiscArrays, stretch: Stretch, flights: Flights, elastic: Bool
 
 
 def _rims(start: DiscArrays, stretch: Stretch, when: str) -> tuple[Floats, Floats] | None:
-    """Return how fast the rims of both bodies are, metres a second, 0 of a wall; None where nothing turns."""
+    """Return how fast the rims of both bodies are, in metres per second, 0 of a wall; None where nothing turns."""
     if stretch.spins is None:
         return None
     radius = np.append(start.radius_m, 0.0)

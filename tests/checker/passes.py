@@ -42,7 +42,7 @@ class Overlap:
         bodies: Whom it concerns, shape ``(k, 2)``, a wall as ``-1 - k``.
         time_s: When, shape ``(k,)``, as are the others.
         look: Number in the stretch of the last look before; several may be at one instant.
-        depth_m: How deep they overlap, metres.
+        depth_m: How deep they overlap, in metres.
         bound_m: How deep rounding can make it.
     """
 

@@ -33,7 +33,7 @@ class Violation:
         row: The impact, counted from the start of the run; -1 where it is none.
         bodies: Whom it concerns, a wall as ``-1 - k``.
         time_s: When.
-        size: How far it is from what must hold: metres, metres a second or a pure number.
+        size: How far it is from what must hold: metres, metres per second or a pure number.
         bound: How far rounding can have it off.
         note: What else is known of it.
     """
@@ -65,7 +65,7 @@ class Report:
         violations: All rules broken, in order of time within a stretch.
         worst_gap: Largest distance from contact at an impact, in units of its bound.
         worst_overlap: Deepest overlap at any time, in units of its bound.
-        deepest_m: Deepest overlap, metres.
+        deepest_m: Deepest overlap, in metres.
         pairs: Pairs of flights that were near enough to be compared with each other.
         elastic: Impacts that the TC model makes elastic.
         undecided: Impacts of which rounding leaves open whether it does.

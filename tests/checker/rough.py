@@ -36,8 +36,8 @@ def compute_friction(start: DiscArrays, rows: NDArray[np.void], rims: tuple[Floa
     Args:
         start: Discs and walls.
         rows: Impacts, shape ``(m,)``.
-        rims: Speeds of both bodies' rims before them, metres a second.
-        fell: How far the recorded speed towards a wall may be from the one that presses, metres a second.
+        rims: Speeds of both bodies' rims before them, in metres per second.
+        fell: How far the recorded speed towards a wall may be from the one that presses, in metres per second.
     """
     hit = rows["second"] >= 0
     one, two = rows["first"], np.where(hit, rows["second"], 0)

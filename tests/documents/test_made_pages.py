@@ -39,7 +39,7 @@ def test_pit_is_sampled_or_better_in_contact_scenes() -> None:
 
 @each("engine", ["box2d", "mujoco", "planck", "pybullet", "pymunk"])
 def test_slides_end_half_a_step_off_in_the_figures(engine: str) -> None:
-    """In the figures a slide ends ``v dt / 2`` off for the fastest start, at 240 steps a second."""
+    """In the figures a slide ends ``v dt / 2`` off for the fastest start, at 240 steps per second."""
     fastest = 3.0 * (1.0 + 0.02 * 7 / 8)
     assert KNOWN[engine, "tuned"]["stops"]["place_m"] == pytest.approx(fastest / 480, rel=0.02)
 

@@ -1,5 +1,5 @@
 // node rapier_releases.mjs FOLDER [rows]: what a release of Rapier, as shipped and bare, gives back of a closing speed, as JSON.
-// Two discs of radius 0.5 m, restitution 1, no gravity and no friction, 60 steps a second, 32 phases of the step.
+// Two discs of radius 0.5 m, restitution 1, no gravity and no friction, 60 steps per second, 32 phases of the step.
 // With `rows`, of five equal discs in a line, as shipped and with the settings of Carom's profile `tuned`: how far the
 // velocities at the end are from the exchanged ones, over the fastest, how often a contact with an impulse is told of, and
 // how many steps before two meet they turn, at most.

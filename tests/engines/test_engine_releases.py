@@ -366,7 +366,7 @@ def test_history_separates_other_settings_from_real_changes(
     assert not any(one.real for one in moved)
 
 
-#: Rapier, tuned, bare, five eighths into a run: a disc's coordinate, and how far off it is over 32 phases, metres.
+#: Rapier, tuned, bare, five eighths into a run: a disc's coordinate, and how far off it is over 32 phases, in metres.
 TURNED = {
     "paper/late": ((1, 1), (-0.02326, -0.01203), (-0.04059, -0.02906)),
     "classics/oblique-3-4-5": ((0, 1), (0.008483, 0.01793), (0.01866, 0.02833)),

@@ -25,7 +25,7 @@ from carom_adapters import npm
 
 DT_S = 1 / 60
 HERE, NPM = Path(__file__).parent, Path(npm.__file__).parent
-#: Velocities of some metres a second after an impact or two, in 32-bit floats.
+#: Velocities of some metres per second after an impact or two, in 32-bit floats.
 SINGLE = 1e-5
 
 
@@ -177,7 +177,7 @@ def test_havok_loses_a_step_of_gravity_per_bounce(
 
 
 def test_default_havok_loses_bounces_at_fine_steps(named: Named, finish: Finish) -> None:
-    """At 960 steps a second discs do not rebound, unless the adjustment `idealStepTime` is 0."""
+    """At 960 steps per second discs do not rebound, unless the adjustment `idealStepTime` is 0."""
     for phase in PHASES:
         scene = build_head_on_scene(5.0, phase=phase + 0.5 / STARTS, dt_s=1 / 960)
         ends = [

@@ -17,7 +17,7 @@ from carom import Disc, Scene, Wall
 from carom.catalogue import all_scenes
 from carom.execution.scene_import import import_scene
 
-#: Rounding of a velocity after an impact at speeds of some metres a second.
+#: Rounding of a velocity after an impact at speeds of some metres per second.
 ROUNDING = 1e-12
 
 

@@ -119,7 +119,7 @@ def measure_largest_crushed_speed(adapter: Adapter, scene: Scene, profile: str) 
 
 
 def measure_crushed_overshoot(adapter: Adapter, scene: Scene, profile: str) -> float:
-    """How far beyond the wall or the piston the centre of a crushed disc ends, metres: nothing may be beyond either."""
+    """How far the centre of a crushed disc ends beyond the wall or the piston, in metres: nothing may be beyond it."""
     (x, _) = run_to_end(adapter, scene, DT_S, profile).position_m[0]
     faces = [
         (wall.point_m[0] + wall.velocity_m_s[0] * scene.duration_s, wall.normal[0]) for wall in scene.half_planes()
@@ -332,7 +332,7 @@ def measure_film_error(adapter: Adapter, scene: Scene, profile: str) -> float:
 
 
 def measure_distance_from_plane(adapter: Adapter, scene: Scene, profile: str) -> float:
-    """How far the farthest of MuJoCo's free spheres is off the plane at the end, metres: mechanics says 0."""
+    """How far the farthest of MuJoCo's free spheres is off the plane at the end, in metres: mechanics says 0."""
     world: Any = adapter.prepare(scene, adapter.profiles[profile].settings(DT_S))
     world.advance(scene.step_count(DT_S))
     farthest = float(np.abs(world._data.qpos[world._height_at]).max())  # noqa: SLF001 - an observation is of the plane

@@ -21,7 +21,7 @@ from carom.model.trace import EdgeKind
 from carom.solvers.certified.result import Degenerate, Ending
 from carom.solvers.certified.serialisation import enclosures
 
-#: What is left open of an end, metres, metres a second and radians a second.
+#: What is left open of an end, metres, metres per second and radians per second.
 NARROW = 1e-14
 
 

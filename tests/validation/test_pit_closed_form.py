@@ -21,7 +21,7 @@ def build_passing_scene(offset: float, advance: float, frames_to_closest: float,
         offset: Impact parameter in contact distances.
         advance: Relative advance a frame in contact distances.
         frames_to_closest: Frames until the centres are nearest.
-        frame_rate_hz: Frames a second.
+        frame_rate_hz: Frames per second.
     """
     speed = advance * frame_rate_hz
     start = -advance * frames_to_closest

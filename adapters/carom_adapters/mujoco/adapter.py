@@ -12,7 +12,7 @@ from carom_adapters.mujoco.world import MujocoWorld
 from carom_adapters.shared import engine_adapter as shared
 
 #: MuJoCo does not place contact points in the middle of cylinders. This causes errors of up to 6.3e-4 times the scene's
-#: speed (for a disc in a box, at 240 steps a second).
+#: speed (for a disc in a box, at 240 steps per second).
 CYLINDER_ACCURACY = Accuracy(velocity=1e-3)
 
 _DEFAULT: shared.Settings = {"joints": "free", "stiffness": 1000.0}

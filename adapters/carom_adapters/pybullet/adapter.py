@@ -16,7 +16,7 @@ from carom_adapters.pybullet.world import PybulletWorld
 from carom_adapters.shared import engine_adapter as shared
 
 #: Bullet's contact points and normals of cylinders are slightly wrong. The velocities of cylinders in a row have errors
-#: of up to 2.4e-4 times the greatest velocity (for a cradle with gaps, at 240 steps a second).
+#: of up to 2.4e-4 times the greatest velocity (for a cradle with gaps, at 240 steps per second).
 CYLINDER_ACCURACY = Accuracy(velocity=1e-3)
 
 #: By default both dampings are 0.04. This reduces a spin of 10 rad/s by 3 rad/s in a second.
@@ -42,7 +42,7 @@ _TUNED: shared.Settings = {
     # Discs are swept if their initial velocity moves them by more than their radius in a step. Otherwise they may pass
     # through other discs. Discs that are slow initially are not swept. If an impact made such a disc fast, it would be
     # swept into walls and neighbours that it already touches, and would gain energy (by a factor of eight in Galperin's
-    # billiard at 60 steps a second). The swept sphere is smaller than the disc. If both were equally large, a swept
+    # billiard at 60 steps per second). The swept sphere is smaller than the disc. If both were equally large, a swept
     # disc would stop before it overlaps the other body, and the contact would be lost.
     "ccd_radius_fraction": 0.95,
 }

@@ -52,7 +52,7 @@ def build_dynamics(scene: Scene, settings: Mapping[str, Setting]) -> dict[str, S
 
 
 def compute_resistance(scene: Scene, disc_friction: float) -> float:
-    """Return the rolling friction of a wall, metres, which limits the torque on a disc to c R times the normal force.
+    """Return a wall's rolling friction, in metres. It limits the torque on a disc to c R times the normal force.
 
     Bullet multiplies the rolling friction of each body by the friction of the other body, and adds the two products.
     Discs have no rolling friction.

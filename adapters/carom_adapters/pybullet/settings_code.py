@@ -11,8 +11,8 @@ from carom_adapters.shared.legs import Driven, find_first_velocity, format_progr
 from carom_adapters.shared.settings_code import count_steps, format_arguments, format_comment, format_disc
 from carom_adapters.shared.walls import compute_thickness, cut_chain, factor_walls
 
-#: Bullet multiplies a wall's rolling friction, metres, by the disc's friction. Discs have no rolling friction.
-ROLLING = "    pybullet.changeDynamics(body, -1, rollingFriction=rolling)  # times the disc's friction, metres\n"
+#: Bullet multiplies a wall's rolling friction, in metres, by the disc's friction. Discs have no rolling friction.
+ROLLING = "    pybullet.changeDynamics(body, -1, rollingFriction=rolling)  # times the disc's friction, in metres\n"
 
 
 def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:

@@ -55,7 +55,7 @@ CAPABILITIES = replace(
 
 
 def check_inputs(scene: Scene, settings: Mapping[str, Setting]) -> float:
-    """Check that pymunk supports a scene and settings, and return the step size, seconds."""
+    """Check that pymunk supports a scene and settings, and return the step size, in seconds."""
     require_sound("pymunk", scene, settings, SETTINGS, LEAST, {"dt_s": LARGEST, NEIGHBORS: 1})
     dt_s = float(settings["dt_s"])
     require_supported("pymunk", scene, CAPABILITIES, dt_s)

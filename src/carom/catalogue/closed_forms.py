@@ -35,7 +35,7 @@ def unit(a: complex) -> complex:
 
 
 def build_disc(position: complex, velocity: complex, radius_m: float, mass_kg: float = 1.0, **fields: Any) -> Disc:
-    """Return a disc. Units are metres, metres a second and kilograms."""
+    """Return a disc. The numbers are in metres, metres per second and kilograms."""
     place, speed = to_vector(position), to_vector(velocity)
     return Disc(position_m=place, velocity_m_s=speed, radius_m=radius_m, mass_kg=mass_kg, **fields)
 
@@ -79,9 +79,9 @@ def compute_after_impact(
     In the frame of the centre of mass the normal component of each velocity is multiplied by -e.
 
     Args:
-        m1: Mass of the first disc, kilograms.
+        m1: Mass of the first disc, in kilograms.
         v1: Velocity of the first disc before the impact.
-        m2: Mass of the second disc, kilograms; infinity for an immovable disc.
+        m2: Mass of the second disc, in kilograms; infinity for an immovable disc.
         v2: Velocity of the second disc before the impact.
         normal: Unit vector from first to second.
         restitution: Coefficient of restitution e.

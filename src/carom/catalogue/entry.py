@@ -46,12 +46,12 @@ class KnownImpact:
         time_s: Seconds from the start.
         first: Number of the disc. If two discs meet, the lower number.
         second: The other disc, or the wall, ``wall_body(k)``.
-        velocity_first_after: Velocity of the first body after the impact, metres a second.
-        velocity_second_after: Velocity of the second body after the impact, metres a second; None for a wall.
-        spin_first_after: Spin of the first body after the impact, radians a second; None if unknown, or if nothing
+        velocity_first_after: Velocity of the first body after the impact, in metres per second.
+        velocity_second_after: Velocity of the second body after the impact, in metres per second; None for a wall.
+        spin_first_after: Spin of the first body after the impact, in radians per second; None if unknown, or if nothing
             turns.
-        spin_second_after: Spin of the second body after the impact, radians a second; None if unknown, or if nothing
-            turns.
+        spin_second_after: Spin of the second body after the impact, in radians per second; None if unknown, or if
+            nothing turns.
     """
 
     time_s: float
@@ -245,7 +245,7 @@ def _compute_extent(scene: Scene) -> float:
 
 
 def compute_deepest_overlap(trace: Trace, scene: Scene) -> float:
-    """Return the deepest overlap of two bodies at the end, metres; infinite if a position is NaN."""
+    """Return the deepest overlap of two bodies at the end, in metres; infinite if a position is NaN."""
     position = np.asarray(trace.final_position_m, dtype=np.float64)
     if not np.all(np.isfinite(position)):
         return math.inf

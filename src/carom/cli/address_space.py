@@ -12,7 +12,7 @@ LOADED = 0.75
 
 
 def read_limit_mb() -> float:
-    """Return the limit on this process's address space, megabytes; 0 if there is no limit."""
+    """Return the limit on this process's address space, in megabytes; 0 if there is no limit."""
     try:
         import resource
     except ImportError:  # this is not a POSIX system

@@ -120,7 +120,7 @@ class ComparedRun:
 
     @property
     def rounding_s(self) -> float:
-        """Rounding error of a time, seconds."""
+        """Rounding error of a time, in seconds."""
         return THRESHOLDS.time_rounding_of(self.observed.float_bits, self.scales.time_s, self.observed.dt_s)
 
     @property

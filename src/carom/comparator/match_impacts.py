@@ -33,7 +33,7 @@ class ComparisonRange(NamedTuple):
 
     Attributes:
         impacts: Number of the reference's impacts in this part.
-        until_s: End of this part, seconds; infinite if the whole run is compared.
+        until_s: End of this part, in seconds; infinite if the whole run is compared.
     """
 
     impacts: int

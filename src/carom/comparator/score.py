@@ -50,8 +50,8 @@ class Score(Shown):
         equals_pit: Whether the run finds the same impacts as PIT, and differs from PIT only by rounding.
         edits: Edit distance of the two sequences of impacts.
         beyond_horizon: Number of the reference's impacts beyond the horizon, which were not compared.
-        horizon_s: The horizon, seconds: when the reference stops being reliable, or when a disc first starts to rest,
-            slide or roll, whichever is earlier. None if the whole run is compared.
+        horizon_s: The horizon, in seconds: when the reference stops being reliable, or when a disc first starts to
+            rest, slide or roll, whichever is earlier. None if the whole run is compared.
         local: Errors of each impact against the analytic answer from the trace's own state before that impact.
         convention: The admissible outcome that the trace took if the scene has no unique answer; otherwise None.
         consistency: Contradictions between the trace's own impacts and states; None if one of its numbers is NaN or

@@ -39,7 +39,7 @@ def build_shifted_scenes(reference: Trace, dt_s: float, phases: Iterable[float])
 
     Args:
         reference: The scene's PIC trace.
-        dt_s: The step size, seconds.
+        dt_s: The step size, in seconds.
         phases: Parts of a step, 0 to 1.
     """
     scene = reference.scene

@@ -85,7 +85,7 @@ class Slowing:
         return flown_s
 
     def compute_deceleration(self, speed: _Speed) -> _Speed:
-        """Return the deceleration at a speed, or at each speed of an array, metres per second squared."""
+        """Return the deceleration at a speed, or at each speed of an array, in metres per second squared."""
         return self.damping.per_s * speed + self.table_m_s2
 
 
@@ -99,7 +99,7 @@ def find_nearest_time(compute_offset: Callable[[float], tuple[Array, Array]], be
     Paths that meet are nearest when they meet.
 
     Args:
-        compute_offset: Returns the vector between the two paths at a time, metres, and its derivative.
+        compute_offset: Returns the vector between the two paths at a time, in metres, and its derivative.
         begin_s: A time near the result.
     """
     time_s = begin_s

@@ -48,7 +48,7 @@ class Thresholds:
         return {32: self.ratio_known_32, 64: self.ratio_known}[float_bits]
 
     def time_rounding_of(self, float_bits: int, duration_s: float, dt_s: float) -> float:
-        """Return the rounding error of a time, seconds. In a run with steps, it is at most the limit of *close*."""
+        """Return the rounding error of a time, in seconds. In a run with steps, it is at most the limit of *close*."""
         rounding_s = self.rounding_of(float_bits) * duration_s
         return min(rounding_s, self.close * dt_s) if dt_s else rounding_s
 

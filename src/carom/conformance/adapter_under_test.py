@@ -146,7 +146,7 @@ class Subject(Closeable):
         return self._ask(Watch(self.name, setup.scene, settings, steps, observations, cut_s, disturbed), setup)
 
     def measure_growth(self, setup: Setup, worlds: int, *, step: bool = True) -> int | None:
-        """Create and close worlds one after another. Return the growth of memory, bytes; None if it is not known."""
+        """Create and close worlds one after another. Return the growth of memory, in bytes; None if it is not known."""
         settings = self.settings(setup.profile, setup.dt_s)
         answer = self._ask(Make(self.name, setup.scene, settings, worlds, step), setup)
         if isinstance(answer, Raised):
@@ -206,7 +206,7 @@ def build_catalogue_setup(name: str, profile: str) -> Setup:
 
 
 def find_greatest_speed(scene: Scene) -> float:
-    """Return the greatest initial speed of a disc, metres a second; 1 if no disc moves."""
+    """Return the greatest initial speed of a disc, in metres per second; 1 if no disc moves."""
     return max(math.hypot(*disc.velocity_m_s) for disc in scene.discs) or 1.0
 
 

@@ -46,7 +46,7 @@ class Watched:
 
 @dataclass(frozen=True)
 class Leftover:
-    """Growth of the resident memory, bytes; None if the system does not report this memory."""
+    """Growth of the resident memory, in bytes; None if the system does not report this memory."""
 
     bytes: int | None
 
@@ -145,7 +145,7 @@ class Watch(_Probe):
     Attributes:
         steps: Number of steps.
         observations: Number of observations after each step; 0 takes all steps in one call and observes only the end.
-        cut_s: Length to which each step is cut, seconds; None for whole steps.
+        cut_s: Length to which each step is cut, in seconds; None for whole steps.
         disturbed: Whether to take and undo a step of three times the length before each cut step, and to query contacts
             after each of the two steps.
     """

@@ -16,7 +16,7 @@ from carom.comparator.thresholds import THRESHOLDS
 from carom.engines.api.declarations import Capabilities
 from carom.model.scene import Chain, Disc, Ring, Scene, Wall
 
-#: Step size for these scenes, seconds. It is a power of two, so that step boundaries are exact floats.
+#: Step size for these scenes, in seconds. It is a power of two, so that step boundaries are exact floats.
 DT_S = 1 / 128
 
 #: Number of steps after which the bodies in the scene of `build_rubbing` touch.

@@ -17,7 +17,7 @@ class Setup:
     Attributes:
         scene: The scene.
         profile: Name of the profile.
-        dt_s: Step size, seconds.
+        dt_s: Step size, in seconds.
         catalogued: Whether the scene is in the catalogue. If it is, `carom run` finds the scene by its name.
     """
 

@@ -198,7 +198,7 @@ typedef struct Wall { /* points p on the free side have (p - q).n >= 0 */
 typedef struct Surface { /* motion of a driven wall, a driven disc, or a conveyor wall */
     double vx;           /* velocity of the body */
     double vy;
-    double belt; /* speed of a conveyor's surface, to the left of the normal, metres per second */
+    double belt; /* speed of a conveyor's surface, to the left of the normal, in metres per second */
 } Surface;
 
 typedef struct Point {
@@ -211,7 +211,7 @@ typedef struct Leg { /* part of a driven body's path with constant velocity */
     double end;      /* INF for the last leg */
     double begins;   /* `begin` and `end`, counted from the start of the run */
     double ends;
-    double moved_x; /* displacement of the body at the start of the leg, metres */
+    double moved_x; /* displacement of the body at the start of the leg, in metres */
     double moved_y;
     double vx;
     double vy;
@@ -240,7 +240,7 @@ typedef struct ContactFriction { /* friction between two bodies in contact */
 typedef struct Law {
     double restitution; /* between two discs */
     double wall_restitution;
-    /* contact duration of the TC model, seconds; 0 if unused. An impact that follows the disc's last one within this
+    /* contact duration of the TC model, in seconds; 0 if unused. An impact that follows the disc's last one within this
        time loses no energy */
     double contact_duration;
     ContactFriction contact; /* between two discs */

@@ -30,7 +30,7 @@ def solve_quartic(powers: Sequence[Sequence[tuple[float, float]]], begin: float,
     Args:
         powers: Pairs of numbers for each power of time, lowest power first. The coefficient of a power is the sum of
             its pairs' products.
-        begin: Start of the search, seconds.
+        begin: Start of the search, in seconds.
         is_closed: Whether the gap is 0 at `begin`. If so, the polynomial's value at this time is ignored.
         index: Number of the instant, from 0. With -1 the sign of the gap at `begin` is returned instead.
     """

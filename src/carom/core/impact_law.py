@@ -10,7 +10,7 @@ The impulse acts along the line of centres only. With unit normal ``n`` from fir
 This conserves momentum and multiplies the normal relative velocity by ``-e``. For ``e = 1`` it also conserves kinetic
 energy. An infinite mass has ``1/m = 0``. The source paper leaves this formula out; see ``docs/theory/pic.md``.
 
-With friction, the law is that of `core/impact_law.h`. Spins are given as speeds of rims, ``R w`` in metres a second,
+With friction, the law is that of `core/impact_law.h`. Spins are given as speeds of rims, ``R w`` in metres per second,
 since the law adds them to velocities.
 """
 
@@ -34,8 +34,8 @@ def resolve_impact(
     """Return the velocities of both bodies just after an impact.
 
     Args:
-        v1: Velocity of body 1 before, metres a second; shape ``(..., 2)``.
-        m1: Mass of body 1, kilograms, above 0; infinity for an immovable body; shape ``(...)``.
+        v1: Velocity of body 1 before, in metres per second; shape ``(..., 2)``.
+        m1: Mass of body 1, in kilograms, above 0; infinity for an immovable body; shape ``(...)``.
         v2: Velocity of body 2 before.
         m2: Mass of body 2; `m1` and `m2` must not both be infinite.
         normal: Direction from body 1 to body 2; shape ``(..., 2)``; its length does not matter, but must not be zero.

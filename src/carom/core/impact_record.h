@@ -29,13 +29,13 @@ static inline double size_of(double x, double y, double radius) {
     return fabs(x) + fabs(y) + radius;
 }
 
-/* Return the resolution of the gap between two bodies, metres. `sizes` is the sum of `size_of` for both bodies. */
+/* Return the resolution of the gap between two bodies, in metres. `sizes` is the sum of `size_of` for both bodies. */
 static inline double gap_resolution(double sizes) {
     return 5.0 * CAROM_ULP * sizes;
 }
 
-/* Return the resolution of an impact of two discs, seconds. `sizes` is the sum of `size_of` for both discs. u is their
-   relative velocity before the impact, and `speed` is its component along the normal. */
+/* Return the resolution of an impact of two discs, in seconds. `sizes` is the sum of `size_of` for both discs. u is
+   their relative velocity before the impact, and `speed` is its component along the normal. */
 static inline double pair_resolution(double sizes, double reach, double ux, double uy, double speed) {
     double error = gap_resolution(sizes);
     /* Here the impact is far from a graze, and error / speed is smaller than the bound for a graze by a factor of two
@@ -47,7 +47,7 @@ static inline double pair_resolution(double sizes, double reach, double ux, doub
     return speed > 0.0 ? lesser(error / speed, graze) : graze;
 }
 
-/* Return the resolution of an impact on a wall, seconds. */
+/* Return the resolution of an impact on a wall, in seconds. */
 static inline double wall_resolution(double sizes, double speed) {
     return speed > 0.0 ? gap_resolution(sizes) / speed : CAROM_INF;
 }
@@ -174,7 +174,7 @@ static inline void write_impact_row(Record *r, const Impact *impact, const Spins
 
 /* The data that decide whether an impact is ambiguous. */
 typedef struct Ambiguity {
-    double resolution; /* of the impact's time, seconds */
+    double resolution; /* of the impact's time, in seconds */
     bool slides;       /* whether friction acts between the bodies */
     bool moves1;       /* whether the first body is a movable disc; `moves2`: the second body */
     bool moves2;

@@ -27,11 +27,11 @@ cdef class Kernel:
         start: The discs and walls, `carom.model.disc_arrays.DiscArrays`.
         obstacles: Obstacles and driven bodies, `carom.solvers.event_driven.obstacles.Obstacles`; None if nothing is
             driven and all walls are half-planes with the coefficients of the law.
-        until: End of the run, seconds since the start, unless `run` is called with a later one. Crushes after the end
-            do not stop the run.
+        until: End of the run, in seconds since the start, unless `run` is called with a later one. Crushes after the
+            end do not stop the run.
         acceleration: The scene, `carom.solvers.run.Start`, if it has gravity or a table that slows discs; otherwise
             None. With a scene, `obstacles` must contain grounds.
-        contact_duration: Duration of a contact in the TC model, seconds; 0 if the model is not used.
+        contact_duration: Duration of a contact in the TC model, in seconds; 0 if the model is not used.
         standstill: More impacts than this at one instant stop the run, because time no longer advances.
         cell_factor: Factor on the width of a cell; infinity for a single cell.
         all_pairs: Whether to use the all-pairs loop, see `all_pairs.h`; it changes no result.
@@ -85,7 +85,7 @@ cdef class Kernel:
         """Advance the run, and return its `Ending` (pic/state.h).
 
         Args:
-            until: Apply impacts up to and including this time, seconds since the start.
+            until: Apply impacts up to and including this time, in seconds since the start.
             impacts: Largest number of impacts, counted from the start.
             events: Approximate number of events to process.
         """
@@ -97,7 +97,7 @@ cdef class Kernel:
         return ending
 
     def record(self, double begin, double end):
-        """From now on, record impacts whose reported times are from `begin` to `end`, seconds since the start."""
+        """From now on, record impacts whose reported times are from `begin` to `end`, in seconds since the start."""
         self.recent_memory = np.empty(self.s.disc_count * sizeof(Recent), np.uint8)
         cdef unsigned char[::1] recent = self.recent_memory
         carom_record(&self.s, <Recent *>&recent[0], begin, end)
@@ -202,7 +202,7 @@ cdef class Kernel:
 
     @property
     def nbytes(self):
-        """Size of the run's memory without recorded impacts, bytes."""
+        """Size of the run's memory without recorded impacts, in bytes."""
         return self.memory.nbytes + carom_allocated(&self.s)
 
     def state(self):

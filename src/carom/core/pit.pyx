@@ -131,7 +131,7 @@ cdef class FrameLoop:
         return ambiguous_rows(&self.s.record)
 
     def positions(self, double time):
-        """Return the centres, metres, shape ``(n, 2)``, at a time that must not be before the last frame."""
+        """Return the centres, in metres, shape ``(n, 2)``, at a time that must not be before the last frame."""
         return self.states(time)[:, :2].copy()
 
     def velocities(self, double time):
@@ -139,7 +139,7 @@ cdef class FrameLoop:
         return self.states(time)[:, 2:].copy()
 
     def present_spins(self):
-        """Return the spins, radians per second, shape ``(n,)``; None if no disc spins."""
+        """Return the spins, in radians per second, shape ``(n,)``; None if no disc spins."""
         cdef Index i
         spins = [self.s.turning[i].spin for i in range(self.s.disc_count)]
         return np.array(spins) if self.s.record.has_spins else None

@@ -30,7 +30,7 @@ def size_of(x: float, y: float, radius: float) -> float:
 
 
 def gap_resolution(sizes: float) -> float:
-    """Return the resolution of the gap between two bodies, metres. `sizes` is the sum of `size_of` for both bodies."""
+    """Return the resolution of the gap between two bodies, in metres. `sizes` is the sum of both bodies' `size_of`."""
     return 5.0 * ULP * sizes
 
 

@@ -39,9 +39,9 @@ def time_of_impact(
     This is true for numbers of any size.
 
     Args:
-        p1: Centre of disc 1, metres; shape ``(..., 2)``.
-        v1: Velocity of disc 1, metres a second; shape ``(..., 2)``.
-        r1: Radius of disc 1, metres; shape ``(...)``.
+        p1: Centre of disc 1, in metres; shape ``(..., 2)``.
+        v1: Velocity of disc 1, in metres per second; shape ``(..., 2)``.
+        r1: Radius of disc 1, in metres; shape ``(...)``.
         p2: Centre of disc 2.
         v2: Velocity of disc 2.
         r2: Radius of disc 2.

@@ -46,11 +46,11 @@ class Mover(NamedTuple):
     """A disc relative to a wall. The wall may be driven.
 
     Attributes:
-        x: First coordinate of the disc's centre, metres.
-        y: Second coordinate of the centre, metres.
-        ux: First component of the disc's velocity relative to the wall, metres a second.
-        uy: Second component of this velocity, metres a second.
-        radius: Radius of the disc, metres.
+        x: First coordinate of the disc's centre, in metres.
+        y: Second coordinate of the centre, in metres.
+        ux: First component of the disc's velocity relative to the wall, in metres per second.
+        uy: Second component of this velocity, in metres per second.
+        radius: Radius of the disc, in metres.
     """
 
     x: Pair
@@ -71,11 +71,11 @@ class Face:
     """The left side of a straight edge, as seen from its start a towards its end b.
 
     Attributes:
-        a: Start of the edge, metres.
-        b: End of the edge, metres.
-        half_width: Half width of the wall, metres: all points within this distance of the edge belong to the wall.
+        a: Start of the edge, in metres.
+        b: End of the edge, in metres.
+        half_width: Half width of the wall, in metres: all points within this distance of the edge belong to the wall.
         along: The two components of b - a, exactly.
-        length: Length of the edge, metres.
+        length: Length of the edge, in metres.
         normal: Unit vector into the free side, rounded to the nearest floats.
     """
 
@@ -101,8 +101,8 @@ class Sector:
     """The directions from an arc's centre to its points: counterclockwise from `first` to `last`.
 
     Attributes:
-        first: Vector from the centre to the start of the arc, metres; two components.
-        last: Vector from the centre to the end of the arc, metres; two components.
+        first: Vector from the centre to the start of the arc, in metres; two components.
+        last: Vector from the centre to the end of the arc, in metres; two components.
         reflex: Whether the arc is more than half of its circle.
     """
 
@@ -116,13 +116,13 @@ class Arc:
     """One side of an arc, or of a whole circle; or a vertex.
 
     Attributes:
-        centre: The two coordinates of the circle's centre, metres.
-        radius: Radius of the circle, metres; 0 for a vertex.
-        half_width: Half width of the wall, metres: all points within this distance of the arc belong to the wall.
+        centre: The two coordinates of the circle's centre, in metres.
+        radius: Radius of the circle, in metres; 0 for a vertex.
+        half_width: Half width of the wall, in metres: all points within this distance of the arc belong to the wall.
         inside: Whether this is the side on which the circle's centre is.
         sector: Directions of the arc's points from the centre; None for a whole circle.
-        fits_below: Smallest radius of discs that do not fit inside, metres. Such discs meet the arc's stops instead of
-            its inner side.
+        fits_below: Smallest radius of discs that do not fit inside, in metres. Such discs meet the arc's stops instead
+            of its inner side.
     """
 
     centre: tuple[Pair, Pair]

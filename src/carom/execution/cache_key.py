@@ -22,7 +22,7 @@ class JobKey:
         scene: Name of the scene, for display.
         scene_sha256: Hash of the whole scene, including its name.
         method: Engine and profile.
-        dt_s: Step size, seconds.
+        dt_s: Step size, in seconds.
         phase: Fraction of a step, 0 to 1. The scene begins earlier by this fraction.
         versions: Name and version of every distribution that affects the result, sorted by name.
         form: Additional request, such as "drawn" or "timed"; empty if there is none.

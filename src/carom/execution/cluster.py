@@ -52,9 +52,9 @@ class ClusterPool(Pool):
     Args:
         scheduler: Address of the scheduler, such as ``tcp://10.0.0.1:8786``. For ``tls://``, the certificates in Dask's
             configuration are used.
-        time_limit_s: Time limit of a task, seconds, as in `carom.execution.pool.Lane`.
-        memory_limit_mb: Memory limit of a process, megabytes, as in `carom.execution.pool.Lane`, on each machine of the
-            cluster.
+        time_limit_s: Time limit of a task, in seconds, as in `carom.execution.pool.Lane`.
+        memory_limit_mb: Memory limit of a process, in megabytes, as in `carom.execution.pool.Lane`, on each machine of
+            the cluster.
 
     Raises:
         MissingExtraError: distributed (the extra `cluster`) is not installed.

@@ -233,7 +233,7 @@ def list_methods(
     Args:
         infos: Descriptions of the engines.
         profiles: Names of the profiles to run.
-        dts: Step sizes, seconds.
+        dts: Step sizes, in seconds.
         pool: Pool for the queries of adapters; it stays open.
         overrides: Settings that replace those of the profiles, by the engine's name.
     """

@@ -80,7 +80,7 @@ def observe_run(
         adapter: Adapter of the engine.
         scene: The scene.
         profile: Name of the profile.
-        dt_s: Step size, seconds.
+        dt_s: Step size, in seconds.
         overrides: Settings that replace those of the profile.
         samples: Whether to keep positions for drawing.
         watched: Whether to compare each step with PIC, started from the run's state, for `local_truth` of the trace.

@@ -24,9 +24,9 @@ class LastStep:
 
     Attributes:
         scene: The scene.
-        begin_s: Start of the step, seconds; not after the scene's end.
+        begin_s: Start of the step, in seconds; not after the scene's end.
         before: State at the start of the step.
-        end_s: End of the step, seconds; it may be after the scene's end.
+        end_s: End of the step, in seconds; it may be after the scene's end.
         state: State at the end of the step.
     """
 
@@ -96,9 +96,9 @@ class LastStep:
 
         Args:
             discs: Numbers of the discs.
-            until_s: End of the returned step, seconds.
+            until_s: End of the returned step, in seconds.
             impacts: The impacts of the run.
-            turned_s: Time at which each impact turned its bodies, seconds.
+            turned_s: Time at which each impact turned its bodies, in seconds.
             spins: Spins around each impact; None in a scene without spins.
         """
         position, velocity = self.state.position_m.copy(), self.state.velocity_m_s.copy()

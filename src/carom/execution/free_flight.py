@@ -54,7 +54,7 @@ class FreeFlight:
 
     Args:
         scene: The scene.
-        dt_s: The step size, seconds.
+        dt_s: The step size, in seconds.
         float_bits: Declared width of the method's floats.
     """
 
@@ -163,9 +163,9 @@ def compute_time_until_near(offsets: Array, velocity: Array, reach: Array) -> Ar
     near pairs are still far from touching.
 
     Args:
-        offsets: Vector from first to second, metres, shape ``(n, 2)``.
-        velocity: Velocity of the second relative to the first, metres a second, shape ``(n, 2)``.
-        reach: Distance that counts as near, metres, shape ``(n,)``.
+        offsets: Vector from first to second, in metres, shape ``(n, 2)``.
+        velocity: Velocity of the second relative to the first, in metres per second, shape ``(n, 2)``.
+        reach: Distance that counts as near, in metres, shape ``(n,)``.
     """
     with np.errstate(all="ignore"):
         speed = np.hypot(velocity[:, 0], velocity[:, 1])

@@ -77,7 +77,7 @@ class Job:
     Attributes:
         scene: The scene.
         method: Engine and profile.
-        dt_s: Step size, seconds.
+        dt_s: Step size, in seconds.
         refinement: Index of the step size among the scene's step sizes, 0 for the largest. Results of different scenes
             are compared at the same index.
         phase: Fraction of a step, 0 to 1. The scene begins earlier by this fraction.

@@ -27,7 +27,7 @@ Motions = tuple[Motion, Motion]
 
 
 def compute_gravity(scene: Scene) -> Array:
-    """Return each disc's acceleration in free flight, metres a second squared, shape ``(n, 2)``."""
+    """Return each disc's acceleration in free flight, in metres per second squared, shape ``(n, 2)``."""
     return np.array([(0.0, 0.0) if disc.immovable else scene.gravity_m_s2 for disc in scene.discs])
 
 
@@ -39,10 +39,10 @@ class OpenContact:
         number: Position in the order in which contacts began.
         reported: The contact as reported in its first step.
         before: Velocities and spins of the two bodies before the contact's first step.
-        start_s: Time at the start of the contact's first step, seconds.
+        start_s: Time at the start of the contact's first step, in seconds.
         start: State at the start of the contact's first step.
         after: Velocities and spins after the contact's last step so far.
-        end_s: Time at the end of the contact's last step so far, seconds.
+        end_s: Time at the end of the contact's last step so far, in seconds.
         end: State at the end of the contact's last step so far.
         alone: Whether neither body had another contact in any of these steps.
         steps: Number of the contact's steps so far.

@@ -32,8 +32,8 @@ class PhaseSpread:
         velocity_median: Median over phases of the largest velocity error, divided by the scene's speed; NaN if no
             velocity error is known.
         velocity_worst: Largest velocity error over all phases, divided by the scene's speed.
-        time_median_s: Median over phases of the largest magnitude of a time error, seconds.
-        time_worst_s: Largest magnitude of a time error over all phases, seconds.
+        time_median_s: Median over phases of the largest magnitude of a time error, in seconds.
+        time_worst_s: Largest magnitude of a time error over all phases, in seconds.
         pit_miss_probability: Fraction of all possible phases in which PIT misses the impact, by a closed formula; NaN
             unless the scene has two discs that meet on straight paths.
     """

@@ -71,7 +71,7 @@ class Results(Tabular):
         elapsed_s: Wall-clock seconds of the whole cross-check.
         certified: By the scene's name, the certification of the reference, or why there is none. Scenes of one or two
             discs are included on request only.
-        horizons: By the scene's name, the time up to which runs are compared with the reference, seconds. After this
+        horizons: By the scene's name, the time up to which runs are compared with the reference, in seconds. After this
             time the reference is not reliable (by certification or by an estimate), or lasting contact has begun.
             Scenes that are not included are compared completely.
         phases: Number of sub-step phases at which each job was run, in addition to the run without a shift.

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from carom.model.scene import Scene
     from carom.model.trace import Setting
 
-#: Time limit of the certified run of a scene, seconds: enough for a few thousand impacts of dozens of discs.
+#: Time limit of the certified run of a scene, in seconds: enough for a few thousand impacts of dozens of discs.
 CERTIFY_SECONDS = 10.0
 
 #: The best grade that counts as a violation.
@@ -67,7 +67,7 @@ class Options(LimitOptions):
 
     Attributes:
         engines: Names of adapters; by default every one whose engine is installed.
-        dts: Step sizes, seconds; by default those of `compute_default_dts` for each scene.
+        dts: Step sizes, in seconds; by default those of `compute_default_dts` for each scene.
         profiles: Names of profiles, or "all"; by default those of `carom.execution.plan.DEFAULT_PROFILES` that an
             engine has. If two profiles of an engine have the same settings, only the later one is run. Results of a
             profile that cuts steps do not depend on the step size. So such a profile is run only at a scene's largest

@@ -61,7 +61,7 @@ def import_scene(
             by Planck's ``Serializer.toJson`` (``.json``). The first two are read in a separate process, which
             creates only types of the engine; see ``docs/reference/security.md``.
         name: Name of the scene; by default the name of the file.
-        duration_s: Duration of the scene, seconds.
+        duration_s: Duration of the scene, in seconds.
         pixels_per_metre: Number of units of length of the file in a metre.
 
     Raises:

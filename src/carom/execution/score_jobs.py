@@ -36,7 +36,7 @@ class Measures:
         missed: Number of impacts missed.
         spurious: Number of impacts invented.
         undecided: Number of impacts so close to the end of the run that the engine may not have reported them yet.
-        duration_s: Duration of the scene, seconds. Dimensionless times are divided by this duration.
+        duration_s: Duration of the scene, in seconds. Dimensionless times are divided by this duration.
         outcome: Outcome of the run, the name of a `carom.model.trace.Outcome`.
     """
 

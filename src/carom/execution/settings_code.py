@@ -79,7 +79,7 @@ def write_code(engine: str, profile: str, scene: Scene, dt_s: float, *, command:
         engine: Name of the adapter.
         profile: Name of one of its profiles.
         scene: The scene.
-        dt_s: Step size, seconds.
+        dt_s: Step size, in seconds.
         command: The command line that writes the same code again. The heading of the code contains it.
 
     Raises:
@@ -119,7 +119,7 @@ def find_step_code(engine: str, profile: str, scene: Scene, dt_s: float, pool: P
         engine: Name of the adapter.
         profile: Name of one of its profiles.
         scene: The scene, with its frame rate.
-        dt_s: Step size, seconds.
+        dt_s: Step size, in seconds.
         pool: Pool in which the adapter runs; it stays open.
 
     Returns:
@@ -141,7 +141,7 @@ def find_changed_code(
         profile: Name of one of its profiles.
         overrides: The settings that replace those of the profile.
         scene: The scene.
-        dt_s: Step size, seconds.
+        dt_s: Step size, in seconds.
         pool: Pool in which the adapter runs; it stays open.
 
     Returns:

@@ -28,7 +28,7 @@ class KnownSettingsTask(AdapterTask):
 
     Attributes:
         profiles: Names of profiles. Their example values take precedence.
-        dt_s: Step size, seconds.
+        dt_s: Step size, in seconds.
     """
 
     profiles: tuple[str, ...]
@@ -55,7 +55,7 @@ def resolve_settings(
         info: Description of the engine.
         overrides: The settings by name. Texts are converted to the type of the setting.
         profiles: The profiles whose settings are replaced.
-        dt_s: Step size for the query of the profiles' settings, seconds.
+        dt_s: Step size for the query of the profiles' settings, in seconds.
         runner: Pool for the query of the adapter.
 
     Raises:

@@ -111,7 +111,7 @@ class LimitOptions(DeclaredOptions):
     Attributes:
         jobs: Number of parallel runs; by default the number of cores.
         time_limit_s: Seconds after which an engine without an answer is ended.
-        memory_limit_mb: Memory limit of an engine's process, megabytes; by default that of
+        memory_limit_mb: Memory limit of an engine's process, in megabytes; by default that of
             `carom.execution.pool.LocalPool`.
         scheduler: Address of a Dask scheduler. The study runs on its cluster; by default the study runs on this
             machine.

@@ -24,7 +24,7 @@ MOST_TESTS = 20_000_000
 
 
 class SkippedTime(NamedTuple):
-    """Median run time with skipping, seconds, and median ratio of the run times without and with skipping."""
+    """Median run time with skipping, in seconds, and median ratio of the run times without and with skipping."""
 
     with_s: float
     ratio: float

@@ -90,7 +90,7 @@ def time_run(
         adapter: The adapter.
         scene: The scene.
         profile: Name of the profile.
-        dt_s: The step size, seconds.
+        dt_s: The step size, in seconds.
         overrides: Settings that replace those of the profile.
         steps: Number of steps; by default the whole scene.
         runs: Largest number of runs, 1 or more.

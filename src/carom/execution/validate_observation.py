@@ -35,7 +35,7 @@ class Validator:
 
     Args:
         scene: The scene of the run.
-        dt_s: Step size of the run, seconds.
+        dt_s: Step size of the run, in seconds.
         float_bits: Declared width of the method's floats.
     """
 

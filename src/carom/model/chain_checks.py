@@ -75,8 +75,8 @@ class Crossing(NamedTuple):
     Attributes:
         first: Number of the first edge.
         second: Number of the second edge, which is higher.
-        x: x coordinate of the point, metres, rounded for messages.
-        y: y coordinate of the point, metres, rounded for messages.
+        x: x coordinate of the point, in metres, rounded for messages.
+        y: y coordinate of the point, in metres, rounded for messages.
     """
 
     first: int
@@ -108,7 +108,7 @@ def _is_at(place: Place, point: tuple[Number, Number]) -> bool:
 
 
 def _compute_box(edge: Edge, circle: ExactCircle | None) -> tuple[float, float, float, float]:
-    """Return a box that contains an edge despite rounding: its least and greatest x and y, metres."""
+    """Return a box that contains an edge despite rounding: its least and greatest x and y, in metres."""
     xs, ys = zip(edge.a, edge.b, strict=True)
     box = [min(xs), min(ys), max(xs), max(ys)]
     if circle is not None:

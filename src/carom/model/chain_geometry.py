@@ -26,7 +26,7 @@ class ExactCircle(NamedTuple):
 
 
 class Edge(NamedTuple):
-    """One edge of a chain: from a to b, metres, with its bulge."""
+    """One edge of a chain: from a to b, in metres, with its bulge."""
 
     a: Point
     b: Point
@@ -37,8 +37,8 @@ class Foot(NamedTuple):
     """The point of a wall's line that is nearest to a given point.
 
     Attributes:
-        x: x coordinate of the point, metres.
-        y: y coordinate of the point, metres.
+        x: x coordinate of the point, in metres.
+        y: y coordinate of the point, in metres.
         edge: Number of the edge that contains the point; if two edges do, the lower number.
         inner: Whether the point is between the ends of that edge.
     """

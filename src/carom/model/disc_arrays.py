@@ -46,15 +46,15 @@ class DiscArrays:
     An event-driven run refuses a state in which discs overlap.
 
     Attributes:
-        position_m: Centres at time 0, shape ``(n, 2)``, metres.
-        velocity_m_s: Velocities, shape ``(n, 2)``, metres a second.
-        radius_m: Radii, shape ``(n,)``, metres, above 0.
-        mass_kg: Masses, shape ``(n,)``, kilograms, above 0; infinity is an immovable disc.
+        position_m: Centres at time 0, shape ``(n, 2)``, in metres.
+        velocity_m_s: Velocities, shape ``(n, 2)``, in metres per second.
+        radius_m: Radii, shape ``(n,)``, in metres, above 0.
+        mass_kg: Masses, shape ``(n,)``, in kilograms, above 0; infinity is an immovable disc.
         walls: ``(x, y, nx, ny)`` of each half-plane: a point, and the unit normal into the free side. For a finite
             wall, its outline.
         restitution: Coefficient of restitution of every pair of discs, 0 to 1.
         wall_restitution: Coefficient of restitution between any disc and any wall, 0 to 1.
-        spin_rad_s: Rates of turning at time 0, counterclockwise, shape ``(n,)``, radians a second; None for 0.
+        spin_rad_s: Rates of turning at time 0, counterclockwise, shape ``(n,)``, in radians per second; None for 0.
         inertia_factor: Moments of inertia over mass times radius squared, shape ``(n,)``, above 0 and up to 1; infinity
             for a disc that can't turn. None for 1/2 everywhere.
         friction: Coulomb's coefficient of every pair of discs, 0 or more.
@@ -64,8 +64,8 @@ class DiscArrays:
         wall_tangential_restitution: Tangential restitution between any disc and any wall, -1 to 1.
         wall_materials: Coefficients of each wall; None if all walls have `wall_restitution` and `wall_friction`.
         wall_drives: Path of each wall; None if no wall is driven. `walls` has their positions at time 0.
-        belts_m_s: Speed of each wall's surface, metres a second, to the left of the normal into the free side; None if
-            no surface moves.
+        belts_m_s: Speed of each wall's surface, in metres per second, to the left of the normal into the free side;
+            None if no surface moves.
         driven_discs: Numbers of the driven discs, ascending. Driven discs have infinite masses.
         disc_drives: Path of each driven disc.
 
@@ -212,12 +212,12 @@ class DiscArrays:
         return STANDS if self.wall_drives is None else self.wall_drives[k]
 
     def belt_of_wall(self, k: int) -> float:
-        """Return the speed of the surface of wall `k`, metres a second."""
+        """Return the speed of the surface of wall `k`, in metres per second."""
         return 0.0 if self.belts_m_s is None else self.belts_m_s[k]
 
     @property
     def spins(self) -> NDArray[np.float64]:
-        """Rate of turning of each disc at the start, shape ``(n,)``, radians a second."""
+        """Rate of turning of each disc at the start, shape ``(n,)``, in radians per second."""
         return np.zeros(len(self)) if self.spin_rad_s is None else self.spin_rad_s
 
     @property
@@ -227,7 +227,7 @@ class DiscArrays:
 
     @property
     def surface_speed_m_s(self) -> NDArray[np.float64]:
-        """Speed of each disc's rim as seen from its centre, counterclockwise, shape ``(n,)``, metres a second."""
+        """Speed of each disc's rim as seen from its centre, counterclockwise, shape ``(n,)``, in metres per second."""
         return self.radius_m * self.spins
 
     @property
@@ -264,7 +264,7 @@ class DiscArrays:
 
     @property
     def driven_speeds(self) -> NDArray[np.float64]:
-        """All velocity components of driven bodies, and all speeds of belts, metres a second. Some are negative."""
+        """All velocity components of driven bodies and all belt speeds, in metres per second. Some are negative."""
         drives = (*(self.wall_drives or ()), *self.disc_drives)
         speeds = [part for drive in drives for leg in drive.legs for part in leg.velocity]
         return np.array([*speeds, *(self.belts_m_s or ())], np.float64)
@@ -330,5 +330,5 @@ class DiscArrays:
 
 
 def list_wall_lengths(wall: HalfPlane | Outline) -> tuple[float, ...]:
-    """Return the coordinates and radii of a wall, metres. Some are negative."""
+    """Return the coordinates and radii of a wall, in metres. Some are negative."""
     return wall[:2] if isinstance(wall, tuple) else wall.lengths

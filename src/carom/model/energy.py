@@ -12,7 +12,7 @@ from carom.model.trace import Trace, rim_speeds
 def kinetic_energy(
     scene: Scene, velocity_m_s: NDArray[np.float64], spin_rad_s: NDArray[np.float64] | None = None
 ) -> float:
-    """Return the kinetic energy of the movable discs, joules. Rotation is included if spins are given.
+    """Return the kinetic energy of the movable discs, in joules. Rotation is included if spins are given.
 
     `velocity_m_s` has shape ``(n, 2)``, `spin_rad_s` ``(n,)``. A disc that can't turn has no rotational energy.
     """
@@ -26,7 +26,7 @@ def kinetic_energy(
 
 
 def work_of_driven(trace: Trace) -> NDArray[np.float64]:
-    """Return the work of the driven body on the disc in each impact, joules, shape ``(m,)``; 0 if no body is driven.
+    """Return the work of the driven body on the disc in each impact, in joules, shape ``(m,)``; 0 if no body is driven.
 
     The work is the impulse on the disc times the velocity of the driven surface. A belt's speed or a driven disc's spin
     is part of this velocity. The change of the kinetic energy is the work minus the loss in the impacts.

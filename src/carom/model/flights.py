@@ -23,8 +23,8 @@ class Flight(ByValue):
     Attributes:
         disc: Number of the disc.
         impact: Index of the impact at the path's end; the number of impacts if a mode or the run ends the path.
-        begin_s: Start of the path, seconds.
-        end_s: End of the path, seconds.
+        begin_s: Start of the path, in seconds.
+        end_s: End of the path, in seconds.
         position_m: Position at the start, shape ``(2,)``.
         velocity_m_s: Velocity at the start, shape ``(2,)``.
         pull_m_s2: Acceleration, shape ``(2,)``: gravity, or the acceleration in the disc's mode.

@@ -52,7 +52,7 @@ def compute_input_rounding(size: Floats) -> Floats:
     discs touch according to the decimal numbers of a file, they must not be refused because of binary rounding.
 
     Args:
-        size: Magnitude of the largest number in the computation of a gap, metres.
+        size: Magnitude of the largest number in the computation of a gap, in metres.
     """
     rounding: Floats = 6.0 * np.spacing(size)
     return rounding
@@ -78,8 +78,8 @@ def find_overlaps(
     """Return the overlaps that rounding can't explain, between discs and of discs with walls: at most ten of each kind.
 
     Args:
-        position_m: Centres, metres, shape ``(n, 2)``.
-        radius_m: Radii, metres, shape ``(n,)``.
+        position_m: Centres, in metres, shape ``(n, 2)``.
+        radius_m: Radii, in metres, shape ``(n,)``.
         movable: Whether an impact moves a disc, shape ``(n,)``.
         walls: Point and unit normal of each half-plane, outline of each finite wall.
         disc_name: Name of the other disc in a message, with ``{}`` for its number.

@@ -18,10 +18,10 @@ class Course(NamedTuple):
     """A leg of a driven body's path.
 
     Attributes:
-        begin_s: Time at which the leg begins, seconds since the start.
+        begin_s: Time at which the leg begins, in seconds since the start.
         end_s: Time at which the next leg begins; infinity for the last leg.
-        moved: Displacement of the body when the leg begins, metres.
-        velocity: Velocity during the leg, metres a second.
+        moved: Displacement of the body when the leg begins, in metres.
+        velocity: Velocity during the leg, in metres per second.
     """
 
     begin_s: float
@@ -30,7 +30,7 @@ class Course(NamedTuple):
     velocity: Vector
 
     def moved_at(self, time_s: float) -> Vector:
-        """Return the body's displacement at a time within the leg, metres."""
+        """Return the body's displacement at a time within the leg, in metres."""
         (x, y), (u, v), elapsed_s = self.moved, self.velocity, time_s - self.begin_s
         return x + u * elapsed_s, y + v * elapsed_s
 
@@ -70,7 +70,7 @@ class Drive(NamedTuple):
 
     @property
     def fastest(self) -> float:
-        """Greatest speed of the body, metres a second."""
+        """Greatest speed of the body, in metres per second."""
         return max(math.hypot(*leg.velocity) for leg in self.legs)
 
     def leg_at(self, time_s: float) -> Course:
@@ -82,11 +82,11 @@ class Drive(NamedTuple):
         return self.legs[self._find_leg_number(time_s) :]
 
     def velocity_at(self, time_s: float) -> Vector:
-        """Return the body's velocity at a time since the start, metres a second."""
+        """Return the body's velocity at a time since the start, in metres per second."""
         return self.leg_at(time_s).velocity
 
     def moved_at(self, time_s: float) -> Vector:
-        """Return the body's displacement at a time since the start, metres."""
+        """Return the body's displacement at a time since the start, in metres."""
         return self.leg_at(time_s).moved_at(time_s)
 
     def velocities_within(self, begin_s: float, end_s: float) -> list[Vector]:

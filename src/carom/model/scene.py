@@ -72,13 +72,13 @@ class Disc(Model):
     """A circular rigid body.
 
     Attributes:
-        position_m: Centre at time 0, metres.
-        velocity_m_s: Velocity at time 0, metres a second.
-        radius_m: Radius, metres, above 0.
-        mass_kg: Mass, kilograms, above 0; ``inf`` (in JSON the string ``"inf"``) is a disc that no impact moves.
+        position_m: Centre at time 0, in metres.
+        velocity_m_s: Velocity at time 0, in metres per second.
+        radius_m: Radius, in metres, above 0.
+        mass_kg: Mass, in kilograms, above 0; ``inf`` (in JSON the string ``"inf"``) is a disc that no impact moves.
         driven: Whether a disc of infinite mass moves. The disc keeps its velocity and spin at every impact.
         legs: Path of a driven disc as a list of velocities, each from a given time on; replaces `velocity_m_s`.
-        spin_rad_s: Rate of turning at time 0, counterclockwise, radians a second.
+        spin_rad_s: Rate of turning at time 0, counterclockwise, in radians per second.
         inertia_factor: Moment of inertia over mass times radius squared, above 0 and up to 1: 1/2 for a uniform disc,
             2/5 for a sphere, 1 for a hoop. A disc with ``inf`` (in JSON the string ``"inf"``) can't turn.
 
@@ -150,17 +150,17 @@ class Scene(Drawn, Model):
         tangential_restitution: Tangential restitution of two discs, -1 to 1. The value applies if friction can stop the
             slip of the discs: 0 ends the slip, and 1 reverses it. Without friction the value has no effect.
         wall_tangential_restitution: Tangential restitution between any disc and any wall, -1 to 1.
-        gravity_m_s2: Uniform acceleration of every movable disc, metres a second squared.
+        gravity_m_s2: Uniform acceleration of every movable disc, in metres per second squared.
         damping_per_s: Rate c of linear damping, 1/s, 0 or more: between impacts velocities and spins of all discs fall
             as ``exp(-c t)``. The rate must be 0 in a scene with gravity. See `docs/theory/damping.md`.
         wall_rolling_resistance: Coefficient c of rolling resistance between any disc and any wall, 0 or more. If a disc
             of radius R presses on a wall with the force P, the wall resists the disc's rotation with a torque of up to
             c P R. The coefficient c is the tangent of the steepest slope on which a disc stays at rest. Rolling
             resistance needs gravity, and `wall_tangential_restitution` must be 0. See `docs/theory/contact.md`.
-        table_deceleration_m_s2: Deceleration of discs that slide on a table, metres a second squared. The scene is then
-            seen from above. A table excludes gravity, damping, spin, friction and driven bodies. See
+        table_deceleration_m_s2: Deceleration of discs that slide on a table, in metres per second squared. The scene is
+            then seen from above. A table excludes gravity, damping, spin, friction and driven bodies. See
             `docs/theory/contact.md`.
-        duration_s: Duration of the simulation, seconds, above 0.
+        duration_s: Duration of the simulation, in seconds, above 0.
         frame_rate_hz: Frames per second of a frame-sampled method, unless a run sets another rate.
 
     Examples:

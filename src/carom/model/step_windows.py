@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 class WindowRow:
     """One window: successive steps of a few bodies, compared with PIC from the bodies' state at the window's start.
 
-    Velocities and rim speeds (spin times radius) are in metres a second. NaN marks a number that was not requested.
+    Velocities and rim speeds (spin times radius) are in metres per second. NaN marks a number that was not requested.
 
     Attributes:
         begin_s: Time of the window's first state.
@@ -93,7 +93,7 @@ MEETING_DTYPE = np.dtype(
 )
 
 #: A change of a disc in a step that is not in a window. The fields are the start of the step, the changes of velocity
-#: and rim speed (metres a second), the displacement that the disc's velocity does not explain (metres), the disc's
+#: and rim speed (metres per second), the displacement that the disc's velocity does not explain (metres), the disc's
 #: speed, and the rounding of its position.
 SLIP_DTYPE = np.dtype(
     [
@@ -117,10 +117,10 @@ class States:
     """States of a run at the ends of its steps, or of pieces of steps if the run was located.
 
     Attributes:
-        time_s: Shape ``(k,)``, seconds, increasing.
-        position_m: Shape ``(k, n, 2)``, metres.
-        velocity_m_s: Shape ``(k, n, 2)``, metres a second.
-        spin_rad_s: Shape ``(k, n)``, radians a second; None in a scene in which no disc spins.
+        time_s: Shape ``(k,)``, in seconds, increasing.
+        position_m: Shape ``(k, n, 2)``, in metres.
+        velocity_m_s: Shape ``(k, n, 2)``, in metres per second.
+        spin_rad_s: Shape ``(k, n)``, in radians per second; None in a scene in which no disc spins.
     """
 
     time_s: Array

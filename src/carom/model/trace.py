@@ -51,7 +51,8 @@ def format_profile(method: str, profile: str, overrides: Mapping[str, Setting]) 
     return f"{profile_name} with {values}".lstrip() if values else profile_name
 
 
-#: Spins of an impact's two bodies, just before and just after it, radians a second, counterclockwise; 0 for a wall.
+#: Spins of an impact's two bodies, just before and just after it, in radians per second, counterclockwise; 0 for a
+#: wall.
 SPIN_DTYPE = np.dtype([("first_before", "f8"), ("second_before", "f8"), ("first_after", "f8"), ("second_after", "f8")])
 
 #: Edge of a finite wall that was hit: its number in the file (-1 for none) and its kind, see `EdgeKind`.
@@ -190,8 +191,8 @@ def velocities(impacts: NDArray[np.void], moment: Literal["before", "after"]) ->
 def rim_speeds(trace: Trace, moment: Literal["before", "after"]) -> NDArray[np.float64]:
     """Return the rim speeds ``R w`` of both bodies of each impact, shape ``(2, m)``: first bodies, then second bodies.
 
-    Rim speeds are in metres a second, positive if counterclockwise. Walls have rim speed 0. All rim speeds are 0 if the
-    trace has no spins.
+    Rim speeds are in metres per second, positive if counterclockwise. Walls have rim speed 0. All rim speeds are 0 if
+    the trace has no spins.
     """
     speeds = np.zeros((2, len(trace.impacts)))
     if trace.spins is not None:
@@ -202,7 +203,7 @@ def rim_speeds(trace: Trace, moment: Literal["before", "after"]) -> NDArray[np.f
 
 
 def turn_times(trace: Trace) -> NDArray[np.float64]:
-    """Return the effective time of each impact if it is known, otherwise the reported time, seconds."""
+    """Return the effective time of each impact if it is known, otherwise the reported time, in seconds."""
     reported: NDArray[np.float64] = trace.impacts["time_s"]
     effective = reported if trace.effective_time_s is None else trace.effective_time_s
     return np.where(np.isfinite(effective), effective, reported)
@@ -263,8 +264,8 @@ class Samples(ByValue):
     """States at chosen instants, for drawing.
 
     Attributes:
-        time_s: Shape ``(k,)``, seconds.
-        position_m: Shape ``(k, n, 2)``, metres.
+        time_s: Shape ``(k,)``, in seconds.
+        position_m: Shape ``(k, n, 2)``, in metres.
     """
 
     time_s: NDArray[np.float64]
@@ -285,7 +286,7 @@ class Trace(ByValue, Tabular):
         final_velocity_m_s: Shape ``(n, 2)``, at `end_time_s`.
         end_time_s: Time at which the run ended: the scene's duration, or an earlier impact.
         outcome: How the run ended.
-        dt_s: Step size (or time between frames), seconds; 0 without steps.
+        dt_s: Step size (or time between frames), in seconds; 0 without steps.
         effective_time_s: Shape ``(len(impacts),)``: the time at which the free-flight lines before and after each
             impact meet; NaN if they don't. None if the method has no steps and the reported time is the instant itself.
         state_before: Structured array of `STATE_DTYPE`, one entry per impact: the method's last state before the

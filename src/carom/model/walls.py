@@ -43,8 +43,8 @@ class Leg(Model):
     """One leg of a driven body's path: a velocity, up to the start of the next leg.
 
     Attributes:
-        from_s: Start of the leg, seconds since the start of the scene; 0 for the first leg.
-        velocity_m_s: Velocity of the body, metres a second.
+        from_s: Start of the leg, in seconds since the start of the scene; 0 for the first leg.
+        velocity_m_s: Velocity of the body, in metres per second.
     """
 
     from_s: Since
@@ -108,15 +108,15 @@ class Wall(_Common):
     """A half-plane that no disc may enter.
 
     Attributes:
-        point_m: Any point on the wall's surface, metres.
+        point_m: Any point on the wall's surface, in metres.
         normal: Direction into the free side, of any length but zero; stored as a unit vector.
         restitution: Coefficient of restitution between this wall and any disc, 0 to 1; None for the scene's.
         friction: Coulomb's coefficient of friction between this wall and any disc, 0 or more; None for the scene's.
         velocity_m_s: Velocity of a driven wall, which impacts don't change. The other fields give its position at time
             0. A wall with (0, 0) is at rest.
         legs: Path of a driven wall as a list of velocities, each from a given time on; replaces `velocity_m_s`.
-        surface_speed_m_s: Speed of a belt, metres a second: the wall's surface moves to the left of the normal into the
-            free side. A belt acts through friction alone.
+        surface_speed_m_s: Speed of a belt, in metres per second: the wall's surface moves to the left of the normal
+            into the free side. A belt acts through friction alone.
 
     Examples:
         >>> wall = carom.Wall(point_m=(3.0, 0.0), normal=(-1.0, 0.0))
@@ -132,11 +132,11 @@ class Chain(_Common):
     """A line of straight edges and arcs, optionally with a width. No disc may cross the line from either side.
 
     Attributes:
-        points_m: Points at which edges begin and end, metres.
+        points_m: Points at which edges begin and end, in metres.
         bulges: Tangent of a quarter of each edge's angle: 0 straight, 1 half of a circle, positive counterclockwise.
             Empty if all edges are straight.
         closed: Whether an edge runs from the last point to the first.
-        half_width_m: The wall consists of all points within this distance of the line, metres. Ends and corners are
+        half_width_m: The wall consists of all points within this distance of the line, in metres. Ends and corners are
             therefore round.
         solid: Whether the inside of a closed chain is also part of the wall, so that no disc may begin there.
         pieces: Number of pieces into which each edge is cut for engines. PIC and PIT ignore this number.
@@ -145,8 +145,8 @@ class Chain(_Common):
         velocity_m_s: Velocity of a driven wall, which impacts don't change. The other fields give its position at time
             0. A wall with (0, 0) is at rest.
         legs: Path of a driven wall as a list of velocities, each from a given time on; replaces `velocity_m_s`.
-        surface_speed_m_s: Speed of a belt, metres a second: the surface moves to the left of the normal that points to
-            the disc, on either side of the line. A belt acts through friction alone.
+        surface_speed_m_s: Speed of a belt, in metres per second: the surface moves to the left of the normal that
+            points to the disc, on either side of the line. A belt acts through friction alone.
 
     Examples:
         >>> stair = carom.Chain(points_m=[(0.0, 0.0), (2.0, 0.0), (2.0, 1.0)])
@@ -185,16 +185,16 @@ class Ring(_Common):
     """A circle that no disc may cross: a container for discs inside, a post for discs outside, a point at radius 0.
 
     Attributes:
-        centre_m: Centre, metres.
-        radius_m: Radius, metres, 0 or more.
-        half_width_m: The wall consists of all points within this distance of the circle, metres.
+        centre_m: Centre, in metres.
+        radius_m: Radius, in metres, 0 or more.
+        half_width_m: The wall consists of all points within this distance of the circle, in metres.
         restitution: Coefficient of restitution between this wall and any disc, 0 to 1; None for the scene's.
         friction: Coulomb's coefficient of friction between this wall and any disc, 0 or more; None for the scene's.
         velocity_m_s: Velocity of a driven wall, which impacts don't change. The other fields give its position at time
             0. A wall with (0, 0) is at rest.
         legs: Path of a driven wall as a list of velocities, each from a given time on; replaces `velocity_m_s`.
-        surface_speed_m_s: Speed of a belt, metres a second: the surface moves to the left of the normal that points to
-            the disc, on either side of the circle. A belt acts through friction alone.
+        surface_speed_m_s: Speed of a belt, in metres per second: the surface moves to the left of the normal that
+            points to the disc, on either side of the circle. A belt acts through friction alone.
 
     Examples:
         >>> post = carom.Ring(centre_m=(1.0, 2.0), radius_m=0.5)

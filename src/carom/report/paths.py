@@ -99,6 +99,6 @@ def build_observed_paths(trace: Trace) -> Paths:
 
 
 def compute_extent(trace: Trace) -> float:
-    """Return the larger side of the bounding box of a trace's discs, metres."""
+    """Return the larger side of the bounding box of a trace's discs, in metres."""
     low, high = build_exact_paths(trace).compute_bounds()
     return float(np.max(high - low)) + 2.0 * max(disc.radius_m for disc in trace.scene.discs)

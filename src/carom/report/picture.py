@@ -117,7 +117,7 @@ def _find_axis_of_motion(paths: Paths, scene: Scene) -> int | None:
 
 
 def compute_limits(scene: Scene, reference: Paths, observed: Paths) -> Limits:
-    """Return the lower left and the upper right corner of the shown region, metres."""
+    """Return the lower left and the upper right corner of the shown region, in metres."""
     radius = max(disc.radius_m for disc in scene.discs)
     low, high = reference.compute_bounds()
     low, high = low - radius, high + radius

@@ -152,7 +152,7 @@ def _build_sampler(reference: Trace, trace: Trace) -> Json | None:
 
 
 def list_meetings(reference: Trace) -> Iterator[tuple[float, float, float | None]]:
-    """Yield each impact's contact point, metres, and the seconds for which the bodies would overlap in free flight.
+    """Yield each impact's contact point, in metres, and the seconds for which the bodies would overlap in free flight.
 
     The bodies approach in the first half of this time. The time is None for impacts on walls, if something slows discs,
     or if only one of two discs falls.
@@ -192,7 +192,7 @@ def _build_impacts(reference: Trace, trace: Trace, score: Score) -> Json:
 
 
 def find_pause_time(row: Json, overlap_s: float | None, trace: Trace) -> float:
-    """Return the instant at which a replay shows a fault, seconds.
+    """Return the instant at which a replay shows a fault, in seconds.
 
     The instant is the reported time or, for a missed impact, the instant at which the miss is most visible.
 

@@ -162,7 +162,8 @@ def choose_line_style(engine: str, *, profile: str = "tuned") -> dict[str, Any]:
     }
 
 
-#: Sizes for a phone, inches: the diagram, its left margin, its right margin for names, and the height of a legend line.
+#: Sizes for a phone, in inches: the diagram, its left margin, its right margin for names, and the height of a legend
+#: line.
 _NARROW_IN, _NARROW_LEFT_IN, _NAMES_IN, _ENTRY_IN = (3.9, 3.9), 0.8, 1.3, 0.18
 
 

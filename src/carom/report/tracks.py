@@ -85,7 +85,7 @@ class Turning:
     angle_rad: Array
 
     def angle_at(self, time_s: float) -> float:
-        """Return the angle at a time within the run, radians."""
+        """Return the angle at a time within the run, in radians."""
         return float(np.interp(time_s, self.time_s, self.angle_rad))
 
 

@@ -24,8 +24,8 @@ class RunOptions:
 
     Attributes:
         record: Which impacts to record: "all" or "none". Impacts of each disc are counted in any case.
-        window_s: First and last time of impacts to record, seconds.
-        contact_duration_s: Contact time of the TC model, seconds; 0 for none.
+        window_s: First and last time of impacts to record, in seconds.
+        contact_duration_s: Contact time of the TC model, in seconds; 0 for none.
 
     Raises:
         InputError: An option is outside its range; the message names the option.

@@ -79,9 +79,9 @@ def solve_pic(
         max_impacts: Stop after this many impacts; None for no limit.
         until_s: Stop at this time instead of the scene's duration.
         record: Which impacts the trace contains: "all" or "none". Impacts of each disc are counted in any case.
-        window_s: First and last time of impacts to keep, seconds.
-        sample_times_s: Ascending times, seconds, at which the trace contains all positions.
-        contact_duration_s: Contact time of the TC model, seconds. The model prevents inelastic collapse; 0 turns it
+        window_s: First and last time of impacts to keep, in seconds.
+        sample_times_s: Ascending times, in seconds, at which the trace contains all positions.
+        contact_duration_s: Contact time of the TC model, in seconds. The model prevents inelastic collapse; 0 turns it
             off.
         progress: Called at intervals with the number of impacts so far and the time reached.
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from carom.model.scene import Scene
     from carom.model.trace import Outcome
 
-#: Called at intervals with the number of impacts so far and the time reached, seconds.
+#: Called at intervals with the number of impacts so far and the time reached, in seconds.
 Progress = Callable[[int, float], None]
 #: Function that converts rows of impacts, spins or modes.
 SeenRows = Callable[["NDArray[np.void]"], "NDArray[np.void]"]
@@ -73,7 +73,7 @@ class Run(Protocol):
 
     @property
     def time_s(self) -> float:
-        """Time that the run has reached, seconds since the start."""
+        """Time that the run has reached, in seconds since the start."""
 
     @property
     def log(self) -> RunImpacts:
@@ -95,13 +95,13 @@ class Run(Protocol):
         """
 
     def positions(self) -> NDArray[np.float64]:
-        """Return the centres now, metres, shape ``(n, 2)``."""
+        """Return the centres now, in metres, shape ``(n, 2)``."""
 
     def velocities(self) -> NDArray[np.float64]:
-        """Return the velocities now, metres a second, shape ``(n, 2)``."""
+        """Return the velocities now, in metres per second, shape ``(n, 2)``."""
 
     def spins(self) -> NDArray[np.float64] | None:
-        """Return the spins now, radians a second, shape ``(n,)``; None in a scene in which nothing turns."""
+        """Return the spins now, in radians per second, shape ``(n,)``; None in a scene in which nothing turns."""
 
     def impacts_per_disc(self) -> NDArray[np.int64]:
         """Return the number of impacts of each disc so far, with discs and walls, shape ``(n,)``."""
@@ -129,7 +129,7 @@ class SeenRun:
         return self._run.impacts_per_disc()
 
     def positions(self) -> NDArray[np.float64]:
-        """Return the centres now, metres, shape ``(n, 2)``."""
+        """Return the centres now, in metres, shape ``(n, 2)``."""
         return self._run.positions()
 
 

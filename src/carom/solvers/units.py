@@ -163,7 +163,7 @@ class RunInUnits(SeenRun):
 
     @property
     def time_s(self) -> float:
-        """Time that the run has reached, seconds from the start."""
+        """Time that the run has reached, in seconds from the start."""
         return self._units.to_seconds(self._run.time_s)
 
     def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:
@@ -172,15 +172,15 @@ class RunInUnits(SeenRun):
         return self._run.advance_to(self._units.from_seconds(time_s), max_impacts, look)
 
     def positions(self) -> Array:
-        """Return the centres now, metres, shape ``(n, 2)``."""
+        """Return the centres now, in metres, shape ``(n, 2)``."""
         return np.ldexp(self._run.positions(), self._units.length)
 
     def velocities(self) -> Array:
-        """Return the velocities now, metres a second, shape ``(n, 2)``."""
+        """Return the velocities now, in metres per second, shape ``(n, 2)``."""
         return np.ldexp(self._run.velocities(), self._units.length - self._units.time)
 
     def spins(self) -> Array | None:
-        """Return the spins now, radians a second, shape ``(n,)``; None in a scene in which nothing turns."""
+        """Return the spins now, in radians per second, shape ``(n,)``; None in a scene in which nothing turns."""
         spins = self._run.spins()
         return None if spins is None else np.ldexp(spins, -self._units.time)
 

@@ -64,9 +64,9 @@ MOST_ROUNDS = 1024
 #: Most step sizes of a series. In a longer series, successive step sizes would be too similar to cause different
 #: errors.
 MOST_SERIES = 256
-#: Default time limit of an engine, seconds. An engine that exceeds the limit is terminated.
+#: Default time limit of an engine, in seconds. An engine that exceeds the limit is terminated.
 DEFAULT_TIME_LIMIT_S = 60.0
-#: Longest time limit or time budget, seconds: four months. No system can wait for 1e10 seconds.
+#: Longest time limit or time budget, in seconds: four months. No system can wait for 1e10 seconds.
 LONGEST_S = 1e7
 #: Most megabytes of a worker. No machine has so much memory, and every system accepts this number.
 MOST_MB = 1e9

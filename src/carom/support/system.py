@@ -15,7 +15,7 @@ def count_available_cores() -> int:
 
 
 def measure_available_memory() -> int:
-    """Return the machine's memory or, in a container, the memory limit, bytes."""
+    """Return the machine's memory or, in a container, the memory limit, in bytes."""
     total_bytes = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     with suppress(OSError, ValueError):  # there is no control group, or its limit is the text "max"
         total_bytes = min(total_bytes, int(Path("/sys/fs/cgroup/memory.max").read_text(encoding="ascii")))

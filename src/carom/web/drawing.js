@@ -65,7 +65,7 @@ const eventsOf = ({ impacts, modes }) => {
 export const flownIn = ({ damping_per_s: c }, t) => (c ? -Math.expm1(-c * t) / c : t);
 export const clockOf = ({ damping_per_s: c }, t) => (!c ? t : c * t < 1 ? -Math.log1p(-c * t) / c : Infinity);
 const piecesOf = ({ damping_per_s: c }, t) => (c ? Math.max(1, Math.min(400, Math.ceil(16 * c * t))) : 1);
-// Returns the acceleration that a table causes, metres a second squared. stopsAfter returns the time until a disc
+// Returns the acceleration that a table causes, in metres per second squared. stopsAfter returns the time until a disc
 // stops.
 export function slowing({ table_deceleration_m_s2: a = 0 }, velocity) {
   const speed = Math.hypot(...velocity);

@@ -75,8 +75,8 @@ function verdict(name, first) {
   if (!Number.isFinite(pair[1].effective_s)) return `${name} reports the impact ${describeLateness(reported)}.`;
   return `${name} lets the bodies bounce ${describeLateness(late)}, and reports the impact ${describeLateness(reported)}.`;
 }
-// To measure the cost of a frame, PIT's run is repeated until the total time is long enough for a coarse clock,
-// milliseconds.
+// Total time, in milliseconds, for which PIT's run is repeated to measure the cost of a frame. It is long enough for a
+// coarse clock.
 const MEASURED_MS = 20;
 export function cost() {
   const { scene: s, seen } = state;

@@ -109,7 +109,7 @@ def test_earlier_start_of_a_falling_disc_is_on_its_parabola() -> None:
 
 
 def build_passing_scene(offset: float, advance: float) -> Scene:
-    """Two discs of contact distance 1 at 10 frames a second, the relative advance a frame in contact distances."""
+    """Two discs of contact distance 1 at 10 frames per second, the relative advance a frame in contact distances."""
     return staged(
         "passing",
         disc_at(-4.0 * advance, 0.0, 10 * advance, 0.0),

@@ -44,7 +44,7 @@ def not_run() -> Mapping[str, tuple[Status, str]]:
 
 def _scenes() -> list[Scene]:
     oblique = [disc_at(-1.0, 0.0, 3.0, 0.2, r=0.3), disc_at(1.0, 0.2, -2.0, 0.0, r=0.3)]
-    # At 5 frames a second the discs pass through each other between two frames: PIT misses the impact.
+    # At 5 frames per second the discs pass through each other between two frames: PIT misses the impact.
     missed = [disc_at(-1.0, 0.0, 10.0, 0.0, r=0.1), disc_at(0.0, 0.1, r=0.1)]
     head_on = [disc_at(-1.0, 0.0, 1.0, 0.0, r=0.25), disc_at(0.5, 0.0, r=0.25)]
     return [

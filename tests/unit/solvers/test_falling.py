@@ -44,7 +44,7 @@ def test_300_bounces_on_an_immovable_disc_do_not_drift() -> None:
     assert worst <= 4 * math.ulp(0.5)
 
 
-#: Where discs begin, metres: at some one of these a rounding may be none.
+#: Where discs begin, in metres: at some one of these a rounding may be none.
 _PLACES = (-0.4, -0.3, -0.2, -0.1, 0.1, 0.2, 0.3, 0.4)
 
 

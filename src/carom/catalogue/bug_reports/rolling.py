@@ -13,7 +13,7 @@ from carom.model.trace import Vector
 _SPHERE = 0.4
 _LAW = "Coulomb's law with a rolling resistance of c P R: a rolling disc has v' = -c g/(1 + k) until it stops"
 
-#: Time of the impacts with friction, seconds.
+#: Time of the impacts with friction, in seconds.
 _HIT_S = 0.25
 
 

@@ -50,7 +50,7 @@ def compute_box_bounces(
         velocity: Velocity of the disc, to the right and up.
         width_m: Width of that region.
         height_m: Height of that region.
-        duration_s: Duration, seconds.
+        duration_s: Duration, in seconds.
     """
     events: list[tuple[float, int, bool]] = []
     for place, speed, length, near, is_x in (
@@ -87,7 +87,7 @@ def stage_in_room(
         radius_m: Radius of the disc.
         width_m: Width of the room.
         height_m: Height of the room.
-        duration_s: Duration of the scene, seconds.
+        duration_s: Duration of the scene, in seconds.
         half_width_m: Half the thickness of the edges.
         drive: Velocity of the room.
         source: Source of the answer.

@@ -46,13 +46,13 @@ def _stage_on_wall(
 
     Args:
         source: Source of the answer.
-        answer: Position along the wall, speed and rim speed at the end: metres, metres a second.
+        answer: Position along the wall, speed and rim speed at the end, in metres and metres per second.
         duration_s: Duration of the scene.
         fall: Tangent of the wall's angle, which is an angle of a right triangle with integer sides.
         along: Speed along the wall at the start.
         rim: Speed of the disc's rim, counterclockwise.
         into: Speed into the wall at the start.
-        up: Height at the start, metres.
+        up: Height at the start, in metres.
         count: Number of impacts.
         inertia: Inertia factor of the disc.
         laws: Restitution and friction of the wall; by default the restitution is 0.

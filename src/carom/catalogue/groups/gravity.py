@@ -23,7 +23,7 @@ from carom.catalogue.entry import Staged
 from carom.catalogue.groups.classics_walled import FLOOR, build_box_walls
 from carom.model.scene import Wall
 
-#: Standard acceleration of free fall, metres a second squared (3rd CGPM, 1901), downwards.
+#: Standard acceleration of free fall, in metres per second squared (3rd CGPM, 1901), downwards.
 FALL = complex(0.0, -9.80665)
 
 

@@ -1,8 +1,8 @@
 """The group `paper`: the four cases of the source paper, figures 2 to 9.
 
-Each scene is computed backwards from its impacts. The frame rate is 24 frames a second, as in a film. The impacts have
-instants within a frame at which periodic interference testing (PIT) fails as in the paper. Impacts are at ``k + phase``
-frames: the phase is the fraction of a frame that has passed when the discs touch.
+Each scene is computed backwards from its impacts. The frame rate is 24 frames per second, as in a film. The impacts
+have instants within a frame at which periodic interference testing (PIT) fails as in the paper. Impacts are at
+``k + phase`` frames: the phase is the fraction of a frame that has passed when the discs touch.
 """
 
 from __future__ import annotations

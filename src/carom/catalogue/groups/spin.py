@@ -21,8 +21,8 @@ _CROSS = "Cross, Am. J. Phys. 70 (2002) 1093: sticking gives v' = v/(1 + k); sli
 _ALCIATORE = "Alciatore, billiards TP A.14: tan(throw) is the smaller of f and k/(1 + k) tan(cut)/(1 + e)"
 _GARWIN = "Garwin, Am. J. Phys. 37 (1969) 88: a superball reverses its slip, (v, w) -> (v - 2 w, -4 v - w)/3 for k 1/2"
 
-#: Time of the first impact of most scenes, seconds. The time is not at a boundary of steps that divide a frame equally,
-#: because rounding would decide there whether the impact is detected at once.
+#: Time of the first impact of most scenes, in seconds. The time is not at a boundary of steps that divide a frame
+#: equally, because rounding would decide there whether the impact is detected at once.
 _FIRST_S = 0.42
 #: A coefficient at which no impact of these scenes slides: the largest one that PyBullet supports.
 _GRIP = 10.0

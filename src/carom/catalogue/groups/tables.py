@@ -57,7 +57,7 @@ def _stage_around_polygon(
 
 
 def _bullet() -> Staged:
-    """A disc with a radius of a millimetre meets a wall without thickness at a million metres a second."""
+    """A disc with a radius of a millimetre meets a wall without thickness at a million metres per second."""
     scene = build_scene(
         [build_disc(-10 + 0.125j, 1e6, 1e-3)], walls=[edges(-1j, 1j)], duration_s=1e-3, frame_rate_hz=1e4
     )

@@ -29,7 +29,7 @@ class Deviation:
     Attributes:
         size: The deviation, over the scene's speed or length.
         disc: Number of the disc.
-        since_s: Time at which the flight began, at an impact or at the start, seconds.
+        since_s: Time at which the flight began, at an impact or at the start, in seconds.
     """
 
     size: float = 0.0
@@ -47,11 +47,11 @@ class Consistency:
         position: Largest distance of a disc from the position that its own velocities imply, over the scene's length.
         excess: The part of `position` that is not explained by the overlaps that bodies gain in a step at the two ends
             of the flight.
-        stamp_s: Largest time, seconds, by which the time stamp of an impact is outside of the run or of the step that
-            reported the impact.
+        stamp_s: Largest time, in seconds, by which the time stamp of an impact is outside of the run or of the step
+            that reported the impact.
         across: Largest component, perpendicular to the normal, of the velocity change at an impact, over the scene's
             speed. If the change points away from the normal, the whole change counts.
-        normal_rad: Largest angle between the normal of an impact and its velocity change, radians.
+        normal_rad: Largest angle between the normal of an impact and its velocity change, in radians.
         normal_length: Largest difference between a normal's length and 1.
         momentum: Largest change of the velocity of two discs' centre of mass at their impact, over the scene's speed.
         angular: Largest change of a disc's angular momentum about the point of contact at an impact, over its mass, its
@@ -275,13 +275,13 @@ def _compute_unit_normals(trace: Trace) -> Array:
 
 
 def _compute_gravity_across(trace: Trace, normal: Array) -> Array:
-    """Return the largest velocity that gravity may add perpendicular to a contact's normal, metres a second."""
+    """Return the largest velocity that gravity may add perpendicular to a contact's normal, in metres per second."""
     gravity = np.broadcast_to(np.array(trace.scene.gravity_m_s2), normal.shape)
     return _compute_cross_products(gravity, normal) * _compute_contact_durations(trace)
 
 
 def _measure_momentum_error(trace: Trace) -> float:
-    """Return the largest velocity change of two discs' centre of mass at an impact, metres a second.
+    """Return the largest velocity change of two discs' centre of mass at an impact, in metres per second.
 
     Velocity that gravity adds during the contact is allowed. Impacts whose velocity changes can't be separated are not
     checked.
@@ -303,7 +303,7 @@ def _measure_angular_error(trace: Trace) -> tuple[float, float, float]:
 
     An impulse at the contact has no moment about the contact. So friction changes two quantities of the first body by
     the same amount: the velocity perpendicular to the normal, and ``k R w`` (k is the inertia factor). For the second
-    body, the change has the opposite sign. The result is divided by mass and radius, so it is in metres a second.
+    body, the change has the opposite sign. The result is divided by mass and radius, so it is in metres per second.
     Sampling explains two effects. When bodies are found in contact, they already overlap, by at most the distance that
     they approach in a step. An overlap can only shorten the lever arm. In a contact of several steps the normal turns.
     The velocity that gravity adds perpendicular to the normal is allowed. Impacts whose velocity changes can't be

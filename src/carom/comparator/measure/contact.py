@@ -207,7 +207,7 @@ def compute_states_at(trace: Trace, times_s: Array) -> States:
 
 
 def _compute_spins_at(trace: Trace, times_s: Array) -> Array:
-    """Return the spins of the discs of a trace at ascending times, radians a second, shape ``(k, n)``."""
+    """Return the spins of the discs of a trace at ascending times, in radians per second, shape ``(k, n)``."""
     found, rates = np.tile(trace.scene.arrays.spins, (len(times_s), 1)), np.zeros(len(trace.scene.discs))
     modes = [] if trace.modes is None else list(trace.modes[::-1])
 

@@ -47,7 +47,7 @@ class ContactQuality(NamedTuple):
 
 
 class Ends(NamedTuple):
-    """How late the bounces and slips of a run end, seconds; negative if early, NaN if unknown.
+    """How late the bounces and slips of a run end, in seconds; negative if early, NaN if unknown.
 
     Attributes:
         bounces_s: Lateness of the last state whose normal speed is above the speed gained by falling for a few steps.

@@ -39,8 +39,8 @@ class ImpactError:
     Attributes:
         reference: Index in the reference's impacts.
         observed: Index in the observed impacts.
-        reported_time_s: Error of the time that the method reports, seconds.
-        effective_time_s: Error of the instant at which the path turned, seconds; NaN if that instant is not known.
+        reported_time_s: Error of the time that the method reports, in seconds.
+        effective_time_s: Error of the instant at which the path turned, in seconds; NaN if that instant is not known.
         along_normal: Velocity error along the reference's normal, for the worse of the two bodies, over the scene's
             speed.
         across_normal: Velocity error perpendicular to that normal, for the worse of the two bodies, over the scene's
@@ -128,8 +128,8 @@ class Measured:
 
     Attributes:
         of_impacts: Errors of the matched impacts by name: the fields of `ImpactError` and its `time_s`, shape ``(m,)``.
-        ends: Errors of each disc's final position (metres), velocity and rim speed (metres a second), shape ``(3, n)``;
-            NaN if they are not measured.
+        ends: Errors of each disc's final position (metres), velocity and rim speed (metres per second), shape
+            ``(3, n)``; NaN if they are not measured.
     """
 
     reference: Trace
@@ -318,7 +318,7 @@ def _find_largest_part(difference: Array, direction: Array) -> Array:
 
 
 def _compute_angles(a: Array, b: Array, negligible: float) -> Array:
-    """Return angles between vectors, radians; 0 where a vector is at most `negligible` long and has no direction."""
+    """Return angles between vectors, in radians; 0 where a vector is at most `negligible` long and has no direction."""
     angle_rad = np.arctan2(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0], (a * b).sum(axis=-1))
     shorter = np.minimum(np.hypot(a[..., 0], a[..., 1]), np.hypot(b[..., 0], b[..., 1]))
     return np.where(shorter <= negligible, 0.0, np.abs(angle_rad))

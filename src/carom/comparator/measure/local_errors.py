@@ -39,7 +39,7 @@ class LocalErrors:
     """Local errors of all observed impacts, one entry per impact; NaN if the state before the impact is not known.
 
     Attributes:
-        time_s: Effective time (the reported time if the effective time is unknown) minus the analytic time, seconds.
+        time_s: Effective time (the reported time if the effective time is unknown) minus the analytic time, in seconds.
         velocity: Length of the velocity error after the impact, for the worse of the two bodies, over the scene's
             speed.
         restitution: Effective coefficient of restitution along the analytic normal, minus the scene's.
@@ -120,7 +120,7 @@ class _Bodies:
         return np.stack([body.velocity for body in after]), np.stack([body.rim for body in after])
 
     def compute_energy(self, velocity: Array, rim: Array) -> Array:
-        """Return the kinetic energies of the bodies at given velocities and rim speeds, joules, shape ``(m,)``."""
+        """Return the kinetic energies of the bodies at given velocities and rim speeds, in joules, shape ``(m,)``."""
         numbers = np.array([(body.mass, body.inertia) for body in self.bodies])
         mass, inertia = np.where(np.isinf(numbers), 0.0, numbers).swapaxes(0, 1)
         total: Array = np.sum(0.5 * mass * (np.sum(velocity**2, axis=-1) + inertia * rim**2), axis=0)
@@ -188,7 +188,7 @@ def _find_belt_speeds(trace: Trace) -> Array:
 
 
 def _find_last_turn_times(trace: Trace) -> Array:
-    """Return for each impact the time of the latest earlier impact of its two bodies, seconds; 0 if there is none."""
+    """Return, for each impact, the time of its bodies' latest earlier impact, in seconds; 0 if there is none."""
     latest = np.zeros(len(trace.scene.discs))
     result = np.zeros(len(trace.impacts))
     for k, (time, *pair) in enumerate(

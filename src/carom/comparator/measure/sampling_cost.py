@@ -45,19 +45,19 @@ class SamplingCost:
     rim speed. The second row is 0 if no disc spins.
 
     Attributes:
-        dt_s: The step size, seconds.
+        dt_s: The step size, in seconds.
         errors: The errors. The error of a missed impact is the whole change that the impact causes. Over several
             phases, this is the largest error up to each impact, because errors propagate from impact to impact.
         found: The largest errors over the phases at which the impact and all earlier ones are found; 0 if there is no
             such phase.
-        found_off_s: The largest error of the impact's time at these phases, seconds, shape ``(m,)``.
+        found_off_s: The largest error of the impact's time at these phases, in seconds, shape ``(m,)``.
         energy: Error of the final kinetic energy, over the kinetic energy at the start. Over several phases, this error
             and the final errors below are the largest at two kinds of phases: the scene's own phase, and phases without
             a missed or spurious impact.
         final_position: Largest error of a final position, over the scene's length; 0 if not measured.
         final_velocity: Largest error of a final velocity, over the scene's speed; 0 if not measured.
         final_spin: Largest error of a final spin times its radius, over the scene's rim speed; 0 if not measured.
-        late_s: Largest error of a time at any of the phases, seconds; infinite if an impact is missed or spurious.
+        late_s: Largest error of a time at any of the phases, in seconds; infinite if an impact is missed or spurious.
         phases: Number of phases at which PIT was run.
         close_phases: Number of phases at which all of PIT's impacts are close.
     """

@@ -50,7 +50,7 @@ class TouchingBodies(NamedTuple):
         first: A disc.
         second: A disc, or a wall as a negative number.
         normal: Unit vector from first to second.
-        wall_m_s: Velocity of the wall at the instant, metres a second; 0 if the second body is a disc.
+        wall_m_s: Velocity of the wall at the instant, in metres per second; 0 if the second body is a disc.
     """
 
     first: int

@@ -162,7 +162,7 @@ def score_steps(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
         truth: The comparison of the steps with PIC.
         scales: The scene's own length and energy.
         float_bits: Width of the floats that the method declares.
-        until_s: The horizon, seconds. Beyond the horizon, a miss that PIT shares is explained by sampling.
+        until_s: The horizon, in seconds. Beyond the horizon, a miss that PIT shares is explained by sampling.
     """
     rounding = 10.0 * THRESHOLDS.rounding_of(float_bits)
     rows = truth.windows
@@ -274,7 +274,7 @@ def _find_inventions(truth: LocalTruth) -> tuple[int, tuple[str, float | None], 
 
 
 def _compute_unexplained_energy(scored: NDArray[np.void]) -> float:
-    """Return the energy gained or lost beyond what PIT gains or loses from the same states, joules."""
+    """Return the energy gained or lost beyond what PIT gains or loses from the same states, in joules."""
     gained_j = np.abs(scored["energy_j"])
     passed = scored["missed"] > 0
     unexplained_j = np.maximum(gained_j - scored["energy_price_j"], 0.0)

@@ -295,7 +295,7 @@ class BodyStates:
         self.velocity[j] = (ux - w_j * px, uy - w_j * py)
 
     def compute_energy(self) -> float:
-        """Return the kinetic energy of the movable discs, including rotation, joules."""
+        """Return the kinetic energy of the movable discs, including rotation, in joules."""
         bodies, energy = self.bodies, 0.0
         for disc, (vx, vy) in self.velocity.items():
             if bodies.is_movable(disc):
@@ -305,6 +305,6 @@ class BodyStates:
         return energy
 
     def find_greatest_speeds(self) -> tuple[float, float]:
-        """Return the greatest speed of any disc, and the greatest speed of any disc or rim, metres a second."""
+        """Return the greatest speed of any disc, and the greatest speed of any disc or rim, in metres per second."""
         speed = max(math.hypot(*velocity) for velocity in self.velocity.values())
         return speed, max(speed, *(abs(self.bodies.radius[disc] * spin) for disc, spin in self.spin.items()))

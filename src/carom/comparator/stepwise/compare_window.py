@@ -38,7 +38,7 @@ class Comparison(WindowRow):
     """Result of the comparison of a window: the window's row, and its pairs.
 
     Attributes:
-        due_s: Time at which each pair was first due, seconds. Pairs that only push are not included.
+        due_s: Time at which each pair was first due, in seconds. Pairs that only push are not included.
         passed: Pairs that passed through each other.
         pit_passed: The passed pairs that PIT also misses from the same state.
     """
@@ -65,7 +65,8 @@ def compare_window(
         activity: The activity of the pairs in the steps.
         found_by_pit: For each pair of a cut chain, whether PIT found it from the state at the chain's beginning.
         ends: Whether the run ends with the block.
-        speed_before: Greatest speed of the discs before the window, if the window continues a chain, metres a second.
+        speed_before: Greatest speed of the discs before the window, if the window continues a chain, in metres per
+            second.
     """
     begin_s, end_s = block.states.time_s[[chain.begin, chain.end]].tolist()
     if not block.is_possible(chain.begin, block.bodies.list_pairs(chain.discs)):

@@ -38,9 +38,9 @@ class NearPairs:
         gap: Distance between the rims at each state.
         closing: Closing speed at each state.
         wait: Seconds from each step's start to the meeting; infinity for none.
-        pulled: Relative acceleration by gravity, metres a second squared, shape ``(pairs,)``.
-        touching: Rounding error of a gap, metres.
-        still: Rounding error of a speed, metres a second.
+        pulled: Relative acceleration by gravity, in metres per second squared, shape ``(pairs,)``.
+        touching: Rounding error of a gap, in metres.
+        still: Rounding error of a speed, in metres per second.
     """
 
     begin: int

@@ -72,8 +72,8 @@ class SceneBodies:
         self._has_legs = any(len(drive.legs) > 1 for drive in (*self.wall_drives, *self.disc_drives.values()))
         self.slows = bool(self.slowing)
         self.pulls = [scene.gravity_m_s2 if self.is_pulled(disc) else (0.0, 0.0) for disc in range(self.n)]
-        #: Rounding scale of velocities on a table, metres a second: the greatest speed at the start, because a slow
-        #: disc may have been that fast.
+        #: Rounding scale of velocities on a table, in metres per second: the greatest speed at the start, because a
+        #: slow disc may have been that fast.
         self.fast = float(np.hypot(*arrays.velocity_m_s.T).max()) if self.slowing.table_m_s2 else 0.0
         self.rolling_resistance = scene.wall_rolling_resistance
         self.disc_restitution = scene.restitution

@@ -36,18 +36,18 @@ class Block:
         scene: The scene.
         bodies: The scene's bodies as plain floats.
         states: The states, one more than there are steps.
-        dt_s: The run's step size, seconds. A piece of a located run is shorter.
+        dt_s: The run's step size, in seconds. A piece of a located run is shorter.
         step_s: Length of each step, shape ``(k,)``.
         pull: Gravity's acceleration of each disc, shape ``(n, 2)``.
         unit: Rounding error of a velocity in a step, relative to its size.
         place_unit: Rounding error of a position in a step, relative to its size.
         agreement: Largest difference of two velocities that agree, relative to their size.
         own_speed: Greatest speed of each disc at either end of each step, shape ``(k, n)``.
-        place_rounding: Rounding error of each disc's position in each step, metres, shape ``(k, n)``.
+        place_rounding: Rounding error of each disc's position in each step, in metres, shape ``(k, n)``.
         turned: Whether a velocity or spin changed by more than rounding, for each step and disc, shape ``(k, n)``.
-        turned_by: Change of each velocity, metres a second, shape ``(k, n)``.
-        spun_by: Change of each rim speed, metres a second, shape ``(k, n)``.
-        moved_by: Distance of each position from the free path, metres, shape ``(k, n)``.
+        turned_by: Change of each velocity, in metres per second, shape ``(k, n)``.
+        spun_by: Change of each rim speed, in metres per second, shape ``(k, n)``.
+        moved_by: Distance of each position from the free path, in metres, shape ``(k, n)``.
     """
 
     scene: Scene

@@ -48,7 +48,7 @@ def compute_local_truth(scene: Scene, states: States, *, dt_s: float, float_bits
     Args:
         scene: The scene.
         states: The states at every step boundary, beginning with the scene's start.
-        dt_s: The step size, seconds.
+        dt_s: The step size, in seconds.
         float_bits: Width of the floats that the method declares to compute in.
     """
     watch = StepWatch(scene, dt_s, float_bits)
@@ -61,7 +61,7 @@ class StepWatch:
 
     Args:
         scene: The scene, whose start is the first state of the run.
-        dt_s: The step size, seconds.
+        dt_s: The step size, in seconds.
         float_bits: Width of the floats that the method declares to compute in.
     """
 

@@ -30,7 +30,7 @@ def simulate_pic(
 
     Two bodies that have just met do not meet again before a third body turns one of them. Exceptions are a disc that
     gravity brings back to an immovable body, and a curved wall. A disc that gravity brings back rests if it closes at
-    `resting_speed` (metres a second) or less. This ends the run.
+    `resting_speed` (metres per second) or less. This ends the run.
     """
     state, now_s, impacts = start.copy(), 0.0, list[Met]()
     waits = {pair: state.compute_wait(pair) for pair in pairs}

@@ -212,7 +212,7 @@ def _require_spin_explained(
 
 
 def _compute_overlap(scene: Scene, contact: Contact, state: Observation) -> float:
-    """Return the overlap of the two bodies of a contact, metres; 0 if they do not overlap."""
+    """Return the overlap of the two bodies of a contact, in metres; 0 if they do not overlap."""
     first, centre = scene.discs[contact.first], state.position_m[contact.first]
     if contact.second < 0:
         wall = scene.half_planes()[-1 - contact.second]

@@ -15,7 +15,7 @@
 typedef struct Encountered { /* motion of two colliding bodies along their normal */
     double approach;         /* speed at which they approach */
     double pull;             /* acceleration of their gap */
-    double resolution;       /* of the gap, metres */
+    double resolution;       /* of the gap, in metres */
 } Encountered;
 
 static inline void set_instant(State *s, Instant at) {

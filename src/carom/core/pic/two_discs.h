@@ -67,7 +67,7 @@ static inline bool apply_impact(FreeDisc *a, FreeDisc *b, double time, double re
     return are_distinguishable(a->x, a->y, b->x, b->y, a->radius + b->radius);
 }
 
-/* Solve a scene of two discs up to `end`, seconds.
+/* Solve a scene of two discs up to `end`, in seconds.
 
    Return false if the event loop is needed: a number is not of ordinary size (`carom.support.limits`), or the discs
    meet too far from the origin. */

@@ -112,8 +112,8 @@ static inline void enclose_edge(ChainEdge *e) {
     e->extent = e->is_arc ? e->radius : 0.5 * length;
 }
 
-/* Return whether the distance of an edge from a point certainly exceeds `distance`. `slack` exceeds all roundings,
-   metres. */
+/* Return whether the distance of an edge from a point certainly exceeds `distance`. `slack`,
+   in metres, is larger than the sum of all rounding errors. */
 static inline bool is_farther(const ChainEdge *e, double x, double y, double distance, double slack) {
     double dx = x - e->mx;
     double dy = y - e->my;
@@ -121,7 +121,7 @@ static inline bool is_farther(const ChainEdge *e, double x, double y, double dis
     return dx * dx + dy * dy > reach * reach;
 }
 
-/* Return an upper bound of the roundings of a point's distance from an edge, metres. */
+/* Return an upper bound of the roundings of a point's distance from an edge, in metres. */
 static inline double distance_slack(const Chain *chain, double x, double y) {
     return CAROM_REACH_SLACK * (fabs(x) + fabs(y) + chain->size);
 }

@@ -56,9 +56,9 @@ static inline void update_cell(State *s, Index i) {
     g->first[list] = (int)i;
 }
 
-/* Return how long a disc that was just put into its cell stays within its leeway, seconds.
+/* Return how long a disc that was just put into its cell stays within its leeway, in seconds.
 
-   `margin` is an upper bound of the roundings of its path, metres. */
+   `margin` is an upper bound of the roundings of its path, in metres. */
 static inline double time_in_leeway(const State *s, const Disc *a, double margin) {
     if (s->grid.list_count == 0)
         return s->horizon;

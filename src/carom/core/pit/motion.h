@@ -87,7 +87,7 @@ static inline const Path *wall_path(const State *s, Index k) {
 
 /* ---- time ---- */
 
-/* Return the time of a frame by the clock, seconds since the start. */
+/* Return the time of a frame by the clock, in seconds since the start. */
 static inline double clock_time(const State *s, Index frame) {
     return (double)frame * s->clock.step / s->clock.rate;
 }

@@ -142,7 +142,8 @@ static inline double search_cells(State *s, Index i, double extent_i, double lea
 
 /* ---- walls ---- */
 
-/* Return a lower bound of the gap between disc i and any wall that never moves, metres. The bound allows for roundings.
+/* Return a lower bound of the gap between disc i and any wall that never moves, in metres. The bound allows for
+   roundings.
 
    The gap at one position also bounds the gap at other positions. So most discs need no search to prove that they are
    far from all walls. */
@@ -153,7 +154,7 @@ static inline double bound_clearance(const State *s, Index i, double extent_i) {
     return c->gap - moved - a->radius - CAROM_PATH_MARGIN * (extent_i + s->wall_size + a->radius);
 }
 
-/* Return a lower bound of the distance of a disc from wall k, metres. `a` is disc i relative to the wall. */
+/* Return a lower bound of the distance of a disc from wall k, in metres. `a` is disc i relative to the wall. */
 static inline double bound_wall_distance(State *s, const Disc *a, Index i, Index k) {
     const Wall *wall = &s->walls[k];
     if (!is_chain(s, k))

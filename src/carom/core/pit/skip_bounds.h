@@ -21,13 +21,13 @@ enum {
 
 /* ---- extents ---- */
 
-/* Return an upper bound of |x| + |y| of a disc during the time for which a bound is used, metres. */
+/* Return an upper bound of |x| + |y| of a disc during the time for which a bound is used, in metres. */
 static inline double extent_of(const State *s, const Disc *a) {
     return fabs(a->x) + fabs(a->y) + (fabs(a->vx) + fabs(a->vy)) * s->horizon + s->extra_extent;
 }
 
 /* Return an upper bound of the sum of the magnitudes of all numbers from which the position of a driven body is
-   computed, metres. */
+   computed, in metres. */
 static inline double extent_of_paths(const State *s) {
     double extent = 0.0;
     for (Index p = 0; p < s->path_count; p++) {
@@ -83,7 +83,7 @@ typedef struct Approach { /* motion of disc b relative to disc a */
     double uy;
     double along;   /* d.u, negative if they approach; PIT tests exactly this number */
     double squared; /* squared distance */
-    double margin;  /* upper bound of the roundings of both paths, metres */
+    double margin;  /* upper bound of the roundings of both paths, in metres */
     double contact; /* sum of the radii and the margin */
 } Approach;
 

@@ -113,7 +113,7 @@ typedef struct Touching { /* bodies that discs may touch; wall k is -1 - k */
 typedef struct Clearance { /* clearance of a disc from walls, at a position of its centre */
     double x;
     double y;
-    double gap; /* lower bound of its distance from all walls that never move, metres */
+    double gap; /* lower bound of its distance from all walls that never move, in metres */
     Index edge; /* an edge, in any chain, that is probably near the disc */
 } Clearance;
 
@@ -170,8 +170,8 @@ typedef struct State {
     double reported;     /* the same time by the clock, not undamped */
     double next_due;     /* before this time no disc is due */
     bool is_settled;     /* whether no impact was found at the last tested frame */
-    double frame_span;   /* length of the largest number of frames for which a bound is used, seconds */
-    double horizon;      /* longest time for which a bound is used from now on, seconds */
+    double frame_span;   /* length of the largest number of frames for which a bound is used, in seconds */
+    double horizon;      /* longest time for which a bound is used from now on, in seconds */
     double pull;         /* magnitude of gravity, rounded up */
     double wall_size;    /* an upper bound of all coordinates and radii of walls */
     double extra_extent; /* length that `extent_of` adds for gravity and for the paths of driven bodies */

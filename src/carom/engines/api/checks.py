@@ -107,7 +107,7 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
     Args:
         scene: The scene.
         capabilities: Declared capabilities.
-        dt_s: Step size, seconds.
+        dt_s: Step size, in seconds.
         located: Whether steps are cut so that they end at contacts.
     """
     needs = scene.needs
@@ -220,7 +220,7 @@ def _find_combination_problem(rule: str, coefficients: Sequence[tuple[str, float
 
 
 def _compute_greatest_speed(body: Disc | Wall | Chain | Ring) -> float:
-    """Return the greatest speed of a body, metres a second: that of its velocity or, if it has legs, of its legs."""
+    """Return the greatest speed of a body, in metres per second. If the body has legs, these are its velocities."""
     return body.drive.fastest if body.legs else math.hypot(*body.velocity_m_s)
 
 
@@ -238,7 +238,7 @@ def require_supported(engine: str, scene: Scene, capabilities: Capabilities, dt_
         engine: Name of the engine in messages.
         scene: The scene, checked by `require_sound`.
         capabilities: Declared capabilities of the adapter.
-        dt_s: Step size, seconds.
+        dt_s: Step size, in seconds.
 
     Raises:
         AdapterError: A capability excludes the scene; the message contains the reason.

@@ -154,8 +154,8 @@ class Accuracy:
             largest speed.
         energy: Largest fraction of the kinetic energy that elastic impacts gain or lose. A fraction below a millionth
             is ignored.
-        margin_m: Largest distance at which bodies already collide, metres, for example because of speculative contacts.
-            Then the results of bodies that are thicker by this distance are accepted; see
+        margin_m: Largest distance at which bodies already collide, in metres, for example because of speculative
+            contacts. Then the results of bodies that are thicker by this distance are accepted; see
             `carom.conformance.contact_margin`.
     """
 

@@ -48,7 +48,7 @@ class StepClock:
     """Computes the time of a world from the number of its steps. Steps have equal lengths until they are cut.
 
     Attributes:
-        dt_s: Size of the following steps, seconds.
+        dt_s: Size of the following steps, in seconds.
     """
 
     def __init__(self, dt_s: float) -> None:
@@ -61,12 +61,12 @@ class StepClock:
 
     @property
     def now_s(self) -> float:
-        """Present time, seconds from the start of the run."""
+        """Present time, in seconds from the start of the run."""
         return self._start_s + self._steps * self.dt_s
 
     @property
     def step_began_s(self) -> float:
-        """Time at the start of the last step, seconds from the start of the run."""
+        """Time at the start of the last step, in seconds from the start of the run."""
         return self._start_s + (self._steps - 1) * self.dt_s
 
     def cut(self, dt_s: float) -> None:
@@ -75,7 +75,7 @@ class StepClock:
         self.dt_s = dt_s
 
     def restart(self, time_s: float) -> None:
-        """Continue at a time, seconds from the start of the run."""
+        """Continue at a time, in seconds from the start of the run."""
         self._start_s, self._steps = time_s, 0
 
 
@@ -101,7 +101,7 @@ def _factor(pair: float, wall: float) -> tuple[float, float]:
 
 
 def reach(scene: Scene, dt_s: float) -> tuple[Vector, float]:
-    """Return the middle of a scene, and an upper bound for a disc's distance from the middle, metres.
+    """Return the middle of a scene, and an upper bound for a disc's distance from the middle, in metres.
 
     The distance is measured to the farthest point of the disc. Adapters of engines without half-planes choose the size
     of their walls by this distance. Impacts on bodies that are not driven add no energy. So the total energy of the

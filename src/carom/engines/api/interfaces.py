@@ -24,7 +24,7 @@ class Contact:
     Attributes:
         first: The disc.
         second: The other disc, with a higher number, or a wall, ``wall_body(k)``.
-        time_s: Time of the contact as reported by the engine, seconds from the start.
+        time_s: Time of the contact as reported by the engine, in seconds from the start.
         normal: Unit vector from first to second.
         impulse_n_s: Impulse along the normal, newton seconds; 0 for a contact without effect, None if the engine
             reports no impulse.
@@ -52,12 +52,12 @@ class Observation:
     """State of a world after its last step, and the contacts of that step.
 
     Attributes:
-        position_m: Centres, shape ``(n, 2)``, metres.
-        velocity_m_s: Velocities, shape ``(n, 2)``, metres a second.
+        position_m: Centres, shape ``(n, 2)``, in metres.
+        velocity_m_s: Velocities, shape ``(n, 2)``, in metres per second.
         contacts: Contacts of the last step.
         warning: Warnings of the engine; empty if there is none. A state with a warning is not reliable.
-        spin_rad_s: Spins, counterclockwise, shape ``(n,)``, radians a second; None if the adapter has no spins, or no
-            disc turns.
+        spin_rad_s: Spins, counterclockwise, shape ``(n,)``, in radians per second; None if the adapter has no spins, or
+            no disc turns.
     """
 
     position_m: NDArray[np.float64]
@@ -116,7 +116,7 @@ class CuttableWorld(World, Protocol):
     """A world whose steps can be cut and undone, for profiles with ``located``."""
 
     def cut(self, dt_s: float) -> None:
-        """Set the size of the following steps, seconds. Contact times are still measured from the start of the run."""
+        """Set the size of the next steps, in seconds. Contact times are still measured from the start of the run."""
 
     def touching(self) -> frozenset[tuple[int, int]]:
         """Return the pairs of bodies that now touch by the engine's own contact test.
@@ -201,7 +201,7 @@ class ReadingAdapter(Adapter, Protocol):
         Args:
             content: Content of the file. The content is not trusted: no part of it may be executed.
             name: Name of the scene.
-            duration_s: Duration of the scene, seconds, because files of engines do not contain a duration.
+            duration_s: Duration of the scene, in seconds, because files of engines do not contain a duration.
 
         Raises:
             AdapterError: The file has another format, or contains something that must not be executed.

@@ -58,7 +58,7 @@ class ProgramWorld:
         )
 
     def cut(self, dt_s: float) -> None:
-        """Set the size of the following steps, seconds."""
+        """Set the size of the following steps, in seconds."""
         self._program.ask(messages.Cut(world=self._number, dt_s=dt_s), messages.Done)
 
     def touching(self) -> frozenset[tuple[int, int]]:

@@ -34,8 +34,8 @@ def find_near_pairs(position_m: Floats, reach_m: Floats, movable: Flags) -> Iter
     is negative is never near. The test is ``dx * dx + dy * dy <= reach * reach``, in floats.
 
     Args:
-        position_m: Centres, metres, shape ``(n, 2)``.
-        reach_m: Reach of each disc, metres, shape ``(n,)``: its radius plus half of the gap at which discs are still
+        position_m: Centres, in metres, shape ``(n, 2)``.
+        reach_m: Reach of each disc, in metres, shape ``(n,)``: its radius plus half of the gap at which discs are still
             near.
         movable: Whether an impact moves a disc, shape ``(n,)``.
 
@@ -55,8 +55,8 @@ def find_near_walls(position_m: Floats, reach_m: Floats, movable: Flags, walls: 
     """Yield the pairs of a movable disc and a wall within the disc's reach. Discs behind a wall count as near.
 
     Args:
-        position_m: Centres, metres, shape ``(n, 2)``.
-        reach_m: Reach of each disc, metres, shape ``(n,)``.
+        position_m: Centres, in metres, shape ``(n, 2)``.
+        reach_m: Reach of each disc, in metres, shape ``(n,)``.
         movable: Whether an impact moves a disc, shape ``(n,)``.
         walls: A point and the unit normal of each wall, shape ``(w, 4)``.
 

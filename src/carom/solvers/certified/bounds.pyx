@@ -92,7 +92,7 @@ cdef inline double bound_after(double start, double wait, double second) noexcep
 
 
 cdef inline double pair_bound(const Path *p, const Path *q, const Table *table) noexcept nogil:
-    """Return a lower bound of the time at which two discs meet, seconds."""
+    """Return a lower bound of the time at which two discs meet, in seconds."""
     start = greater(p.time, q.time)
     if p.bends or q.bends:
         return start
@@ -122,7 +122,7 @@ cdef inline double pair_bound(const Path *p, const Path *q, const Table *table) 
 
 
 cdef inline double wall_bound(const Path *p, const Wall *wall, const Table *table) noexcept nogil:
-    """Return a lower bound of the time at which a disc meets a wall, seconds."""
+    """Return a lower bound of the time at which a disc meets a wall, in seconds."""
     if table.falls or p.bends or wall.form == HOLLOW:
         return p.time
     if wall.form == ROUND:
@@ -176,7 +176,7 @@ cdef void renew(Table *table, Py_ssize_t i, Py_ssize_t j) noexcept nogil:
 
 
 cdef class LowerBounds:
-    """Lower bounds of the time of impact for each pair of discs, and for each disc and wall, seconds.
+    """Lower bounds of the time of impact for each pair of discs, and for each disc and wall, in seconds.
 
     A pair is identified by its row (a disc) and the body number of the other disc or wall. The states are read from
     `bodies` at the start, and by each call of `changed`.

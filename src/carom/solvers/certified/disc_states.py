@@ -33,7 +33,7 @@ State = tuple[arb, arb, arb, arb]
 
 
 def find_greatest_speed(scene: Scene) -> float:
-    """Return the greatest speed among discs, spinning rims and driven bodies, metres a second; 1 if nothing moves."""
+    """Return the greatest speed of discs, spinning rims and driven bodies, in metres per second; 1 if nothing moves."""
     speeds = [max(math.hypot(*disc.velocity_m_s), abs(disc.spin_rad_s) * disc.radius_m) for disc in scene.discs]
     return max(*speeds, bound_drive_speeds(scene)) or 1.0
 
@@ -70,9 +70,9 @@ class BallBodies:
             velocity. With gravity, all are relative to the falling frame.
         falls: Whether the scene has gravity.
         pulls: Sign of gravity's component along the normal of each straight obstacle; 0 for other obstacles.
-        fastest_drive: A bound on the speeds of driven bodies, metres a second.
+        fastest_drive: A bound on the speeds of driven bodies, in metres per second.
         turns: Whether spins are stored: see `carom.DiscArrays.turns`.
-        spin: Spin of each disc, radians a second.
+        spin: Spin of each disc, in radians per second.
         inverse_inertia_ratio: Inverse inertia factor 1/k of each disc; 0 for a disc that does not turn.
         inverse_mass: Inverse mass of each disc; 0 for a disc that impacts do not move.
         met: For each disc, the time of its last impact with each obstacle (key: body number) and with any disc (key:
@@ -80,7 +80,7 @@ class BallBodies:
         last_met: For each disc, a float64 upper bound of the times of its past impacts; 0 before the first impact.
         partner: Body that each disc met last; None before its first impact.
         acceleration: Acceleration of each disc in contact, relative to the walls; None for a disc in flight.
-        spin_rate: Rate at which contact changes each disc's spin, radians a second squared.
+        spin_rate: Rate at which contact changes each disc's spin, in radians per second squared.
         contacts: Contact states of the discs.
     """
 

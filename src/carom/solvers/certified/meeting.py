@@ -89,7 +89,7 @@ class Meeting(NamedTuple):
         first: Number of a disc.
         second: A disc with a higher number, or the body number of an obstacle. If `second` equals `first`, the meeting
             is the end of the disc's contact mode.
-        at: Float64 lower bound of the time, seconds. States used for the impact refer to this instant.
+        at: Float64 lower bound of the time, in seconds. States used for the impact refer to this instant.
         time: Ball that contains the time of impact; if undecided, the earliest possible time.
         latest: Float64 upper bound of `time`.
         decided: Whether the impact is certain.

@@ -41,7 +41,7 @@ class Plane(NamedTuple):
     """A half-plane, or one side of an edge.
 
     Attributes:
-        point: Point on the surface, metres.
+        point: Point on the surface, in metres.
         normal: Vector into the free side, of any length.
         stretch: Edge of a face; None for a half-plane.
     """
@@ -55,7 +55,7 @@ class Round(NamedTuple):
     """A vertex, or one side of an arc or a circle.
 
     Attributes:
-        centre: Centre, metres.
+        centre: Centre, in metres.
         radius2: Square of the radius of the wall's centre line, square metres; 0 for a vertex.
         inside: Whether this is the inner side of an arc.
         sector: Vectors from the centre to the start and end of the arc, counterclockwise; None for the whole circle.
@@ -77,7 +77,7 @@ class Obstacle:
     Attributes:
         wall: Number of the wall.
         shape: Shape of the feature.
-        half_width: Half of the wall's thickness, metres: the wall is all points within this distance of its centre
+        half_width: Half of the wall's thickness, in metres: the wall is all points within this distance of its centre
             line.
         kind: Kind of the feature of an edge; None for a half-plane.
         edges: Numbers of the feature's edges; for a vertex the number of the lower edge.
@@ -118,7 +118,7 @@ def dot(a: tuple[float, float] | Exact, b: tuple[float, float] | Exact) -> Fract
 def _outline_obstacles(k: int, outline: Outline, before: int, widest: Fraction) -> list[Obstacle]:
     """Return the obstacles of a finite wall: both sides of each run of smoothly joined edges, then vertices and stops.
 
-    `before` is the number of obstacles of earlier walls, and `widest` is the largest radius of a disc, metres.
+    `before` is the number of obstacles of earlier walls, and `widest` is the largest radius of a disc, in metres.
     """
     runs, thick = join_edges(outline), Fraction(outline.half_width)
     if outline.radius == 0.0:

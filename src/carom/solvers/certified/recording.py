@@ -122,7 +122,7 @@ class Recording:
         return build_mode_array(row.values for row in self.mode_rows) if self.mode_rows else None
 
     def last_s(self) -> float:
-        """Return the time of the last event, seconds; 0 before the first event."""
+        """Return the time of the last event, in seconds; 0 before the first event."""
         impacts, modes = self.rows[-1:], self.mode_rows[-1:]
         return max([0.0, *(row.values.time_s for row in impacts), *(row.values.time_s for row in modes)])
 

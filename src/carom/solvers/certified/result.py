@@ -53,8 +53,8 @@ class Degeneracy:
     Attributes:
         kind: Kind of event.
         bodies: The bodies that take part, in ascending order. Walls are numbered as by `carom.model.trace.wall_body`.
-        earliest_s: Lower bound of the event's time, seconds.
-        latest_s: Upper bound of the event's time, seconds. The bound is infinity for a graze that may be no contact,
+        earliest_s: Lower bound of the event's time, in seconds.
+        latest_s: Upper bound of the event's time, in seconds. The bound is infinity for a graze that may be no contact,
             and the time of the last counted impact for a collapse.
         proven: Whether the kind of the event is proven by exact arithmetic. Without proof, the event is undecided
             although the state is known to `bits` bits.

@@ -103,7 +103,7 @@ class CertifiedRun:
         Args:
             time_s: Seconds from the start.
             max_impacts: Stop after this many impacts in all; None for no limit.
-            progress: Called at intervals with the number of impacts so far and the time reached, seconds.
+            progress: Called at intervals with the number of impacts so far and the time reached, in seconds.
             time_budget_s: Limit of elapsed seconds; None for no limit.
 
         Raises:
@@ -135,15 +135,15 @@ class CertifiedRun:
         return self.outcome
 
     def positions(self) -> NDArray[np.float64]:
-        """Return the centres now, metres, shape ``(n, 2)``."""
+        """Return the centres now, in metres, shape ``(n, 2)``."""
         return self.result().trace.final_position_m
 
     def velocities(self) -> NDArray[np.float64]:
-        """Return the velocities now, metres a second, shape ``(n, 2)``."""
+        """Return the velocities now, in metres per second, shape ``(n, 2)``."""
         return self.result().trace.final_velocity_m_s
 
     def spins(self) -> NDArray[np.float64] | None:
-        """Return the spins now, radians a second, shape ``(n,)``; None in a scene in which nothing turns."""
+        """Return the spins now, in radians per second, shape ``(n,)``; None in a scene in which nothing turns."""
         return self.result().trace.final_spin_rad_s
 
     def impacts_per_disc(self) -> NDArray[np.int64]:

@@ -46,7 +46,7 @@ class Selection:
     """Selector of the next impact in ball arithmetic.
 
     Attributes:
-        end_s: Impacts after this time, seconds, are ignored.
+        end_s: Impacts after this time, in seconds, are ignored.
         deadline_s: Value of `time.perf_counter` after which the search ends.
         solved: Number of times of impact solved in balls.
     """

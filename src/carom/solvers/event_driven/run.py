@@ -65,7 +65,7 @@ class EventDrivenRun:
     Args:
         start: A scene, or discs and walls as arrays.
         record: Which impacts to record: "all" or "none". Impacts are always counted, see `impacts_per_disc`.
-        window_s: First and last time of impacts to record, seconds.
+        window_s: First and last time of impacts to record, in seconds.
         contact_duration_s: Contact time of the TC model (Luding & McNamara, Granular Matter 1 (1998) 113). An impact
             within this time after a disc's last impact has no energy loss and no friction, which prevents inelastic
             collapse. 0 turns the model off.
@@ -211,15 +211,15 @@ class EventDrivenRun:
         return f"disc {disc} {'comes to rest' if after_bounces else 'rests'} on {body_name(other)}{why}"
 
     def positions(self) -> NDArray[np.float64]:
-        """Return the present centres, metres, shape ``(n, 2)``."""
+        """Return the present centres, in metres, shape ``(n, 2)``."""
         return self._kernel.states(*self._reached)[:, :2].copy()
 
     def velocities(self) -> NDArray[np.float64]:
-        """Return the present velocities, metres a second, shape ``(n, 2)``."""
+        """Return the present velocities, in metres per second, shape ``(n, 2)``."""
         return self._kernel.states(*self._reached)[:, 2:].copy()
 
     def spins(self) -> NDArray[np.float64] | None:
-        """Return the present spins, radians a second, shape ``(n,)``; None in a scene in which nothing turns."""
+        """Return the present spins, in radians per second, shape ``(n,)``; None in a scene in which nothing turns."""
         return self._kernel.spins_at(*self._reached)
 
     def impacts_per_disc(self) -> NDArray[np.int64]:

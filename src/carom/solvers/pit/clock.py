@@ -35,11 +35,11 @@ class FrameClock:
 
     @property
     def frame_s(self) -> float:
-        """Length of a frame, seconds."""
+        """Length of a frame, in seconds."""
         return self.step_s / self.rate_hz
 
     def time_s(self, frame: int) -> float:
-        """Return the time of a frame, seconds from the start."""
+        """Return the time of a frame, in seconds from the start."""
         return frame * self.step_s / self.rate_hz
 
     def count_frames_before(self, time_s: float) -> int:

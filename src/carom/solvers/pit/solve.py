@@ -99,16 +99,16 @@ class FrameRun:
         self.time_s = max(self.time_s, self.clock.time_s(self.frames))
 
     def positions(self) -> NDArray[np.float64]:
-        """Return the centres now, metres, shape ``(n, 2)``."""
+        """Return the centres now, in metres, shape ``(n, 2)``."""
         return self._loop.positions(self._damping.to_undamped(self.time_s))
 
     def velocities(self) -> NDArray[np.float64]:
-        """Return the velocities now, metres a second, shape ``(n, 2)``."""
+        """Return the velocities now, in metres per second, shape ``(n, 2)``."""
         undamped_s = self._damping.to_undamped(self.time_s)
         return self._loop.velocities(undamped_s) * self._damping.compute_kept_fraction(self.time_s)
 
     def spins(self) -> NDArray[np.float64] | None:
-        """Return the spins now, radians a second, shape ``(n,)``; None in a scene in which nothing turns."""
+        """Return the spins now, in radians per second, shape ``(n,)``; None in a scene in which nothing turns."""
         spins = self._loop.present_spins()
         return None if spins is None else spins * self._damping.compute_kept_fraction(self.time_s)
 
@@ -173,7 +173,7 @@ def solve_pit(scene: Scene | str, *, frame_rate_hz: float | None = None, skippin
 
     Args:
         scene: The scene, or its name in the catalogue.
-        frame_rate_hz: Frames a second; the scene's own by default.
+        frame_rate_hz: Frames per second; the scene's own by default.
         skipping: Whether to skip tests that can't find an impact. Only the work counts differ.
 
     Raises:

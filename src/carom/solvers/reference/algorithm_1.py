@@ -30,11 +30,11 @@ class MovingDisc:
     """A disc at the present frame.
 
     Attributes:
-        x: x coordinate of the centre, metres.
-        y: y coordinate of the centre, metres.
-        vx: x component of the velocity, metres a second.
-        vy: y component of the velocity, metres a second.
-        radius: Radius, metres.
+        x: x coordinate of the centre, in metres.
+        y: y coordinate of the centre, in metres.
+        vx: x component of the velocity, in metres per second.
+        vy: y component of the velocity, in metres per second.
+        radius: Radius, in metres.
         inverse_mass: One over the mass; 0 for an immovable disc.
         last_partner: Number of the body that this disc met last. Walls have negative numbers.
     """
@@ -77,7 +77,7 @@ def run_algorithm_1(scene: Scene | str, *, frame_rate_hz: float | None = None) -
 
     Args:
         scene: The scene, or its name in the catalogue.
-        frame_rate_hz: Frames a second; the scene's own by default.
+        frame_rate_hz: Frames per second; the scene's own by default.
 
     Raises:
         InputError: The scene has anything but discs and half-planes on straight paths without friction, or the frame

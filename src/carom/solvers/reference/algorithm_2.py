@@ -20,7 +20,7 @@ def solve_pic_framewise(scene: Scene | str, *, frame_rate_hz: float | None = Non
 
     Args:
         scene: The scene, or its name in the catalogue.
-        frame_rate_hz: Frames a second; the scene's own by default.
+        frame_rate_hz: Frames per second; the scene's own by default.
 
     Raises:
         InputError: The frame rate is not a positive number, or gives too many frames.

@@ -13,7 +13,7 @@ from carom.studies.advise.run import Advice
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-#: Smallest error in the diagram, degrees. This error is above the rounding of a direction and below any target.
+#: Smallest error in the diagram, in degrees. This error is above the rounding of a direction and below any target.
 _LEAST_DEG = 1e-9
 
 

@@ -79,7 +79,7 @@ def compute_direction_limit(
 
     Args:
         window: The two discs at contact.
-        velocity_before: Velocity of the disc before the impact, metres a second.
+        velocity_before: Velocity of the disc before the impact, in metres per second.
         sign: 1 for the first disc, whose velocity changes by ``+push (u . n) n``; -1 for the second.
         push: ``(1 + e) mu / m`` of this disc; 0 if it is immovable.
         angle_rad: The angle, above 0 and below pi.

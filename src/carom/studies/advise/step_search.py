@@ -57,7 +57,7 @@ class StepRange:
     Attributes:
         passes: The largest passing step size, confirmed at `CONFIRM` phases; None if there is none.
         in_frame: The largest passing step size that divides a frame, confirmed like `passes`; None if there is none.
-        down_to_s: The smallest tested step size, seconds; NaN if none was tested.
+        down_to_s: The smallest tested step size, in seconds; NaN if none was tested.
         fails: The smallest failing step size, which is the tested step just above the passing ones; None if no step
             fails.
         coarser_passes: Step sizes that pass although a smaller one fails, the largest first.
@@ -87,7 +87,7 @@ class Advised:
         never_misses: Step sizes with which the engine misses and invents no impact at any phase.
         demand: Step sizes that meet the whole accuracy target.
         ending: Reason why no smaller step size was tested.
-        refused_s: The smallest step size that the method refuses, seconds; None if the method refuses none. Larger
+        refused_s: The smallest step size that the method refuses, in seconds; None if the method refuses none. Larger
             step sizes were not run.
         refusal: Reason of the refusal; empty if no step size is refused.
     """
@@ -107,7 +107,7 @@ class Advised:
 
     @property
     def flat_from_s(self) -> float | None:
-        """The largest step size below which the direction error is constant, seconds; None if there is none.
+        """The largest step size below which the direction error is constant, in seconds; None if there is none.
 
         Only step sizes below the smallest one with a missed or invented impact are considered.
         """

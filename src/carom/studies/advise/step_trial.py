@@ -87,7 +87,7 @@ class StepTrial:
     """Result of one step size at all its phases.
 
     Attributes:
-        dt_s: The step size, seconds.
+        dt_s: The step size, in seconds.
         even: Number of evenly spread phases at which the engine did not fail.
         phases: Number of all phases.
         lost_even: Number of evenly spread phases at which an impact was missed or invented, or the run ended early.

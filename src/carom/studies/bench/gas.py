@@ -54,7 +54,7 @@ def build_gas_scene(
     Args:
         discs: Number of discs.
         packing: Fraction of the box's area that the discs cover.
-        duration_s: Duration, seconds.
+        duration_s: Duration, in seconds.
         touching: Whether the outer discs touch the walls at the start, as in the lattice; otherwise no bodies touch.
         gravity: Whether the discs fall.
     """

@@ -46,7 +46,7 @@ REPEATS = 15
 #: Largest number of discs in the warm-up before a run.
 WARM = 1_000
 
-#: Approximate time to start a process and to build the scene in it, seconds.
+#: Approximate time to start a process and to build the scene in it, in seconds.
 START_S = 2.0
 
 
@@ -56,8 +56,8 @@ class Grown:
 
     Attributes:
         timing: Run times.
-        before_bytes: Memory of the process before the world was built, bytes.
-        peak_bytes: Peak memory of the process, bytes.
+        before_bytes: Memory of the process before the world was built, in bytes.
+        peak_bytes: Peak memory of the process, in bytes.
         sitting: Start of the session that ran the gas, UTC. Only run times of one session are comparable.
     """
 
@@ -191,7 +191,7 @@ class Growth:
     Attributes:
         curves: Two curves per engine: without and with gravity.
         environment: Machine and versions.
-        budget_s: Budget of each gas, seconds.
+        budget_s: Budget of each gas, in seconds.
         command: The command that repeats the bench.
         elapsed_s: Elapsed seconds.
     """

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-#: Intended time of the fixed work on a quiet machine, seconds. It is much longer than the clock's resolution, and much
-#: shorter than the measurements.
+#: Intended time of the fixed work on a quiet machine, in seconds. It is much longer than the clock's resolution, and
+#: much shorter than the measurements.
 PROBE_S = 1e-3
 
 
@@ -33,7 +33,7 @@ class Noise:
     """Spread of a machine's run times of fixed work.
 
     Attributes:
-        work_s: Median time, seconds.
+        work_s: Median time, in seconds.
         interquartile: Range of the middle half of all probes, divided by the median.
         worst: Time of the slowest probe, divided by the median.
         probes: Number of probes.

@@ -31,7 +31,7 @@ from carom.support.options import (
 #: Smallest number of rounds with a useful spread.
 LEAST_ROUNDS = 3
 
-#: Default budget of a bench for each scene, or of a growth bench for each gas, seconds.
+#: Default budget of a bench for each scene, or of a growth bench for each gas, in seconds.
 BUDGET_S = 80.0
 
 
@@ -64,15 +64,15 @@ class BenchPlan(LimitOptions):
 
     Attributes:
         engines: Names of adapters; None for all.
-        dts: Step sizes, seconds; None for each scene's own series.
+        dts: Step sizes, in seconds; None for each scene's own series.
         profiles: Names of profiles.
         phases: Number of phases, evenly spread over a step, at which each job is scored.
         error: Kind of error.
         target: The document names the fastest engine with at most this error.
         rounds: Number of rounds of the timing pass.
         seed: Seed of the random order within a round.
-        budget_s: Budget of a scene, seconds: half for scoring, half for timing. Jobs that do not fit are omitted with a
-            reason.
+        budget_s: Budget of a scene, in seconds: half for scoring, half for timing. Jobs that do not fit are omitted
+            with a reason.
         timing: Whether to measure run times.
         own: Whether PIC and PIT run in addition to the chosen engines. They show the cost of exact results and of
             sampling.
@@ -127,7 +127,7 @@ class GrowthOptions(LimitOptions):
         engines: Names of adapters; None for all.
         profile: Name of the profile.
         sizes: Numbers of discs; None for `carom.studies.bench.growth.SIZES`, and `OWN_SIZES` for Carom's own methods.
-        budget_s: Budget of a gas, seconds. A run is omitted with a reason if the previous runs predict that it would
+        budget_s: Budget of a gas, in seconds. A run is omitted with a reason if the previous runs predict that it would
             exceed the rest of the budget.
         own: Whether PIC and PIT run in addition to the chosen engines.
 

@@ -24,7 +24,7 @@ class Point:
     Attributes:
         engine: Name of the adapter.
         profile: Name of the profile.
-        dt_s: Step size, seconds.
+        dt_s: Step size, in seconds.
         error: Largest error over all phases; NaN if no impact was found or nothing was run.
         error_median: Median error over the phases.
         error_least: Smallest error over the phases.
@@ -170,7 +170,7 @@ class Bench:
 
 
 def read_run_time(point: Point | None) -> float:
-    """Return the run time of all steps of a point, seconds; infinity if there is no point or it was not timed."""
+    """Return the run time of all steps of a point, in seconds; infinity if there is no point or it was not timed."""
     return point.timing.advance_s.median if point is not None and point.timing else math.inf
 
 

@@ -24,7 +24,7 @@ class ScoringPass:
     Attributes:
         jobs: Every job of the scene.
         methods: Descriptions of the jobs' methods.
-        budget_s: Budget of the pass, seconds. The largest step size is always scored.
+        budget_s: Budget of the pass, in seconds. The largest step size is always scored.
         pool: Worker pool, which stays open.
         notes: Journal of results, to which new results are added.
         progress: Called with the number of finished jobs, the number of all jobs, and a description.

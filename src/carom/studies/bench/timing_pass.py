@@ -38,13 +38,13 @@ MOST_REPEATS = 50
 #: Number of steps for which an empty world is timed. More steps do not change the cost per step.
 EMPTY_STEPS = 1000
 
-#: A method and a step, seconds.
+#: A method and a step, in seconds.
 At = tuple[Method, float]
 
 
 @dataclass(frozen=True)
 class Visit:
-    """Times of one method with one step size in one round: medians of the repeats, seconds.
+    """Times of one method with one step size in one round: medians of the repeats, in seconds.
 
     Attributes:
         prepare_s: Time to build the world.
@@ -107,7 +107,7 @@ class VisitTask:
 
 @dataclass(frozen=True)
 class CellTiming:
-    """Times of one method with one step size over all rounds, seconds.
+    """Times of one method with one step size over all rounds, in seconds.
 
     Attributes:
         steps: Steps of the run.
@@ -206,7 +206,7 @@ class TimeScene(DependentTasks[SceneTiming]):
         asked: Methods and step sizes to time.
         rounds: Largest number of rounds. If the budget is short, there are fewer rounds, but at least three.
         seed: Seed of the order of visits.
-        budget_s: Budget of the pass, seconds. Methods that exceed the budget are omitted with a reason.
+        budget_s: Budget of the pass, in seconds. Methods that exceed the budget are omitted with a reason.
         progress: Called with the number of finished visits, the number of all visits, and a description.
     """
 
@@ -273,7 +273,7 @@ class TimeScene(DependentTasks[SceneTiming]):
 def _measure_visit_costs(
     scene: Scene, ordered: Sequence[At], runner: TaskRunner, budget_s: float, progress: Progress
 ) -> tuple[dict[At, float], dict[At, str]]:
-    """Return the time of one visit by method and step size, seconds, and the reasons for missing times."""
+    """Return the time of one visit by method and step size, in seconds, and the reasons for missing times."""
     visit_costs_s: dict[At, float] = {}
     untimed: dict[At, str] = {}
     last: dict[Method, tuple[float, float]] = {}

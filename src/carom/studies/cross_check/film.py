@@ -29,9 +29,9 @@ if TYPE_CHECKING:
 
     from carom.comparator import Score
 
-#: Durations as in the page's replay, seconds: the film at normal speed, the part before the first fault that is slowed
-#: down (its duration at normal speed), and the pause at the fault. The last constant is the frame rate. A GIF measures
-#: time in hundredths of a second, and a frame lasts four of them.
+#: Durations as in the page's replay, in seconds: the film at normal speed, the part before the first fault that is
+#: slowed down (its duration at normal speed), and the pause at the fault. The last constant is the frame rate. A GIF
+#: measures time in hundredths of a second, and a frame lasts four of them.
 _FILM_S, _LEAD_S, _HELD_S, FRAMES_PER_S = 6, 0.6, 1.5, 25
 #: Smallest speed of the slow part, relative to normal speed.
 _SLOWEST = 1.0 / 8.0
@@ -137,7 +137,7 @@ def build_film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation
 
 
 def _compute_frame_times(scene: Scene, held_s: float | None) -> Array:
-    """Return the scene's time in each frame, seconds.
+    """Return the scene's time in each frame, in seconds.
 
     The film is slower before the first fault, and pauses at the fault.
     """

@@ -155,7 +155,7 @@ class GridCell:
 
     @property
     def time_error_s(self) -> float:
-        """The largest time error, seconds; 0 if it is rounding, NaN if there is none."""
+        """The largest time error, in seconds; 0 if it is rounding, NaN if there is none."""
         error_s = self.errors.time_s
         if math.isnan(error_s):
             return error_s

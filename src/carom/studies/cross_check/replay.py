@@ -124,7 +124,7 @@ def replay(
         reference: The reference, usually from `carom.solve_pic`; or a scene; or a scene's name in the catalogue.
         observed: The run; or the name of an engine that runs the scene.
         score: The score of the run (default: computed by `carom.compare`).
-        dt: Step of the named engine, seconds (default: the scene's frame).
+        dt: Step of the named engine, in seconds (default: the scene's frame).
         profile: Profile of the named engine.
 
     Raises:

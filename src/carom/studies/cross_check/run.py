@@ -70,7 +70,7 @@ def run(
     Args:
         scene: The scene, or its name in the catalogue.
         engine: Name of an adapter, as listed by `carom.engines()`, or the ``engine.toml`` of a program.
-        dt: Step size, seconds (default: the scene's frame).
+        dt: Step size, in seconds (default: the scene's frame).
         profile: Name of one of the engine's profiles.
         settings: Settings by name, which replace settings of the profile.
         time_limit_s: Seconds after which the engine is terminated.

@@ -62,7 +62,7 @@ class Trend:
 
     Attributes:
         parts: Step sizes as fractions of each scene's largest step size, beginning with 1.
-        coarsest_s: Smallest and largest of the scenes' largest step sizes, seconds.
+        coarsest_s: Smallest and largest of the scenes' largest step sizes, in seconds.
         series: One series per column of the grid. Equal profiles of Carom's own methods share one series.
         scenes: Names of the scenes in the velocity medians.
         left_out: Names of the omitted scenes, by reason.

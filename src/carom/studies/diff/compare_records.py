@@ -90,7 +90,7 @@ class Change:
         kind: Kind of the change.
         scene: Name of the scene.
         method: Engine and profile; those of both runs if they differ.
-        dt_s: Step size, seconds.
+        dt_s: Step size, in seconds.
         old: The cell's mark in the old report.
         new: The cell's mark in the new report.
         measures: The numbers that changed.

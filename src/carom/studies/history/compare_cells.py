@@ -56,11 +56,11 @@ class ReleaseRun:
         lost: Number of missed and invented impacts.
         velocity: Largest velocity error divided by the scene's speed; NaN if no impact was matched.
         late_steps: Largest time error, in steps; NaN if no impact was matched.
-        off_m: Errors of positions at `PLACES` evenly spread instants up to the end: x and y of each disc, metres. An
+        off_m: Errors of positions at `PLACES` evenly spread instants up to the end: x and y of each disc, in metres. An
             error is infinite if the run or the reference ends before its instant.
-        off_m_s: Errors of final velocities: x and y of each disc, metres a second.
-        place_rounding_m: Rounding error of a position, metres.
-        speed_m_s: The scene's speed, metres a second.
+        off_m_s: Errors of final velocities: x and y of each disc, in metres per second.
+        place_rounding_m: Rounding error of a position, in metres.
+        speed_m_s: The scene's speed, in metres per second.
         float_bits: Width of the floats that the adapter declares.
     """
 

@@ -39,10 +39,10 @@ class HistoryOptions(LimitOptions):
         most: Largest number of releases that meet the conditions. The newest ones are used.
         installed: Whether the installed engine also runs, after all releases.
         profiles: Names of profiles.
-        dts: Step sizes, seconds (default: each scene's own frame).
+        dts: Step sizes, in seconds (default: each scene's own frame).
         phases: Number of additional phases at which a changed cell is run.
         seed: Start of the quasi-random sequence of phases.
-        kept_mb: Largest size of cached releases, megabytes.
+        kept_mb: Largest size of cached releases, in megabytes.
 
     Raises:
         InputError: A value is invalid.

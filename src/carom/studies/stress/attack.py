@@ -186,12 +186,12 @@ def build_closed_form_check(
     """Return a check of final velocities, and of rim speeds if known. Errors are divided by each disc's change.
 
     Args:
-        final_velocity_m_s: The known velocities, metres a second.
+        final_velocity_m_s: The known velocities, in metres per second.
         impacts: Number of impacts for the message; 0 if unknown.
-        change_m_s: Change of each disc by impacts, metres a second: the larger of the changes of velocity and of rim
-            speed; 0 for a disc that is never hit.
+        change_m_s: Change of each disc by impacts, in metres per second: the larger of the changes of velocity and of
+            rim speed; 0 for a disc that is never hit.
         note: Remark on a trace that passes.
-        final_rim_m_s: The known rim speeds ``R w``, metres a second; None to ignore spins.
+        final_rim_m_s: The known rim speeds ``R w``, in metres per second; None to ignore spins.
         cause: Cause of the changes, for the message.
     """
     final, change = np.array(final_velocity_m_s), np.array(change_m_s)

@@ -28,7 +28,7 @@ def _build_upright_wall(**fields: Any) -> Chain:
 
 
 def _compute_impact_time(phase: float) -> float:
-    """Return the time of the impact, seconds."""
+    """Return the time of the impact, in seconds."""
     return (STEPS_BEFORE + phase) * DT_S
 
 

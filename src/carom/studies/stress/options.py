@@ -9,7 +9,7 @@ from carom.execution.shared_options import LimitOptions, declare_engines, declar
 from carom.support.limits import DEFAULT_TIME_LIMIT_S
 from carom.support.options import build_flag_kind, build_seconds_kind, declare_option
 
-#: Time limit of a run in the quick form, seconds. Each scene of the quick form takes less than a second.
+#: Time limit of a run in the quick form, in seconds. Each scene of the quick form takes less than a second.
 QUICK_TIME_LIMIT_S = 10.0
 
 
@@ -21,7 +21,7 @@ class StressOptions(LimitOptions):
         engines: Names of adapters; None for all.
         profiles: Names of profiles.
         quick: Whether to use the quick form, with fewer values, nearer ends, and a coarser bisection.
-        time_limit_s: Time limit of a run, seconds. A longer run is a failure. The quick form and the full form have
+        time_limit_s: Time limit of a run, in seconds. A longer run is a failure. The quick form and the full form have
             different defaults.
 
     Raises:

@@ -39,7 +39,7 @@ def build_trial(
         description: Description of the scene.
         discs: The discs.
         check: Check of the traces.
-        duration_s: Duration of the scene, seconds.
+        duration_s: Duration of the scene, in seconds.
         fields: Further fields of the scene.
     """
     fields = {"frame_rate_hz": RATE_HZ, "duration_s": duration_s, **fields}

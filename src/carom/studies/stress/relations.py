@@ -43,9 +43,9 @@ class State(NamedTuple):
     """Motion of n discs at an instant.
 
     Attributes:
-        position: Centres, metres, shape ``(n, 2)``.
-        velocity: Velocities, metres a second, shape ``(n, 2)``.
-        spin: Spins, radians a second, shape ``(n,)``.
+        position: Centres, in metres, shape ``(n, 2)``.
+        velocity: Velocities, in metres per second, shape ``(n, 2)``.
+        spin: Spins, in radians per second, shape ``(n,)``.
     """
 
     position: NDArray[np.float64]

@@ -49,9 +49,9 @@ class TrueMotion:
 
     Attributes:
         impacts: All impacts, in order.
-        final_velocity_m_s: Velocity of each disc at the end, metres a second.
-        greatest_change_m_s: The greatest change of each disc's velocity by one impact, metres a second; 0 for a disc
-            that is never hit.
+        final_velocity_m_s: Velocity of each disc at the end, in metres per second.
+        greatest_change_m_s: The greatest change of each disc's velocity by one impact, in metres per second; 0 for a
+            disc that is never hit.
         convention: Whether two impacts share an instant and a movable disc, so that their order is a convention.
     """
 

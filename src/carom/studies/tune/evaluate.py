@@ -83,7 +83,7 @@ class Evaluator:
     """Evaluates methods on scenes.
 
     Args:
-        steps: The scenes, with a step size for each, seconds.
+        steps: The scenes, with a step size for each, in seconds.
         horizons: Time up to which a scene's reference is reliable, by the scene's name. References of other scenes are
             reliable to their end.
         pool: Worker pool, which stays open.

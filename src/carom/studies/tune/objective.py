@@ -37,7 +37,7 @@ class SceneResult:
         missed: Number of missed impacts.
         spurious: Number of invented impacts.
         reason: Reason why the scene was not run.
-        seconds: Run time of all steps, seconds; NaN if they were not timed.
+        seconds: Run time of all steps, in seconds; NaN if they were not timed.
         float_bits: Width of the floats that the method declares. The grade *exact* allows the rounding of these floats.
     """
 

@@ -26,7 +26,7 @@ class TuneOptions(LimitOptions):
 
     Attributes:
         profile: The profile from which the search starts.
-        dt_s: Step size, seconds (default: each scene's own frame).
+        dt_s: Step size, in seconds (default: each scene's own frame).
         trials: Number of different settings to try before the best is refined.
         seed: Seed of the optimiser's random numbers.
         timing: Whether run time decides between equally accurate settings. If so, only one job runs at a time.
@@ -56,5 +56,5 @@ class TuneOptions(LimitOptions):
             )
 
     def compute_step(self, scene: Scene) -> float:
-        """Return the step size with which a scene is run, seconds."""
+        """Return the step size with which a scene is run, in seconds."""
         return 1.0 / scene.frame_rate_hz if self.dt_s is None else self.dt_s

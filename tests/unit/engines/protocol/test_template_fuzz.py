@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 from tests.unit.engines.protocol.test_adapter import BUILDS, SESSION, TEMPLATES
 
-#: So long may an answer take, seconds: no request below asks for more than a few steps.
+#: So long may an answer take, in seconds: no request below asks for more than a few steps.
 LIMIT_S = 60.0
 LINES = 250
 
