@@ -179,12 +179,11 @@ def crowd_table(methods: Sequence[Method]) -> Table:
         crowd(methods),
         note=f"The scene is `{CHAOTIC}` at its own frame rate, at one phase: 25 discs in a box for 20 s. It is "
         "chaotic, so another build gives other numbers. Trajectories differ from any reference within a second, "
-        "so each step is "
-        "compared with PIC from the run's own state. *Missed* counts impacts in which two discs passed through each "
-        "other; the number in brackets counts those that PIT also misses from the same state. If *worst error / PIT's* "
-        "is at most 1, checking once per step explains the error. *Energy error* is the energy gained or lost beyond "
-        "what PIT gains or loses in the same steps, divided by the energy of the scene. The best method is first. The "
-        "rank depends on impacts that only the method misses, then on invented impacts, early impacts, the worst "
+        "so each step is compared with PIC from the run's own state. The column *missed* counts impacts in which two "
+        "discs passed through each other. The number in brackets counts the impacts that PIT also misses from the same "
+        "state. If the value in the column *worst error / PIT's* is at most 1, checking once per step explains the "
+        "error. The column *energy error* shows the energy gained or lost beyond what PIT gains or loses in the same "
+        "steps, divided by the energy of the scene. The best method is first. The rank depends on impacts that only the method misses, then on invented impacts, early impacts, the worst "
         "error, and energy errors above a millionth. Runs that ended early are last.",
     )
 

@@ -99,9 +99,13 @@ def _within(kind: str, limit: float) -> Callable[[Row], bool]:
 
 NEEDS = (
     Need(
-        "times and velocities right except for rounding", _of("paper", "classics"), lambda row: row["grade"] == "exact"
+        "times and velocities correct except for rounding",
+        _of("paper", "classics"),
+        lambda row: row["grade"] == "exact",
     ),
-    Need("directions right to one degree", _of("paper", "classics"), _within("direction_rad", math.radians(1.0))),
+    Need(
+        "direction errors of at most one degree", _of("paper", "classics"), _within("direction_rad", math.radians(1.0))
+    ),
     Need("no fast disc passes through another", _fast, _whole),
     Need(
         "slow impacts bounce, with errors of at most 1 % of the speed",
@@ -110,7 +114,7 @@ NEEDS = (
     ),
     Need("no impact is invented", _of("classics/miss", "engines/near-miss"), _whole),
     Need(
-        "energy of many discs right to one in a million",
+        "energy error of many discs at most one in a million",
         _of("classics/gas", "engines/gas-of-25"),
         lambda row: _kept(row, 1e-6),
     ),

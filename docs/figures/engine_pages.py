@@ -77,7 +77,7 @@ def hazards_of(engine: str) -> str:
     scenes = list(_cells("The group engines, as shipped", engine))
     bounces = list(_cells("How slow discs still bounce", engine))
     lines = [(f"`engines/{of}`: {all_scenes()[f'engines/{of}'].shows}", cell, pit) for of, cell, pit in scenes]
-    parts = "speed after the impact divided by the speed before it (1 is right)"
+    parts = "speed after the impact divided by the speed before it (1 is correct)"
     lines += [(f"head-on impact at {of}: {parts}", cell, pit) for of, cell, pit in bounces]
     off = [(what, *cell.partition(": ")[::2], pit) for what, cell, pit in lines if not _NONE_OFF.match(cell)]
     rows = [(what, phases, spread or "-", "-" if _NONE_OFF.match(pit) else pit) for what, phases, spread, pit in off]
@@ -103,7 +103,7 @@ def hazards_of(engine: str) -> str:
 def profiles_of(engine: str) -> str:
     """Return the table of an engine's profiles."""
     made = table(measured()["engines"][engine]["profiles"])
-    return f"[Engines](README.md#what-the-columns-mean) explains the columns.\n\n{made}"
+    return f"The page [Engines](README.md#what-the-columns-mean) explains the columns.\n\n{made}"
 
 
 def settings_of(engine: str) -> str:
@@ -120,7 +120,7 @@ def history_of(engine: str) -> str:
     part = HISTORY.read_text(encoding="utf-8").partition(f"\n## {name}\n")[2]
     said = [text for text in part.partition("\n### ")[0].split("\n\n") if text.strip()]
     anchor = re.sub(r"[^a-z0-9-]", "", name.lower().replace(" ", "-"))
-    return f"{' '.join(text.strip() for text in said)} [Releases](../results/history.md#{anchor}) has the tables.\n"
+    return f"{' '.join(text.strip() for text in said)} The page [Releases](../results/history.md#{anchor}) has the tables.\n"
 
 
 def walls_of(engine: str) -> str:
@@ -131,11 +131,11 @@ def walls_of(engine: str) -> str:
         lines = [[cell.strip() for cell in line.split("|")[1:-1]] for line in part.splitlines() if line[:1] == "|"]
         made.append(rows_of(lines[0][1:], [line[1:] for line in lines[2:] if line[0] == name]))
     said = (
-        "[Walls in engines](../results/walls.md) describes the tests. The first table shows at how many of 32 "
-        "phases a disc passes through a thin wall. In one step the disc moves by q times the sum of its radius and "
+        "The page [Walls in engines](../results/walls.md) describes the tests. The first table shows at how many of "
+        "32 phases a disc passes through a thin wall. In one step the disc moves by q times the sum of its radius and "
         "the wall's half width.",
-        "The next table shows how many of 48 flights over a floor of ten pieces end with another velocity than over a "
-        "floor of one piece. Differences and errors are in m/s.",
+        "The next table compares 48 flights over a floor of ten pieces with the same flights over a floor of one piece. "
+        "The columns *flights* count the flights that end with another velocity. Differences and errors are in m/s.",
         "The last table shows the median and the largest direction error of 16 phases at the end of a wall, in "
         "degrees, and the largest velocity error in a corner, in m/s.",
     )
@@ -171,7 +171,7 @@ def determinism_of(engine: str) -> str:
             f"With `{row['profile']}` settings a repeated run is bit-identical {where}. If the discs are listed in the "
             f"opposite order, the result {turned[row['order']]}. "
         )
-    return "".join(said) + "[Determinism](../results/determinism.md) describes the tests.\n"
+    return "".join(said) + "The page [Determinism](../results/determinism.md) describes the tests.\n"
 
 
 def same_bits() -> str:

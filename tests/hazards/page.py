@@ -60,7 +60,7 @@ def _build_findings_table(figures: Sequence[Figure]) -> Table:
         [
             Column("method", lambda figure: Method(figure.engine, figure.profile).label),
             Column("figure", lambda figure: figure.of),
-            Column("right", lambda figure: _format_value(figure.spread.right), number=True),
+            Column("correct", lambda figure: _format_value(figure.spread.right), number=True),
             *map(said, ("least", "median", "most")),
             Column("phases with an error", lambda figure: figure.spread.share, number=True),
         ],
@@ -140,7 +140,7 @@ NOTES = {
     "A gas": f"The table shows by how much the energy of the 25 discs of {GAS} changes in 20 s at 60 steps per "
     f"second, at {GAS_STARTS} phases. Because the scene is chaotic, another build of an engine gives other numbers "
     "of the same size.",
-    "Findings": "Each row is one finding about an engine. The column 'right' has the correct value, and the next "
+    "Findings": "Each row is one finding about an engine. The column 'correct' has the correct value, and the next "
     "three columns show the measured values over all phases.",
 }
 

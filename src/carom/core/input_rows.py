@@ -70,8 +70,9 @@ def build_driven_rows(start: DiscArrays) -> tuple[NDArray[np.float64], NDArray[n
 
     The first array has a row for each driven body and each conveyor wall, with body number (wall k is -1 - k), number
     of legs, and surface speed. Walls come first, then discs, both in ascending order. The second array has a row for
-    each leg, path after path: start and end (seconds since the start), displacement of the body when the leg begins (x
-    and y, in metres), and velocity (x and y, in metres per second).
+    each leg (part of a path with constant velocity), path after path. A row has the leg's start and end (seconds since
+    the start), the displacement of the body when the leg begins (x and y, in metres), and the velocity (x and y, in
+    metres per second).
     """
     rows: list[tuple[float, float, float]] = []
     legs: list[tuple[float, ...]] = []
