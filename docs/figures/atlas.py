@@ -183,8 +183,9 @@ def crowd_table(methods: Sequence[Method]) -> Table:
         "discs passed through each other. The number in brackets counts the impacts that PIT also misses from the same "
         "state. If the value in the column *worst error / PIT's* is at most 1, checking once per step explains the "
         "error. The column *energy error* shows the energy gained or lost beyond what PIT gains or loses in the same "
-        "steps, divided by the energy of the scene. The best method is first. The rank depends on impacts that only the method misses, then on invented impacts, early impacts, the worst "
-        "error, and energy errors above a millionth. Runs that ended early are last.",
+        "steps, divided by the energy of the scene. The best method is first. The rank depends on impacts that only "
+        "the method misses, then on invented impacts, early impacts, the worst error, and energy errors above a "
+        "millionth. Runs that ended early are last.",
     )
 
 

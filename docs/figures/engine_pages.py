@@ -120,7 +120,8 @@ def history_of(engine: str) -> str:
     part = HISTORY.read_text(encoding="utf-8").partition(f"\n## {name}\n")[2]
     said = [text for text in part.partition("\n### ")[0].split("\n\n") if text.strip()]
     anchor = re.sub(r"[^a-z0-9-]", "", name.lower().replace(" ", "-"))
-    return f"{' '.join(text.strip() for text in said)} The page [Releases](../results/history.md#{anchor}) has the tables.\n"
+    tables = f"The page [Releases](../results/history.md#{anchor}) has the tables."
+    return f"{' '.join(text.strip() for text in said)} {tables}\n"
 
 
 def walls_of(engine: str) -> str:
@@ -134,8 +135,9 @@ def walls_of(engine: str) -> str:
         "The page [Walls in engines](../results/walls.md) describes the tests. The first table shows at how many of "
         "32 phases a disc passes through a thin wall. In one step the disc moves by q times the sum of its radius and "
         "the wall's half width.",
-        "The next table compares 48 flights over a floor of ten pieces with the same flights over a floor of one piece. "
-        "The columns *flights* count the flights that end with another velocity. Differences and errors are in m/s.",
+        "The next table compares 48 flights over a floor of ten pieces with the same flights over a floor of one "
+        "piece. The columns *flights* count the flights that end with another velocity. Differences and errors are in "
+        "m/s.",
         "The last table shows the median and the largest direction error of 16 phases at the end of a wall, in "
         "degrees, and the largest velocity error in a corner, in m/s.",
     )

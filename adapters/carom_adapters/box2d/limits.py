@@ -27,8 +27,9 @@ OTHER_SETTINGS = (
 )
 
 #: Box2D's continuous detection. "none" sweeps no disc. "shipped" sweeps every disc against immovable bodies. "fast"
-#: acts only in scenes in which a disc or a driven body moves by more than a radius in a step. There it sweeps every
-#: disc against immovable bodies, and fast discs also against all other discs (as Box2D's bullets).
+#: acts only in scenes in which a disc or a driven body moves by more than a radius in a step. In such scenes
+#: it sweeps every disc against immovable bodies. It also sweeps fast discs against all other discs, like Box2D's
+#: bullets.
 SWEEPS = ("none", "shipped", "fast")
 
 #: Outside these limits Box2D ends with an assertion or fails. Within the limits of the step size, a scaled step stays

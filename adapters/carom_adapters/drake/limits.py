@@ -10,7 +10,7 @@ from carom.engines.api import Capabilities, Scene, Setting, require_sound, requi
 #: of the simulator. The names are Drake's. Settings that a profile omits keep Drake's defaults.
 SETTINGS = ("point_stiffness", "target_accuracy", "integration_scheme")
 
-#: Least values of settings. Drake fails below them.
+#: Smallest allowed values of settings. Drake fails with smaller values.
 LEAST = {"point_stiffness": 1e-300, "target_accuracy": 1e-15}
 
 #: An overlap is speed * sqrt(mass / stiffness). Within these limits, and with the stiffness of `tuned`, an overlap is

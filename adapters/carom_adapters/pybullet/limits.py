@@ -33,7 +33,7 @@ SHAPES = ("sphere", "cylinder")
 #: static if 1/mass is below the constant. It uses an arbitrary normal for discs that are closer than the constant.
 SHORTEST_STEP_S = 1e-15
 
-#: Least values of settings. PyBullet silently ignores smaller values.
+#: Smallest allowed values of settings. PyBullet silently ignores smaller values.
 LEAST = dict.fromkeys((*WORLD_SETTINGS, *BODY_SETTINGS, "ccd_radius_fraction"), 0.0) | {
     "numSolverIterations": 1,
     "dt_s": SHORTEST_STEP_S,

@@ -28,7 +28,7 @@ SETTINGS = (*SPACE_SETTINGS, NEIGHBORS)
 LARGEST = 1e100
 SMALLEST = 1e-100
 
-#: Least values of settings. Smaller values are meaningless, or make Chipmunk abort.
+#: Smallest allowed values of settings. Smaller values are meaningless, or make Chipmunk abort.
 LEAST = dict.fromkeys(SETTINGS, 0.0) | {"iterations": 1, "collision_persistence": 1, "dt_s": SMALLEST}
 
 CAPABILITIES = replace(

@@ -51,7 +51,7 @@ SCENE_NAMES = typer.Argument(help="Scene files (.toml, .json), or names, groups 
 
 
 def parse_engine(word: str) -> str:
-    """Return the name of an engine that is given by its name or its manifest. Register a manifest first."""
+    """Return the engine's name for a word on the command line. If the word is a manifest, register its engine."""
     from carom.engines import registry
 
     try:

@@ -95,7 +95,7 @@ class ComparedRun:
 
     @property
     def has_nothing_compared(self) -> bool:
-        """Whether a horizon ends the range before the reference's first impact."""
+        """Whether there is a horizon, and the reference has no impact before it."""
         return not self.compared.is_whole_run and not self.compared.impacts
 
     @property

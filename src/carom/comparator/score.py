@@ -39,7 +39,7 @@ class Score(Shown):
             step. If the ratio of the spin errors is larger, that ratio is used. The error of a missed impact is
             the whole change that the impact causes. The value is 0 for an exact run, 1 for a run as inaccurate as PIT,
             and above 1 for a worse run. If sampling changes no velocity or spin, and the run's velocities and spins are
-            right, times are compared instead. In this case, the run's largest time error is divided by PIT's largest
+            exact, times are compared instead. In this case, the run's largest time error is divided by PIT's largest
             time error, or by one step if one step is longer. NaN without PIT, without an impact, or if the scene has no
             unique answer. Infinite if the run has an error and PIT has none, if a number of the run is not finite, or
             if the run ended before its last impact.
@@ -107,7 +107,8 @@ class Score(Shown):
     def own_velocity(self) -> float | None:
         """The velocity error that sampling does not explain: the smaller of the errors against PIT and the reference.
 
-        A method that is better than PIT differs from PIT because it is right. Such a difference is not an error.
+        A method that is better than PIT differs from PIT because it is more accurate. Such a difference is not an
+        error.
         """
         if self.against_pit is None:
             return None

@@ -2,7 +2,7 @@
 
    The core has two solvers. PIC (`event_loop.c`) computes the exact instant of every impact and goes from one impact
    to the next. PIT (`frame_loop.c`) advances all discs frame by frame and checks for contact once per frame, as most
-   physics engines do. Python uses both through the .pyx files, and the page of `carom play` uses both through wasm/.
+   physics engines do. Python uses both through the .pyx files, and the page of `carom play` through wasm/.
    This header has the structs that both solvers share; pic/state.h has those of PIC, and pit/state.h those of PIT.
    docs/theory/pic.md derives the formulas and explains the algorithms.
 
@@ -12,7 +12,8 @@
    BODIES are numbered as in `carom.model.trace`: disc i has the number i, and wall k the number -1 - k. A wall is a
    half-plane, a circle, or a chain of edges and arcs. The parts of a wall that a disc can hit are its features:
    half-planes, faces, vertices, and the outside or inside of arcs. If features are the obstacles, obstacle k also has
-   the number -1 - k. A driven body follows a given path.
+   the number -1 - k. A driven body follows a given path. The ground of a disc is the half-plane or face on which it
+   slides, rolls or rests.
 
    A RUN OF PIC calls these functions:
 
@@ -141,7 +142,7 @@
      record_rows.pxd              recorded impacts as arrays
      exact_quartic.pxd            the third stage of quartics: exact integers, in Python
      binding_memory.h             `Resize` for Python
-   wasm/: the page, compiled to carom/web/core.wasm by `make generated`
+   wasm/: the interface for the page of `carom play`; `make generated` compiles it with the core to carom/web/core.wasm
      wasm/input.h                 input and output of a run as arrays
      wasm/memory.c                memory, and replacements for the C library
      wasm/pic.c                   runs of PIC

@@ -33,8 +33,8 @@ Exact = tuple[Fraction, Fraction]
 #: Number of bits of a square root before the root is rounded to a pair, which has 106 bits.
 _ROOT_BITS = 160
 
-#: Least room of a disc inside a circle, as a fraction of the circle's coordinates. This room contains four to eight
-#: floats in each direction. With less room, normals would consist of rounding errors.
+#: Smallest room that a disc must have inside a circle, as a fraction of the circle's coordinates. This room contains
+#: four to eight floats in each direction. With less room, normals would consist of rounding errors.
 _PLACES = 2.0**-50
 
 #: Sine of an angle. An arc that is shorter than half a circle by at most this angle is treated as half a circle.

@@ -200,7 +200,7 @@ def _find_manifest(path: Path) -> Path:
 
 
 def resolve_engine(word: str) -> str:
-    """Return the name of an engine that is given by its name or its manifest. Register a manifest first.
+    """Return the name of an engine for a name or the path of a manifest. If it is a path, register the engine.
 
     Worker processes of this machine inherit the registration through the environment.
 

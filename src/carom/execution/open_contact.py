@@ -116,7 +116,8 @@ class OpenContact:
         bend = float(self._compute_relative_pull(gravity) @ normal) / 2
         closing = float((u1 - u0) @ normal)
         gap = float((d0 - d1 + u1 * duration_s) @ normal)
-        # The first root of apart - closing t + bend t^2 in the form without cancellation.
+        # The first root of gap - closing t + bend t^2 = 0. This form of the formula does not subtract nearly equal
+        # numbers, which would lose digits.
         square = closing * closing - 4.0 * bend * gap
         if not (square >= 0.0 and closing + math.sqrt(square) > 0.0):
             return math.nan

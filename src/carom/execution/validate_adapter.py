@@ -158,10 +158,10 @@ def validate_adapter(adapter: Adapter) -> Declarations:
 
 
 def _check_knobs(adapter: Adapter) -> Mapping[str, Knob]:
-    """Validate and return the optional knobs of an adapter."""
+    """Validate and return the settings that an adapter declares for `carom tune`."""
     found: object = getattr(adapter, "knobs", {})
     return {
-        to_plain_text(name, "the name of a knob"): _check_fields(knob, Knob, f"knobs[{name!r}]")
+        to_plain_text(name, "the name of a setting in knobs"): _check_fields(knob, Knob, f"knobs[{name!r}]")
         for name, knob in _list_entries(found, "knobs")
     }
 

@@ -139,7 +139,7 @@ class Outline:
 
     @property
     def described(self) -> str:
-        """Short text with the kind and the numbers of the shape."""
+        """Short text with the kind of the shape and its dimensions."""
         x, y = self.points[0]
         if self.radius is not None:
             return f"a circle of radius {self.radius:g} m about ({x:g}, {y:g})"

@@ -56,7 +56,7 @@ class Flight(ByValue):
 
 
 def free_flights(trace: Trace) -> Iterator[Flight]:
-    """Yield every flight of every disc between a trace's impacts and modes, in the order in which they end."""
+    """Yield the flights of all discs, in the order in which the flights end. Impacts and modes separate flights."""
     count, discs = len(trace.impacts), trace.scene.discs
     place = [np.array(disc.position_m, dtype=np.float64) for disc in discs]
     velocity = list(trace.scene.arrays.velocity_m_s)

@@ -22,7 +22,7 @@ from carom.support.formatting import format_metres
 Floats = NDArray[np.float64]
 Numbers = NDArray[np.intp]
 
-#: Most overlaps of each kind that a message names. Many overlapping discs would fill pages.
+#: Largest number of overlaps of each kind that a message names. Many overlapping discs would fill pages.
 NAMED = 10
 
 #: The search multiplies reaches by this factor, so that rounding does not make it miss an overlap. The factor adds 16

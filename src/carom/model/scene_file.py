@@ -13,7 +13,7 @@ from carom.support.checks import check_instance
 from carom.support.fields import Model
 from carom.support.limits import MOST_BYTES, MOST_DISCS, MOST_WALLS
 
-#: Most bodies in a scene file. A scene made in Python may have more.
+#: Largest number of bodies in a scene file. A scene made in Python may have more.
 MOST_BODIES = {"discs": MOST_DISCS, "walls": MOST_WALLS}
 
 

@@ -32,7 +32,7 @@ class Sizes(NamedTuple):
         speed: Greatest velocity component or rim speed at the start, or the speed that a disc at rest gains by gravity
             until the end, if that is larger.
         duration: Duration of the scene.
-        lightest: Least mass of a movable disc; 1 if there is none.
+        lightest: Smallest mass of a movable disc; 1 if there is none.
         heaviest: Greatest mass of a movable disc; 1 if there is none.
     """
 

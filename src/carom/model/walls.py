@@ -21,7 +21,7 @@ from carom.support.fields import Direction, Friction, Model, Number, Since, Vect
 from carom.support.formatting import format_metres, format_number
 from carom.support.limits import LARGEST, MOST_LEGS, MOST_WALLS, SMALLEST
 
-#: Most crossings of one chain that a message names.
+#: Largest number of crossings of one chain that a message names.
 _NAMED = 3
 
 
@@ -321,7 +321,7 @@ def shift_legs(body: Any, time_s: float) -> Any:
 
 
 def reverse_motion(wall: AnyWall) -> AnyWall:
-    """Return a wall with the opposite motion and belt: its motion before the start, seen backwards in time."""
+    """Return a wall that moves as before the start, but reversed in time: its velocity and its belt are opposite."""
     u, v = wall.drive.velocity_at(0.0)
     changed = {"velocity_m_s": (-u, -v), "legs": (), "surface_speed_m_s": -wall.surface_speed_m_s}
     return wall.model_copy(update=changed) if wall.driven or wall.surface_speed_m_s else wall

@@ -92,11 +92,11 @@ def build_engine_document(info: EngineInfo) -> Document:
         sections.append(Section("Profiles", (table,)))
     if info.knobs:
         knobs = Table(
-            (Column("knob", lambda item: item[0]), Column("range", lambda item: _format_range(item[1]))),
+            (Column("setting", lambda item: item[0]), Column("range", lambda item: _format_range(item[1]))),
             list(info.knobs.items()),
             note=f"To search these settings: carom tune {info.name}.",
         )
-        sections.append(Section("Knobs", (knobs,)))
+        sections.append(Section("Settings that carom tune can change", (knobs,)))
     if info.capabilities is not None:
         sections.append(_build_capabilities({"value": info.capabilities, **info.own}))
     sections.append(_build_hazards(info))

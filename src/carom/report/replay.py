@@ -383,7 +383,7 @@ def _explain_error(error: ImpactError, score: Score) -> str:
     if math.isnan(local_error):
         return UNKNOWN
     if local_error <= rounding:
-        return "earlier errors: starting from the run's own state, the impact is right"
+        return "earlier errors: starting from the run's own state, the impact is correct"
     if solver_error <= rounding:
         return "checking once per step"
     if math.isnan(solver_error) or sampling_error <= rounding:

@@ -29,7 +29,7 @@ ORDINARY = 2.0**200
 #: middle of the range.
 SPAN = 2.0**396
 
-#: Most steps or frames of a run. A larger number is most likely due to a wrong unit.
+#: Largest number of steps or frames of a run. A larger number is most likely due to a wrong unit.
 MOST_STEPS = 2**32
 
 #: Default limit of the number of engine steps in a search for one method's step size. For an error of 1 degree, an
@@ -37,23 +37,24 @@ MOST_STEPS = 2**32
 #: docs/how-to/which-step.md.
 ADVICE_STEPS = 600_000
 
-#: Most discs and walls of a scene file. A file with this number of discs loads in seconds and takes less than 500 MB of
-#: memory.
+#: Largest numbers of discs and walls in a scene file. A file with this number of discs loads in seconds and takes less
+#: than 500 MB of memory.
 MOST_DISCS = 100_000
 MOST_WALLS = 1_000
 
-#: Most legs of a driven body. PIC examines every leg up to the next impact.
+#: Largest number of legs of a driven body (parts of its motion with constant velocity). PIC examines every leg up to
+#: the next impact.
 MOST_LEGS = 10_000
-#: Most discs in one picture. A picture with more discs would be unreadable and take megabytes.
+#: Largest number of discs in one picture. A picture with more discs would be unreadable and take megabytes.
 MOST_DISCS_DRAWN = 64
-#: Most bytes and most values of a file, by its ending. `count_values` counts the values. Each line of TOML also counts
-#: as a value. The largest scene easily fits into JSON. A value takes up to 100 bytes of memory. TOML has lower limits,
-#: because reading it takes ten times as long. A .jsonl file contains results. Each of its lines must also meet the
-#: limits of JSON. A file of 1e5 lines has 310 MB and half of the allowed values.
+#: Largest numbers of bytes and of values in a file, by the ending of the file's name. `count_values` counts the values.
+#: Each line of TOML also counts as a value. The largest scene easily fits into JSON. A value takes up to 100 bytes of
+#: memory. TOML has lower limits, because reading it takes ten times as long. A .jsonl file contains results. Each of
+#: its lines must also meet the limits of JSON. A file of 1e5 lines has 310 MB and half of the allowed values.
 MOST_BYTES = {".json": 40 * 2**20, ".toml": 16 * 2**20, ".jsonl": 512 * 2**20}
 MOST_VALUES = {".json": 2**21, ".toml": 2**19, ".jsonl": 2**25}
-#: Most parts of a dotted key in TOML. The time to read a key grows with the square of this number. Keys of scenes have
-#: only one part.
+#: Largest number of parts of a dotted key in TOML. The time to read a key grows with the square of this number. Keys of
+#: scenes have only one part.
 MOST_KEY_PARTS = 4
 
 #: Limits of options. A limit is either twenty times what the largest machines can use, or a number that takes at most
@@ -61,14 +62,14 @@ MOST_KEY_PARTS = 4
 MOST_JOBS = 1024
 MOST_PHASES = 1024
 MOST_ROUNDS = 1024
-#: Most step sizes of a series. In a longer series, successive step sizes would be too similar to cause different
-#: errors.
+#: Largest number of step sizes in a series. In a longer series, successive step sizes would be too similar to cause
+#: different errors.
 MOST_SERIES = 256
 #: Default time limit of an engine, in seconds. An engine that exceeds the limit is terminated.
 DEFAULT_TIME_LIMIT_S = 60.0
 #: Longest time limit or time budget, in seconds: four months. No system can wait for 1e10 seconds.
 LONGEST_S = 1e7
-#: Most megabytes of a worker. No machine has so much memory, and every system accepts this number.
+#: Largest memory limit of a worker, in megabytes. No machine has so much memory, and every system accepts this number.
 MOST_MB = 1e9
 
 

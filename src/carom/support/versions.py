@@ -1,4 +1,4 @@
-"""Versions of releases that users name: a version, or a condition such as ``>=7``."""
+"""Conditions on the version of a release, as users write them: a version such as ``7.1``, or ``>=7``."""
 
 from __future__ import annotations
 

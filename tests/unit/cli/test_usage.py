@@ -38,7 +38,7 @@ REFUSED = [
     ("bench", "no scene given"),
     ("bench --grow paper/missed", "takes no scene, got 'paper/missed'"),
     ("advise 'paper/*'", "name one"),
-    ("tune pit classics/miss", "the adapter of pit declares no knobs"),
+    ("tune pit classics/miss", "the adapter of pit declares no settings to tune"),
     ("play classics/gas", "at most 10 discs"),
     ("play paper", "name one"),
     ("play -e pymunk", "the page can't run pymunk"),

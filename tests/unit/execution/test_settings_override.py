@@ -148,5 +148,5 @@ def test_journal_separates_runs_with_other_settings(scene: Scene, tmp_path: Path
 )
 def test_invalid_knob_is_refused(knob: dict[str, object]) -> None:
     """A knob without a range or choices, with both, or with an invalid range is refused when it is built."""
-    with pytest.raises(InputError, match="knob"):
+    with pytest.raises(InputError, match="Knob"):
         Knob(**knob)  # type: ignore[arg-type] # that is the point

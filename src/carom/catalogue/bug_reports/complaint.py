@@ -1,4 +1,4 @@
-"""Complaints: scenes that reproduce bug reports by users of collision engines, each with the address of its thread."""
+"""Scenes that reproduce bug reports by users of collision engines, each with the address of its thread."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ class Complaint(CatalogueScene):
         thread: Web address of the thread that contains the report.
         reported: Summary of the report in the thread.
         symptom: Symptom to find in a trace.
-        at_least: Least error that counts as the reported error, relative to the scene's speed or energy. The default is
-            one per cent, an error that users notice.
+        at_least: Smallest error that counts as the reported error, relative to the scene's speed or energy. The default
+            is one per cent, an error that users notice.
         made: Which parts of the scene are from the thread, and which were chosen here.
         about: Name of the engine or package that the report is about.
         engine: Name of Carom's adapter of that engine; empty if there is none.
@@ -51,9 +51,9 @@ class Complaint(CatalogueScene):
 
 
 def load_complaints() -> Iterator[Complaint]:
-    """Yield all complaints, in the order of ``bug_reports.json``.
+    """Yield all bug reports, in the order of ``bug_reports.json``.
 
-    The file groups the complaints by the module that builds their scenes. `build` names a function of the module, and a
+    The file groups the reports by the module that builds their scenes. `build` names a function of the module, and a
     text in `arguments` is a complex number. By default, the function has the name of the scene, and its docstring is
     the description of the scene.
     """

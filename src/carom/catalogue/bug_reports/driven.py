@@ -1,4 +1,4 @@
-"""Complaints about driven bodies: bodies pass through them, treat them as at rest, or are pressed through walls."""
+"""Bug reports about driven bodies: bodies pass through them, treat them as at rest, or are pressed through walls."""
 
 from __future__ import annotations
 

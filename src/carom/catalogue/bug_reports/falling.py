@@ -1,4 +1,4 @@
-"""Complaints about falling and bouncing: a ball is dropped on a floor. These scenes need gravity."""
+"""Bug reports about falling and bouncing: a ball is dropped on a floor. These scenes need gravity."""
 
 from __future__ import annotations
 

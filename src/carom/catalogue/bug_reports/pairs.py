@@ -1,4 +1,4 @@
-"""Complaints about impacts of discs: tunnelling, lost restitution, and contact at the start."""
+"""Bug reports about impacts of discs: tunnelling, lost restitution, and contact at the start."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Complaints about friction: spin at impacts, bodies that never stop, and bodies that creep instead of resting."""
+"""Bug reports about friction: spin at impacts, bodies that never stop, and bodies that creep instead of resting."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Complaints about seams: a ball bumps, stops or bounces off at an angle on floors and walls that consist of pieces.
+"""Bug reports about seams: a ball bumps, stops or bounces off at an angle on floors and walls that consist of pieces.
 
 A floor that consists of pieces must act like a single floor. Each wall of a scene is one edge with a number of
 `pieces`, into which an engine cuts the edge. A rolling ball has no impacts. So in these scenes the ball comes down

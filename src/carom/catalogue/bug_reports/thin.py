@@ -1,4 +1,4 @@
-"""Complaints about thin walls, their ends and corners: tunnelling, and bounces off walls that a ball does not touch."""
+"""Bug reports about thin walls, ends and corners: tunnelling, and bounces off walls that a ball does not touch."""
 
 from __future__ import annotations
 

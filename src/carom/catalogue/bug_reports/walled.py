@@ -1,4 +1,4 @@
-"""Complaints about walls and tables: balls that stick, corners, slow and repeated bounces, and a break shot."""
+"""Bug reports about walls and tables: balls that stick, corners, slow and repeated bounces, and a break shot."""
 
 from __future__ import annotations
 

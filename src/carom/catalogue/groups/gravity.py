@@ -82,7 +82,7 @@ def _ladder() -> Staged:
 
 
 def _box() -> Staged:
-    """A ball is thrown in a box. Only exact times give the right order of impacts on the floor and the side walls."""
+    """A ball is thrown in a box. Only exact times give the correct order of impacts on the floor and the side walls."""
     radius, width, height, duration = 0.2, 2.4, 4.0, 3.0
     start, velocity = 0.7 + 1.1j, 1.9 + 1.3j  # relative to the corner of the region of the centre
     pull = abs(FALL)

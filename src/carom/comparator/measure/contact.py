@@ -66,8 +66,9 @@ class ContactScore:
         frozen: Whether a disc stands still at the end although it should move.
         quality: How well the run keeps discs on their walls.
         late: How late bounces and slips end.
-        late_allowed: How late or early bounces and slips may end because of sampling. A method whose last hops are
-            shorter than its step is early by at most ``dt / (1 - e)``. Compared states may also be several steps apart.
+        late_allowed: Largest allowed time errors of the ends of bounces and slips. Sampling causes such errors. A
+            method whose last hops are shorter than its step is early by at most ``dt / (1 - e)``. Compared states may
+            also be several steps apart.
         grade: The grade of the contact.
     """
 
@@ -156,7 +157,9 @@ def score_contact(run: AlignedRun) -> ContactScore | None:
 
 
 def _compute_allowed_lateness(reference: Trace, pit: Ends, looks_s: Array, dt_s: float) -> Ends:
-    """Return how late or early bounces and slips may end because of sampling. PIT's own lateness is included.
+    """Return the largest time errors, early or late, that sampling explains at the ends of bounces and slips.
+
+    The errors include PIT's own lateness.
 
     The smallest hop that counts takes `RESTING_STEPS` steps to rise, and as many to fall. Compared states may be
     several steps apart.

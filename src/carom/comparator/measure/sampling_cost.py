@@ -132,9 +132,9 @@ def measure_sampling_cost(aligned: AlignedRun, pit: Trace, measured: Measured, m
 
 
 def _find_own_phases(measured_run: Measured, cost: SamplingCost, known: float) -> tuple[float, ...]:
-    """Return the phases, 0 to 1, at which PIT is as late as a run whose errors exceed a cost.
+    """Return the phases at which PIT is as late as the run, for impacts at which the run's errors exceed PIT's.
 
-    If the run checks for overlap once per step, there is a single such phase.
+    A phase is a number from 0 to 1. If the run checks for overlap once per step, there is a single such phase.
     """
     phases = dict[float, None]()
     for error in measured_run.errors:

@@ -42,8 +42,8 @@ class LocalScore:
         ahead: Number of velocity changes that come more than two steps before their impact, because of an engine's
             contact margin.
         entangled: Number of windows with several pairs or impacts.
-        late_steps: Median and worst lateness, steps; NaN if there is none.
-        early_steps: Worst earliness, steps, as a positive number; 0 if no impact is early.
+        late_steps: Median and largest lateness, in steps; NaN if there is none.
+        early_steps: Largest number of steps by which an impact is early; 0 if no impact is early.
         too_late: Number of windows that are later than a check once per step can explain.
         velocity: Median and worst error of velocities after the impact, over the greatest speed of the window's own
             bodies.
@@ -230,7 +230,8 @@ def score_steps(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
     )
 
 
-#: Rounding error of the lateness, steps. The key is whether floats have 64 bits. A hundredth of a step counts as close.
+#: Rounding error of the lateness, in steps. The key is whether floats have 64 bits. A hundredth of a step counts as
+#: close.
 _LATE_KNOWN = {True: 1e-8, False: 0.01}
 
 

@@ -119,7 +119,7 @@ def _describe_costs(local: LocalScore) -> Iterator[str]:
 
 
 def _describe_faults(local: LocalScore) -> Iterator[str]:
-    """Yield faults that make the steps of a run inaccurate, each with its numbers."""
+    """Yield each fault that makes the steps of a run inaccurate, with the values that show the fault."""
     judged = f"of {local.judged} separate impacts"
     if local.worse_than_pit:
         free = math.isinf(local.ratio[1])

@@ -32,7 +32,7 @@ PHASES = 8
 
 
 def restitution_as_declared(subject: Subject, share: float, wall_share: float) -> None:
-    """Restitutions of discs and of walls can have any values in the declared range, and have the right effect."""
+    """Restitutions of discs and of walls can have any values in the declared range, and have the correct effect."""
     capabilities = subject.capabilities()
     low, high = capabilities.restitution
     e, wall_e = low + share * (high - low), low + wall_share * (high - low)
@@ -147,7 +147,7 @@ def far_as_declared(subject: Subject) -> None:
 
 
 def moves_as_declared(subject: Subject) -> None:
-    """A disc that moves by the greatest declared distance per step ends at the right position."""
+    """A disc that moves by the greatest declared distance per step ends at the correct position."""
     capabilities = subject.capabilities()
     speed = min(capabilities.max_move_m / scenes.DT_S, capabilities.max_speed_m_s, FAST_M_S)
     setup = Setup(scenes.build_single_disc(speed_m_s=speed))

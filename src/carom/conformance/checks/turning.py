@@ -34,7 +34,7 @@ Motion = tuple[tuple[float, float], float]
 
 
 def friction_as_declared(subject: Subject, share: str, wall_share: str) -> None:
-    """Frictions of discs and of walls can have any values in the declared range, and have the right effect."""
+    """Frictions of discs and of walls can have any values in the declared range, and have the correct effect."""
     capabilities = _require_friction(subject)
     if not capabilities.walls and wall_share != share:
         raise NotApplicable("walls are not declared, so there is no second coefficient")

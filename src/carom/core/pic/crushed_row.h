@@ -11,7 +11,7 @@ typedef struct Struck { /* the body that a disc hit last on one side */
     int obstacle;
 } Struck;
 
-/* Return what a disc hit last on a side. The unit vector points from that side to the disc. */
+/* Return the body that a disc hit last on a given side of it. The unit vector points from that side to the disc. */
 static inline Struck struck_on_side(const ToAndFro *t, double nx, double ny) {
     if (nx == t->nx && ny == t->ny)
         return (Struck){t->last, t->last_obstacle};
@@ -55,7 +55,7 @@ typedef struct Row { /* disc `i` and the discs on both sides of it, with the bod
     RowSide side[2];
 } Row;
 
-/* Return the disc that follows a given disc on a side of a row. */
+/* Return the next disc after a given disc, on one side of a row. */
 static inline Index next_in_row(const State *s, const RowSide *side, Index disc) {
     return struck_on_side(&s->to_and_fro[disc], side->nx, side->ny).body;
 }

@@ -274,7 +274,8 @@ static inline bool begin_next_mode(State *s, Index i, ModeRow *row) {
     return true;
 }
 
-/* Return the resolution of the normal at which a disc touches a body: 0 for a straight feature. */
+/* Return how inexact the normal of a disc's contact with a body is because of rounding. The normal of a straight
+   feature is exact, so the result is then 0. */
 static inline double normal_resolution(const State *s, Index i, Index body) {
     const Disc *a = &s->discs[i];
     double size = size_of(a->x, a->y, a->radius);
@@ -331,8 +332,8 @@ static inline bool update_contact_after_impact(State *s, Index i, Index struck, 
         place_on_wall(s, i, k);
         *row = take_off(s, i);
     }
-    /* The times at which the disc returns to its ground, and to a convex body at rest, are computed from `left`, without
-       a rounded gap. */
+    /* The times at which the disc returns to its ground, and to a convex body at rest, are computed from `left`,
+       without a rounded gap. */
     p->left = own_instant(&s->discs[i], p);
     if (hops) {
         p->left_ground = (int)k;

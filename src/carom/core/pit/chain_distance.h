@@ -112,8 +112,8 @@ static inline void enclose_edge(ChainEdge *e) {
     e->extent = e->is_arc ? e->radius : 0.5 * length;
 }
 
-/* Return whether the distance of an edge from a point certainly exceeds `distance`. `slack`,
-   in metres, is larger than the sum of all rounding errors. */
+/* Return whether the distance of an edge from a point certainly exceeds `distance`. `slack`, in metres, is larger than
+   the sum of all rounding errors. */
 static inline bool is_farther(const ChainEdge *e, double x, double y, double distance, double slack) {
     double dx = x - e->mx;
     double dy = y - e->my;

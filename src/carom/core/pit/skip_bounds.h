@@ -135,8 +135,8 @@ static inline double time_to_distance(const Approach *p, double distance) {
     return shorten_wait((p->squared - distance * distance) / (sqrt(d) - p->along));
 }
 
-/* Return the wait of two discs that are apart and have a relative acceleration of at most `pull`. The result need not
-   exceed `least`.
+/* Return the wait of two discs that are apart and have a relative acceleration of at most `pull`. The caller needs no
+   wait longer than `least`, so the function may return `least` instead of a longer wait.
 
    During a time t, the path deviates from the straight one by at most pull t^2 / 2. So the wait is that of a straight
    path with a contact distance that is larger by this amount. The bound is better for smaller t. */
@@ -154,7 +154,7 @@ static inline double bound_curved_approach(const Approach *p, double pull, doubl
     return wait;
 }
 
-/* Return the wait of two discs that are apart. The result need not exceed `least`. */
+/* Return the wait of two discs that are apart. The function may return `least` instead of a longer wait. */
 static inline double bound_approach(const State *s, const Disc *a, const Disc *b, const Approach *p, double least) {
     double pull = relative_pull(s, a, b);
     double far = p->contact + 0.5 * pull * least * least;
@@ -180,7 +180,7 @@ static inline double bound_straight_plane(const Disc *a, const Wall *wall, doubl
 }
 
 /* Return the wait of a disc and a half-plane, from their gap, if the disc falls or is slowed by a table. Its normal
-   speed then has further roundings at each frame. The result need not exceed `least`. */
+   speed then has further roundings at each frame. The function may return `least` instead of a longer wait. */
 static inline double bound_curved_plane(const State *s, const Disc *a, const Wall *wall, double gap, double least) {
     double along = a->vx * wall->nx + a->vy * wall->ny;
     double pull = s->gx * wall->nx + s->gy * wall->ny;
@@ -199,7 +199,7 @@ static inline double bound_curved_plane(const State *s, const Disc *a, const Wal
     return shorten_wait((speed + sqrt(greater(d, 0.0))) / -pull);
 }
 
-/* Return the wait of a disc and a chain, from their gap. The result need not exceed `least`.
+/* Return the wait of a disc and a chain, from their gap. The function may return `least` instead of a longer wait.
 
    The nearest point of the chain approaches the disc no faster than the disc moves. A disc that leaves a chain can hit
    it again if the chain bends, and it can hit the other side of the chain. */

@@ -210,13 +210,13 @@ class Knob:
     def __post_init__(self) -> None:
         if self.choices:
             if self.low is not None or self.high is not None:
-                raise InputError(f"a knob must have either choices or low and high, this one has both: {self}")
+                raise InputError(f"a Knob must have either choices or low and high, this one has both: {self}")
             return
         low, high = self.low, self.high
         if low is None or high is None or type(low) is not type(high) or not -math.inf < low < high < math.inf:
-            raise InputError(f"a knob needs choices, or low below high, both whole or neither, got {low} and {high}")
+            raise InputError(f"a Knob needs choices, or low below high, both whole or neither, got {low} and {high}")
         if self.log and not low > 0:
-            raise InputError(f"low of a knob with a logarithmic scale must be above 0, got {low}")
+            raise InputError(f"low of a Knob with a logarithmic scale must be above 0, got {low}")
 
     @property
     def example(self) -> Setting:

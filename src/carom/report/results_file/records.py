@@ -82,7 +82,7 @@ _ASK = f"give the folder of a report, or a results.jsonl by `carom run --out` (f
 
 
 def _parse_head(path: Path, text: bytes) -> tuple[dict[str, Any], bool]:
-    """Return the first line in the present format, and whether the file has an earlier format."""
+    """Return the first line, converted to the present format, and whether the file has an earlier format."""
     head = _parse_object(path, 1, text)
     if (found := head.get("format")) is None:
         raise InputError(f"{path} is no results.jsonl of a cross-check", hints=[_ASK])

@@ -104,8 +104,8 @@ class CertifiedTrace(ByValue, Drawn):
         mode_radii: Radii of ``trace.modes``, a structured array; None if ``trace.modes`` is None.
         digits: The requested decimal digits.
         decimals: Decimal numbers for each impact: time and velocities after the impact ``(t, x1, y1, x2, y2)``, then
-            the spins of the discs if any disc turns. The numbers are right to one unit in the last digit. The tuple is
-            empty for up to 15 digits, which float64 can represent.
+            the spins of the discs if any disc turns. The numbers have an error of at most one unit in the last digit.
+            The tuple is empty for up to 15 digits, which float64 can represent.
         ending: How the run ended.
         degeneracy: The event that stopped the run early; None if the run reached its end.
         commuted: Pairs of indices of impacts whose order is unknown and does not affect the result.

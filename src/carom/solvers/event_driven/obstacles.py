@@ -107,9 +107,9 @@ class Grounds(NamedTuple):
 
 
 def build_grounds(start: DiscArrays, features: dict[int, tuple[Outline, WallFeature]], walls: list[int]) -> Grounds:
-    """Return the grounds of a scene's walls.
+    """Return which features of a scene's walls are grounds: surfaces on which a disc can slide, roll or rest.
 
-    Driven walls are not grounds. Finite walls have only straight faces as grounds.
+    Half-planes and straight faces of finite walls are grounds, unless the wall is driven or is a belt.
 
     Args:
         start: The discs and walls.

@@ -45,8 +45,8 @@ def advise(
 ) -> ShownAdvice:
     """Find the largest step sizes at which each engine misses no impact of a scene and meets an accuracy target.
 
-    The result prints the text of `carom advise`, and is displayed in a notebook. Its `plot()` draws the error against
-    steps per second.
+    `print(result)` shows the same text as `carom advise`. A notebook shows a picture of the result. `result.plot()`
+    draws the error against steps per second.
 
     Args:
         scene: The scene, or its name in the catalogue.

@@ -320,7 +320,7 @@ def _format_failing_rate(answer: Advised, found: StepRange) -> str:
 def _describe_search(advice: Advice, rows: Sequence[Advised]) -> Iterator[str]:
     """Yield why searches ended, why step sizes were refused, and at which phases step sizes were tested."""
     for ending, names in formatting.group_by((one.ending, one.method.label) for one in rows).items():
-        yield f"No smaller step size of {formatting.join_words(names)} was tested, because {ending.value}."
+        yield f"For {formatting.join_words(names)}, no smaller step size was tested, because {ending.value}."
     for one in rows:
         if one.refused_s is not None:
             yield f"Not run: {one.method.label} at {_format_rate(one.refused_s)} steps per second ({one.refusal})."
@@ -353,11 +353,11 @@ def _describe_hardest_impact(advice: Advice) -> str:
     if window is None:
         return f"{which} {bodies_and_time}: {impact.cause.value}."
     speed, reach = formatting.format_number(window.speed_m_s), formatting.format_number(window.reach_m)
-    size = f"{speed} m/s, {reach} m from centre to centre"
+    size = f"their relative speed is {speed} m/s, and their centres are {reach} m apart at contact"
     why = {
         Cause.GRAZE: f"a graze, off centre by {formatting.format_number(window.share, 4)} of the contact distance",
-        Cause.FAST: f"they are fast for their size ({size})",
-        Cause.TURN: f"the line between their centres turns fast ({size})",
+        Cause.FAST: f"the discs are fast for their size, because {size}",
+        Cause.TURN: f"the line between their centres turns fast, because {size}",
     }[impact.cause]
     late = impact.limit.direction_dt_s
     late_text = formatting.format_seconds(late)

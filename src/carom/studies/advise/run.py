@@ -214,7 +214,8 @@ def _cut_reference(scene: Scene) -> tuple[Trace, ReferenceCut | None]:
     if reliable == 0:
         why = f"because from its first impact on, {cut.value}"
         raise InputError(f"no step size can be recommended for {scene.name!r}, {why}")
-    # End half-way to the next impact, so that a rounded start can't move an impact across the end.
+    # The shortened scene ends in the middle between its last impact and the next one. So if the start is rounded, the
+    # impacts move slightly, but the same impacts are still before the end.
     ended = solve_reference(Scene(**{**dict(scene), "duration_s": 0.5 * (times[reliable - 1] + times[reliable])}))
     if not isinstance(ended, Trace):
         raise InputError(f"there is no reference to compare with: {ended}")

@@ -108,8 +108,8 @@ def _build_scene_sections(
             f"The runs were timed at {scene.timed_at} in {formatting.format_count(scene.rounds, 'round')} of random "
             f"order (seed {bench.plan.seed}). During a timed run, the bench runs nothing else and does not observe "
             f"the engine. To measure noise, fixed work of {formatting.format_number(noise.work_s * 1e3)} ms was timed "
-            f"{noise.probes} times between the runs. The middle half of these times is within "
-            f"{formatting.format_percent(noise.interquartile)}, and the slowest is "
+            f"{noise.probes} times between the runs. The middle half of these times has a range of "
+            f"{formatting.format_percent(noise.interquartile)} of the median, and the slowest time is "
             f"{formatting.format_ratio(noise.worst)} the median."
         )
         yield Section("How it was timed", (Text(how, Media.IN_FULL),), level=3)

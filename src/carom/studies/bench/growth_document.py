@@ -98,7 +98,7 @@ def _build_tables(growth: Growth) -> tuple[Table, ...]:
         return lambda curve: format_cell(falling) if (falling := curve_of.get((curve.label, True))) else ""
 
     def largest_column(
-        head: str, format_cell: Callable[[GrowthPoint], str], under: str = "there", only: Media = Media.EVERYWHERE
+        head: str, format_cell: Callable[[GrowthPoint], str], under: str = "max n", only: Media = Media.EVERYWHERE
     ) -> Column:
         return Column(head, _format_largest(format_cell), under, number=True, only=only)
 
@@ -111,17 +111,18 @@ def _build_tables(growth: Growth) -> tuple[Table, ...]:
                 METHOD,
                 Column("run time", lambda curve: _build_power_cell(curve.time_exponent), "grows as"),
                 Column("falling", format_falling(lambda curve: _build_power_cell(curve.time_exponent)), "grows as"),
-                largest_column("most", lambda point: str(point.discs), "discs"),
+                largest_column("discs", lambda point: str(point.discs), "max n"),
                 largest_column("a second", _format_cost),
-                Column("falling", format_falling(_format_largest(_format_cost)), "there", number=True),
+                Column("falling", format_falling(_format_largest(_format_cost)), "max n", number=True),
                 Column("memory", lambda c: _build_power_cell(c.memory_exponent), "grows as", only=Media.IN_FULL),
                 largest_column("prepare", lambda p: formatting.format_seconds(p.prepare_s), only=Media.IN_FULL),
                 largest_column("peak", lambda p: f"{formatting.format_number(p.peak_bytes / _MIB, 3)} MiB"),
             ),
             [curve for curve in growth.curves if not curve.gravity],
             title="Growth with the number of discs n, from 100 discs upwards",
-            note="Column 'a second' shows the run time of one simulated second. 'There' is the largest number of "
-            "discs. Exponents are fitted by least squares on logarithmic axes, with a 95 % interval. If the run time "
+            note="'Max n' is the largest number of discs that the method ran with. The columns headed 'max n' show "
+            "values for this number of discs. The column 'a second' shows the run time of one simulated second. "
+            "Exponents are fitted by least squares on logarithmic axes, with a 95 % interval. If the run time "
             "decreases with more discs, the method has changed its algorithm, and only later points are fitted.",
         ),
         Table(

@@ -24,12 +24,12 @@ from carom.studies.bench.result import Bench, Curve, Point, SceneBench, find_che
 from carom.studies.bench.timing_pass import CellTiming
 
 TABLE_NOTE = (
-    "The best method is first. The least error is the smallest error of all step sizes that find every impact at "
+    "The best method is first. 'Least error' is the smallest error of all step sizes that find every impact at "
     "every phase. If there is no such step size, the column shows the missed (-) and spurious (+) impacts of the "
     "best step size. A column headed by an error shows the run time of the fastest step size that reaches this error "
-    "and finds every impact; the column is empty if no step size does. The order is the slope of error against step "
+    "and finds every impact; the column is empty if no step size does. 'Order' is the slope of error against step "
     "size on logarithmic axes, without step sizes that miss an impact or reach rounding. Checking once per step has "
-    "order 1. A method with an interval below 1/2 does not converge."
+    "order 1. A method does not converge if the whole interval of its order is below 1/2."
 )
 TABLE_SHORT = "ms is the run time, -n and +n are missed and spurious impacts, and the error grows as (step size)^order."
 EXACT = "exact"
@@ -280,8 +280,8 @@ def build_point_table(bench: SceneBench, plan: BenchPlan) -> Table:
         "over all phases one impact is missed and two are invented; the error is then that of all other impacts. "
         "Times are medians over rounds. 'Spread' is the distance between the quartiles, divided by the median. "
         "'Empty world' is the time of a step with one disc at rest. 'Call' is the time of one Python call, divided "
-        "by its number of steps. 'Net' is the time per step without the empty world and the call. 'Whole' is the "
-        "time of all steps and of the preparation. Ratios are run times divided by PIT's at the same step size in "
+        "by its number of steps. 'Net' is the time per step minus the times in 'empty world' and 'call'. 'Whole' is "
+        "the time of all steps and of the preparation. Ratios are run times divided by PIT's at the same step size in "
         "the same round. Times are only valid for this machine and session; compare only ratios between machines.",
         folded="The numbers of all points, and the commands that repeat them",
         css="cells",

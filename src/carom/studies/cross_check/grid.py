@@ -188,7 +188,7 @@ class GridCell:
         if not self.scored or self.mark in (Mark.EXACT, Mark.EXACT_32):
             return ""
         velocity, spin = self.errors.velocity, self.errors.spin  # the spin error is NaN if no disc spins
-        # If a head-on impact is late, its velocities are still right, so the time error is shown.
+        # If a head-on impact is late, its velocities are still correct, so the time error is shown.
         if velocity <= self.rounding and not spin > self.rounding and self.time_error_s:
             side = "late" if self.errors.time_s > 0 else "early"
             return f"{formatting.format_steps(abs(self.errors.time_s), self.line.dt_s)} {side}"

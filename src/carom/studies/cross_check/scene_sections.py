@@ -26,18 +26,18 @@ _ACTIONABLE = (Mark.UNAVAILABLE, Mark.CRASHED, Mark.TIMED_OUT, Mark.FAILED)
 
 FIGURE_NOTE = (
     "'0.5 of PIT' means that the run's largest error is half of PIT's at the same step size. '0.4 steps late' means "
-    "that velocities are right, but an impact is found 0.4 steps late."
+    "that velocities are correct, but an impact is found 0.4 steps late."
 )
 FIGURE_DETAIL = (
     "A cell shows the number of missed or invented impacts. Without such impacts, a cell shows the largest velocity "
     "or spin error, divided by PIT's largest over the phases of the step; or divided by the greatest speed if "
-    "PIT has no such error. If all velocities and spins are right to rounding, a cell shows the largest time error "
-    "in steps. PIC is compared with itself in this table; the known answers show the accuracy of PIC."
+    "PIT has no such error. If all velocities and spins are correct except for rounding, a cell shows the largest "
+    "time error in steps. PIC is compared with itself in this table; the known answers show the accuracy of PIC."
 )
 SHORT_NOTE = (
     "0.5\N{MULTIPLICATION SIGN} is the largest velocity or spin error divided by PIT's\n"
     "-1 +2 are the numbers of missed and invented impacts\n"
-    "0.4 steps means that velocities are right, but an impact is this late or early"
+    "0.4 steps means that velocities are correct, but an impact is this late or early"
 )
 
 

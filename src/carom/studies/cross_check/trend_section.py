@@ -62,7 +62,7 @@ class Trend:
 
     Attributes:
         parts: Step sizes as fractions of each scene's largest step size, beginning with 1.
-        coarsest_s: Smallest and largest of the scenes' largest step sizes, in seconds.
+        coarsest_s: Smallest and largest value, over all scenes, of the largest step size of a scene. In seconds.
         series: One series per column of the grid. Equal profiles of Carom's own methods share one series.
         scenes: Names of the scenes in the velocity medians.
         left_out: Names of the omitted scenes, by reason.
@@ -77,7 +77,7 @@ class Trend:
 
 #: Reasons to omit a scene from the medians, in the order of the report.
 _EXACT, _MISSED, _WITHOUT, _OTHER = _LEFT_OUT = (
-    "PIT's velocities are right at every step size",
+    "PIT's velocities are correct at every step size",
     "PIT finds no impact at one of the step sizes, so it has no velocity error",
     "there is no impact",
     "the scene is not graded",

@@ -306,7 +306,7 @@ def classify_change(old: SeenCell, new: SeenCell) -> CellChange:
     separate = list(_find_separated_measures(_MOTION, old.ran, new.ran))
     if separate or (elsewhere := _describe_coordinate(old.ran, new.ran)):
         kinds = {kind for kind, _ in separate}
-        unknown = Grade.UNGRADED.name in (a.grade, b.grade)  # it is unknown which of the two is right
+        unknown = Grade.UNGRADED.name in (a.grade, b.grade)  # it is unknown which of the two is correct
         kind = kinds.pop() if len(kinds) == 1 and not unknown else ChangeKind.NEITHER
         return CellChange(kind, "; ".join(why for _, why in separate) or elsewhere)
     changes = [why for _, why in _find_separated_measures(_CONTACTS, old.ran, new.ran)]

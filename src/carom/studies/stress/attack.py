@@ -1,4 +1,4 @@
-"""Attacks (stress tests): scenes in which one quantity varies from harmless to absurd values, and checks of traces."""
+"""Stress tests: scenes in which one quantity varies from harmless to absurd values, and checks of their traces."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from carom.studies.stress.true_motion import TrueMotion
 from carom.support.formatting import format_number
 
 #: Error at which a method fails: a tenth of the velocity change that impacts cause. An error of this size is too large
-#: for any purpose, and above the usual error of every engine at a sensible step. So an attack finds where a method
+#: for any purpose, and above the usual error of every engine at a sensible step. So a stress test finds where a method
 #: fails and not how accurate it is. Reports show the error before the failure separately.
 TOLERANCE = 0.1
 
@@ -35,7 +35,7 @@ class CheckResult:
     """Result of the check of a trace.
 
     Attributes:
-        error: Error of the trace, in the measure of the attack; NaN if there is nothing to measure.
+        error: Error of the trace, in the measure of the stress test; NaN if there is nothing to measure.
         broken: Reason why the method fails; empty if it passes.
         note: Remark on the trace.
         status: Status of the run.
@@ -53,7 +53,7 @@ TraceCheck = Callable[[Trace], CheckResult]
 
 @dataclass(frozen=True)
 class Trial:
-    """A scene of an attack, and the check of the scene's traces. The scene runs at its own frame rate."""
+    """A scene of a stress test, and the check of the scene's traces. The scene runs at its own frame rate."""
 
     scene: Scene
     check: TraceCheck
@@ -61,7 +61,7 @@ class Trial:
 
 @dataclass(frozen=True)
 class Attack:
-    """An axis along which scenes change from harmless to absurd.
+    """A stress test: a quantity that is varied from a harmless to an absurd value, and the scenes for each value.
 
     Attributes:
         name: Short name, as on the command line.
@@ -77,7 +77,7 @@ class Attack:
         whole: Whether the axis has whole numbers only.
         rungs: Number of values per decade that are tried up to the first failure. The number is larger if a method can
             pass at single values by luck.
-        full_only: Whether the attack's runs are too long for the quick form.
+        full_only: Whether the stress test's runs are too long for the quick form.
         last: An additional value at the absurd end that has no logarithm, such as a gap of 0. The additional value is
             tried, but is not part of a bisection.
     """
@@ -120,9 +120,9 @@ class Attack:
 
 
 def build_attack(name: str, trials: Callable[[float], Iterable[Trial]]) -> Attack:
-    """Return the attack that ``attacks.json`` lists under a name, such as "mass-ratio" or "_mass_ratio".
+    """Return the stress test that ``attacks.json`` lists under a name, such as "mass-ratio" or "_mass_ratio".
 
-    Names in braces within the file's sentences are replaced by common sentences. All scenes get the attack's name.
+    Names in braces within the file's sentences are replaced by common sentences. All scenes get the stress test's name.
     """
     name = name.strip("_").replace("_", "-")
     attacks, sentences = _read_attacks()
@@ -142,17 +142,17 @@ def _read_attacks() -> tuple[dict[str, dict[str, Any]], dict[str, str]]:
 
 
 def attack(trials: Callable[[float], Iterable[Trial]]) -> Attack:
-    """Decorator: make an attack from a function that returns the trials of a value.
+    """Decorator: make a stress test from a function that returns the trials of a value.
 
-    The attack has the function's name.
+    The stress test has the function's name.
     """
     return build_attack(trials.__name__, trials)
 
 
 def attack_at_phases(stage: Callable[[float, float], Trial]) -> Attack:
-    """Decorator: make an attack from a function that returns the trial of a value and a phase.
+    """Decorator: make a stress test from a function that returns the trial of a value and a phase.
 
-    The attack has the function's name, and tries each value at all `PHASES`.
+    The stress test has the function's name, and tries each value at all `PHASES`.
     """
     return build_attack(stage.__name__, lambda value: [stage(value, phase) for phase in PHASES])
 

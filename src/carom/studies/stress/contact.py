@@ -1,4 +1,4 @@
-"""Attacks with a disc on a wall under gravity: restitution, friction, rolling resistance, and slopes at thresholds.
+"""Stress tests with a disc on a wall under gravity: restitution, friction, rolling resistance, and critical slopes.
 
 Each scene is a disc of unit mass on the wall y = 0. A slope is made by tilting gravity, because a rotated scene would
 have rounded positions. The motion depends continuously on the slope, so the motion at a threshold is the limit from
@@ -151,5 +151,5 @@ def _list_with_reciprocal(value: float) -> Sequence[float]:
 
 
 _SLOPES = [build_attack(name, partial(_build_slope_trials, name)) for name in _STEEPEST]
-#: Attacks with a disc on a wall under gravity.
+#: Stress tests with a disc on a wall under gravity.
 CONTACT_ATTACKS = (_lively, _rests, *_SLOPES, _slide_friction, _rolling_resistance)

@@ -1,4 +1,4 @@
-"""Search for the value at which a method fails under an attack: try values up to the first failure, then bisect."""
+"""Search for the value at which a method fails a stress test: try values up to the first failure, then bisect."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class _Tried(NamedTuple):
 
 
 def find_failure(attack: Attack, method: Method, runner: TaskRunner, *, quick: bool) -> UnsavedResult:
-    """Find the value at which an attack makes a method fail. Return the result with the scene that reproduces it."""
+    """Find the value at which a method fails a stress test. Return the result with the scene that reproduces it."""
     ladder = iter(attack.build_ladder(quick))
     runs = 0
     resolution = QUICK_RESOLUTION if quick else RESOLUTION

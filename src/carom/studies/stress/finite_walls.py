@@ -1,4 +1,8 @@
-"""Attacks with a disc and a finite wall: speed of disc and wall, wall width, ends, seams, legs and corners."""
+"""Stress tests with a disc and a finite wall.
+
+They vary the speed of the disc or of the wall, the wall's width, the number of its pieces, the number of changes of its
+velocity, the angle of a corner, and how closely the disc grazes the wall's end.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +20,7 @@ from carom.studies.stress.attack import Trial, attack_at_phases, build_closed_fo
 from carom.studies.stress.pairs import DT_S, RADIUS_M, RATE_HZ, SPEED_M_S, STEPS_BEFORE, build_trial
 from carom.support.formatting import format_metres, format_number
 
-#: Half the length of a wall. Discs reach the ends of a wall only in attacks on ends.
+#: Half the length of a wall. Discs reach the ends of a wall only in stress tests on ends.
 _HALF_LENGTH_M = 4.0
 #: Initial distance of a disc from a corner, and the disc's speed. The disc is back after 30 steps. In each step the
 #: disc moves an eighth of its radius.
@@ -113,9 +117,10 @@ def _corner(value: float, phase: float) -> Trial:
 
 @attack_at_phases
 def _legs(value: float, phase: float) -> Trial:
-    """Make a trial of a wall that repeatedly moves forwards and a third as far back. The last leg strikes a disc.
+    """Make a trial of a wall that repeatedly moves forwards and then a third as far back, until it strikes a disc.
 
-    The impact is half-way through the last leg, where the wall is farther forward than ever before.
+    The impact is half-way through the last leg (part of the motion with constant velocity). There the wall is farther
+    forward than ever before.
     """
     legs, until_s = int(value), _compute_impact_time(phase)
     leg_duration_s = until_s / (legs - 0.5)
@@ -127,5 +132,5 @@ def _legs(value: float, phase: float) -> Trial:
     return _build_one_impact_trial(description, phase, RADIUS_M + displacement, 0, wall, 2.0 * speeds[-1])
 
 
-#: Attacks with a disc and a finite wall.
+#: Stress tests with a disc and a finite wall.
 WALL_ATTACKS = (_thin_wall, _wall_end, _seam, _wall_width, _paddle, _legs, _corner)

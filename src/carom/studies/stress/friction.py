@@ -1,4 +1,4 @@
-"""Attacks with friction and spin, which vary a coefficient, a spin, an inertia, or the number of sticking impacts.
+"""Stress tests with friction and spin, which vary a coefficient, a spin, an inertia, or the number of sticking impacts.
 
 All impacts are head-on or with a wall. So late detection does not turn the normal, and a method fails only because of
 its friction. An exception is the chain of sticking impacts, which is so long that late detection can lose an impact.
@@ -114,5 +114,5 @@ def _rolling(value: float) -> Iterator[Trial]:
     yield build_trial(description, discs, check, lasts_s, walls=[FLOOR], **laws)
 
 
-#: Attacks with friction and spin.
+#: Stress tests with friction and spin.
 FRICTION_ATTACKS = (_friction, _spin, _inertia, _grip_chain, _rolling)

@@ -15,7 +15,7 @@ QUICK_TIME_LIMIT_S = 10.0
 
 @dataclass(frozen=True)
 class StressOptions(LimitOptions):
-    """Options of a campaign, except for its attacks.
+    """Options of a campaign, except for its stress tests.
 
     Attributes:
         engines: Names of adapters; None for all.

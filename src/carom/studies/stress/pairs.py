@@ -1,4 +1,4 @@
-"""Attacks with one pair of discs, which vary a length, a speed, a mass or the offset of the meeting."""
+"""Stress tests with one pair of discs, which vary a length, a speed, a mass or the offset of the meeting."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from carom.studies.stress.attack import PHASES, Attack, TraceCheck, Trial, build
 from carom.studies.stress.true_motion import compute_true_motion
 from carom.support.formatting import format_number
 
-#: Frame rate and step size of most attacks.
+#: Frame rate and step size of most stress tests.
 RATE_HZ = 240.0
 DT_S = 1.0 / RATE_HZ
 
@@ -33,7 +33,7 @@ def build_trial(
     duration_s: float = MEETING_S,
     **fields: Any,
 ) -> Trial:
-    """Make a trial of an attack. By default, the scene lasts `MEETING_S`, and the check uses the true motion.
+    """Make a trial of a stress test. By default, the scene lasts `MEETING_S`, and the check uses the true motion.
 
     Args:
         description: Description of the scene.
@@ -66,9 +66,10 @@ def _build_meeting_trial(
 
 
 def _build_attack(name: str, template: str, **functions: Callable[[float], float]) -> Attack:
-    """Return an attack whose trials are meetings of two discs, one at each phase.
+    """Return a stress test whose trials are meetings of two discs, one at each phase.
 
-    Each keyword is an argument of `_build_meeting_trial`. Its function computes the argument from the attack's value.
+    Each keyword is an argument of `_build_meeting_trial`. Its function computes the argument from the stress test's
+    value.
     """
 
     def trials(value: float) -> Sequence[Trial]:
@@ -80,14 +81,14 @@ def _build_attack(name: str, template: str, **functions: Callable[[float], float
 
 
 def _build_size_attack(name: str) -> Attack:
-    """Return the attack that shrinks or enlarges the whole scene."""
+    """Return the stress test that shrinks or enlarges the whole scene."""
     template = "Discs of radius {value} m meet head-on at a fiftieth of the radius per step."
     return _build_attack(name, template, radius=lambda value: value, speed=lambda value: 0.02 * value * RATE_HZ)
 
 
 _GRAZING = "A disc grazes another, {value} contact distances from a miss."
 _TUNNELLING = "A disc that moves {value} radii per step meets one at rest head-on."
-#: Attacks with one pair of discs.
+#: Stress tests with one pair of discs.
 PAIR_ATTACKS = (
     _build_attack("grazing", _GRAZING, offset=lambda value: 1.0 - value),
     _build_attack("mass-ratio", "A disc of 1 kg meets one of {value} kg head-on.", mass=lambda value: value),

@@ -1,7 +1,8 @@
-"""Relations between runs, which need no known answer. For example, if a scene is rotated, its result must be rotated.
+"""Invariances: changes of a scene that must change the result in a known way. No known answer of the scene is needed.
 
-An engine that violates a relation is wrong in at least one of the two scenes. An engine with absolute lengths, speeds
-or times (slops, thresholds, margins) fails when the units are changed.
+For example, if a scene is rotated, its result must be rotated. An engine that violates an invariance is wrong in at
+least one of the two scenes. An engine with absolute lengths, speeds or times (slops, thresholds, margins) fails when
+the units are changed.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from carom.studies.stress.failure_search import NotRunError, rename_scene
 from carom.studies.stress.result import CellEnding, CellResult, UnsavedResult
 from carom.support.formatting import format_number
 
-#: Largest deviation at which a relation holds. Three impacts multiply rounding by a few hundred, and sums over a few
+#: Largest deviation at which an invariance holds. Three impacts multiply rounding by a few hundred, and sums over a few
 #: hundred steps add as much. The effect of an absolute slop is larger by orders of magnitude.
 HOLDS = 1e-9
 
@@ -59,7 +60,7 @@ class Relation:
 
     Attributes:
         name: Short name, as on the command line.
-        states: The relation in one sentence.
+        states: The invariance in one sentence.
         deviation: Function that runs a base scene and a second scene with a method, and returns how much the second
             result deviates from the expected one. The number is the larger of two deviations: of positions, relative to
             the largest radius, and of velocities and rim speeds, relative to the largest speed. The function raises
@@ -141,11 +142,11 @@ def _final_state_of(trace: Trace) -> State:
 def _build_invariance(
     name: str, states: str, change: Callable[[Scene], Scene], undo: Callable[[State], State]
 ) -> Relation:
-    """Return the relation that a scene and its changed copy have corresponding results.
+    """Return the invariance that a scene and its changed copy have corresponding results.
 
     Args:
-        name: Name of the relation.
-        states: The relation in one sentence.
+        name: Name of the invariance.
+        states: The invariance in one sentence.
         change: Function that returns a changed copy of a scene.
         undo: Function that converts a final state of the changed scene to the corresponding state of the unchanged
             scene.
@@ -196,7 +197,7 @@ def _build_units_relation(
 def _build_motion_invariance(
     name: str, states: str, change: Callable[[State], State], undo: Callable[[State], State]
 ) -> Relation:
-    """Return the relation that discs with a changed start end at the correspondingly changed state."""
+    """Return the invariance that discs with a changed start end at the correspondingly changed state."""
     return _build_invariance(
         name, states, lambda scene: _build_scene_at_state(scene, change(_start_state_of(scene))), undo
     )
@@ -233,7 +234,7 @@ def _mirror(at: State) -> State:
 
 
 def list_relations() -> list[Relation]:
-    """Return all relations in the order of the table: first relations of smooth discs, then of rough discs."""
+    """Return all invariances in the order of the table: first those of smooth discs, then of rough discs."""
     states = "The mirror image of the scene has the mirror image of its result."
     mirror = _build_motion_invariance("mirror", states, _mirror, _mirror)
     relabelling = _build_invariance(
@@ -287,7 +288,7 @@ def list_relations() -> list[Relation]:
 
 
 def check_relation(relation: Relation, method: Method, runner: TaskRunner) -> UnsavedResult:
-    """Check whether a method keeps a relation. Return the result with both scenes."""
+    """Check whether a method keeps an invariance. Return the result with both scenes."""
     used: list[Scene] = []
 
     def run(scene: Scene) -> Trace:
@@ -320,11 +321,11 @@ def check_relation(relation: Relation, method: Method, runner: TaskRunner) -> Un
 
 
 class _StoppedError(Exception):
-    """A run of a relation failed. The error has the reason and the status."""
+    """A run of an invariance failed. The error has the reason and the status."""
 
 
 def _build_named_scenes(relation: Relation, method: Method, used: list[Scene]) -> tuple[Scene, ...]:
-    """Return the scenes of a relation under unique names.
+    """Return the scenes of an invariance under unique names.
 
     A scene that does not depend on a method's runs has the same name for all methods.
     """

@@ -1,4 +1,4 @@
-"""Results of a stress campaign: the value at which each method fails, and violations of relations."""
+"""Results of a stress campaign: the value at which each method fails, and violations of invariances."""
 
 from __future__ import annotations
 
@@ -65,17 +65,17 @@ _NAMES_IN_FILES = {
 
 @dataclass(frozen=True)
 class CellResult:
-    """A cell of the table: one attack, relation or complaint, and one method.
+    """A cell of the table: one stress test, invariance or reported bug, and one method.
 
     Attributes:
-        kind: "attack", "relation" or "complaint".
-        line: Name of the attack, relation or complaint.
+        kind: "attack" for a stress test, "relation" for an invariance, "complaint" for a reported bug.
+        line: Name of the stress test, invariance or reported bug.
         method: Name of the method.
         ending: Outcome of the cell.
         value: The value at which the method fails, or the most extreme tested value if it passes. For a relation or a
-            complaint, the number is the deviation. None if there is no number.
+            bug, the number is the deviation. None if there is no number.
         stands_at: The most extreme passed value; None if there is none.
-        error: The error at `stands_at`, in the measure of the attack; None if there is none.
+        error: The error at `stands_at`, in the measure of the stress test; None if there is none.
         reason: Reason of a failure, or of a missing number.
         scenes: Files of the scenes that show the number, in the folder of results.
         runs: Number of runs behind the result.
@@ -123,18 +123,18 @@ class UnsavedResult:
 
 @dataclass(frozen=True)
 class StressTest:
-    """A line of the table: an attack, relation or complaint.
+    """A line of the table: a stress test, invariance or reported bug.
 
     Attributes:
-        kind: "attack", "relation" or "complaint".
+        kind: "attack" for a stress test, "relation" for an invariance, "complaint" for a reported bug.
         name: Name of the line.
-        axis: The varied quantity, the required relation, or the reported bug.
+        axis: The varied quantity, the required invariance, or the reported bug.
         truth: Source of the true answer.
         gives_way: Criterion of failure, with its reason.
         ladder: Tested values of the axis, beginning at the harmless end; empty if there is no axis.
-        link: Address of a complaint's discussion thread.
-        about: Engine that a complaint concerns.
-        group: Group of an attack.
+        link: Address of a reported bug's discussion thread.
+        about: Engine that a reported bug concerns.
+        group: Group of a stress test.
     """
 
     kind: str
@@ -166,7 +166,7 @@ class StressResults:
     """All cells of a campaign.
 
     Attributes:
-        lines: Attacks, relations and complaints, in the order of the table.
+        lines: Stress tests, invariances and reported bugs, in the order of the table.
         methods: The methods, which are the columns of the table.
         engines: Descriptions of the methods' engines, by name.
         cells: The cells, by name of line and method.

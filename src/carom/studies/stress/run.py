@@ -1,4 +1,4 @@
-"""Execution of a stress campaign: every attack, relation and complaint on every method, with a journal."""
+"""Execution of a stress campaign: every stress test, invariance and reported bug on every method, with a journal."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ stress_journal = partial(Journal[CellKey, CellResult], "spots", JournalEntry[Cel
 StressTask = tuple[StressTest, Callable[[Method, TaskRunner], UnsavedResult]]
 
 
-#: Attacks by group.
+#: Stress tests by group.
 GROUPS = {
     "pairs": PAIR_ATTACKS,
     "crowds": MANY_DISC_ATTACKS,
@@ -56,12 +56,12 @@ GROUPS = {
     "walls": WALL_ATTACKS,
     "contact": CONTACT_ATTACKS,
 }
-#: Attacks with moving walls.
+#: Stress tests with moving walls.
 DRIVEN = ("paddle", "legs")
 
 
 def list_attacks() -> list[tuple[str, Attack]]:
-    """Return all attacks with their groups, in the order of the table."""
+    """Return all stress tests with their groups, in the order of the table."""
     # Methods are often tested at equal values, so cache the trials. True motions take longer to compute than a run.
     return [
         ("driven" if attack.name in DRIVEN else group, replace(attack, trials=cache(attack.trials)))
@@ -71,7 +71,7 @@ def list_attacks() -> list[tuple[str, Attack]]:
 
 
 def list_lines(*, quick: bool = False) -> list[StressTest]:
-    """Return all lines of the table: attacks, relations and complaints."""
+    """Return all lines of the table: stress tests, invariances and reported bugs."""
     return [line for line, _ in _list_all_tasks(quick)]
 
 
@@ -88,8 +88,8 @@ def run_stress_campaign(
     """Run stress tests on methods, and return where each method fails.
 
     Args:
-        names: Names of attacks, relations and complaints, or the words "attacks", "relations" and "complaints"; all if
-            empty.
+        names: Names of stress tests, invariances and reported bugs, or the words "attacks", "relations" and
+            "complaints"; all if empty.
         options: Options of the campaign.
         out: Folder for the journal and for the scenes that reproduce the numbers.
         resume: If true, continue from the finished cells of the journal in `out`.
@@ -98,7 +98,7 @@ def run_stress_campaign(
         command: The command that repeats the campaign, for the results.
 
     Raises:
-        UnknownNameError: An attack, engine or profile does not exist.
+        UnknownNameError: A stress test, engine or profile does not exist.
         InputError: `out` contains foreign files, the journal of another campaign, or a journal although `resume` is
             false.
     """

@@ -22,8 +22,8 @@ from carom.errors import InputError
 from carom.model.scene import Need, Scene
 from carom.model.trace import Vector, wall_body, wall_index
 
-#: Number of decimal digits of the first pass. The smallest relative distance in an attack, a graze of 1e-15, costs 30
-#: digits in the discriminant. A chain of impacts loses about one digit per impact.
+#: Number of decimal digits of the first pass. The smallest relative distance in a stress test, a graze of 1e-15, costs
+#: 30 digits in the discriminant. A chain of impacts loses about one digit per impact.
 DIGITS = 120
 
 #: Largest relative difference of two passes that agree. The limit is far below the rounding of a float, and far above

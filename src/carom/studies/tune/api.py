@@ -41,9 +41,10 @@ class ShownTuning(ShownResult, Tuning):
 def tune(
     engine: str, scenes: Sequence[Scene | str] | None = None, *, progress: Progress | None = None, **options: Any
 ) -> ShownTuning:
-    """Search for the settings with which an engine has the smallest error, over the knobs that its adapter declares.
+    """Search for the values of an engine's searchable settings (knobs) with which its error is smallest.
 
-    The result prints the text of `carom tune`, and is displayed in a notebook. Its `plot()` draws the error by scene.
+    `print(result)` shows the same text as `carom tune`. A notebook shows a picture of the result. `result.plot()` draws
+    the error of each scene.
 
     Args:
         engine: Name of the adapter.
@@ -53,7 +54,7 @@ def tune(
             `carom.studies.tune.options.TuneOptions`.
 
     Raises:
-        InputError: The adapter declares no knobs, can run none of the scenes, or an option is invalid.
+        InputError: The adapter declares no searchable settings, can run none of the scenes, or an option is invalid.
         UnknownNameError: The engine, the profile or a scene does not exist.
         UnavailableError: The engine is not installed.
         MissingExtraError: The extra `tune` is not installed.

@@ -93,7 +93,7 @@ def tune(
     on_improvement: Callable[[Found], None] | None = None,
     command: str = "",
 ) -> Tuning:
-    """Search for an engine's settings with the best results on scenes, over the knobs that its adapter declares.
+    """Search for the values of an engine's searchable settings (knobs) with the best results on scenes.
 
     Args:
         engine: Name of an adapter.
@@ -106,7 +106,7 @@ def tune(
 
     Raises:
         UnknownNameError: The engine or profile does not exist.
-        InputError: The adapter declares no knobs, or can run none of the scenes.
+        InputError: The adapter declares no searchable settings, or can run none of the scenes.
         UnavailableError: The engine is not installed.
         MissingExtraError: Optuna is not installed.
     """

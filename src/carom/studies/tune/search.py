@@ -1,9 +1,9 @@
 """Search for the best settings of an engine within a number of trials.
 
-1. Each knob is tested at its ends, with all other knobs at their default.
+1. Each setting is tested at the ends of its range, with all other settings at their default.
 2. An optimiser (Optuna's tree-structured Parzen estimator, Bergstra et al., NeurIPS 2011) requests trials. In a trial,
-   each knob is at its default or turned.
-3. Starting from the best trial, one knob at a time is set back to its default or turned to another value, until nothing
+   each setting has its default or another value.
+3. Starting from the best trial, one setting at a time is set back to its default or to another value, until nothing
    improves. So every setting of the result has an effect.
 4. Step 3 is repeated from every other trial that no trial dominates. This finds pairs of settings that help only
    together, if each setting alone improves one criterion and worsens another.
@@ -71,7 +71,7 @@ class Found:
 
 
 class KnobSearch:
-    """A search over the knobs of an engine.
+    """A search over the settings that an adapter declares as searchable (`knobs`).
 
     Args:
         first: The method from which the search starts.
@@ -96,7 +96,7 @@ class KnobSearch:
         on_improvement: Callable[[Found], None] | None = None,
     ) -> None:
         if not space.values:
-            raise InputError(f"the adapter of {first.engine} declares no knobs, so there is nothing to tune")
+            raise InputError(f"the adapter of {first.engine} declares no settings to tune (`knobs`)")
         self.method, self.space, self.scenes, self.evaluator = first, space, tuple(scenes), evaluator
         self.trials, self.given_up = 0, 0
         self._progress, self._on_improvement = progress, on_improvement
@@ -109,7 +109,7 @@ class KnobSearch:
         """Run the search and return the best settings.
 
         Args:
-            trials: Number of different settings to test, including settings with one turned knob.
+            trials: Number of different settings to test, including those that change a single setting.
             seed: Seed of the optimiser's random numbers. Equal seeds give equal trials.
 
         Raises:
@@ -158,7 +158,7 @@ class KnobSearch:
                 study.tell(trial, number)
 
     def _refine(self, max_trials: int) -> Found:
-        """Change one knob at a time, starting from the best trial and from each other trial that no trial dominates."""
+        """Change one setting at a time, starting from the best trial and from each trial that no trial dominates."""
         done: set[SettingOverrides] = set()
         while todo := [found for found in self._find_front() if found.tried not in done]:
             if todo[0] is not self.best and self.trials >= max_trials:

@@ -1,4 +1,4 @@
-"""Search space: the knobs of an engine, each at its default or turned to one of several values."""
+"""Search space: an engine's searchable settings (knobs), each with its default or one of several other values."""
 
 from __future__ import annotations
 
@@ -9,21 +9,21 @@ from carom.engines.api import Knob
 from carom.execution.job import SettingOverrides
 from carom.model.trace import Setting
 
-#: Number of values between the two ends of a range, evenly spread on the scale of the knob. Both ends are also tested,
-#: because an end often disables a feature.
+#: Number of values between the two ends of a range, evenly spread on the scale of the setting. Both ends are also
+#: tested, because an end often disables a feature.
 BETWEEN = 15
 
-#: During refinement, each knob is tested at the ends of `STOPS` equal parts of its range, and at the `NEAR` nearest
+#: During refinement, each setting is tested at the ends of `STOPS` equal parts of its range, and at the `NEAR` nearest
 #: values on either side of its present value.
 STOPS, NEAR = 4, 2
 
-#: A point of the search space: the index of each turned knob's value, by the knob's name. Other knobs keep their
-#: default.
+#: A point of the search space: for each changed setting, the index of its value, by the setting's name. Other settings
+#: keep their default.
 Point = Mapping[str, int]
 
 
 def list_values(knob: Knob) -> tuple[Setting, ...]:
-    """Return the values at which a knob is tested, in order."""
+    """Return the values at which a setting is tested, in order."""
     low, high = knob.low, knob.high
     if low is None or high is None:
         return knob.choices
@@ -39,7 +39,7 @@ class Space:
     """All points that the search may test.
 
     Attributes:
-        values: The values of each knob, by the knob's name.
+        values: The values of each setting, by the setting's name.
     """
 
     values: Mapping[str, tuple[Setting, ...]]
@@ -53,13 +53,13 @@ class Space:
         return {name: self.values[name].index(value) for name, value in overrides}
 
     def list_end_points(self) -> list[dict[str, int]]:
-        """Return the points at which a single knob is turned, to its first or last value."""
+        """Return the points that change a single setting, to its first or last value."""
         return [{name: k} for name, values in self.values.items() for k in dict.fromkeys((0, len(values) - 1))]
 
     def neighbours(self, point: Point) -> Iterator[dict[str, int]]:
-        """Yield the points that differ from `point` in one knob.
+        """Yield the points that differ from `point` in one setting.
 
-        This knob is at its default, at a stop, or near its present value.
+        This setting has its default, a value at a stop, or a value near its present one.
         """
         for name, values in self.values.items():
             last, current_index = len(values) - 1, point.get(name)

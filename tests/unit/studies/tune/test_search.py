@@ -137,7 +137,7 @@ def test_search_without_improvement_returns_first_profile() -> None:
 
 def test_engine_without_knobs_is_refused() -> None:
     """An adapter that declares no knobs is refused."""
-    with pytest.raises(InputError, match="the adapter of toy declares no knobs"):
+    with pytest.raises(InputError, match="the adapter of toy declares no settings to tune"):
         KnobSearch(Method("toy", "default"), Space({}), SCENES, cast(Evaluator, Toy()))
 
 
