@@ -26,7 +26,7 @@ FOLDER = Path(__file__).resolve().parent
 DOCUMENT = FOLDER.parent / "play.md"
 BEGIN, END = "<!-- made by docs/figures/walkthrough.py -->\n", "<!-- end -->"
 _SLIDE = "(e, v) => { e.value = v; e.dispatchEvent(new Event('input', { bubbles: true })); }"
-#: Positions of the slider of frames per second (0 to 1); drag of a disc, pixels; and step of the frame offset.
+#: Positions of the slider of frames per second (0 to 1); drag of a disc, in pixels; and step of the frame offset.
 _OFTENER, _OFTEN, _UP, _PHASE = 0.4, 0.48, 4, 0.1
 
 

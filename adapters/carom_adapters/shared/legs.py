@@ -1,5 +1,7 @@
 """Driven bodies whose velocity changes at given instants. Engines get each new velocity at the next step boundary.
 
+A leg is a part of the motion in which the velocity is constant.
+
 A user of the engine would also set velocities between steps. Up to the boundary, a body keeps its old velocity. This
 shifts all its later positions.
 """

@@ -62,7 +62,7 @@ def grade_trajectory(judged: JudgedRun) -> Grade:
 
 
 def _add_phase_dependence(found: tuple[Finding, ...], as_right: int, phases: int) -> tuple[Finding, ...]:
-    """Add the finding that PIT, whose results the run shares, is this accurate only at some phases of the step.
+    """Add the finding that the run has PIT's results, and that PIT is this accurate only at some phases of the step.
 
     If the run conforms, the existing reason is extended instead, because nothing is wrong with the run.
     """

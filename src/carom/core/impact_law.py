@@ -126,7 +126,7 @@ class ContactFrictions(NamedTuple):
 
 
 class Branches(NamedTuple):
-    """Impulses T of friction for bodies that stick, and for bodies that slide, newton seconds; shape ``(m,)`` each.
+    """Impulses T of friction for bodies that stick, and for bodies that slide, in newton seconds; shape ``(m,)`` each.
 
     Attributes:
         sticking: ``(1 + b) s / ((1 + 1/k1)/m1 + (1 + 1/k2)/m2)``.

@@ -43,7 +43,7 @@ def clock_resolution(time_s: float) -> float:
 
 
 def too_far_out() -> InputError:
-    """Return the error for an impact so far from the origin that floats can't represent the distance of two discs."""
+    """Return the exception for an impact so far from the origin that floats can't represent two discs' distance."""
     return InputError(
         f"two discs met more than {format_number(FARTHEST / 2, 3)} radii from the origin, where floats cannot "
         "represent "

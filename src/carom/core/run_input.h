@@ -66,7 +66,7 @@ typedef struct RunInput {
     Index edge_count;
     double step; /* frame k is at k * step / rate */
     double rate;
-    double damping;  /* rate at which discs are damped, per second; 0 for none */
+    double damping;  /* rate at which discs are damped, in 1/s; 0 for none */
     bool skips;      /* whether tests that can find nothing are skipped. It changes no result */
     double max_waste; /* largest allowed excess of the work of skipping: see `State.max_waste` in pit/state.h */
 } RunInput;

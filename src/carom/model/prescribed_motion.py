@@ -15,7 +15,7 @@ Vector = tuple[float, float]
 
 
 class Course(NamedTuple):
-    """A leg of a driven body's path.
+    """A leg of a driven body's path: a part with constant velocity.
 
     Attributes:
         begin_s: Time at which the leg begins, in seconds since the start.

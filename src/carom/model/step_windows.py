@@ -46,7 +46,7 @@ class WindowRow:
         price_spin: PIT's largest error of a rim speed from the same state.
         restitution: Effective restitution minus the scene's.
         energy_j: Energy gained relative to PIC.
-        energy_price_j: The most energy that PIT gains.
+        energy_price_j: Largest energy that PIT gains.
     """
 
     begin_s: float

@@ -160,8 +160,8 @@ export class Stage {
     this.canvas = make("canvas", { role: "img", "aria-label": label });
     this.flat = 0.3;
     this.tall = 0.66;
-    this.least = 150; // least height for flat scenes, pixels
-    this.shortest = 170; // least height in low windows, pixels
+    this.least = 150; // smallest height for flat scenes, in pixels
+    this.shortest = 170; // smallest height in low windows, in pixels
   }
   fit(box, most = 0.62) {
     this.box = box;

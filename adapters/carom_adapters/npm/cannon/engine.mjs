@@ -4,7 +4,7 @@ import { barsOf, Clock, contactOf, isDriven, isImmovable, Legs, pairOf, serve, s
 
 const SOLVER = ["iterations", "tolerance"];
 const OF_CONTACTS = ["contactEquationStiffness", "contactEquationRelaxation"];
-const MOST_IMPULSE = 1e6; // largest impulse of a contact equation, newton seconds; no setting changes it
+const MOST_IMPULSE = 1e6; // largest impulse of a contact equation, in newton seconds; no setting changes it
 
 class CannonWorld {
   constructor(scene, settings) {

@@ -64,7 +64,7 @@ def _miss() -> Staged:
     contact, speed, nearest = 0.5, 3.0, 0.6
     discs = [build_disc(-speed * nearest, speed, 0.3), build_disc(1.001j * contact, 0, 0.2)]
     scene = build_scene(discs, duration_s=1.25)
-    return build_staged(scene, [], "The least distance of the centres exceeds the sum of the radii")
+    return build_staged(scene, [], "The smallest distance of the centres exceeds the sum of the radii")
 
 
 def _touching_apart() -> Staged:

@@ -36,7 +36,8 @@ def _damped_box() -> Staged:
     place, velocity = (1.0, 2.0), (6.0, -4.0)
     faces = (((0.0, 0.0), (1.0, 0.0)), ((side, 0.0), (-1.0, 0.0)), ((0.0, 0.0), (0.0, 1.0)), ((0.0, side), (0.0, -1.0)))
     end = _to_undamped_time(duration, damping)
-    # The motions along the two axes are independent. The lists contain the legs without damping.
+    # The motions along the two axes are independent. For each axis, a list contains the parts (legs) of the motion from
+    # wall to wall, as if there were no damping.
     legs: tuple[list[_Leg], list[_Leg]] = ([(0.0, place[0], velocity[0])], [(0.0, place[1], velocity[1])])
     hits = []
     for axis, axis_legs in enumerate(legs):

@@ -42,7 +42,7 @@ def _near_miss() -> Staged:
     radius, speed, nearest, gap = 0.25, 3.0, 0.6, 0.001
     discs = [build_disc(-speed * nearest, speed, radius), build_disc(complex(0, 2 * radius + gap), 0, radius)]
     scene = build_scene(discs, duration_s=1.25)
-    return build_staged(scene, [], "The least distance of the centres exceeds the sum of the radii by the gap")
+    return build_staged(scene, [], "The smallest distance of the centres exceeds the sum of the radii by the gap")
 
 
 def _hard_bounce() -> Staged:

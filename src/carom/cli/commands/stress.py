@@ -19,8 +19,8 @@ def stress(
     attacks: Annotated[
         list[str] | None,
         typer.Argument(
-            help="Names of stress tests, invariances or reported bugs, or a kind: attacks, relations, complaints "
-            "(default: all). --list shows them."
+            help="Names of stress tests, invariances or reported bugs, or all of a kind: attacks (stress tests), "
+            "relations (invariances), complaints (reported bugs). Default: all kinds. --list shows the names."
         ),
     ] = None,
     resume: common.Resume = False,

@@ -147,7 +147,7 @@ class BodyStates:
         return (ox - x) ** 2 + (oy - y) ** 2 <= reach * reach
 
     def compute_wait(self, pair: Pair, last: int = NO_FEATURE) -> float:
-        """Return the seconds until the bodies of a pair meet; infinity for never, 0 if they overlap and close.
+        """Return the seconds until the bodies of a pair meet; infinity for never, 0 if they overlap and approach.
 
         `last` is the feature of a finite wall that the disc has just met.
         """

@@ -15,7 +15,7 @@
 enum {
     /* up to this many discs, all are treated as near each other, since searching nine cells takes as long */
     FEW_DISCS = 36,
-    LISTS_PER_DISC = 2, /* least number of lists per disc, so that most cells have a list of their own */
+    LISTS_PER_DISC = 2, /* smallest number of lists per disc, so that most cells have a list of their own */
 };
 
 /* Return the row or column that contains a coordinate, which is given in widths of a cell. The result never decreases

@@ -220,7 +220,7 @@ def _find_combination_problem(rule: str, coefficients: Sequence[tuple[str, float
 
 
 def _compute_greatest_speed(body: Disc | Wall | Chain | Ring) -> float:
-    """Return the greatest speed of a body, in metres per second. If the body has legs, these are its velocities."""
+    """Return the greatest speed of a body, in metres per second, among all legs of its motion if it has legs."""
     return body.drive.fastest if body.legs else math.hypot(*body.velocity_m_s)
 
 

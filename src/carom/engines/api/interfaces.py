@@ -26,7 +26,7 @@ class Contact:
         second: The other disc, with a higher number, or a wall, ``wall_body(k)``.
         time_s: Time of the contact as reported by the engine, in seconds from the start.
         normal: Unit vector from first to second.
-        impulse_n_s: Impulse along the normal, newton seconds; 0 for a contact without effect, None if the engine
+        impulse_n_s: Impulse along the normal, in newton seconds; 0 for a contact without effect, None if the engine
             reports no impulse.
         velocities: Velocities just before and after the contact, ``(first before, second before, first after, second
             after)``. With velocities, the contact is an impact by itself. If None, the harness reads the velocities

@@ -13,7 +13,7 @@
   const CROWD = 4; // with more discs, only frames of the failing pair are shown, because outlines would hide everything
   const MOST_LABELS = 3;
   const MOST_NAMED = 12; // with more discs, numbers next to small discs would hide the paths
-  const MOST_TICKED = 2; // least distance of frames in pixels, below which their ticks would merge
+  const MOST_TICKED = 2; // smallest distance of frames in pixels, below which their ticks would merge
   const LINE = 66, STRIP = 16; // heights in pixels: the timeline, and its row of the whole run
   const MAGNIFIES = 1.4; // with less magnification, no inset is drawn
   const MOST_SPINS = 4; // largest number of discs with spins shown as numbers

@@ -36,7 +36,7 @@ def certify(
             start, for positions to the greatest extent at the start.
         max_impacts: Stop after this many impacts; None for no limit.
         time_budget_s: Stop after this many seconds of elapsed time; None for no limit.
-        max_precision_bits: Greatest precision, bits.
+        max_precision_bits: Greatest precision, in bits.
         tie_bits: An event is degenerate if the states of its bodies are accurate to this many bits and don't decide the
             event.
         progress: Called at intervals with impacts so far, time reached in seconds, and bits of precision.

@@ -3,7 +3,8 @@
 The time is the root of a quadratic (`docs/theory/pic.md`). The quadratic starts from a float64 instant that is a
 proven, close lower bound. So the constant term c is nearly 0, and the root has only the error of the distance.
 
-The path of a driven body is examined leg by leg. An impact on one leg must come before the next leg starts.
+The path of a driven body consists of legs, in each of which the velocity is constant. The legs are examined one by one.
+An impact on one leg must come before the next leg starts.
 """
 
 from __future__ import annotations

@@ -76,7 +76,7 @@ class Recording:
 
     Attributes:
         digits: Requested decimal digits.
-        bits: Precision of converted balls, bits.
+        bits: Precision of converted balls, in bits.
         rows: The impacts, in order.
         mode_rows: The changes of discs' modes, in order.
         events: Number of events. An event is an impact with its changes of modes, or a change of mode alone.

@@ -58,7 +58,7 @@ class Degeneracy:
             and the time of the last counted impact for a collapse.
         proven: Whether the kind of the event is proven by exact arithmetic. Without proof, the event is undecided
             although the state is known to `bits` bits.
-        bits: Accuracy of the state of the bodies, bits.
+        bits: Accuracy of the state of the bodies, in bits.
     """
 
     kind: Degenerate
@@ -109,7 +109,7 @@ class CertifiedTrace(ByValue, Drawn):
         ending: How the run ended.
         degeneracy: The event that stopped the run early; None if the run reached its end.
         commuted: Pairs of indices of impacts whose order is unknown and does not affect the result.
-        precision_bits: Initial precision of the last attempt, bits.
+        precision_bits: Initial precision of the last attempt, in bits.
         bits_lost: Bits of accuracy that the least accurate disc lost until the end.
         replays: Number of restarts at a higher precision.
         elapsed_s: Elapsed seconds; not compared.

@@ -57,7 +57,7 @@ class CertifiedRun:
         ending: How the last call of `advance_to` ended; None before the first call.
         degeneracy: The event that no precision decided; None without such an event.
         replays: Number of restarts at a higher precision.
-        precision_bits: Initial precision of the last attempt, bits.
+        precision_bits: Initial precision of the last attempt, in bits.
     """
 
     def __init__(self, scene: Scene, *, digits: int, max_precision_bits: int, tie_bits: int) -> None:

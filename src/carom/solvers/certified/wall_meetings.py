@@ -1,7 +1,7 @@
 """Times, as balls, at which a disc meets a half-plane, a face, a vertex or an arc.
 
-`docs/theory/walls.md` derives the formulas. All states are relative to the wall, on one leg of its path if the wall is
-driven.
+`docs/theory/walls.md` derives the formulas. All states are relative to the wall. If the wall is driven, one leg of its
+path is considered, in which its velocity is constant.
 
 A disc meets a face like a half-plane. With gravity the gap to a line is ``w + s t + a t^2 / 2``. Where the gap is 0,
 its derivative is ``+-sqrt(D)`` with ``D = s^2 - 2 a w``. At an impact the derivative is negative, so the only possible

@@ -198,7 +198,7 @@ def _write_frame_code(scene: Scene, answer: Advised, pool: Pool) -> str:
 
 
 def _cut_reference(scene: Scene) -> tuple[Trace, ReferenceCut | None]:
-    """Return the reliable part of a scene's reference, and why this part ends before the scene; None if it does not."""
+    """Return the reliable part of a scene's reference, and why it is shorter than the scene; None if it is not."""
     reference = solve_reference(scene)
     if not isinstance(reference, Trace):
         raise InputError(f"there is no reference to compare with: {reference}")
