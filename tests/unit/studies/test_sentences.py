@@ -63,13 +63,13 @@ def join_trend_text(results: Results) -> str:
 
 
 def test_trend_without_errors_has_no_medians() -> None:
-    r"""For a head-on impact, the trend states that PIT's velocities are right and that there are no medians.
+    r"""For a head-on impact, the trend states that PIT's velocities are correct and that there are no medians.
 
     For a late impact it contains a remark on methods that find no impact.
     """
     head_on = staged("head-on", disc_at(0, 0, 4, 0), disc_at(3, 0), duration_s=2.0)
     said = join_trend_text(run_own_methods(head_on))
-    assert "PIT's velocities are right at every step size" in said
+    assert "PIT's velocities are correct at every step size" in said
     assert "There are no medians" in said
     assert "A method that finds no impact in a scene has fewer scenes." in join_trend_text(run_own_methods(LATE))
 

@@ -353,17 +353,17 @@ def _describe_hardest_impact(advice: Advice) -> str:
     if window is None:
         return f"{which} {bodies_and_time}: {impact.cause.value}."
     speed, reach = formatting.format_number(window.speed_m_s), formatting.format_number(window.reach_m)
-    size = f"their relative speed is {speed} m/s, and their centres are {reach} m apart at contact"
+    size = f"relative speed {speed} m/s, centres {reach} m apart"
     why = {
         Cause.GRAZE: f"a graze, off centre by {formatting.format_number(window.share, 4)} of the contact distance",
-        Cause.FAST: f"the discs are fast for their size, because {size}",
-        Cause.TURN: f"the line between their centres turns fast, because {size}",
+        Cause.FAST: f"the discs are fast for their size ({size})",
+        Cause.TURN: f"the line between their centres turns fast ({size})",
     }[impact.cause]
     late = impact.limit.direction_dt_s
     late_text = formatting.format_seconds(late)
-    direction = f"error exceeds the target if the engine finds the impact more than {late_text} late"
+    direction = f"error is too large if the impact is found more than {late_text} late"
     if math.isinf(late):
-        direction = "meets the target even if the engine finds the impact late"
+        direction = "meets the target even if the impact is found late"
     if advice.scene.arrays.rubs_discs:  # the effect of friction has no closed form
         direction += " (without friction)"
     return (

@@ -120,9 +120,8 @@ def _build_tables(growth: Growth) -> tuple[Table, ...]:
             ),
             [curve for curve in growth.curves if not curve.gravity],
             title="Growth with the number of discs n, from 100 discs upwards",
-            note="'Max n' is the largest number of discs that the method ran with. The columns headed 'max n' show "
-            "values for this number of discs. The column 'a second' shows the run time of one simulated second. "
-            "Exponents are fitted by least squares on logarithmic axes, with a 95 % interval. If the run time "
+            note="Column 'a second' shows the run time of one simulated second. 'Max n' is the largest number of "
+            "discs. Exponents are fitted by least squares on logarithmic axes, with a 95 % interval. If the run time "
             "decreases with more discs, the method has changed its algorithm, and only later points are fitted.",
         ),
         Table(
