@@ -206,6 +206,56 @@ def test_driven_disc_that_returns_hits_the_same_disc_again() -> None:
     assert impacts["time_s"][impacts["second"] == 1].tolist() == pytest.approx([1.0, 3.4], rel=1e-12)
 
 
+def build_returning_scene(kind: str, angle: float, at: complex, turns_s: float, first_m: float = 2.0) -> Scene:
+    """Return a disc that hits a round driven body, which slides past it from `turns_s` on, and comes back.
+
+    The body slides for a second. When it comes back, the distance is 1 m again after 0.4 s:
+    (1 - t/2)^2 + (1 - t)^2 = 1.
+    """
+    turned = complex(math.cos(angle), math.sin(angle))
+    centre, place, drives = at, at + turned * first_m, (0j, 1j * turned, (0.5 - 1j) * turned)
+    legs = tuple(
+        Leg(from_s=from_s, velocity_m_s=(drive.real, drive.imag))
+        for from_s, drive in zip((0.0, turns_s, turns_s + 1.0), drives, strict=True)
+    )
+    body: dict[str, Any] = {"position_m": (centre.real, centre.imag), "mass_kg": math.inf, "driven": True}
+    wall = Ring(centre_m=(centre.real, centre.imag), radius_m=0.5, legs=legs)
+    disc = Disc(position_m=(place.real, place.imag), velocity_m_s=(-turned.real, -turned.imag), radius_m=0.5)
+    return Scene(
+        name="back",
+        discs=[disc] if kind == "circle" else [Disc(radius_m=0.5, legs=legs, **body), disc],
+        walls=[wall] if kind == "circle" else [],
+        restitution=0.0,
+        wall_restitution=0.0,
+        duration_s=turns_s + 1.5,
+    )
+
+
+@each("kind", ["disc", "circle"])
+@each("angle", ANGLES)
+@each("at", [0j, 1.5 + 0.3j, 20.0 + 10.0j, -20.0 - 10.0j])
+def test_round_body_that_slides_past_a_touching_disc_does_not_hit_it(kind: str, angle: float, at: complex) -> None:
+    """A round driven body does not hit the disc that it touches when it begins to slide past it, but when it returns.
+
+    The first impact has restitution 0. Rounding tilts the direction in which the body slides.
+    """
+    times = carom.solve_pic(build_returning_scene(kind, angle, at, 2.0)).impacts["time_s"]
+    assert times.tolist() == pytest.approx([1.0, 3.4], rel=1e-13)
+
+
+@each("angle", ANGLES)
+@each("at", [0j, 1.5 + 0.3j, 20.0 + 10.0j, -20.0 - 10.0j])
+@each("turns_s", [1.05, 2.0, 30.0])
+def test_pit_finds_a_driven_disc_that_returns_anywhere(angle: float, at: complex, turns_s: float) -> None:
+    """In any direction and at any place, PIT finds that a driven disc returns, and no impact when it slides away.
+
+    PIT finds the first impact with an overlap of 1 mm.
+    """
+    scene = build_returning_scene("disc", angle, at, turns_s, first_m=1.999)
+    times = carom.solve_pit(scene, frame_rate_hz=100.0).impacts["time_s"]
+    assert times.tolist() == pytest.approx([1.0, turns_s + 1.4], abs=0.0101)
+
+
 def test_collapse_under_gravity_ends_the_run_with_a_note() -> None:
     r"""Three discs that lose energy between inclined walls end the run early, with a note on the reason.
 
