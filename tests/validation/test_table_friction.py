@@ -76,6 +76,16 @@ def test_disc_on_a_dead_wall_stops_after_the_known_distance() -> None:
         np.testing.assert_allclose(trace.final_position_m[0], radius * off + u * u / (2 * A) * along, atol=1e-14)
 
 
+@each("angle", [0.3, 2.0, 4.0])
+def test_pit_moves_a_disc_on_a_table_along_the_known_path(angle: float) -> None:
+    """In any direction, PIT has a slowed disc after 1 s and after its stop where the law of the table has it."""
+    disc = disc_at(0.25, -0.5, 3.0 * math.cos(angle), 3.0 * math.sin(angle))
+    for duration_s in (1.0, 2.0):  # it stops after 3 / A = 1.5 s
+        scene = staged("table", disc, duration_s=duration_s, table_deceleration_m_s2=A)
+        (found,) = solve_pit(scene, frame_rate_hz=60.0).final_position_m
+        assert found == pytest.approx(position_at(disc, duration_s), rel=1e-12)
+
+
 def test_table_removes_energy_m_a_per_metre() -> None:
     r"""On 20 random tables the initial energy equals the losses of impacts plus m a times the distances.
 

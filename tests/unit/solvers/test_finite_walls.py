@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.cases import each, release_after
-from tests.scene_builders import disc_at, require_value, wall_at
+from tests.scene_builders import disc_at, require_value, staged, wall_at
 from tests.unit.core.feature_times import build_wall_features
 from tests.unit.solvers.run_kinds import all_pairs
 
@@ -387,6 +387,19 @@ def test_pit_takes_the_normal_from_the_nearest_wall_point() -> None:
     x = -3 + float(found.impacts["time_s"][0])
     distance = math.hypot(x, 0.25)
     np.testing.assert_allclose(found.impacts["normal"][0], (-x / distance, -0.25 / distance), atol=1e-15)
+
+
+@each("angle", [0.0, 0.7, math.pi / 2, 4.0])
+@each("side", [-1, 1])
+def test_pit_finds_the_end_of_an_arc_in_any_direction(angle: float, side: int) -> None:
+    """PIT finds a disc that comes along the chord at either end of an arc, at the first frame, along the chord."""
+    chord = complex(math.cos(angle), math.sin(angle))
+    along, place, end = side * chord, 1.5 * side * chord, 0.5 * chord
+    arc = Chain(points_m=[(-end.real, -end.imag), (end.real, end.imag)], bulges=(0.5,))
+    scene = staged("arc", disc_at(place.real, place.imag, -along.real, -along.imag, r=0.25), arc, duration_s=2.0)
+    (impact,) = solve_pit(scene, frame_rate_hz=64.0).impacts
+    assert impact["time_s"] == pytest.approx(0.75, abs=1 / 64 + 1e-9)
+    assert impact["normal"] == pytest.approx((-along.real, -along.imag), abs=1e-12)
 
 
 def test_disc_bounces_along_a_floor_and_falls_beyond_its_end() -> None:

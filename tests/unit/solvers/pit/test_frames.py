@@ -36,6 +36,13 @@ def test_pit_impact_matches_the_hand_calculation() -> None:
     assert abs(solve_pic(scene).impacts[0]["time_s"] - 0.325) <= 128 * U  # as derived in the tests of PIC
 
 
+def test_driven_wall_is_found_at_the_first_frame() -> None:
+    """A wall that has moved into a resting disc by the first frame hits it at that frame."""
+    wall = wall_at(0.0, 0.0, 1.0, 0.0, velocity_m_s=(1.0, 0.0))
+    scene = staged("pushed", disc_at(0.505, 0.0, r=0.5), wall, duration_s=0.1)
+    assert solve_pit(scene, frame_rate_hz=100.0).impacts["time_s"].tolist() == [0.01]
+
+
 def test_pit_does_not_correct_positions() -> None:
     """PIT leaves discs overlapping at the frame of the impact; they separate from those positions."""
     trace = solve_pit(build_line_scene(0.0, 2.75, velocities=(1.0, 0.0), duration_s=2.5), frame_rate_hz=1.0)
