@@ -29,27 +29,14 @@ _LOOP = (
     f"!{_CORE}/wasm/*",  # `core.wasm` is built before the tests
     *(f"!{path}" for path in (*_PRIMITIVES, *_PIT)),
 )
-_PIC = (
-    *(f"{_U}/event_driven", f"{_U}/test_pic.py", f"{_U}/test_ambiguity.py"),
-    *(f"{_U}/test_options.py", f"{_U}/test_run.py", f"{_U}/test_two_discs.py", f"{_U}/test_turning.py"),
-    *(f"{_V}/test_equivalences.py::test_all_forms_of_pic", f"{_V}/test_equivalences.py::test_all_pairs_are"),
-    *(f"{_V}/test_equivalences.py::test_framewise_pic_is", f"{_V}/test_pic_kernel_known_answers.py"),
-    *(f"{_V}/test_friction_law.py", f"{_V}/test_driven.py", f"{_V}/test_gravity.py", f"{_V}/test_contact.py"),
-    *(f"{_V}/test_table_friction.py", f"{_V}/test_pic_against_certified.py", f"{_U}/test_touched_bodies.py"),
-    *(f"{_U}/test_falling.py", f"{_U}/test_contacts.py"),
-)
+#: Any of these tests may be the one that notices a fault in the solvers.
+_SOLVER_TESTS = ("tests/unit/core", _U, _V, "tests/unit/model/test_disc_arrays.py")
 
 PACKAGES = {
-    "physics": Package(("src/carom/core/*.py", *_PRIMITIVES), ("tests/unit/core",)),
-    "event-driven": Package((f"{_S}/event_driven/*.py", *_LOOP), _PIC),
-    "solvers": Package(
-        (f"{_S}/*.py", f"{_S}/reference/*.py"),
-        (
-            *(*_PIC, "tests/unit/model/test_disc_arrays.py", f"{_V}/test_invariance.py", f"{_V}/test_equivalences.py"),
-            *(f"{_U}/test_finite_walls.py", f"{_U}/test_damped.py"),
-        ),
-    ),
-    "pit": Package((f"{_S}/pit/*.py", *_PIT), (f"{_U}/pit", f"{_U}/test_run.py", f"{_V}/test_equivalences.py")),
+    "physics": Package(("src/carom/core/*.py", *_PRIMITIVES), _SOLVER_TESTS),
+    "event-driven": Package((f"{_S}/event_driven/*.py", *_LOOP), _SOLVER_TESTS),
+    "solvers": Package((f"{_S}/*.py", f"{_S}/reference/*.py"), _SOLVER_TESTS),
+    "pit": Package((f"{_S}/pit/*.py", *_PIT), _SOLVER_TESTS),
     "certified": Package(
         (f"{_S}/certified/*.p[yx]*",),
         (

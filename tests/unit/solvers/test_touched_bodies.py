@@ -206,14 +206,16 @@ def test_driven_disc_that_returns_hits_the_same_disc_again() -> None:
     assert impacts["time_s"][impacts["second"] == 1].tolist() == pytest.approx([1.0, 3.4], rel=1e-12)
 
 
-def build_returning_scene(kind: str, angle: float, at: complex, turns_s: float, first_m: float = 2.0) -> Scene:
+def build_returning_scene(
+    kind: str, angle: float, at: complex, turns_s: float, first_m: float = 2.0, back: complex = 0.5 - 1j
+) -> Scene:
     """Return a disc that hits a round driven body, which slides past it from `turns_s` on, and comes back.
 
-    The body slides for a second. When it comes back, the distance is 1 m again after 0.4 s:
+    The body slides for a second. By default, when it comes back, the distance is 1 m again after 0.4 s:
     (1 - t/2)^2 + (1 - t)^2 = 1.
     """
     turned = complex(math.cos(angle), math.sin(angle))
-    centre, place, drives = at, at + turned * first_m, (0j, 1j * turned, (0.5 - 1j) * turned)
+    centre, place, drives = at, at + turned * first_m, (0j, 1j * turned, back * turned)
     legs = tuple(
         Leg(from_s=from_s, velocity_m_s=(drive.real, drive.imag))
         for from_s, drive in zip((0.0, turns_s, turns_s + 1.0), drives, strict=True)
@@ -227,7 +229,7 @@ def build_returning_scene(kind: str, angle: float, at: complex, turns_s: float, 
         walls=[wall] if kind == "circle" else [],
         restitution=0.0,
         wall_restitution=0.0,
-        duration_s=turns_s + 1.5,
+        duration_s=turns_s + 2.5,
     )
 
 
@@ -254,6 +256,18 @@ def test_pit_finds_a_driven_disc_that_returns_anywhere(angle: float, at: complex
     scene = build_returning_scene("disc", angle, at, turns_s, first_m=1.999)
     times = carom.solve_pit(scene, frame_rate_hz=100.0).impacts["time_s"]
     assert times.tolist() == pytest.approx([1.0, turns_s + 1.4], abs=0.0101)
+
+
+@each("angle", ANGLES)
+def test_body_that_slides_back_hits_only_the_disc_that_it_overlaps(angle: float) -> None:
+    """A round body that slides past a disc and straight back does not hit it with PIC, but it does with PIT.
+
+    With PIT both overlap by 1 mm, so they overlap while the body is at most 0.0447 m from where it began to slide.
+    """
+    scene = build_returning_scene("disc", angle, 0j, 2.0, first_m=1.999, back=-1j)
+    assert carom.solve_pic(scene).impacts["time_s"].tolist() == pytest.approx([0.999], rel=1e-13)
+    times = carom.solve_pit(scene, frame_rate_hz=100.0).impacts["time_s"]
+    assert times.tolist() == pytest.approx([1.0, 3.96], abs=1e-9)
 
 
 def test_collapse_under_gravity_ends_the_run_with_a_note() -> None:
