@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from enum import Enum
 
-#: Words of earlier versions for a diverged run, each with the present word: grades, a verdict, and two fields of
-#: results.jsonl. Files of earlier versions contain these words, and programs may use them.
+#: Words of earlier versions for a diverged run, each with the present word: two grades and a verdict. Files of earlier
+#: versions contain these words, and programs may use them.
 EARLIER_WORDS = {
     "parted": "diverged",
     "parted inaccurate": "diverged inaccurate",
     "parted_inaccurate": "diverged_inaccurate",
-    "parted_s": "diverged_s",
-    "pit_parted_s": "pit_diverged_s",
 }
 
 

@@ -48,20 +48,19 @@ static inline bool is_touched(const TouchedBodies *t, ptrdiff_t body) {
     return find_touched(t, body, 0.0) != NULL;
 }
 
-/* Return whether a body has the same speed along a unit normal on two legs of its path, up to roundings. `error` is the
-   rounding error of the direction of the normal, in radians, if it is larger than that of a unit vector. */
-static inline bool are_equal_along(const Leg *one, const Leg *other, double nx, double ny, double error) {
+/* Return whether a body has the same speed along a unit normal on two legs of its path, up to roundings. */
+static inline bool are_equal_along(const Leg *one, const Leg *other, double nx, double ny) {
     double sizes = fabs(one->vx) + fabs(one->vy) + fabs(other->vx) + fabs(other->vy);
-    return fabs((other->vx - one->vx) * nx + (other->vy - one->vy) * ny) <= (CAROM_ERROR + error) * sizes;
+    return fabs((other->vx - one->vx) * nx + (other->vy - one->vy) * ny) <= CAROM_ERROR * sizes;
 }
 
 /* Return the time since the start at which a driven body can end a contact with normal n. The body is on the given leg.
 
-   This is the time at which a leg begins on which the speed along the normal is another one. Until then the bodies only
-   move past each other. If `is_bent`, such motion can make them collide: then the contact ends with the leg. */
-static inline double contact_end(const Leg *leg, bool is_bent, double nx, double ny, double error) {
+   This is the time at which another leg begins. For a flat wall, the speed along the normal must also change on that
+   leg. */
+static inline double contact_end(const Leg *leg, bool is_flat, double nx, double ny) {
     const Leg *last = leg;
-    while (!is_bent && last->ends < CAROM_INF && are_equal_along(leg, last + 1, nx, ny, error))
+    while (is_flat && last->ends < CAROM_INF && are_equal_along(leg, last + 1, nx, ny))
         last += 1;
     return last->ends;
 }

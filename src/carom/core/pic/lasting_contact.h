@@ -9,7 +9,6 @@
 
 #include "carom/core/wall_contact_law.h"
 #include "carom/core/pic/parabola_motion.h"
-#include "carom/core/pic/separation.h"
 
 /* ---- the ground: the half-plane or face that a disc is in contact with ---- */
 
@@ -273,6 +272,24 @@ static inline bool begin_next_mode(State *s, Index i, ModeRow *row) {
     };
     *row = continue_in_contact(s, i, k, now);
     return true;
+}
+
+/* Return how inexact the normal of a disc's contact with a body is because of rounding. The normal of a straight
+   feature is exact, so the result is then 0. */
+static inline double normal_resolution(const State *s, Index i, Index body) {
+    const Disc *a = &s->discs[i];
+    double size = size_of(a->x, a->y, a->radius);
+    if (body >= 0) {
+        const Disc *b = &s->discs[body];
+        return gap_resolution(size + size_of(b->x, b->y, b->radius)) / (a->radius + b->radius);
+    }
+    const Feature *f = &s->features[-1 - body];
+    if (f->kind <= FACE) {
+        return 0.0;
+    }
+    double sizes = size + size_of(f->x.high, f->y.high, f->size.high + f->half_width);
+    Mover disc = mover_of(a);
+    return gap_resolution(sizes) / fabs(reach_of(&disc, f).high);
 }
 
 /* Return whether a body never moves. Disc i has the number i, and feature k the number -1 - k. */

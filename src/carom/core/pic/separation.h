@@ -30,31 +30,13 @@ static inline bool are_parting(const State *s, Index i, Index j) {
     return is_parting_from(s, i, j) && is_parting_from(s, j, i);
 }
 
-/* Return how inexact the normal of a disc's contact with a body is because of rounding. The normal of a straight
-   feature is exact, so the result is then 0. */
-static inline double normal_resolution(const State *s, Index i, Index body) {
-    const Disc *a = &s->discs[i];
-    double size = size_of(a->x, a->y, a->radius);
-    if (body >= 0) {
-        const Disc *b = &s->discs[body];
-        return gap_resolution(size + size_of(b->x, b->y, b->radius)) / (a->radius + b->radius);
-    }
-    const Feature *f = &s->features[-1 - body];
-    if (f->kind <= FACE) {
-        return 0.0;
-    }
-    double sizes = size + size_of(f->x.high, f->y.high, f->size.high + f->half_width);
-    Mover disc = mover_of(a);
-    return gap_resolution(sizes) / fabs(reach_of(&disc, f).high);
-}
-
-/* Return the time at which the motion of `body` can end a contact of a disc: that of `contact_end`, or infinity if the
-   body is not driven. */
-static inline double driven_contact_end(const State *s, Index body, bool is_bent, double nx, double ny, double error) {
+/* Return the time at which the motion of a body can end a contact: that of `contact_end`, or infinity for a body that
+   is not driven. */
+static inline double driven_contact_end(const State *s, Index body, bool is_flat, double nx, double ny) {
     const Driven *row = driven_row(&s->driving, body);
     if (row == NULL || row->leg_count == 0)
         return CAROM_INF;
-    return contact_end(&s->driving.legs[leg_at(&s->driving, row, s->clock.now)], is_bent, nx, ny, error);
+    return contact_end(&s->driving.legs[leg_at(&s->driving, row, s->clock.now)], is_flat, nx, ny);
 }
 
 /* Return whether disc `i` touches feature `k` without normal speed at a time since the start. If the feature's wall is
@@ -118,11 +100,9 @@ static CAROM_NOINLINE void note_touching_discs(State *s, Index i, Index j, doubl
         ny = -wall->nx;
     }
     Index pair[2] = {i, j};
-    bool is_bent = s->accelerated.paths != NULL;
-    double error = normal_resolution(s, i, j);
     for (int k = 0; k < 2; k++) {
         Index other = pair[1 - k];
-        Touched touched = {(int)other, nx, ny, driven_contact_end(s, other, is_bent, nx, ny, error)};
+        Touched touched = {(int)other, nx, ny, driven_contact_end(s, other, false, nx, ny)};
         note_touched(&s->touched[pair[k]], touched, s->clock.reported, slides, stops);
     }
 }
@@ -134,9 +114,7 @@ static CAROM_NOINLINE void note_touching_wall(State *s, Index i, Index k, double
     bool stops = law->wall_restitution == 0.0 && !is_elastic;
     Index wall = s->feature_count > 0 ? s->features[k].wall : k;
     bool is_flat = s->feature_count == 0 || s->features[k].kind <= FACE;
-    bool is_bent = !is_flat && (s->accelerated.paths != NULL || s->features[k].kind == INNER_ARC);
-    double error = is_flat ? 0.0 : normal_resolution(s, i, -1 - k);
-    Touched touched = {(int)(-1 - k), nx, ny, driven_contact_end(s, -1 - wall, is_bent, nx, ny, error)};
+    Touched touched = {(int)(-1 - k), nx, ny, driven_contact_end(s, -1 - wall, is_flat, nx, ny)};
     note_touched(&s->touched[i], touched, s->clock.reported, slides, stops);
 }
 

@@ -24,16 +24,8 @@ static inline const Touched *find_contact(const State *s, Index i, Index body) {
 
 /* Return the time at which the motion of a body can end a contact: that of `contact_end`, or infinity for a body that
    is not driven. */
-static inline double driven_contact_end(const Path *path, bool is_bent, double nx, double ny, double error) {
-    return path == NULL ? CAROM_INF : contact_end(&path->legs[path->leg], is_bent, nx, ny, error);
-}
-
-/* Return the resolution of the distance of two discs. Each frame rounds their positions once more. */
-static inline double distance_resolution(const State *s, Index i, Index j) {
-    const Disc *a = &s->discs[i];
-    const Disc *b = &s->discs[j];
-    double sizes = size_of(a->x, a->y, a->radius) + size_of(b->x, b->y, b->radius);
-    return gap_resolution(sizes) + (double)s->counts.frames * CAROM_ULP * sizes;
+static inline double driven_contact_end(const Path *path, bool is_flat, double nx, double ny) {
+    return path == NULL ? CAROM_INF : contact_end(&path->legs[path->leg], is_flat, nx, ny);
 }
 
 /* Return the speed at which disc j moves past disc i, to the left of a normal. */
@@ -52,8 +44,7 @@ static inline bool is_touching_disc(const State *s, Index i, Index j) {
     if (t == NULL)
         return false;
     double moved = t->nx * (s->discs[j].y - s->discs[i].y) - t->ny * (s->discs[j].x - s->discs[i].x);
-    bool has_moved = fabs(moved) > distance_resolution(s, i, j);
-    return !(has_moved && moved * slip_past(s, i, j, t->nx, t->ny) < 0.0);
+    return !(moved * slip_past(s, i, j, t->nx, t->ny) < 0.0);
 }
 
 /* Remove the contacts with discs that a table slows in another direction than disc i. */
@@ -83,9 +74,8 @@ static inline void note_pair_contact(State *s, Index i, Index j, double nx, doub
         return;
     if (s->motion == FALLING)
         stops = stops && s->discs[i].inverse_mass > 0.0 && s->discs[j].inverse_mass > 0.0;
-    double error = distance_resolution(s, i, j) / (s->discs[i].radius + s->discs[j].radius);
     for (int k = 0; k < 2; k++) {
-        double until = driven_contact_end(disc_path(s, pair[1 - k]), s->motion != STRAIGHT, nx, ny, error);
+        double until = driven_contact_end(disc_path(s, pair[1 - k]), false, nx, ny);
         if (s->discs[pair[k]].inverse_mass > 0.0)
             note_contact(s, pair[k], (Touched){(int)pair[1 - k], nx, ny, until}, can_rub(&s->law.contact), stops);
     }
@@ -181,6 +171,6 @@ static inline void note_wall_contact(State *s, Index i, Index k, double nx, doub
         }
     }
     bool stops = law->wall_restitution == 0.0 && !is_curved_inwards && s->gx * nx + s->gy * ny == 0.0;
-    double until = driven_contact_end(wall_path(s, k), !is_flat, nx, ny, 0.0);
+    double until = driven_contact_end(wall_path(s, k), is_flat, nx, ny);
     note_contact(s, i, (Touched){(int)body, nx, ny, until}, can_rub(&law->wall_contact), stops);
 }

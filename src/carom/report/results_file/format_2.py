@@ -11,12 +11,16 @@ from carom.report.files import FORMATS
 #: The format that this module converts to the present one.
 FORMAT = 2
 
+#: Fields of format 2 with another name in the present format.
+_FIELDS = {"parted_s": "diverged_s", "pit_parted_s": "pit_diverged_s"}
+
 
 def convert_line(line: Mapping[str, Any]) -> dict[str, Any]:
     """Return a line with the present words. Other texts, such as names of scenes, are unchanged."""
     converters = {"format": lambda _: FORMATS["results"], "grade": _replace_word, "verdicts": _replace_verdicts}
     return {
-        _replace_word(name): converters[name](value) if name in converters else value for name, value in line.items()
+        _FIELDS.get(name, name): converters[name](value) if name in converters else value
+        for name, value in line.items()
     }
 
 

@@ -7,7 +7,7 @@ from tests.cases import each
 from tests.scene_builders import disc_at, staged, wall_at
 from tests.unit.solvers.pit.run_forms import assert_identical
 
-from carom import Chain, Disc, Scene, Wall
+from carom import Chain, Disc, Scene, Wall, solve_pit
 from carom.model.walls import Leg
 from carom.solvers.pit.clock import FrameClock
 
@@ -73,12 +73,19 @@ def test_joined_discs_do_not_collide_again_on_a_floor() -> None:
         assert list_struck_bodies(scene) == [1, -1, -1]
 
 
-def test_disc_sent_back_by_a_wall_strikes_an_overlapped_disc_again() -> None:
-    """A disc that PIT lets overlap an immovable one strikes it again after a ceiling has sent it back."""
-    first, second = disc_at(-1.3, -4.0 / 60.0, 30.0, 4.0, r=0.5), disc_at(0.0, 0.0, r=0.5, m=math.inf)
-    ceiling = wall_at(0.0, 1.0, 0.0, -1.0)
+@each("turned", [1, 1j, -1, -1j])
+@each("at", [0j, 16.0 + 8.0j, -16.0 - 8.0j])
+def test_disc_sent_back_by_a_wall_strikes_an_overlapped_disc_again(turned: complex, at: complex) -> None:
+    """A disc that PIT lets overlap an immovable one strikes it again after a ceiling has sent it back.
+
+    The first impact is at the first frame, at a quarter of a metre of overlap. All numbers are exact in floats.
+    """
+    place, velocity, top, down = at + turned * (-1.25 - 0.0625j), turned * (32.0 + 4.0j), at + turned * 1j, turned * -1j
+    first = disc_at(place.real, place.imag, velocity.real, velocity.imag, r=0.5)
+    second = disc_at(at.real, at.imag, r=0.5, m=math.inf)
+    ceiling = wall_at(top.real, top.imag, down.real, down.imag)
     scene = staged("back", first, second, ceiling, restitution=0.0, wall_restitution=1.0, duration_s=1.0)
-    assert list_struck_bodies(scene) == [1, -1, 1]
+    assert solve_pit(scene, frame_rate_hz=64.0).impacts["second"].tolist() == [1, -1, 1]
 
 
 def test_shaken_wall_strikes_a_disc_on_each_approaching_leg() -> None:
