@@ -206,6 +206,36 @@ def test_driven_disc_that_returns_hits_the_same_disc_again() -> None:
     assert impacts["time_s"][impacts["second"] == 1].tolist() == pytest.approx([1.0, 3.4], rel=1e-12)
 
 
+@each("at_m", [2.0**10, 2.0**20])
+@each("gain_m_s", [1e-6, 1e-4])
+def test_driven_disc_that_speeds_up_hits_the_disc_before_it_again(at_m: float, gain_m_s: float) -> None:
+    """A driven disc pushes another one at 1 m/s, and hits it again when it begins to move a little faster.
+
+    Far from the origin, floats resolve the direction between two discs of a micrometre only roughly.
+    """
+    radius = 2.0**-20
+    legs = (Leg(from_s=0.0, velocity_m_s=(1.0, 0.0)), Leg(from_s=1.0, velocity_m_s=(1.0 + gain_m_s, 0.0)))
+    driven = Disc(position_m=(at_m, 0.0), radius_m=radius, mass_kg=math.inf, driven=True, legs=legs)
+    disc = Disc(position_m=(at_m + 0.5, 0.0), radius_m=radius)
+    times = carom.solve_pic(Scene(name="push", discs=[driven, disc], restitution=0.0, duration_s=9.0)).impacts["time_s"]
+    assert times.tolist() == [0.5 - 2.0 * radius, 1.0]
+
+
+@each("speed_m_s", [2e-7, 5e-7])
+def test_driven_disc_that_slides_and_then_approaches_hits_the_disc_again(speed_m_s: float) -> None:
+    """A disc hits a driven one that slides past for a nanosecond more, approaches slowly, and hits it again.
+
+    It slides by s, so the gap is s^2 / 4 R. The slip must not hide the approach, which is millions of times slower.
+    """
+    radius, slide_s = 2.0**-20, 2.0**-30
+    legs = (Leg(from_s=0.0, velocity_m_s=(0.0, 1.0)), Leg(from_s=0.5 + slide_s, velocity_m_s=(-speed_m_s, 0.0)))
+    driven = Disc(position_m=(1024.0, 0.0), radius_m=radius, mass_kg=math.inf, driven=True, legs=legs)
+    disc = Disc(position_m=(1023.5 - 2.0 * radius, 0.5), velocity_m_s=(1.0, 0.0), radius_m=radius)
+    times = carom.solve_pic(Scene(name="slow", discs=[driven, disc], restitution=0.0, duration_s=9.0)).impacts["time_s"]
+    expected_s = 0.5 + slide_s + slide_s**2 / (4.0 * radius) / speed_m_s
+    assert times.tolist() == pytest.approx([0.5, expected_s], abs=5.0 * math.ulp(1024.0) / speed_m_s)
+
+
 def test_collapse_under_gravity_ends_the_run_with_a_note() -> None:
     r"""Three discs that lose energy between inclined walls end the run early, with a note on the reason.
 
