@@ -74,11 +74,11 @@ class DampedRun(SeenRun):
         return outcome
 
     def velocities(self) -> Array:
-        """Return the velocities now, in metres per second, shape ``(n, 2)``."""
+        """Return the current velocities, in metres per second, shape ``(n, 2)``."""
         return self._run.velocities() * self._damping.compute_kept_fraction(self.time_s)
 
     def spins(self) -> Array | None:
-        """Return the spins now, in radians per second, shape ``(n,)``; None in a scene in which nothing turns."""
+        """Return the current spins, in radians per second, shape ``(n,)``; None if nothing in the scene turns."""
         spins = self._run.spins()
         return None if spins is None else spins * self._damping.compute_kept_fraction(self.time_s)
 

@@ -98,10 +98,10 @@ class Run(Protocol):
         """Return the centres now, in metres, shape ``(n, 2)``."""
 
     def velocities(self) -> NDArray[np.float64]:
-        """Return the velocities now, in metres per second, shape ``(n, 2)``."""
+        """Return the current velocities, in metres per second, shape ``(n, 2)``."""
 
     def spins(self) -> NDArray[np.float64] | None:
-        """Return the spins now, in radians per second, shape ``(n,)``; None in a scene in which nothing turns."""
+        """Return the current spins, in radians per second, shape ``(n,)``; None if nothing in the scene turns."""
 
     def impacts_per_disc(self) -> NDArray[np.int64]:
         """Return the number of impacts of each disc so far, with discs and walls, shape ``(n,)``."""

@@ -176,11 +176,11 @@ class RunInUnits(SeenRun):
         return np.ldexp(self._run.positions(), self._units.length)
 
     def velocities(self) -> Array:
-        """Return the velocities now, in metres per second, shape ``(n, 2)``."""
+        """Return the current velocities, in metres per second, shape ``(n, 2)``."""
         return np.ldexp(self._run.velocities(), self._units.length - self._units.time)
 
     def spins(self) -> Array | None:
-        """Return the spins now, in radians per second, shape ``(n,)``; None in a scene in which nothing turns."""
+        """Return the current spins, in radians per second, shape ``(n,)``; None if nothing in the scene turns."""
         spins = self._run.spins()
         return None if spins is None else np.ldexp(spins, -self._units.time)
 

@@ -32,7 +32,7 @@ typedef struct Parabola { /* path of a disc: data that its row `Disc` does not c
     double leaving;   /* normal speed after its last impact */
     double spin_rate; /* radians per second squared */
     double entered;   /* when it entered its present cell */
-    Instant left;     /* of the last impact in contact. From then on its gap to `left_ground` follows from `left_speed` */
+    Instant left;     /* of its last impact in contact; the gap to `left_ground` since then follows from `left_speed` */
     double left_speed; /* speed at which that gap opened */
     double corner_way; /* signed distance along `corner_ground` from the point where the disc also touches `corner` */
     Instant ends;     /* when this motion ends by itself: a mode of contact ends, or the disc stops on a table */
@@ -42,8 +42,8 @@ typedef struct Parabola { /* path of a disc: data that its row `Disc` does not c
     /* for a disc that bounces between two walls: the ground from which an impact on the other wall lifted it; otherwise
        NO_OBSTACLE */
     int left_ground;
-    /* convex body at rest that the disc hit last while it was on `corner_ground`, as in `Disc.last`; NO_BODY if there is
-       none, or if the disc has since hit anything except `corner_ground` */
+    /* convex body at rest that the disc hit last while it was on `corner_ground`, as in `Disc.last`; NO_BODY if there
+       is none, or if the disc has since hit anything except `corner_ground` */
     int corner;
     int corner_ground;
     int changes;      /* number of changes of its motion without an impact; Disc.impacts includes them */

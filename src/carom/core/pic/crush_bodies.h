@@ -6,7 +6,7 @@
 
 /* ---- bodies at an instant ---- */
 
-typedef struct LegsAhead { /* the legs of a body's path from a time on */
+typedef struct LegsAhead { /* the legs of a body's path from a given time onwards */
     const Leg *legs;
     Index count; /* 1 for a body that is not driven */
 } LegsAhead;

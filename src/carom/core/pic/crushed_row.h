@@ -113,8 +113,8 @@ static inline bool find_row_end(const State *s, const RowSide *side, double nx, 
     return fits;
 }
 
-/* Return whether the discs of a row, and discs at its ends, are on one line at a time and have no velocity across that
-   line. */
+/* Return whether, at a given time, the discs of a row and any discs at its ends are on one line and have no velocity
+   across it. */
 static inline bool is_on_line(const State *s, const Row *row, double nx, double time) {
     Motion from = disc_motion(s, row->disc, (Instant){time, 0.0});
     if (component_across(from.vx, from.vy, nx) != 0.0)

@@ -113,7 +113,7 @@ static inline Meeting earliest_meeting_of(const State *s, Index i, Meeting *cand
             }
         }
         Meeting *best = &candidates[first];
-        /* At the same time, an exact candidate comes after all candidates with bounds. */
+        /* An exact candidate comes after all candidates with bounds that have the same time. */
         if (best->is_exact || second > best->latest) {
             return best->time.high < CAROM_INF ? *best : NO_MEETING;
         }

@@ -121,8 +121,8 @@ static inline double feature_resolution(const Feature *f, const Disc *a, double 
     return pair_resolution(sizes, reach_of(&disc, f).high, ux, uy, speed);
 }
 
-/* Give a disc exactly the velocity of the surface that it has hit, if the difference is a rounding error of its relative
-   speed before the impact. Otherwise it would glide along an arc although the impact has stopped it. */
+/* Give a disc exactly the velocity of the surface that it has hit, if the difference is a rounding error of its
+   relative speed before the impact. Otherwise it would glide along an arc although the impact has stopped it. */
 static inline void remove_rounding_of_rest(Disc *a, const Surface *surface, double speed) {
     double sizes = speed + fabs(surface->vx) + fabs(surface->vy);
     if (fabs(a->vx - surface->vx) + fabs(a->vy - surface->vy) <= CAROM_ERROR * sizes) {

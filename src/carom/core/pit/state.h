@@ -14,7 +14,7 @@ enum {
     NO_CELL = -1,
     NO_PATH = -1,
     ON_WALL = -2,    /* `Disc.last` is ON_WALL - k if the disc hit wall k last */
-    MAX_LEVELS = 16, /* of cells. Discs on the last level have at most 2^-15 of the largest radius */
+    MAX_LEVELS = 16, /* of cells. The radius of a disc on the last level is at most 2^-15 of the largest */
     /* largest number of steps over which discs are advanced in one pass; the steps' lengths take 4 KiB */
     MAX_STEPS = 512,
 };
@@ -183,7 +183,7 @@ typedef struct State {
     bool pays_back;      /* whether all tests are made at each frame because the excess was too large */
     double work;         /* work left before a pause, in tests of two discs by plain looping */
     bool is_out_of_memory;
-    /* whether discs met so far from the origin that floats do not resolve the distance of their centres */
+    /* whether floats do not resolve the distance between the centres of two discs that met far from the origin */
     bool is_too_far;
     Law law;
     Counts counts;

@@ -65,7 +65,7 @@ typedef enum Result { /* addresses and counts of rows, and how the run has ended
     NOW_LOW,
     EPOCH,
     EPOCH_REST,
-    IS_TOO_FAR, /* whether discs met so far from the origin that floats do not resolve the distance of their centres */
+    IS_TOO_FAR, /* whether floats do not resolve the distance of two discs that met far from the origin */
     RESULTS,
 } Result;
 

@@ -139,11 +139,11 @@ class CertifiedRun:
         return self.result().trace.final_position_m
 
     def velocities(self) -> NDArray[np.float64]:
-        """Return the velocities now, in metres per second, shape ``(n, 2)``."""
+        """Return the current velocities, in metres per second, shape ``(n, 2)``."""
         return self.result().trace.final_velocity_m_s
 
     def spins(self) -> NDArray[np.float64] | None:
-        """Return the spins now, in radians per second, shape ``(n,)``; None in a scene in which nothing turns."""
+        """Return the current spins, in radians per second, shape ``(n,)``; None if nothing in the scene turns."""
         return self.result().trace.final_spin_rad_s
 
     def impacts_per_disc(self) -> NDArray[np.int64]:

@@ -103,12 +103,12 @@ class FrameRun:
         return self._loop.positions(self._damping.to_undamped(self.time_s))
 
     def velocities(self) -> NDArray[np.float64]:
-        """Return the velocities now, in metres per second, shape ``(n, 2)``."""
+        """Return the current velocities, in metres per second, shape ``(n, 2)``."""
         undamped_s = self._damping.to_undamped(self.time_s)
         return self._loop.velocities(undamped_s) * self._damping.compute_kept_fraction(self.time_s)
 
     def spins(self) -> NDArray[np.float64] | None:
-        """Return the spins now, in radians per second, shape ``(n,)``; None in a scene in which nothing turns."""
+        """Return the current spins, in radians per second, shape ``(n,)``; None if nothing in the scene turns."""
         spins = self._loop.present_spins()
         return None if spins is None else spins * self._damping.compute_kept_fraction(self.time_s)
 

@@ -326,8 +326,8 @@ def _describe_search(advice: Advice, rows: Sequence[Advised]) -> Iterator[str]:
             yield f"Not run: {one.method.label} at {_format_rate(one.refused_s)} steps per second ({one.refusal})."
     yield (
         f"Each step size was tested at {formatting.format_count(advice.phases, 'phase')} that are spread evenly "
-        "over a step, and at phases with a frame just before the hardest impacts. The largest step size of each "
-        f"range was tested at {max(CONFIRM, advice.phases)} phases."
+        "over a step, and at phases at which a frame ends just before one of the hardest impacts. The largest step "
+        f"size of each range was tested at {max(CONFIRM, advice.phases)} phases."
     )
 
 

@@ -10,7 +10,7 @@ from carom.errors import InputError
 if TYPE_CHECKING:
     from carom.model.scene import Scene
 
-#: Default series: its smallest step size as a fraction of the scene's frame, and its number of step sizes.
+#: The default series of step sizes: the smallest one, as a fraction of the scene's frame, and how many there are.
 FINEST = 60 / 10_000
 STEPS = 6
 

@@ -282,7 +282,7 @@ def build_point_table(bench: SceneBench, plan: BenchPlan) -> Table:
         "'Empty world' is the time of a step with one disc at rest. 'Call' is the time of one Python call, divided "
         "by its number of steps. 'Net' is the time per step minus the times in 'empty world' and 'call'. 'Whole' is "
         "the time of all steps and of the preparation. Ratios are run times divided by PIT's at the same step size in "
-        "the same round. Times are only valid for this machine and session; compare only ratios between machines.",
+        "the same round. Times are valid only for this machine and session. To compare machines, use only ratios.",
         folded="The numbers of all points, and the commands that repeat them",
         css="cells",
         only=Media.IN_FULL,

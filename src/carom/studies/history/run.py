@@ -323,7 +323,7 @@ LATEST = "latest"
 def sort_versions(versions: Iterable[str]) -> tuple[str, ...]:
     """Sort versions by number, from the oldest to the newest.
 
-    A pre-release is before the final release of its number.
+    A pre-release precedes the final release with the same number.
     """
 
     def order(version: str) -> tuple[object, ...]:

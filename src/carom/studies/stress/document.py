@@ -28,8 +28,8 @@ HEADINGS = {"attack": "Where each method fails", "relation": "Invariances", "com
 
 NOTES = {
     "attack": "A cell shows the value at which a method first fails, starting from the harmless end of the range. 'to' "
-    "marks a method that passes the whole range. The line below the value shows the error at the last value that the "
-    "method passed. The bar shows the passed part of the range, in decades.",
+    "marks a method that passes the whole range. The second line of a cell shows the error at the last value at which "
+    "the method passed. The bar shows the passed part of the range, in decades.",
     "relation": "A cell shows the largest difference between the changed scene's result and the expected result, "
     "divided by the scene's length or speed; 0 is bit-identical.",
     "complaint": "'seen' marks a method that still has the reported bug. The number is the method's deviation from the "

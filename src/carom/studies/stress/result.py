@@ -150,7 +150,7 @@ class StressTest:
     def compute_depth(self, result: CellResult) -> float | None:
         """Return the fraction of the ladder's decades that a method passed; None if nothing was tested.
 
-        A last value that has no logarithm, such as a gap of 0, is counted as an additional decade.
+        If the last value of the ladder has no logarithm (such as a gap of 0), it counts as one more decade.
         """
         if not self.ladder or result.ending is CellEnding.NOT_RUN:
             return None

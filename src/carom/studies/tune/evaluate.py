@@ -29,8 +29,9 @@ _reference, _sampling = lru_cache(maxsize=_KEPT)(solve_reference), lru_cache(max
 def summarise_score(score: Score) -> SceneResult:
     """Return the parts of a score that a search needs.
 
-    If a trajectory has diverged from the reference's, its impacts match by chance. In this case, the error divided by
-    PIT's and the missed and invented impacts are those of single steps. Each step starts at the run's own state.
+    If a trajectory has diverged from the reference's, its impacts match only by chance. In this case, the error
+    divided by PIT's and the missed and invented impacts are those of single steps. Each step starts at the run's own
+    state.
     """
     local = score.local_truth
     if score.diverged_s is not None and local is not None:

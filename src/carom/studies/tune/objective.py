@@ -33,7 +33,7 @@ class SceneResult:
 
     Attributes:
         grade: The grade; None if the scene was not run.
-        price: The error divided by PIT's largest, see `carom.comparator.Score.price_paid`; NaN if there is none.
+        price: The error divided by PIT's largest error: `carom.comparator.Score.price_paid`; NaN if it is unknown.
         missed: Number of missed impacts.
         spurious: Number of invented impacts.
         reason: Reason why the scene was not run.
