@@ -19,7 +19,7 @@ import argparse
 import json
 import math
 import statistics
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -68,7 +68,7 @@ class Speed:
     """Impacts or frames per second of one kind in one interpreter.
 
     Attributes:
-        rates: One per round, or one alone of a slow kind.
+        rates: One per round, or one alone of a slow kind; NaN if the run took no longer than its start.
         size: Impacts or frames of a run; 0 of a slow kind, which is not run again.
         solves: Runs that are timed together in a round.
         is_bound: Whether the rate is only known to be lower.
@@ -82,13 +82,19 @@ class Speed:
     @property
     def median(self) -> float:
         """The median of the rates."""
-        return statistics.median(self.rates)
+        return _median(self.rates)
 
     def over(self, other: Speed) -> float:
         """Return the median of the ratios to another's rates of the same rounds."""
         if len(self.rates) != len(other.rates):
             return self.median / other.median
-        return statistics.median(a / b for a, b in zip(self.rates, other.rates, strict=True))
+        return _median(a / b for a, b in zip(self.rates, other.rates, strict=True))
+
+
+def _median(numbers: Iterable[float]) -> float:
+    """Return the median of all numbers but NaN; NaN if there is no other."""
+    known = [number for number in numbers if not math.isnan(number)]
+    return statistics.median(known) if known else math.nan
 
 
 class Worker(Interpreter):
@@ -126,7 +132,8 @@ class Worker(Interpreter):
             least = 0 if method == "pic" else 1
             start_s, before = self.time(method, kind, discs, least, solves=speed.solves)
             seconds, events = self.time(method, kind, discs, speed.size, solves=speed.solves)
-            speed.rates.append((events - before) * speed.solves / max(seconds - start_s, 1e-6))
+            run_s = seconds - start_s
+            speed.rates.append((events - before) * speed.solves / run_s if run_s > 0.0 else math.nan)
 
 
 class Table:
