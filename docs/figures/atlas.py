@@ -121,11 +121,11 @@ def _needs(methods: Sequence[Method]) -> Table:
             *(Column(head, partial(say, place)) for place, head in enumerate(heads)),
         ],
         NEEDS,
-        note="Each cell names an engine with its best profile for the need, and the time step in frames of the "
-        "scene. A cell with *19 of 26* means that the need is met in 19 of 26 scenes. The last number, such as "
-        "*179 x*, is the "
-        "run time with one step per frame, divided by PIT's run time. Among equally good choices, larger steps come "
-        "first, then shorter run times. The profile `located` takes about 48 steps per impact.",
+        note="Each cell names an engine, its best profile for the need, and the step size in frames of the scene. "
+        "*19 of 26* means that the engine meets the need in 19 of 26 scenes. The last number, such as *179 x*, is the "
+        "run time with one step per frame, divided by PIT's run time. If several engines are equally good, the engine "
+        "with larger steps is first, and then the engine with the shorter run time. The profile `located` needs about "
+        "48 steps per impact.",
     )
 
 
@@ -177,15 +177,15 @@ def crowd_table(methods: Sequence[Method]) -> Table:
             Column("run ended at, s", of(lambda steps: format_number(steps["until_s"])), number=True),
         ],
         crowd(methods),
-        note=f"The scene is `{CHAOTIC}` at its own frame rate, at one phase: 25 discs in a box for 20 s. It is "
-        "chaotic, so another build gives other numbers. Trajectories differ from any reference within a second, "
-        "so each step is compared with PIC from the run's own state. The column *missed* counts impacts in which two "
-        "discs passed through each other. The number in brackets counts the impacts that PIT also misses from the same "
-        "state. If the value in the column *worst error / PIT's* is at most 1, checking once per step explains the "
-        "error. The column *energy error* shows the energy gained or lost beyond what PIT gains or loses in the same "
-        "steps, divided by the energy of the scene. The best method is first. The rank depends on impacts that only "
-        "the method misses, then on invented impacts, early impacts, the worst error, and energy errors above a "
-        "millionth. Runs that ended early are last.",
+        note=f"The scene is `{CHAOTIC}` at its own frame rate, at one phase: 25 discs in a box for 20 s. The "
+        "scene is chaotic, so another build of an engine has other results. After a second no trajectory agrees with "
+        "PIC's, so Carom compares each single step with a step of PIC that starts from the engine's state. The column "
+        "*missed* counts impacts in which two discs passed through each other. The number in brackets counts those "
+        "that PIT also misses from the same state. If the value in the column *worst error / PIT's* is at most 1, "
+        "checking once per step explains the error. The column *energy error* shows the energy gained or lost beyond "
+        "what PIT gains or loses in the same steps, divided by the energy of the scene. Methods are sorted from best "
+        "to worst: by the number of impacts that the method misses but PIT finds, then by invented impacts, early "
+        "impacts, the worst error, and energy errors above a millionth. Runs that ended early are last.",
     )
 
 
@@ -198,8 +198,9 @@ def _limits(stress: dict[str, Any], methods: Sequence[Method]) -> Table:
         [Column("method", lambda method: method.name)]
         + [Column(head, partial(say, attack), number=True) for attack, head in ATTACKS.items()],
         [method for method in methods if (method.engine, method.profile) in shown],
-        note="Each cell is the value at which the method first fails. *Passes to* means that the method passes up to "
-        "the most extreme value tested. *From* means that the method already fails at the least extreme value.",
+        note="Each cell is the value at which the method first fails. *Passes to* means that the method passes even "
+        "at the most extreme value tested, which is shown. *From* means that the method fails even at the least "
+        "extreme value, which is shown.",
     )
 
 

@@ -82,7 +82,10 @@ def hazards_of(engine: str) -> str:
     off = [(what, *cell.partition(": ")[::2], pit) for what, cell, pit in lines if not _NONE_OFF.match(cell)]
     rows = [(what, phases, spread or "-", "-" if _NONE_OFF.match(pit) else pit) for what, phases, spread, pit in off]
     text = rows_of(("scene", "phases with an error", "smallest to largest error", "PIT: phases and errors"), rows)
-    lead = f"With default settings these scenes go wrong at some or all of {PHASES} [phases](../reference/glossary.md)."
+    lead = (
+        "With default settings the engine computes these scenes wrongly, with an error above 1 %, at some or all of "
+        f"{PHASES} [phases](../reference/glossary.md)."
+    )
     text = f"{lead}\n\n{text}"
     text += (
         "\nErrors of scenes are velocity errors at the end, divided by the scene's greatest speed. All errors of PIT "
@@ -92,12 +95,15 @@ def hazards_of(engine: str) -> str:
     speeds = [of.removesuffix(" m/s") for of, cell, _ in bounces if _NONE_OFF.match(cell)]
     fine += [f"head-on impacts at {join_words(speeds)} m/s"] if speeds else []
     if fine:
-        text += f"\nNo phase has an error in {join_words(fine)}.\n"
+        text += f"\nThe error is at most 1 % at every phase in {join_words(fine)}.\n"
     gas = [row for row in hazards()["A gas"][1] if row[0].split()[0] == engine]
     spans = [
-        f"{least} to {most} (`{method.split()[1]}`, {off} phases with an error)" for method, least, _, most, off in gas
+        f"{least} to {most} with `{method.split()[1]}` (by more than 1 % at {off} phases)"
+        for method, least, _, most, off in gas
     ]
-    return text + f"\nDepending on the phase, the energy of 25 discs changes in 20 s by {join_words(spans)}.\n"
+    return (
+        text + f"\nIn a box of 25 discs, the energy changes in 20 s, depending on the phase, by {join_words(spans)}.\n"
+    )
 
 
 def profiles_of(engine: str) -> str:
@@ -168,7 +174,11 @@ def determinism_of(engine: str) -> str:
     said = []
     for row in rows:
         same, _, ways = row["score"].partition(" of ")
-        where = f"in all {ways} tests" if same == ways else f"in {same} of {ways} tests (not in: {_not_same(row)})"
+        where = (
+            f"in all {ways} tests"
+            if same == ways
+            else f"in {same} of {ways} tests, but not in the test *{_not_same(row)}*"
+        )
         said.append(
             f"With `{row['profile']}` settings a repeated run is bit-identical {where}. If the discs are listed in the "
             f"opposite order, the result {turned[row['order']]}. "

@@ -94,13 +94,13 @@ ENTRIES = (
         "Release 0.20.0 changed nearly all results. The default prediction distance grew from 2 mm to 20 mm, "
         "so Carom calls `default` neither better nor worse. A test runs the engine without Carom's adapter, "
         "at 32 phases of a step, with the default settings of each release "
-        "(`tests/engines/test_engine_releases.py`). Before 0.20.0 slow bodies could bounce with only a part "
-        "of their speed, which became smaller in 0.12 and in 0.13. Since 0.20.0 slow bodies bounce correctly. "
+        "(`tests/engines/test_engine_releases.py`). Before 0.20.0 slow bodies could lose a part of "
+        "their speed in a bounce, and in 0.12 and 0.13 they lost even more. Since 0.20.0 slow bodies bounce correctly. "
         "Since 0.20.0 equal discs in a row exchange their velocities at each phase. Before 0.20.0, the "
         "velocities of such discs were wrong by up to 0.19 times the greatest speed, and in `cradle-gaps` by "
         "up to 0.11 times this speed. In `perfectly-inelastic` the final positions are wrong by 0.50 mm in "
         "0.19.3, and by at most 0.03 mm since 0.20.0. In the profile `tuned` the prediction distance is 0. "
-        "Before 0.20.0, discs of `tuned` overlapped before their velocities changed. Since 0.20.0 some "
+        "Before 0.20.0, with `tuned` discs overlapped before their velocities changed. Since 0.20.0 some "
         "velocities change 0.9 to 1.2 steps before the discs meet, at each phase. Release 0.20.0 also "
         "reports each contact a second time in the next step, with half the impulse. Release 0.21.0 corrects "
         "this, and its motion is bit-identical to that of 0.20.0. Carom's adapter ignores contacts of bodies "
@@ -116,7 +116,7 @@ ENTRIES = (
         "dart",
         "6.16.2,6.17.1,6.18.0,6.19.0,6.19.5,6.20.0",
         "Until 6.19 the default detector replaced spheres and planes by meshes, so the normals of contacts "
-        "pointed out of the plane. Since 6.20.0 spheres are spheres. A test runs the engine without Carom's "
+        "pointed out of the plane. Since 6.20.0 it uses exact spheres. A test runs the engine without Carom's "
         "adapter, at 32 phases of a step (`tests/engines/test_engine_releases.py`). In `sorting` the "
         "final velocities were wrong by up to 1.2 times the greatest speed; since 6.20.0 the largest error is "
         "4.6e-5. In `cradle-gaps` this error was 0.2 to 0.38, and is now 4e-5. In `head-on` this error was at "
@@ -184,7 +184,7 @@ HEAD = """# Engines over their releases
 
 `make history` runs older releases of each engine with today's adapters. The scenes are {scenes}, each at its own frame rate, with the profiles `default` and `tuned`. A *cell* is a run of one scene with one profile.
 Carom [attributes a change to the engine](../reference/diff.md#releases-of-an-engine) if both releases used equal settings and the motion differs. The motion differs if the ranges of an error over {phases} phases of a step do not overlap.
-Other changes are only counted, in the columns `phase only`, `other settings`, `other contacts` and `unobserved contacts`. The page [Regressions](../how-to/regressions.md) explains how to compare releases of your engine.
+Carom only counts other changes, in the columns `phase only`, `other settings`, `other contacts` and `unobserved contacts`. The page [Regressions](../how-to/regressions.md) explains how to compare releases of your engine.
 """
 
 THREADS = """## Bug reports that name a release
@@ -192,9 +192,9 @@ THREADS = """## Bug reports that name a release
 | report | content | tested? |
 | --- | --- | --- |
 | [rapier #973](https://github.com/dimforge/rapier/pull/973) | continuous detection was rewritten, a day before #974 | No, because no release contains this change. The results of npm's newest release, 0.21.0, are bit-identical to those of 0.20.0 |
-| [rapier #974](https://github.com/dimforge/rapier/issues/974) | restitution has almost no effect in 0.35.0-beta.0 | No, because npm and PyPI list no release 0.35. The Rust crate was not built |
+| [rapier #974](https://github.com/dimforge/rapier/issues/974) | restitution has almost no effect in 0.35.0-beta.0 | No, because npm and PyPI list no release 0.35. The package for Rust was not tested |
 | [box2d #1094](https://github.com/erincatto/box2d/pull/1094) | the solver applies restitution later, so results differ | No, because npm lists only one release of `box2d3-wasm`, 5.2.0 |
-| [newton #4103](https://github.com/newton-physics/newton/pull/4103) | the solver XPBD computes restitution in a new way. Restitution is still off by default | Yes, without Carom's adapter, with a `gap` of 0 and restitution on, at 32 phases of a step (`tests/engines/bare_releases.py`). Release 1.5.2 has the old method, and 1.6.1 has the new method. In both releases the final velocities of `head-on` are right to 6e-8 of the greatest speed, and those of `oblique-3-4-5` differ between the releases by at most 3e-6. In 1.5.2 two discs with restitution 0 (`issues/newton-4103`) rebound with 0.039 to 0.076 of the closing speed, as the report states. In 1.6.1 the discs stay together, with a relative speed of at most 4e-7 m/s. If one disc hits two discs that touch, the energy grows by 75 to 91 % in 1.5.2 and by 95 to 97 % in 1.6.1. A cradle of touching discs loses 42 to 66 % of its energy in 1.5.2, and 20 to 54 % in 1.6.1 (`tests/engines/test_engine_releases.py`) |
+| [newton #4103](https://github.com/newton-physics/newton/pull/4103) | the solver XPBD computes restitution in a new way. Restitution is still off by default | Yes, without Carom's adapter, with a `gap` of 0 and restitution on, at 32 phases of a step (`tests/engines/bare_releases.py`). Release 1.5.2 has the old method, and 1.6.1 has the new method. In both releases the final velocities of `head-on` are right to 6e-8 of the greatest speed, and those of `oblique-3-4-5` differ between the releases by at most 3e-6. In 1.5.2 two discs with restitution 0 (`issues/newton-4103`) separate with 0.039 to 0.076 times the closing speed, as the report states. In 1.6.1 the discs stay together, with a relative speed of at most 4e-7 m/s. If one disc hits two discs that touch, the energy grows by 75 to 91 % in 1.5.2 and by 95 to 97 % in 1.6.1. A cradle of touching discs loses 42 to 66 % of its energy in 1.5.2, and 20 to 54 % in 1.6.1 (`tests/engines/test_engine_releases.py`) |
 """
 
 

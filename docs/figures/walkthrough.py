@@ -56,7 +56,7 @@ def steps(page: Page, taken: bool = False) -> Iterator[str]:
     """Do each step on the page, and yield its description. With `taken`, also write the two pictures."""
     yield (
         f"The page opens. Below the pictures it says: {_read(page)} On the right the discs go through each "
-        "other, and a cross says *missed*."
+        "other, and a cross marks the missed impact."
     )
     _slid(page, "frames per second", _OFTENER)
     yield (
@@ -72,15 +72,15 @@ def steps(page: Page, taken: bool = False) -> Iterator[str]:
     if taken:
         _picture(page, "missed")
     yield (
-        f"Drag disc 1 up by {_UP} pixels, so that the discs only clip each other. The page says: {_read(page)} The "
-        f"overlap is now short enough to fall between two frames. This happens at {_share(page)} of all frame offsets, "
-        "as the box shows."
+        f"Drag disc 1 up by {_UP} pixels, so that the discs touch only at their edges. The page says: {_read(page)} "
+        "The overlap is now so short that no frame is in its first half. A box on the page shows that this happens at "
+        f"{_share(page)} of all frame offsets."
     )
     phase = 0.0
     while "misses the impact" in page.inner_text("#sentence"):
         phase = round(phase + _PHASE, 10)
         _slid(page, "frame offset", phase)
-    found = f"This is at {_shown(page, 'frame offset')}. The page says: {_read(page)}"
+    found = f"The offset is then {_shown(page, 'frame offset')}. The page says: {_read(page)}"
     _slid(page, "frame offset", 0)
     yield (
         f"Increase *frame offset* in steps of {_PHASE} until PIT finds the impact. {found} Set *frame offset* back "
