@@ -23,7 +23,9 @@ def cell(text: str) -> str:
 def commands_page() -> str:
     """Return a page with the help of each command and a table of its options."""
     commands: dict[str, Any] = vars(typer.main.get_command(app))["commands"]
-    parts = ["# Commands\n\nThis page shows the help texts of all commands. `carom COMMAND --help` prints one of them.\n"]
+    parts = [
+        "# Commands\n\nThis page shows the help texts of all commands. `carom COMMAND --help` prints one of them.\n"
+    ]
     for name, command in commands.items():
         with typer.Context(command, info_name=name) as context:
             records = [record for one in command.get_params(context) if (record := one.get_help_record(context))]
