@@ -82,6 +82,9 @@
 /* Largest ratio of coordinates to the sum of the radii. At an impact each coordinate has at most three roundings. So
    the offset between the centres has an error of at most 3/16 of their distance. */
 #define CAROM_FARTHEST 0x1p49
+/* Largest rounding error of a normal, in radians: about a thousandth. If the error is larger, a motion along the tangent
+   is not distinguished from one along the normal. */
+#define CAROM_COARSEST_NORMAL 0x1p-10
 
 /* ---- event_loop.c ---- */
 

@@ -48,21 +48,47 @@ static inline bool is_touched(const TouchedBodies *t, ptrdiff_t body) {
     return find_touched(t, body, 0.0) != NULL;
 }
 
-/* Return whether a body has the same speed along a unit normal on two legs of its path, up to roundings. */
-static inline bool are_equal_along(const Leg *one, const Leg *other, double nx, double ny) {
-    double sizes = fabs(one->vx) + fabs(one->vy) + fabs(other->vx) + fabs(other->vy);
-    return fabs((other->vx - one->vx) * nx + (other->vy - one->vy) * ny) <= CAROM_ERROR * sizes;
-}
+typedef enum Shape { /* of a driven body where a disc touches it */
+    FLAT,
+    CONVEX,
+    OTHER_SHAPE, /* concave, or of any shape if the disc accelerates */
+} Shape;
 
-/* Return the time since the start at which a driven body can end a contact with normal n. The body is on the given leg.
+typedef struct NewContact { /* contact of a disc and a driven body, which an impact has caused */
+    Shape shape;
+    double nx;         /* unit normal of the contact */
+    double ny;
+    double vx;         /* velocity of the disc */
+    double vy;
+    double speed;      /* sum of the absolute values of the disc's velocity components before the impact */
+    double time;       /* of the impact, in seconds since the start */
+    double reach;      /* distance from the disc's centre to the centre of the body's curvature */
+    double resolution; /* of that distance, in metres; 0 for a flat body */
+} NewContact;
 
-   This is the time at which another leg begins. For a flat wall, the speed along the normal must also change on that
-   leg. */
-static inline double contact_end(const Leg *leg, bool is_flat, double nx, double ny) {
-    const Leg *last = leg;
-    while (is_flat && last->ends < CAROM_INF && are_equal_along(leg, last + 1, nx, ny))
-        last += 1;
-    return last->ends;
+/* Return the time since the start at which a driven body can end a contact. The body is on the given leg.
+
+   This is the time at which a leg begins on which the body's speed along the normal is different. For a convex body it
+   is also the time at which the body begins to move back past the disc: until then the two only separate, along the
+   tangent of the contact. */
+static inline double contact_end(const NewContact *t, const Leg *leg) {
+    double error = t->resolution / t->reach, moved = 0.0; /* `moved`: to the left of the normal */
+    if (t->shape == OTHER_SHAPE || error > CAROM_COARSEST_NORMAL)
+        return leg->ends;
+    for (const Leg *next = leg;; next++) {
+        double ux = next->vx - leg->vx, uy = next->vy - leg->vy, wx = next->vx - t->vx, wy = next->vy - t->vy;
+        double sizes = fabs(next->vx) + fabs(next->vy) + fabs(leg->vx) + fabs(leg->vy);
+        double slip = t->nx * wy - t->ny * wx;
+        if (fabs(slip) <= (CAROM_ERROR + error) * (t->speed + sizes))
+            slip = 0.0; /* a rounding error that the impact left */
+        bool is_equal = fabs(ux * t->nx + uy * t->ny) <= CAROM_ERROR * sizes + error * (fabs(wx) + fabs(wy));
+        bool moves_back = t->shape == CONVEX && fabs(moved) > t->resolution && moved * slip < 0.0;
+        if (!is_equal || moves_back)
+            return next->begins;
+        if (next->ends == CAROM_INF)
+            return CAROM_INF;
+        moved += slip * (next->ends - (next == leg ? t->time : next->begins));
+    }
 }
 
 /* Return whether impacts can have a tangential impulse. With the tangential restitution -1 they have none. */

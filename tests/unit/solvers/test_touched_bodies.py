@@ -1,5 +1,6 @@
 """An impact with restitution 0 leaves contact, and no later impact that is only rounding."""
 
+import cmath
 import math
 import random
 from collections.abc import Callable
@@ -204,6 +205,92 @@ def test_driven_disc_that_returns_hits_the_same_disc_again() -> None:
     )
     impacts = carom.solve_pic(scene).impacts
     assert impacts["time_s"][impacts["second"] == 1].tolist() == pytest.approx([1.0, 3.4], rel=1e-12)
+
+
+def build_returning_scene(kind: str, angle: float, at: complex, turns_s: float, first_m: float = 2.0) -> Scene:
+    """Return a disc that hits a round driven body, which slides past it from `turns_s` on, and comes back.
+
+    The body slides for a second. When it comes back, the distance is 1 m again after 0.4 s:
+    (1 - t/2)^2 + (1 - t)^2 = 1.
+    """
+    turned = complex(math.cos(angle), math.sin(angle))
+    drives = {0.0: 0j, turns_s: 1j * turned, turns_s + 1.0: (0.5 - 1j) * turned}
+    return build_struck_body(kind, 0.5, at, at + turned * first_m, -turned, drives, turns_s + 1.5)
+
+
+def build_struck_body(
+    kind: str, radius: float, at: complex, place: complex, velocity: complex, drives: dict[float, complex], end_s: float
+) -> Scene:
+    """Return a disc of radius 0.5 that flies from `place` towards a round driven body at `at`; restitution 0."""
+    legs = tuple(Leg(from_s=from_s, velocity_m_s=(drive.real, drive.imag)) for from_s, drive in drives.items())
+    centre = (at.real, at.imag)
+    disc = Disc(position_m=(place.real, place.imag), velocity_m_s=(velocity.real, velocity.imag), radius_m=0.5)
+    driven = Disc(position_m=centre, radius_m=radius or 1.0, mass_kg=math.inf, driven=True, legs=legs)
+    return Scene(
+        name="struck",
+        discs=[driven, disc] if kind == "disc" else [disc],
+        walls=[] if kind == "disc" else [Ring(centre_m=centre, radius_m=radius, legs=legs)],
+        restitution=0.0,
+        wall_restitution=0.0,
+        duration_s=end_s,
+    )
+
+
+@each("kind", ["disc", "circle"])
+@each("angle", ANGLES)
+@each("at", [0j, 1.5 + 0.3j, 20.0 + 10.0j, -20.0 - 10.0j])
+def test_round_body_that_slides_past_a_touching_disc_hits_it_only_on_its_return(
+    kind: str, angle: float, at: complex
+) -> None:
+    """PIC reports an impact at 1 s and one at 3.4 s, when the body returns, and none when it begins to slide."""
+    times = carom.solve_pic(build_returning_scene(kind, angle, at, 2.0)).impacts["time_s"]
+    assert times.tolist() == pytest.approx([1.0, 3.4], rel=1e-13)
+
+
+@each("angle", ANGLES)
+@each("at", [0j, 1.5 + 0.3j, 20.0 + 10.0j, -20.0 - 10.0j])
+@each("turns_s", [1.05, 2.0, 30.0])
+def test_pit_finds_a_driven_disc_that_returns_anywhere(angle: float, at: complex, turns_s: float) -> None:
+    """PIT reports an impact with an overlap of 1 mm at 1 s, and one when the driven disc returns."""
+    scene = build_returning_scene("disc", angle, at, turns_s, first_m=1.999)
+    times = carom.solve_pit(scene, frame_rate_hz=100.0).impacts["time_s"]
+    assert times.tolist() == pytest.approx([1.0, turns_s + 1.4], abs=0.0101)
+
+
+@each("solve", [carom.solve_pic, partial(carom.solve_pit, frame_rate_hz=240.0)])
+@each("kind", ["disc", "circle", "point"])
+def test_legs_along_the_contact_cause_no_impact(solve: Callable[[Scene], carom.Trace], kind: str) -> None:
+    """A round body that keeps its speed along the normal after an impact does not hit the disc again.
+
+    On its legs the body moves with the disc, or along the tangent in one direction.
+    """
+    for seed in range(100):
+        rng = random.Random(seed)
+        normal = cmath.exp(1j * rng.uniform(-4.0, 4.0))
+        radius = 0.0 if kind == "point" else rng.uniform(0.1, 2.0)
+        at = complex(rng.uniform(-50.0, 50.0), rng.uniform(-50.0, 50.0))
+        before = complex(rng.uniform(-1.0, 1.0), rng.uniform(-1.0, 1.0))
+        place, side = at + (radius + 1.5) * normal, rng.choice([-1j, 1j])
+        slips = {at_s: rng.choice([0.0, rng.uniform(0.0, 1.0)]) for at_s in (0.75, 1.0, 1.5, 2.25)}
+        drives = {0.0: before} | {at_s: before + slip * side * normal for at_s, slip in slips.items()}
+        scene = build_struck_body(kind, radius, at, place, before - 2.0 * normal, drives, 3.0)
+        assert solve(scene).impacts["time_s"].tolist() == pytest.approx([0.5], abs=1 / 240), seed
+
+
+@each("kind", ["disc", "circle"])
+@each("approach_m_s, slides_s", [(1e-15, 4.0), (1e-15, 1024.0), (1e-9, 1.0)])
+def test_round_body_that_returns_slightly_nearer_hits_the_disc(kind: str, approach_m_s: float, slides_s: float) -> None:
+    r"""A body slides for T along the tangent, returns with a speed w along the normal, and hits the disc before T.
+
+    The centres are 1 m apart at the contact. After the time t of the return they are at (w t, T - t) from there, so
+    the impact is at a distance y along the tangent with y^2 = 2 w (T - y), except for w^2 T^2.
+    """
+    end_s = 2.0 + 2.0 * slides_s
+    drives = {0.0: 0j, 2.0: 1j, 2.0 + slides_s: approach_m_s - 1j}
+    scene = build_struck_body(kind, 0.5, 0j, 2.0 + 0j, -1.0 + 0j, drives, end_s + 1.0)
+    distance_m = -approach_m_s + math.sqrt(approach_m_s**2 + 2.0 * approach_m_s * slides_s)
+    times = carom.solve_pic(scene).impacts["time_s"]
+    assert times.tolist() == pytest.approx([1.0, end_s - distance_m], abs=1e-3 * distance_m)
 
 
 @each("at_m", [2.0**10, 2.0**20])

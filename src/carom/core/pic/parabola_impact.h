@@ -342,7 +342,7 @@ static inline bool apply_parabola_feature_impact(State *s, Index i, Index k, Ins
     s->counts.wall_impacts += 1;
     s->counts.predictions += 1;
     if (s->touched != NULL) {
-        note_touching_wall(s, i, k, n.x, n.y, false);
+        note_touching_wall(s, i, k, n.x, n.y, fabs(impact.first_before[0]) + fabs(impact.first_before[1]), false);
     }
     if (s->accelerated.deceleration > 0.0) {
         slow_down(s, i);

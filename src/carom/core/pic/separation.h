@@ -30,13 +30,32 @@ static inline bool are_parting(const State *s, Index i, Index j) {
     return is_parting_from(s, i, j) && is_parting_from(s, j, i);
 }
 
-/* Return the time at which the motion of a body can end a contact: that of `contact_end`, or infinity for a body that
-   is not driven. */
-static inline double driven_contact_end(const State *s, Index body, bool is_flat, double nx, double ny) {
-    const Driven *row = driven_row(&s->driving, body);
+/* Return the time since the start at which the motion of a body can end its contact with disc `i`: that of
+   `contact_end`, or infinity for a body that is not driven. Feature k is the body -1 - k. `speed` is explained in
+   `NewContact`. */
+static inline double driven_contact_end(const State *s, Index i, Index body, double nx, double ny, double speed) {
+    const Feature *f = body < 0 && s->feature_count > 0 ? &s->features[-1 - body] : NULL;
+    const Driven *row = driven_row(&s->driving, f != NULL ? -1 - (Index)f->wall : body);
     if (row == NULL || row->leg_count == 0)
         return CAROM_INF;
-    return contact_end(&s->driving.legs[leg_at(&s->driving, row, s->clock.now)], is_flat, nx, ny);
+    const Disc *a = &s->discs[i];
+    const Leg *leg = &s->driving.legs[leg_at(&s->driving, row, s->clock.now)];
+    NewContact t = {FLAT, nx, ny, a->vx, a->vy, speed, s->clock.reported, 1.0, 0.0};
+    double sizes = size_of(a->x, a->y, a->radius);
+    if (body >= 0) {
+        const Disc *b = &s->discs[body];
+        sizes += size_of(b->x, b->y, b->radius);
+        t.reach = a->radius + b->radius;
+    } else if (f != NULL && f->kind > FACE) {
+        Mover disc = mover_of(a);
+        sizes += size_of(f->x.high, f->y.high, f->size.high + f->half_width);
+        t.reach = fabs(reach_of(&disc, f).high);
+    } else {
+        return contact_end(&t, leg);
+    }
+    t.shape = (f != NULL && f->kind == INNER_ARC) || s->accelerated.paths != NULL ? OTHER_SHAPE : CONVEX;
+    t.resolution = gap_resolution(sizes);
+    return contact_end(&t, leg);
 }
 
 /* Return whether disc `i` touches feature `k` without normal speed at a time since the start. If the feature's wall is
@@ -102,19 +121,20 @@ static CAROM_NOINLINE void note_touching_discs(State *s, Index i, Index j, doubl
     Index pair[2] = {i, j};
     for (int k = 0; k < 2; k++) {
         Index other = pair[1 - k];
-        Touched touched = {(int)other, nx, ny, driven_contact_end(s, other, false, nx, ny)};
+        double speed = fabs(before[2 * k]) + fabs(before[2 * k + 1]);
+        Touched touched = {(int)other, nx, ny, driven_contact_end(s, pair[k], other, nx, ny, speed)};
         note_touched(&s->touched[pair[k]], touched, s->clock.reported, slides, stops);
     }
 }
 
-/* Store an impact on wall or feature `k` that was just applied. n is the unit normal. */
-static CAROM_NOINLINE void note_touching_wall(State *s, Index i, Index k, double nx, double ny, bool is_elastic) {
+/* Store an impact on wall or feature `k` that was just applied. n is the unit normal. `speed` is explained in
+   `NewContact`. */
+static CAROM_NOINLINE void note_touching_wall(State *s, Index i, Index k, double nx, double ny, double speed,
+                                              bool is_elastic) {
     const Law *law = s->feature_count > 0 ? &s->wall_laws[s->features[k].wall] : &s->law;
     bool slides = can_rub(&law->wall_contact) && !is_elastic;
     bool stops = law->wall_restitution == 0.0 && !is_elastic;
-    Index wall = s->feature_count > 0 ? s->features[k].wall : k;
-    bool is_flat = s->feature_count == 0 || s->features[k].kind <= FACE;
-    Touched touched = {(int)(-1 - k), nx, ny, driven_contact_end(s, -1 - wall, is_flat, nx, ny)};
+    Touched touched = {(int)(-1 - k), nx, ny, driven_contact_end(s, i, -1 - k, nx, ny, speed)};
     note_touched(&s->touched[i], touched, s->clock.reported, slides, stops);
 }
 

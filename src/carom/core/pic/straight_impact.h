@@ -86,7 +86,7 @@ static inline void apply_wall_impact(State *s, Index i, Index k, double time, bo
     s->counts.wall_impacts += 1;
     s->counts.predictions += 1;
     if (CAROM_UNLIKELY(s->touched != NULL))
-        note_touching_wall(s, i, k, w.nx, w.ny, is_elastic);
+        note_touching_wall(s, i, k, w.nx, w.ny, fabs(avx) + fabs(avy), is_elastic);
     if (CAROM_UNLIKELY(is_wanted)) {
         double sizes = size_of(a->x, a->y, a->radius) + size_of(w.x, w.y, 0.0);
         double resolution = wall_resolution(sizes, -along) + clock_resolution(s->clock.reported);
@@ -167,7 +167,7 @@ static inline Direction apply_feature_impact(State *s, Index i, Index k, double 
     s->counts.wall_impacts += 1;
     s->counts.predictions += 1;
     if (s->touched != NULL)
-        note_touching_wall(s, i, k, w.nx, w.ny, is_elastic);
+        note_touching_wall(s, i, k, w.nx, w.ny, fabs(avx) + fabs(avy), is_elastic);
     if (is_wanted) {
         double resolution = feature_resolution(f, a, ux, uy, -along, returns);
         resolution += clock_resolution(s->clock.reported);

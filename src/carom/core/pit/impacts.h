@@ -134,7 +134,7 @@ static inline void apply_pair_impact(State *s, Index i, Index j) {
                                  NO_FEATURE, false});
     slow_disc(s, i);
     slow_disc(s, j);
-    note_pair_contact(s, i, j, nx, ny);
+    note_pair_contact(s, i, j, &impact);
 }
 
 /* Apply the impact of a disc that falls onto a wall, like `collide_wall`, but with rolling resistance. */
@@ -183,5 +183,5 @@ static inline void apply_wall_impact(State *s, Index i, Index k) {
     record_at_frame(s, &impact, &spins, (Contact){seen->x, seen->y, edge},
                     &(Ambiguity){0.0, law->wall_contact.friction > 0.0, true, false, NO_FEATURE, false});
     slow_disc(s, i);
-    note_wall_contact(s, i, k, wall.nx, wall.ny);
+    note_wall_contact(s, i, k, wall.nx, wall.ny, fabs(impact.first_before[0]) + fabs(impact.first_before[1]));
 }

@@ -22,10 +22,29 @@ static inline const Touched *find_contact(const State *s, Index i, Index body) {
     return s->touched != NULL ? find_touched(&s->touched[i], body, s->now) : NULL;
 }
 
-/* Return the time at which the motion of a body can end a contact: that of `contact_end`, or infinity for a body that
-   is not driven. */
-static inline double driven_contact_end(const Path *path, bool is_flat, double nx, double ny) {
-    return path == NULL ? CAROM_INF : contact_end(&path->legs[path->leg], is_flat, nx, ny);
+/* Return the rounding error of the distance of two bodies, in metres. `sizes` is the sum of `size_of` for both bodies.
+   Each frame rounds their positions once more. */
+static inline double distance_resolution(const State *s, double sizes) {
+    double frames = s->now * s->clock.rate / s->clock.step;
+    return gap_resolution(sizes) + frames * CAROM_ULP * sizes;
+}
+
+/* Return the time at which the motion of a body can end its contact with disc i: that of `contact_end`, or infinity for
+   a body that is not driven. n is the normal. For a flat body, `reach` is 0. Otherwise it is the distance from the
+   disc's centre to the centre of the body's curvature, and `sizes` the sum of `size_of` for both bodies. `speed` is
+   explained in `NewContact`. */
+static inline double driven_contact_end(const State *s, Index i, const Path *path, double nx, double ny, double speed,
+                                        double reach, double sizes) {
+    if (path == NULL)
+        return CAROM_INF;
+    const Disc *a = &s->discs[i];
+    NewContact t = {FLAT, nx, ny, a->vx, a->vy, speed, s->now, 1.0, 0.0};
+    if (reach > 0.0) {
+        t.shape = s->motion == STRAIGHT ? CONVEX : OTHER_SHAPE;
+        t.reach = reach;
+        t.resolution = distance_resolution(s, sizes);
+    }
+    return contact_end(&t, &path->legs[path->leg]);
 }
 
 /* Return the speed at which disc j moves past disc i, to the left of a normal. */
@@ -38,13 +57,20 @@ static inline double slip_past(const State *s, Index i, Index j, double nx, doub
 /* Return whether disc i touches disc j without normal speed, and does not move back past it.
 
    PIT finds impacts late, with overlap. A disc that has moved past another one therefore approaches it on its way
-   back. */
+   back. A displacement or a speed of approach below the rounding errors counts as none. */
 static inline bool is_touching_disc(const State *s, Index i, Index j) {
     const Touched *t = find_contact(s, i, j);
     if (t == NULL)
         return false;
-    double moved = t->nx * (s->discs[j].y - s->discs[i].y) - t->ny * (s->discs[j].x - s->discs[i].x);
-    return !(moved * slip_past(s, i, j, t->nx, t->ny) < 0.0);
+    const Disc *a = &s->discs[i];
+    const Disc *b = &s->discs[j];
+    double moved = t->nx * (b->y - a->y) - t->ny * (b->x - a->x);
+    double reach = a->radius + b->radius, approach = -moved * slip_past(s, i, j, t->nx, t->ny) / reach;
+    double speeds = fabs(a->vx) + fabs(a->vy) + fabs(b->vx) + fabs(b->vy);
+    double resolution = distance_resolution(s, size_of(a->x, a->y, a->radius) + size_of(b->x, b->y, b->radius));
+    if (resolution > CAROM_COARSEST_NORMAL * reach)
+        return approach <= 0.0;
+    return fabs(moved) <= resolution || approach <= (CAROM_ERROR + resolution / reach) * speeds;
 }
 
 /* Remove the contacts with discs that a table slows in another direction than disc i. */
@@ -67,15 +93,21 @@ static inline void note_contact(State *s, Index i, Touched body, bool slides, bo
 }
 
 /* Store an impact of two discs that was just applied. n is the unit normal. */
-static inline void note_pair_contact(State *s, Index i, Index j, double nx, double ny) {
+static inline void note_pair_contact(State *s, Index i, Index j, const Impact *impact) {
+    double nx = impact->normal[0], ny = impact->normal[1];
     Index pair[2] = {i, j};
     bool stops = s->law.restitution == 0.0;
     if (s->touched == NULL)
         return;
     if (s->motion == FALLING)
         stops = stops && s->discs[i].inverse_mass > 0.0 && s->discs[j].inverse_mass > 0.0;
+    const Disc *a = &s->discs[i];
+    const Disc *b = &s->discs[j];
+    double sizes = size_of(a->x, a->y, a->radius) + size_of(b->x, b->y, b->radius), reach = a->radius + b->radius;
     for (int k = 0; k < 2; k++) {
-        double until = driven_contact_end(disc_path(s, pair[1 - k]), false, nx, ny);
+        const double *before = k == 0 ? impact->first_before : impact->second_before;
+        double speed = fabs(before[0]) + fabs(before[1]);
+        double until = driven_contact_end(s, pair[k], disc_path(s, pair[1 - k]), nx, ny, speed, reach, sizes);
         if (s->discs[pair[k]].inverse_mass > 0.0)
             note_contact(s, pair[k], (Touched){(int)pair[1 - k], nx, ny, until}, can_rub(&s->law.contact), stops);
     }
@@ -148,16 +180,18 @@ static inline bool is_flat_part(const State *s, Index feature) {
     return !s->edges[feature / CHAIN_PARTS].is_arc && (part == ON_LEFT || part == ON_RIGHT);
 }
 
-/* Store an impact of disc i on wall k that was just applied. n is the unit normal.
+/* Store an impact of disc i on wall k that was just applied. n is the unit normal, and `speed` is explained in
+   `NewContact`.
 
    On a straight edge, n is the direction between the disc and the nearest point. Its roundings grow with the
    coordinates, so the normal of the edge itself is stored instead. */
-static inline void note_wall_contact(State *s, Index i, Index k, double nx, double ny) {
+static inline void note_wall_contact(State *s, Index i, Index k, double nx, double ny, double speed) {
     const Law *law = &s->wall_laws[k];
     if (s->touched == NULL)
         return;
     Index body = -1 - k;
     bool is_flat = true, is_curved_inwards = false;
+    double reach = 0.0, sizes = 0.0;
     if (is_chain(s, k)) {
         Index feature = s->hits[i].feature;
         body = -1 - s->wall_count - feature;
@@ -168,9 +202,15 @@ static inline void note_wall_contact(State *s, Index i, Index k, double nx, doub
             double dx = edge->bx - edge->ax, dy = edge->by - edge->ay, length = sqrt(dx * dx + dy * dy);
             nx = -dy / length;
             ny = dx / length;
+        } else {
+            const Disc *a = &s->discs[i];
+            const ChainEdge *edge = &s->edges[feature / CHAIN_PARTS];
+            bool is_arc = edge->is_arc && feature % CHAIN_PARTS == ON_LEFT;
+            reach = a->radius + s->chains[k].half_width + (is_arc ? edge->radius : 0.0);
+            sizes = size_of(a->x, a->y, a->radius) + s->chains[k].size;
         }
     }
     bool stops = law->wall_restitution == 0.0 && !is_curved_inwards && s->gx * nx + s->gy * ny == 0.0;
-    double until = driven_contact_end(wall_path(s, k), is_flat, nx, ny);
+    double until = driven_contact_end(s, i, wall_path(s, k), nx, ny, speed, reach, sizes);
     note_contact(s, i, (Touched){(int)body, nx, ny, until}, can_rub(&law->wall_contact), stops);
 }
