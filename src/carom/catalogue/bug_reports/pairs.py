@@ -92,7 +92,7 @@ def pooltool_354() -> Staged:
 
 def visualchemeng_10() -> Staged:
     """Two discs that overlap by one rounding error at the start approach each other."""
-    # In floats, .3 - .1 is a little less than .2, so the two bodies overlap by one rounding.
+    # In floats, .3 - .1 is a little less than .2, so the two bodies overlap by one rounding error.
     scene = build_scene(
         [build_disc(0.1, 1, 0.1), build_disc(0.3, -1, 0.1), build_disc(0.3 + 0.5j, 0, 0.1)], duration_s=0.5
     )
