@@ -50,7 +50,7 @@ ADD_CHAIN = """def add_chain(half_width, velocity=None{takes}, **points):  # so 
 
 
 """
-#: Code for belts: parameters, bodies and returns of the functions, and the test of a contact.
+#: Pieces of the program for conveyors: additional parameters and lines of the functions, and a contact listener.
 BELTS = {"takes": ", belt=0.0", "runs": "    wall.userData = -belt * scale\n", "gives": ", belt=belt"}
 LISTENER = """class Belts(Box2D.b2ContactListener):
     def PreSolve(self, contact, _old):  # Box2D's tangent is to the right of the normal
@@ -88,7 +88,7 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
                 "velocity": disc.velocity_m_s,
                 "spin": disc.spin_rad_s,
             }
-            if scene.damping_per_s:  # the damping is per second of the world's clock
+            if scene.damping_per_s:  # Box2D's damping is per second of its own, faster clock
                 arguments |= dict.fromkeys(("linearDamping", "angularDamping"), fast_clock.damping_per_s)
             arguments |= {"fixedRotation": fixed, "allowSleep": bool(settings.get("sleepingAllowed", True))}
             # A disc that moves by more than its radius in a step is swept against all other bodies.

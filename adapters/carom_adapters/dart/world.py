@@ -81,7 +81,7 @@ class DartWorld:
         self._discs.append(skeleton)
 
     def _add_shape(self, body: Any, shape: Any, number: int, restitution: float) -> None:
-        """Add a body's shape. The shape's name is the body's number, and identifies the bodies of a contact."""
+        """Add a body's shape. Its name is the body's number, by which the bodies of a contact are recognised."""
         node = body.createShapeNode(shape)
         node.setName(str(number))
         node.createCollisionAspect()
@@ -124,7 +124,7 @@ class DartWorld:
 
     def _read_contacts(self) -> list[Contact]:
         found = []
-        # kept alive, because up to release 6.19 the contacts are freed with this result
+        # keep a reference, since up to release 6.19 the contacts are freed with this object
         result = self._world.getLastCollisionResult()
         for contact in result.getContacts():
             nx, ny, nz = map(float, contact.normal)  # DART's normal points from the second object to the first

@@ -48,7 +48,7 @@ class DrakeWorld:
         self._clock = StepClock(float(settings["dt_s"]))
         self._number: dict[Any, int] = {}
         builder = drake.framework.DiagramBuilder()
-        # Drake has the function AddMultibodyPlantSceneGraph for this, but it leaks 95 kB.
+        # Drake's function for this, AddMultibodyPlantSceneGraph, is not used, since it leaks 95 kB of memory.
         self._plant, _ = drake.plant.AddMultibodyPlant(drake.plant.MultibodyPlantConfig(time_step=0.0), builder)
         self._plant.mutable_gravity_field().set_gravity_vector([*scene.gravity_m_s2, 0.0])
         joints = [self._add_disc(scene, i) for i in range(len(scene.discs))]
@@ -103,7 +103,7 @@ class DrakeWorld:
     def settings(self) -> Mapping[str, Setting]:
         """The settings, read back from Drake.
 
-        ``point_stiffness`` is the default of bodies that do not set this property.
+        ``point_stiffness`` is the default for bodies without a stiffness of their own.
         """
         integrator = self._simulator.get_integrator()
         shipped = self._drake.geometry.SceneGraphConfig().default_proximity_properties.point_stiffness
@@ -119,7 +119,7 @@ class DrakeWorld:
     def advance(self, steps: int) -> None:
         """Take steps.
 
-        The error control of the integrator determines the number of the integrator's steps in a step.
+        Within each step, Drake's integrator takes as many steps of its own as its error control requires.
         """
         for _ in range(steps):
             self._pushed = {}
@@ -155,7 +155,8 @@ class DrakeWorld:
     def _read_contacts(self) -> list[Contact]:
         at_s, found = self._clock.step_began_s, []
         for (b, a), (_, normal) in self._pushed.items():
-            # The impulse is the integral of the force. It is not known, since forces are known only at single instants.
+            # The impulse is the integral of the force over time. It is None, since the force is known only at single
+            # instants.
             found.append(replace(oriented_contact(b, a, at_s, normal, 0.0), impulse_n_s=None))
         return found
 

@@ -18,12 +18,12 @@ from carom_adapters.shared.settings_code import count_steps, format_comment
 def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
     """Return the model of `build_mjcf` in a readable form.
 
-    Attributes that all geoms or pairs share are in its defaults.
+    Attributes that are the same for all geoms, or for all pairs, are moved into the model's defaults.
     """
     require_usable(scene, settings)
     if has_legs(scene):
         raise AdapterError("MuJoCo: the velocity of a body changes between steps, which a model can't describe")
-    # The text contains only numbers, and words that are in the lists of settings.
+    # The text contains only numbers, and words that the adapter has checked.
     model = ElementTree.fromstring(build_mjcf(scene, settings))  # noqa: S314 - the adapter itself has written this text
     ElementTree.indent(_with_start(_with_defaults(model), scene, settings))
     sentences = [heading, f"{count_steps(scene, settings)} steps from the keyframe cover the scene."]

@@ -46,14 +46,14 @@ from carom_adapters.shared.legs import Driven, Legs, find_first_velocity
 from carom_adapters.shared.quiet_steps import QuietSteps, to_rows
 from carom_adapters.shared.walls import compute_thickness, cut_chain, factor_walls, find_walls_in_pieces, sum_contacts
 
-#: Type of a body with maximal coordinates. A multibody has type 2. `getDynamicsInfo` returns the type as its second to
-#: last value.
+#: Type that `getDynamicsInfo` returns, as its second to last value, for a body with maximal coordinates. A multibody
+#: has type 2.
 RIGID_BODY = 1
 
 NOT_TURNED = (0.0, 0.0, 0.0, 1.0)
 
-#: The client of the last closed world, by the result of `build_structure_key`. Only one client is kept, because a
-#: client takes 29 MB. It takes less time to empty a client than to allocate a new one.
+#: The client of the world that was closed last, by the result of `build_structure_key`. The next world reuses it, since
+#: allocating a new client takes longer. Only one client is kept, because a client takes 29 MB.
 _KEPT: dict[object, tuple[int, list[int], list[int], dict[int, int]]] = {}
 
 
@@ -71,7 +71,7 @@ class PybulletWorld(QuietSteps):
         self._leans = turns_over or any(not isinstance(wall, Wall) for wall in scene.walls)
         self._seen: tuple[Contact, ...] | None = None
         velocity = np.array([disc.velocity_m_s for disc in scene.discs], dtype=np.float64)
-        # A disc that starts at the speed of the clamp was not slowed down by it.
+        # A disc that already starts at the speed limit has not been slowed down by it.
         self._below_clamp = np.abs(velocity) < SHIPPED_SPEED_CLAMP_M_S
         self._spins_below_clamp = np.abs(scene.arrays.spins) < SHIPPED_SPIN_CLAMP_RAD_S
         self._bullet: Any = importlib.import_module("pybullet")  # untyped: PyBullet ships no stubs
@@ -95,10 +95,10 @@ class PybulletWorld(QuietSteps):
             is_built = key is not None and key == self._key
             if is_built:
                 self._discs, self._movable, self._number = discs, movable, number
-                # A reused client may still have the size of a cut step.
+                # A reused client may still have the step size of a shortened step.
                 self._bullet.setPhysicsEngineParameter(fixedTimeStep=self._clock.dt_s, physicsClientId=self._client)
             else:
-                self._bullet.resetSimulation(physicsClientId=self._client)  # the first argument would be flags
+                self._bullet.resetSimulation(physicsClientId=self._client)  # its first parameter is `flags`
         try:
             if not is_built:
                 self._build(scene)
@@ -263,7 +263,7 @@ class PybulletWorld(QuietSteps):
         if self._asked.get("useMaximalCoordinates", False):
             return ""
         clamped = self._below_clamp & (np.abs(velocity) >= SHIPPED_SPEED_CLAMP_M_S)
-        if np.count_nonzero(clamped):  # this runs after every step, and takes a fifth of the time of `any`
+        if np.count_nonzero(clamped):  # five times as fast as `any`, since this runs after every step
             return (
                 f"PyBullet clamps each component of a multibody's velocity to {SHIPPED_SPEED_CLAMP_M_S:g} m/s, and "
                 f"disc {int(clamped.any(axis=1).argmax())} has reached that"
@@ -344,10 +344,7 @@ class PybulletWorld(QuietSteps):
             bullet.resetBaseVelocity(body, *velocity, client)
 
     def close(self) -> None:
-        """Keep this world's client for the next world. Discard the client that was kept before.
-
-        A client that is not disconnected keeps its memory until the process ends.
-        """
+        """Keep this world's client for the next world. Disconnect the client kept before, to free its memory."""
         if _KEPT:
             _, (client, *_) = _KEPT.popitem()
             self._bullet.disconnect(client)

@@ -52,10 +52,7 @@ class RapierWorld:
         self._build([*discs, *walls])
 
     def _build(self, states: Any) -> None:
-        """Build a world in which discs and walls have these positions and velocities.
-
-        Those of walls follow those of discs.
-        """
+        """Build a world in which bodies have the positions and velocities `states`, discs first and then walls."""
         self._world, handles, self._number = self._build_world(states)
         self._all = [self._world.rigid_bodies[handle] for handle in handles]
         self._bodies = self._all[: len(self._scene.discs)]
@@ -85,9 +82,8 @@ class RapierWorld:
             ball = rapier.Collider.ball(disc.radius_m).restitution(scene.restitution).friction(0.0)
             handles.append(world.add_body(body))
             number[world.add_collider(ball if disc.immovable else ball.mass(disc.mass_kg), handles[-1])] = i
-        # By default Rapier uses the mean of the restitutions of two colliders. Discs keep this rule, since all have the
-        # same restitution. A wall has the rule (MIN or MAX) that selects the wall's restitution. This rule has
-        # precedence.
+        # Discs keep Rapier's default rule, the mean of two restitutions, since all have the same restitution. A wall
+        # has the rule (MIN or MAX) that selects the wall's restitution. This rule has precedence over the mean.
         rule = rapier.CoefficientCombineRule
         for k, (wall, material) in enumerate(zip(scene.walls, scene.arrays.materials, strict=True)):
             position, velocity = of_walls[k]
@@ -183,11 +179,11 @@ class RapierWorld:
 
 
 class RapierCuttableWorld(RapierWorld):
-    """A world whose steps can be cut and undone. Each step has two parts, of which the first is short.
+    """A world whose steps can be shortened and undone. Each step is taken in two parts, of which the first is tiny.
 
-    If bodies touch at the start of a step, Rapier moves them during the step with the velocity of an inelastic impact.
-    They bounce only at the end of the step. In this world the first part of a step is too short for bodies to move. So
-    bodies that touch bounce at the end of the first part, and move with their new velocities in the second part.
+    If bodies touch at the start of a step, Rapier moves them during the step with the velocity of an inelastic impact,
+    and changes their velocities to those of the bounce only at the end. Here, this happens in the first part, which is
+    too short for bodies to move. In the second part, bodies move with their new velocities.
     """
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
