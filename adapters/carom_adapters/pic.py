@@ -29,7 +29,7 @@ class PicWorld(RecordedWorld):
         """Advance the run to the end of the last of the steps, with all impacts up to that time."""
         self._steps += steps
         outcome = self._run.advance_to(self._steps * self._dt_s)
-        # Lasting contact is not a failure. The state stays that of its start, and later times are not compared.
+        # Lasting contact is not a failure. From its start on, the state stays the same, and nothing is compared.
         if outcome is not Outcome.COMPLETED and not outcome.in_contact:
             self._warning = outcome.value
 

@@ -1,4 +1,4 @@
-"""The `carom` command and ``python -m carom``. A signal such as Ctrl-C ends the command with its cleanup done."""
+"""The `carom` command and ``python -m carom``. If a signal such as Ctrl-C ends the command, it still cleans up."""
 
 from __future__ import annotations
 
@@ -40,8 +40,7 @@ def main() -> None:
         signal.signal(number, _end)
     gc.set_threshold(_COLLECTED_FROM, *gc.get_threshold()[1:])
     previous_hook, sys.unraisablehook = sys.unraisablehook, _raise_again
-    # Without this variable, Pydantic reads the entry points of all installed packages, and fails if those of any
-    # package are damaged.
+    # Without this variable, Pydantic reads the entry points of all installed packages, and fails if any are damaged.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     # Without this variable, OpenBLAS starts a thread per core in each process that imports NumPy. Such a thread loops
     # while it waits, and takes tens of megabytes of address space. Carom multiplies only small matrices. Engines

@@ -27,10 +27,10 @@ _TUNED: shared.Settings = {
     "velocityIterations": 50,
     # Overlapping bodies are not pushed apart.
     "positionIterations": 0,
-    # A swept disc stops 3 b2_linearSlop (1.5 cm) inside the other disc, with steps of any length. So only fast discs
-    # are swept, which would otherwise pass through others.
+    # Box2D moves a swept disc only until it is 1.5 cm (3 b2_linearSlop) deep inside the other disc, which is an error.
+    # So only fast discs are swept, which would otherwise pass through others.
     "sweep": "fast",
-    # By default Box2D makes polygons thicker by a skin of 1 cm.
+    # By default Box2D makes polygons 1 cm thicker on each side ("skin").
     "polygon_radius_m": 0.0,
     # A disc that slides over the joint of two edges gets caught on the joint, unless both edges belong to one chain.
     "chains": True,
@@ -49,8 +49,8 @@ def _build_resting_settings(dt_s: float) -> shared.Settings:
     return {"dt_s": dt_s, **_TUNED, "velocity_scale": min(max(scale, 1.0), VELOCITY_SCALE)}
 
 
-#: While bodies touch, Box2D starts its solver with the last impulse times the ratio of the present step size to the
-#: last one ("warm start"). With shortened steps, this ratio can be arbitrarily large.
+#: While bodies touch, Box2D starts each step with the impulse of the step before, times the ratio of the present step
+#: size to the last one ("warm start"). With shortened steps, this ratio can be arbitrarily large.
 _LOCATED: shared.Settings = {**_NO_CCD, "warmStarting": False}
 
 

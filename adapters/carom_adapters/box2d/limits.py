@@ -26,10 +26,10 @@ OTHER_SETTINGS = (
     "chains",
 )
 
-#: Values of ``sweep``: which discs Box2D sweeps, which is its continuous detection. With "none" it sweeps no disc. With
-#: "shipped" it sweeps every disc against immovable bodies. With "fast" it does so only in scenes in which a disc or a
-#: driven body moves by more than a radius in a step. In such scenes, it also sweeps fast discs against all other discs
-#: (Box2D's "bullets").
+#: Values of ``sweep``, which determines for which discs Box2D checks the whole path of a step. With "none" it sweeps no
+#: disc. With "shipped" it sweeps every disc against immovable bodies. With "fast" it does so only in scenes in which a
+#: disc or a driven body moves by more than a radius in a step. In such scenes, it also sweeps fast discs against all
+#: other discs (Box2D's "bullets").
 SWEEPS = ("none", "shipped", "fast")
 
 #: Smallest and largest values of settings. With other values, Box2D aborts or fails, or the step size, after scaling,
@@ -41,8 +41,8 @@ MOST = {"dt_s": 1e12}
 #: lower, so that a body at this limit can be distinguished from a body that was slowed down.
 LONGEST_MOVE_M = 2.0 * (1 - 2.0**-20)
 
-#: b2_maxRotation is pi/2: Box2D slows down a body that would turn farther in one step. The limit here is a millionth
-#: lower.
+#: b2_maxRotation is pi/2: Box2D slows down a body that would turn farther in one step. This number is a millionth
+#: lower, so that a body at the limit can be distinguished from one that was slowed down.
 LARGEST_TURN_RAD = 0.5 * math.pi * (1 - 2.0**-20)
 
 #: Largest coefficient of friction. If the product of two coefficients overflowed 32-bit floats, velocities would become
@@ -55,7 +55,7 @@ LARGEST_FORCE_N = 1e38
 #: b2_velocityThreshold, compiled in. Box2D makes contacts with at most this closing speed inelastic.
 THRESHOLD_M_S = 1.0
 
-#: The profile `tuned` explains this factor.
+#: Factor on all velocities; the comments of the profile `tuned` explain it.
 VELOCITY_SCALE = 2.0**20
 
 #: b2_linearSlop. If neighbouring points of a chain are not farther apart than this, Box2D aborts.

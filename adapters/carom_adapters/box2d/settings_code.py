@@ -1,4 +1,4 @@
-"""Writes Box2D's settings as a program, ready to paste."""
+"""Writes a scene and settings as a program for Box2D, which users can copy."""
 
 from __future__ import annotations
 

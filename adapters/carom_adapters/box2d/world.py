@@ -39,7 +39,7 @@ Point = tuple[float, float]
 
 
 def list_disc_shapes(scene: Scene) -> list[tuple[int, float, float]]:
-    """Return category, restitution and friction of each circle of a disc.
+    """Return category, restitution and friction of each of the one or two circular shapes of a disc.
 
     Box2D uses the larger of two bodies' restitutions, and the square root of the product of their frictions. If the
     walls' restitution is smaller than the discs', or if their frictions differ, a disc needs two shapes. One collides
@@ -216,7 +216,7 @@ class Box2dWorld(QuietSteps):
         return read
 
     def advance(self, steps: int) -> None:
-        """Call `b2World.Step` `steps` times. Between steps, driven bodies get the velocities of their legs."""
+        """Call `b2World.Step` `steps` times. Between steps, set the prescribed velocities of driven bodies."""
         step, dt_s, iterations = self._world.Step, self._clock.dt_s, self._iterations
         self._solved.clear()
         for count in self._legs.split_steps(steps):
@@ -229,8 +229,8 @@ class Box2dWorld(QuietSteps):
     def observe(self) -> Observation:
         """Return the state of every disc, and the contacts that Box2D has reported to the listener.
 
-        Box2D finds contacts and then moves the bodies, so the contacts of step k (from 0) are at ``k dt_s``. The first
-        observation creates the listener, so that a world that is only timed has no listener.
+        Box2D finds contacts and then moves the bodies, so a contact of step k (counted from 0) has the time ``k dt_s``.
+        The first observation creates the listener, so that timed runs, which are not observed, have no listener.
         """
         if self._listener is None:
             self._listen()
@@ -287,7 +287,7 @@ class Box2dWorld(QuietSteps):
 
     def _sum_contacts(self) -> list[tuple[Any, Any, Point, float, float]]:
         """Return the solved contacts. If a disc touches several edges of one chain, these contacts are summed."""
-        # Box2D reports a contact as long as it lasts, even without an impulse.
+        # Box2D reports a contact in every step while bodies touch, even if no impulse acts.
         pushes = [push for push in self._solved if push[3] > 0]
         found = [push for push in pushes if not self._chains & {push[0], push[1]}]
         for pair in dict.fromkeys(push[:2] for push in pushes if self._chains & {push[0], push[1]}):
@@ -336,7 +336,7 @@ class Box2dWorld(QuietSteps):
         return frozenset(found)
 
     def save(self) -> object:
-        """Return positions, velocities and spins. With the settings of `located`, these are the whole state."""
+        """Return positions, velocities and spins. With the settings of `located`, nothing else affects later steps."""
         bodies = [
             (body, tuple(body.position), tuple(body.linearVelocity), body.angularVelocity)
             for body in (*self._movable, *self._driven)
@@ -351,7 +351,7 @@ class Box2dWorld(QuietSteps):
             body.position, body.linearVelocity, body.angularVelocity = position, velocity, spin
 
     def close(self) -> None:
-        """Drop the references to the world. Its memory is freed with the last reference."""
+        """Drop the references to the world, so that its memory is freed."""
         self._world.contactListener = None
         del self._bodies, self._movable, self._driven, self._legs, self._walls, self._skinned, self._table
         del self._listener, self._world

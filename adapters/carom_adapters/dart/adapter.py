@@ -15,7 +15,7 @@ CHAIN = Accuracy(velocity=16 * 2 * MIXING, energy=16 * 4 * MIXING)
 _TUNED: shared.Settings = {
     # This detector tests spheres by a formula, not as meshes.
     "collision_detector": "DART",
-    # The correction of overlaps does not change velocities.
+    # With this option, DART pushes overlapping bodies apart without changing their velocities.
     "split_impulse": True,
 }
 

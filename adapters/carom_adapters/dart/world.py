@@ -115,7 +115,7 @@ class DartWorld:
     def observe(self) -> Observation:
         """Return the state of every disc, and the contacts that the last step solved.
 
-        DART finds contacts and then moves the bodies, so the contacts of step k (from 0) are at ``k dt_s``.
+        DART finds contacts and then moves the bodies, so a contact of step k (counted from 0) has the time ``k dt_s``.
         """
         position = np.array([skeleton.getPositions() for skeleton in self._discs])
         velocity = np.array([skeleton.getVelocities() for skeleton in self._discs])
@@ -183,5 +183,5 @@ class DartWorld:
         self._put(states)
 
     def close(self) -> None:
-        """Drop the references to the world. Its memory is freed with the last reference."""
+        """Drop the references to the world, so that its memory is freed."""
         del self._discs, self._world

@@ -70,7 +70,7 @@ class DrakeWorld:
                 joint.set_translation(self._context, disc.position_m)
                 joint.set_translational_velocity(self._context, disc.velocity_m_s)
         self._simulator.Initialize()
-        #: For each contact of the last step, the greatest force, and the normal at the instant of this force.
+        #: For each contact of the last step, the greatest force, and the contact's normal when this force acted.
         self._pushed: dict[tuple[int, int], tuple[float, tuple[float, float]]] = {}
         self._watched = False
 
@@ -130,7 +130,7 @@ class DrakeWorld:
         """Return the state of every disc, and the contacts that a monitor found in the integrator's steps.
 
         A contact can begin and end within a step, so the state at the end of the step may not show it. The first
-        observation creates the monitor, so that a world that is only timed has no monitor.
+        observation creates the monitor, so that timed runs, which are not observed, have no monitor.
         """
         if not self._watched:
             self._watched = True
@@ -161,7 +161,7 @@ class DrakeWorld:
         return found
 
     def close(self) -> None:
-        """Drop the references to the simulator. Its memory is freed with the last reference."""
+        """Drop the references to the simulator, so that its memory is freed."""
         self._simulator.clear_monitor()
         del self._context, self._simulator, self._diagram, self._plant
 

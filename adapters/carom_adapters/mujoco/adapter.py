@@ -20,11 +20,11 @@ _DEFAULT: shared.Settings = {"joints": "free", "stiffness": 1000.0}
 _TUNED: shared.Settings = {
     "joints": "slide",
     "stiffness": 0.0,
-    # These numbers make contacts as hard as MuJoCo allows ("impedance"), at any depth. They have no effect on the speed
+    # These numbers ("impedance") make contacts as hard as MuJoCo allows, at any depth, without an effect on the speed
     # after a bounce.
     "solimp": "0.9999 0.9999 0.001 0.5 2",
-    # The contact's damping is chosen such that one Euler step reverses the velocity. It would be wrong for other
-    # integrators.
+    # The contact's damping is chosen such that one step by Euler's method reverses the velocity. Other integrators
+    # would need another damping.
     "integrator": "Euler",
     # The sparse Cholesky factorisation of MuJoCo 4.0.0 is wrong (google-deepmind/mujoco#3767).
     "jacobian": "dense",
@@ -57,7 +57,7 @@ _PLAIN_CYLINDER: shared.Settings = {**_TUNED, "shape": "cylinder", "joints": "fr
 adapter = shared.EngineAdapter(
     name="mujoco",
     # Release 2.3 fails with the adapter's settings of a pair. MuJoCo has speculative contacts since release 4.0.
-    # Releases 3.x run these profiles without speculative contacts. The settings that are read back show this.
+    # Releases 3.x run these profiles without speculative contacts. The settings in the results show this.
     engine=shared.build_engine("MuJoCo", "mujoco", "mujoco", oldest="3.0", newest_tried="4.0"),
     capabilities=CAPABILITIES,
     knobs={

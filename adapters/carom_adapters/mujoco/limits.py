@@ -53,10 +53,10 @@ WORDS: Mapping[str, tuple[str, ...]] = {
 #: MuJoCo's mjMAXVAL. MuJoCo treats a coordinate, velocity or acceleration above mjMAXVAL as an error.
 LARGEST_VALUE = 1e10
 
-#: MuJoCo's solver ignores accelerations below mjMINVAL, 1e-15. This limit on accelerations is far larger.
+#: Smallest acceleration of an impact. MuJoCo's solver ignores accelerations below mjMINVAL, 1e-15.
 LEAST_ACCELERATION_M_S2 = 1e-12
 
-#: Largest number of discs in a scene whose pairs are listed. With this number of discs, there are half a million pairs.
+#: Largest number of discs in a scene whose pairs the model lists. This number of discs has half a million pairs.
 #: MuJoCo compiles these in seconds.
 MOST_LISTED = 1000
 

@@ -147,7 +147,7 @@ def sort_bodies(scene: Scene) -> list[int]:
 
 
 def parse_body(geom: str) -> int:
-    """Return the number of the body to which the geom with a name belongs."""
+    """Return the number of the body to which a geom belongs, given the geom's name."""
     return int(geom.partition("/")[0])
 
 

@@ -1,6 +1,6 @@
-"""Writes MuJoCo's settings as a model, ready to paste: MJCF that MuJoCo loads without Carom.
+"""Writes a scene and settings as an MJCF model, which MuJoCo loads without Carom.
 
-Its keyframe is the initial state.
+The model's keyframe is the scene's initial state.
 """
 
 from __future__ import annotations

@@ -179,7 +179,7 @@ class MujocoWorld:
         return read
 
     def advance(self, steps: int) -> None:
-        """Take the steps in MuJoCo's own loop. Between steps, driven bodies get the velocities of their legs."""
+        """Take the steps in MuJoCo's own loop. Between steps, set the prescribed velocities of driven bodies."""
         for count in self._legs.split_steps(steps):
             for begin, velocity in self._legs.start_due(self._clock.now_s):
                 self._data.qvel[begin : begin + 2] = velocity
@@ -189,7 +189,8 @@ class MujocoWorld:
     def observe(self) -> Observation:
         """Return the state of every disc, the contacts with a force, and any warning.
 
-        MuJoCo finds contacts and then moves the bodies, so the contacts of step k (from 0) are at ``k dt_s``.
+        MuJoCo finds contacts and then moves the bodies, so a contact of step k (counted from 0) has the time ``k
+        dt_s``.
         """
         position, velocity, spin = self._position.copy(), self._velocity.copy(), None
         position[self._movable] = self._qpos[self._at]
@@ -305,7 +306,7 @@ class MujocoWorld:
         return frozenset(pair_of(self._number[a], self._number[b]) for a, b in geoms[overlaps])
 
     def save(self) -> object:
-        """Return coordinates and velocities. With the settings of `located`, these are the whole state."""
+        """Return coordinates and velocities. With the settings of `located`, nothing else affects later steps."""
         return (self._clock.now_s, self._legs.started, self._data.qpos.copy(), self._data.qvel.copy())
 
     def restore(self, state: Any) -> None:
@@ -314,5 +315,5 @@ class MujocoWorld:
         self._clock.restart(time_s)
 
     def close(self) -> None:
-        """Drop the references to model and data. Their memory is freed with the last references."""
+        """Drop the references to model and data, so that their memory is freed."""
         del self._data, self._warnings, self._qpos, self._qvel, self._probe, self._dampings, self._model

@@ -39,7 +39,8 @@ class NewtonWorld:
         gx, gy = scene.gravity_m_s2
         builder = newton.ModelBuilder(gravity=(gx, 0.0, gy))
         self._still = np.array([disc.position_m for disc in scene.discs], dtype=np.float64)
-        #: Numbers of the discs that are bodies, and for each shape the number of its body in `Contact`.
+        #: Numbers of the discs that are bodies in Newton, and for each of Newton's shapes the number of its disc or
+        #: wall.
         self._moved = [i for i, disc in enumerate(scene.discs) if not disc.immovable]
         walls = scene.half_planes()
         self._number = np.array([*range(len(scene.discs)), *map(wall_body, range(len(walls)))])
@@ -104,7 +105,7 @@ class NewtonWorld:
         self._clock.count(steps)
 
     def observe(self) -> Observation:
-        """Return the state of every disc, and the contacts of the last step at which the solver pushed."""
+        """Return the state of every disc, and the contacts in which a force acted in the last step."""
         if self._forces is None:
             self._forces = self._solver.observables({"contact_f"}, contacts=self._contacts)
         position, velocity = self._still.copy(), np.zeros_like(self._still)
@@ -117,7 +118,7 @@ class NewtonWorld:
         return Observation(position, velocity, () if has_overflowed else tuple(self._find_pushed(found)), warning)
 
     def _find_pushed(self, count: int) -> Iterator[Contact]:
-        """Yield the contacts at which the solver pushed, without impulses.
+        """Yield the contacts in which a force acted, without impulses.
 
         The forces that the solver reports do not include the bounce, so they are not the impulses.
         """

@@ -1,4 +1,4 @@
-"""Writes programs for Node, ready to paste, for engines from npm.
+"""Writes a scene and settings as a program for Node, for engines from npm.
 
 A program contains a scene, settings, and the adapter's world class. It imports only its engine. It also contains a copy
 of the functions that it needs from `serve.mjs`, which all engines use.

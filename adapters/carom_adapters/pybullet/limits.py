@@ -29,9 +29,8 @@ BODY_SETTINGS = ("linearDamping", "angularDamping", "contactProcessingThreshold"
 OTHER_SETTINGS = ("useMaximalCoordinates", "ccd_radius_fraction", "shape", "turn")
 SHAPES = ("sphere", "cylinder")
 
-#: Shortest step size; also the bound for 1/mass and for distances. Bullet's constant SIMD_EPSILON is 2.2e-16. It
-#: ignores shorter steps, treats a body as static if 1/mass is smaller, and uses an arbitrary normal if discs are
-#: closer.
+#: Shortest step size, smallest 1/mass, and smallest distance of discs. Below 2.2e-16 (its constant SIMD_EPSILON),
+#: Bullet ignores a step, treats a body as static, or uses an arbitrary normal.
 SHORTEST_STEP_S = 1e-15
 
 #: Smallest allowed values of settings. PyBullet silently ignores smaller values.

@@ -223,7 +223,7 @@ class PybulletWorld(QuietSteps):
         }
 
     def advance(self, steps: int) -> None:
-        """Call `stepSimulation` `steps` times. Between steps, driven bodies get the velocities of their legs."""
+        """Call `stepSimulation` `steps` times. Between steps, set the prescribed velocities of driven bodies."""
         step, client = self._bullet.stepSimulation, self._client
         for count in self._legs.split_steps(steps):
             for (body, spin), velocity in self._legs.start_due(self._clock.now_s):
@@ -236,7 +236,8 @@ class PybulletWorld(QuietSteps):
     def observe(self) -> Observation:
         """Return the state of every disc, and the contacts.
 
-        Bullet finds contacts and then moves the bodies, so the contacts of step k (from 0) are at ``k dt_s``.
+        Bullet finds contacts and then moves the bodies, so a contact of step k (counted from 0) has the time ``k
+        dt_s``.
         """
         numbers = to_rows(self.read())
         velocity, spin = numbers[:, 2:4], numbers[:, 4] if self._turns else None
@@ -326,7 +327,7 @@ class PybulletWorld(QuietSteps):
         return frozenset(found)
 
     def save(self) -> object:
-        """Return positions, velocities and spins. With the settings of `located`, these are the whole state."""
+        """Return positions, velocities and spins. With the settings of `located`, nothing else affects later steps."""
         bullet, client = self._bullet, self._client
         bodies = [
             (body, bullet.getBasePositionAndOrientation(body, client), bullet.getBaseVelocity(body, client))

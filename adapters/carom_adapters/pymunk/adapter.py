@@ -10,8 +10,8 @@ from carom_adapters.pymunk.world import PymunkWorld
 from carom_adapters.shared import engine_adapter as shared
 
 _TUNED: shared.Settings = {
-    # Simultaneous contacts are solved by iteration. In a break shot of ten discs, the fraction of energy gained is 2e-7
-    # with pymunk's default of 10 iterations, and 2e-14 with 20 iterations.
+    # Chipmunk solves simultaneous contacts by iteration, and the remaining error changes the energy. In a break shot of
+    # ten discs, the energy grows by a fraction of 2e-7 with the default of 10 iterations, and of 2e-14 with 20.
     "iterations": 20,
     # By default Chipmunk pushes overlapping bodies apart, in addition to their bounce. The setting is the fraction of
     # an overlap that is left after a second. With 1, bodies are never pushed apart.

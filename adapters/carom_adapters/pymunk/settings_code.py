@@ -1,4 +1,4 @@
-"""Writes pymunk's settings as a program, ready to paste."""
+"""Writes a scene and settings as a program for pymunk, which users can copy."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def _write_wall(
 
 
 def _write_table(scene: Scene) -> str:
-    """Return the lines that slow discs down as the table does."""
+    """Return the program's lines that make a table slow down a disc; empty in a scene without a table."""
     if not scene.table_deceleration_m_s2:
         return ""
     return f"""        # The table slows the disc down: a joint holds it back with a limited force.

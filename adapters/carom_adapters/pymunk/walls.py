@@ -77,7 +77,7 @@ def build_wall_shapes(scene: Scene, dt_s: float) -> list[WallShape]:
             shapes.append((_build_segments(wall), wall.half_width_m))
         else:
             shapes.append(Post(wall.centre_m, compute_thickness(scene, wall)))
-    # The rounding of the farthest corner determines the error of the face's position.
+    # The corner with the largest coordinates has the largest rounding error.
     corners = [corner for shape in shapes if isinstance(shape, list) for corner in shape]
     farthest = max((abs(value) for corner in corners for value in corner), default=0.0)
     smallest = min(disc.radius_m for disc in scene.discs)

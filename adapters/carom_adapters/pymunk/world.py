@@ -117,7 +117,7 @@ class PymunkWorld(QuietSteps):
         return read | {name: getattr(self._space, name) for name in SPACE_SETTINGS} | {NEIGHBORS: int(self._neighbors)}
 
     def advance(self, steps: int) -> None:
-        """Call `Space.step` `steps` times. Between steps, driven bodies get the velocities of their legs."""
+        """Call `Space.step` `steps` times. Between steps, set the prescribed velocities of driven bodies."""
         step, dt_s = self._space.step, self._clock.dt_s
         for count in self._legs.split_steps(steps):
             for body, velocity in self._legs.start_due(self._clock.now_s):
@@ -131,7 +131,7 @@ class PymunkWorld(QuietSteps):
         """Return the state of every disc, and the contacts of the last step.
 
         Contacts are read after the step, because callbacks would slow down the steps. Chipmunk moves the bodies and
-        then tests for contacts, so the contacts of step k (from 0) are at ``(k + 1) dt_s``.
+        then tests for contacts, so a contact of step k (counted from 0) has the time ``(k + 1) dt_s``.
         """
         impulses: dict[Pair, list[ArbiterImpulse]] = {}
         for body in self._movable:

@@ -14,8 +14,8 @@ from carom_adapters.shared import engine_adapter as shared
 #: Default of `normalized_prediction_distance`, times a `length_unit` of 1 m.
 SHIPPED_MARGIN_M = 0.02
 
-#: In the step of an impact, bodies move with the velocities of an inelastic impact, and Rapier applies the bounce
-#: afterwards. So the path of an elastic pair turns in the middle of the step.
+#: In the step of an impact, Rapier moves bodies with the velocities of an inelastic impact, and changes these to the
+#: velocities of the bounce afterwards. So an elastic pair seems to bounce in the middle of the step.
 TURNS_LATE = 0.5
 
 #: By default Rapier stops a body that is slow (8 cm/s) for half a second ("sleep"), which changes results.

@@ -24,7 +24,7 @@ SOFTNESSES = {
 }
 
 #: ``can_sleep`` and ``soft_ccd_prediction`` (metres) are properties of every disc. The names are Rapier's.
-#: ``first_part`` is the fraction of a step that is taken first, as a separate step; see the profile `located`.
+#: With ``first_part`` each step is taken in two parts, and the first is this fraction; see the profile `located`.
 OTHER_SETTINGS = (*SOFTNESSES, "can_sleep", "soft_ccd_prediction", "first_part")
 
 #: Smallest values of settings. With smaller ones, Rapier divides by zero or fails in other ways. The square of the step

@@ -128,7 +128,7 @@ class RapierWorld:
         return float(self._world.integration_parameters.dt)
 
     def advance(self, steps: int) -> None:
-        """Take steps. Between steps, driven bodies get the velocities of their legs."""
+        """Take steps. Between steps, set the prescribed velocities of driven bodies."""
         step = self._world.step
         for count in self._legs.split_steps(steps):
             self._begin_legs()
@@ -143,7 +143,8 @@ class RapierWorld:
     def observe(self) -> Observation:
         """Return the state of every disc, and the contacts that the last step solved.
 
-        Rapier finds contacts and then moves the bodies, so the contacts of step k (from 0) are at ``k dt_s``.
+        Rapier finds contacts and then moves the bodies, so a contact of step k (counted from 0) has the time ``k
+        dt_s``.
         """
         position = np.array([body.translation.to_tuple()[:2] for body in self._bodies], dtype=np.float64)
         velocity = np.array([body.linvel.to_tuple()[:2] for body in self._bodies], dtype=np.float64)
@@ -174,7 +175,7 @@ class RapierWorld:
         return ""
 
     def close(self) -> None:
-        """Drop the references to the world. Its memory is freed with the last reference."""
+        """Drop the references to the world, so that its memory is freed."""
         del self._all, self._bodies, self._number, self._world
 
 
@@ -227,7 +228,7 @@ class RapierCuttableWorld(RapierWorld):
         return [(body.translation.to_tuple()[:2], body.linvel.to_tuple()[:2]) for body in self._all]
 
     def save(self) -> object:
-        """Return positions and velocities. With the settings of `located`, these are the whole state."""
+        """Return positions and velocities. With the settings of `located`, nothing else affects later steps."""
         return (self._clock.now_s, self._legs.started, self._read_states(), self._solved)
 
     def restore(self, state: Any) -> None:

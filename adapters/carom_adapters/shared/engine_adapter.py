@@ -81,7 +81,7 @@ def add_step(settings: Settings) -> Callable[[float], Settings]:
 
 
 def build_tuned_profile(effect: str, settings: Settings, accuracy: Accuracy = SOUND) -> Profile:
-    """Return the profile `tuned`. `effect` describes the effect of its settings."""
+    """Return the profile `tuned`. `effect` describes for users what its settings change."""
     description = f"The most exact fixed-step settings known, from Carom's own measurements: {effect}."
     return Profile(description, add_step(settings), accuracy)
 

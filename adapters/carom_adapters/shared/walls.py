@@ -57,7 +57,7 @@ def compute_thickness(scene: Scene, wall: Chain | Ring) -> float:
 def factor_walls(scene: Scene) -> tuple[float, float, list[tuple[float, float]]]:
     """Return restitution and friction of the discs, and of each wall, for engines that multiply coefficients.
 
-    Friction is 0 in a scene in which nothing turns.
+    In a scene in which no disc turns, friction is 0.
     """
     turns = scene.arrays.turns
     restitution, friction = factored_restitutions(scene)[0], factored_frictions(scene)[0] if turns else 0.0

@@ -76,7 +76,7 @@ def compute_after_impact(
 ) -> tuple[complex, complex]:
     """Return both velocities after an impact.
 
-    In the frame of the centre of mass the normal component of each velocity is multiplied by -e.
+    Relative to the common centre of mass, the normal component of each velocity is multiplied by -e.
 
     Args:
         m1: Mass of the first disc, in kilograms.
@@ -162,7 +162,7 @@ class WedgeImpact(NamedTuple):
 def compute_wedge_impacts(start: complex, velocity: complex, angle: float) -> list[WedgeImpact]:
     """Compute, by unfolding, all impacts of a point that moves in a wedge and is reflected by the wedge's two sides.
 
-    Instead of the path, the wedge is reflected at each impact. Then the path is a straight line. This line crosses
+    At each impact, the wedge is reflected at its side, and the path continues straight ("unfolding"). This line crosses
     the rays at 1, 2, 3, ... times the wedge's angle. The n-th crossing is at the time at which ``(start + t velocity)
     exp(-i n angle)`` is real. In the original wedge, the velocity after the n-th impact is ``velocity exp(-i n angle)``
     for even n, and ``conj(velocity) exp(i (n + 1) angle)`` for odd n.

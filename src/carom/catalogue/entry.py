@@ -28,7 +28,7 @@ class Tag(StrEnum):
     TWO_BODIES = "two-bodies"  # the scene has only one pair of bodies, so one formula is the whole answer
     IN_LINE = "in-line"  # all motion is along one line
     CHAIN = "chain"  # the scene has several impacts, so an error in an impact affects the next impact
-    UNSTABLE = "unstable"  # each impact multiplies a small error perpendicular to the line
+    UNSTABLE = "unstable"  # each impact multiplies small errors of positions
     GRAZING = "grazing"
     FAST = "fast"  # a disc moves more than its own diameter between two frames
     MASS_RATIO = "mass-ratio"  # the ratio of two masses is 100 or more
@@ -167,7 +167,7 @@ _MARKS: dict[Builder, tuple[Tag, ...]] = {}
 
 
 def add_tags(*marks: Tag) -> Callable[[Builder], Builder]:
-    """Return a decorator for a builder. It adds tags that can't be computed from the scene and its answer."""
+    """Return a decorator that adds tags to a scene's builder, which can't be computed from scene and answer."""
 
     def mark(build: Builder) -> Builder:
         _MARKS[build] = marks

@@ -31,7 +31,7 @@ EXIT_VIOLATION = 1
 EXIT_BAD_INPUT = 2
 EXIT_UNAVAILABLE = 3
 EXIT_CRASHED = 4
-EXIT_SIGNAL = 128  # plus the number of the signal, as shells do
+EXIT_SIGNAL = 128  # the signal's number is added, as in shells
 EXIT_INTERRUPTED = EXIT_SIGNAL + signal.SIGINT
 
 Parameters = ParamSpec("Parameters")
@@ -137,7 +137,7 @@ def say_lines(lines: Iterable[str]) -> None:
 
 
 def _describe_signal(error: KeyboardInterrupt) -> tuple[str, int]:
-    """Return message and exit code for the signal that ended a command. Without a signal's number, it was Ctrl-C."""
+    """Return message and exit code for the signal that ended a command. An error without a number means Ctrl-C."""
     if hasattr(signal, "setitimer"):  # stop the timer of `carom.__main__` that raises the signal again
         signal.setitimer(signal.ITIMER_REAL, 0.0)
     number = signal.Signals(error.args[0]) if error.args else signal.SIGINT

@@ -93,7 +93,7 @@ _OF_PROFILE = {
     "observations-stay": conduct.keeps_what_it_showed,
 }
 
-#: Additional checks of the profile `located`, with shortened steps. All other checks run with steps of full length.
+#: Additional checks of the profile `located`, in which steps are shortened. All other checks take steps of full length.
 _OF_LOCATED = {
     "settings": settings.settings_are_read_back,
     "start": settings.starts_as_written,

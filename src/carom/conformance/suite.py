@@ -119,7 +119,7 @@ def select_engines(engine_names: Sequence[str], pool: Pool) -> list[EngineInfo]:
     Args:
         engine_names: The values: names of adapters, of distributions, or of packages with entry points; manifests; or
             ``all``.
-        pool: Pool that queries the adapters; it stays open.
+        pool: Pool that queries the adapters; the caller closes it.
 
     Raises:
         UnknownNameError: A value selects no adapter.

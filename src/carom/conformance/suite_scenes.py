@@ -207,7 +207,7 @@ def build_rubbing(
     inertia_factor: float = 0.5,
     restitution: float = 1.0,
 ) -> Scene:
-    """Return two discs that meet along x and slip on each other. If walls are supported, a third disc slips on a wall.
+    """Return two discs that collide along x and slip on each other. If walls are supported, a third disc hits a wall.
 
     The bodies touch just before the end of a step, so that they overlap only slightly at its end. The overlap is large
     enough for the engine's floats to represent it, but smaller than the allowed rounding error. So the normal and the

@@ -1,4 +1,4 @@
-"""Keys by which journals find the result of a job. Equal keys have equal results, in any study on any machine."""
+"""Keys by which journals find the result of a job. Jobs with equal keys have the same result on any machine."""
 
 from __future__ import annotations
 

@@ -102,8 +102,8 @@ def _build_field_type(hint: Any, carried: Any) -> Any:
 def _build_dataclass_type(kind: type[Any], **carried: Any) -> Any:
     """Return a type that pydantic can convert, for a dataclass. A value is written as a string that contains JSON.
 
-    In this inner JSON, NaN and infinities are written as numbers. A string "NaN" could also be a setting that is a
-    text. `carried` maps a field's name to the argument `carried` of `_build_field_type`.
+    In this inner JSON, NaN and infinities are written as numbers. A string "NaN" could also be a setting of type
+    string. `carried` maps a field's name to the argument `carried` of `_build_field_type`.
     """
     known = {"Scene": Scene, "LocalTruth": LocalTruth, "States": States, "np": np, "NDArray": NDArray}
     hints = get_type_hints(kind, localns=known)

@@ -36,7 +36,7 @@ from carom.support.escaping import format_value
 
 @dataclass(frozen=True)
 class DescribeTask(AdapterTask):
-    """Query the declarations of the adapter `name`, in the worker process that serves the adapter `engine`."""
+    """Queries what the adapter `name` declares, in the worker process of the adapter `engine`, which it may share."""
 
     name: str
 
@@ -107,7 +107,7 @@ def describe_engines(names: Sequence[str] | None, pool: Pool) -> EngineList:
 
     Args:
         names: Names of adapters; None for all that are installed.
-        pool: Pool that carries out the queries; it stays open.
+        pool: Pool that carries out the queries; the caller closes it.
 
     Raises:
         UnknownNameError: There is no such engine.
@@ -171,7 +171,7 @@ _Settings = tuple[Mapping[str, Setting] | str, ...]
 
 @dataclass(frozen=True)
 class SettingsTask(AdapterTask):
-    """Query the settings of a profile for several step sizes. Settings in `tried` replace the profile's settings."""
+    """Queries the settings of a profile for several step sizes. Settings in `tried` replace the profile's settings."""
 
     profile: str
     dts: tuple[float, ...]
@@ -234,7 +234,7 @@ def list_methods(
         infos: Descriptions of the engines.
         profiles: Names of the profiles to run.
         dts: Step sizes, in seconds.
-        pool: Pool that carries out the queries of adapters; it stays open.
+        pool: Pool that carries out the queries of adapters; the caller closes it.
         overrides: Settings that replace those of the profiles, by the engine's name.
     """
     steps = tuple(dict.fromkeys(dts))
@@ -253,8 +253,7 @@ def list_methods(
     refused: dict[tuple[Method, float], Answer[Any]] = {}
     for info in infos:
         own_overrides = overrides.get(info.name, ())
-        # If an adapter's declarations are missing, only one method is listed. Its row of results shows the
-        # reason.
+        # If an adapter's declarations can't be queried, one method represents it, whose row of results shows why.
         own_profiles = info.own_profiles(profiles) if info.profiles else profiles[-1:]
         for k, dt_s in enumerate(steps):
             last_of: dict[object, str] = {}

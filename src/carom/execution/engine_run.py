@@ -41,7 +41,7 @@ from carom.support.limits import LARGEST
 MOST_STORED_DISCS = 10
 MOST_STORED_STATES = 256
 
-#: Number of rows times number of discs in a block of states: about 3 MB.
+#: States are stored in blocks. Number of states in a block times number of discs; a block takes about 3 MB.
 _ROWS = 2**16
 
 #: Largest number of samples, which are positions for drawing. No picture is wider than this number of pixels.
@@ -349,7 +349,7 @@ def _take_step_in_pieces(world: World, cutter: Cutter | None, step: int, dt_s: f
 
 
 def _classify_end(warning: str) -> tuple[Outcome, tuple[str, ...]]:
-    """Return outcome and notes of a run that an engine's warning ends or, if `warning` is empty, a non-finite state."""
+    """Return outcome and notes of a run that ended early: by an engine's warning, or by a state that is not finite."""
     if not warning:
         return Outcome.NON_FINITE, ()
     if warning == Outcome.STANDSTILL.value:  # not a fault: the state is valid

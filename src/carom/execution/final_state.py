@@ -91,9 +91,9 @@ class LastStep:
         turned_s: Array,
         spins: NDArray[np.void] | None,
     ) -> LastStep:
-        """Return this step with another end, as if the discs `discs` had only the impacts `impacts`.
+        """Return this step with another end, and with other impacts of the discs `discs`: only those in `impacts`.
 
-        Each of these discs flies freely from its last impact of `impacts` in the step, or from the start of the step.
+        From its last of these impacts, or else from the start of the step, such a disc flies freely.
 
         Args:
             discs: Numbers of the discs.

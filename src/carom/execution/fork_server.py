@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 #: Seconds to wait for the server's answer. A fork takes only milliseconds.
 PATIENCE_S = 2.0
-#: Size limit of a request. Folder, path and environment together are smaller.
+#: Size limit of a request. The folder's path, the search path and the environment variables together are smaller.
 MOST_REQUEST_BYTES = 2**22
 #: Number of pipes of a watchdog: standard input, output and error, and one for its exit status.
 _STREAMS = 4
@@ -154,7 +154,7 @@ class ForkServer:
         return ForkedProcess(pidfds[0], status, (FileIO(requests, "w"), FileIO(answers), FileIO(printed)))
 
     def close(self) -> None:
-        """End the server. Watchdogs that still run end with the server."""
+        """End the server, and with it all watchdogs that still run."""
         with self._lock:
             if self._process < 0:
                 return

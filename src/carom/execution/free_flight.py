@@ -25,10 +25,10 @@ _AHEAD_STEPS = 2
 #: the search compares.
 _WIDER = 1.0 + 2.0**-40
 
-#: The search for approaching pairs looks at ever longer times ahead. Factor by which each exceeds the one before.
+#: The search for approaching pairs is repeated for longer and longer times ahead. Factor between successive times.
 _WIDENED = 4.0
 
-#: Number of last steps that must leave every velocity unchanged and move every disc by its velocity.
+#: In free flight, this number of steps must have left every velocity unchanged and moved every disc by its velocity.
 _QUIET_STEPS = 2
 
 #: Allowed rounding error of a position in a step, in units in the last place of the largest coordinate or path length.
@@ -125,7 +125,7 @@ class FreeFlight:
         return nearest if nearest <= left_s else min(nearest, self.compute_pair_wait(p, v, left_s))
 
     def compute_pair_wait(self, p: Array, v: Array, left_s: float) -> float:
-        """Return the seconds until two discs come near each other. If that is after the end, any later time will do."""
+        """Return the seconds until two discs come near each other, or any time after the end if that is later."""
         speed, end_s = np.hypot(v[:, 0], v[:, 1]), left_s + (_AHEAD_STEPS + 1) * self._dt_s
         # First examine only the few pairs that can come near within `within_s`, since a scene can have millions of
         # pairs.

@@ -34,7 +34,8 @@ _State = tuple[float, Vector, Vector]
 _UNKNOWN: Vector = (math.nan, math.nan)
 _NOWHERE: Vector = (0.0, 0.0)
 
-#: A pair counts as resting if its relative speed along the normal is at most what gravity adds in this number of steps.
+#: Two touching bodies count as resting if their relative speed along the normal is at most what gravity adds in this
+#: number of steps.
 #: An engine may need one step to test for contact, and another to change the velocities. In a leapfrog scheme,
 #: positions and velocities belong to times half a step apart.
 _REST_STEPS = 2.5
@@ -52,8 +53,7 @@ class ImpactCollector:
         self._float_bits = float_bits
         self._discs = scene.discs
         self._inverse_mass = [1.0 / disc.mass_kg for disc in scene.discs]
-        # A tangential impulse changes a disc's spin. Change of the spin per newton second; 0 for a disc that can't
-        # turn.
+        # Change of a disc's spin per newton second of tangential impulse; 0 for a disc that can't turn.
         self._spin_per_impulse = (1.0 / (arrays.inertia * arrays.mass_kg * arrays.radius_m)).tolist()
         self._turns, self._rubs_discs, self._rubs_walls = arrays.turns, arrays.rubs_discs, arrays.rubs_walls
         self._walls = [arrays.drive_of_wall(k) for k in range(len(arrays.walls))]

@@ -78,8 +78,8 @@ class Job:
         scene: The scene.
         method: Engine and profile.
         dt_s: Step size, in seconds.
-        refinement: Index of the step size among the scene's step sizes, 0 for the largest. Results of different scenes
-            are compared at the same index.
+        refinement: Number of the step size among the scene's step sizes, from 0 for the largest. Results of different
+            scenes are compared at the same number.
         phase: Fraction of a step, 0 to 1. The scene begins earlier by this fraction.
     """
 

@@ -43,7 +43,7 @@ T = TypeVar("T")
 
 @runtime_checkable
 class PartialEntry(Protocol):
-    """A value that several tasks contribute to."""
+    """A result that is computed by several tasks, and may be incomplete if one of them failed."""
 
     @property
     def cut_off(self) -> bool:

@@ -102,7 +102,7 @@ class OpenContact:
 
         `compute_turn_time` does not apply, because the bodies do not separate, so that no free path follows the impact.
         Instead, the instant is found at which the free path before the impact reaches the distance of the bodies at
-        rest. After the impact this distance is assumed to change at the speed of the step boundary. The free path is a
+        rest. The velocity at the step boundary determines the distance at other times. The free path is a
         parabola, or a line if gravity accelerates both bodies equally.
 
         Args:
@@ -150,7 +150,7 @@ class OpenContact:
         squared = float(slope @ slope)
         if squared == 0.0:
             return math.nan
-        # Times are measured from the contact's start, so that late contacts are computed as exactly as early ones.
+        # Times are counted from the contact's start, since large times would have larger rounding errors.
         offset = d0 - (d1 - u1 * flown_time_s + pull * (duration_s * duration_s / 2))
         turn_s = self.start_s + slowing.damping.to_damped(-float(offset @ slope) / squared)
         return turn_s if math.isfinite(turn_s) else math.nan
@@ -176,7 +176,7 @@ class OpenContact:
     def _compute_relative_motion(self, state: Observation, time_s: float, leg: Course) -> tuple[Array, Array]:
         """Return position and velocity of the second body relative to the first.
 
-        The position of a wall is its displacement.
+        For a wall, its displacement since time 0 is used as its position.
         """
         first, second = self.pair
         place, velocity = state.position_m, state.velocity_m_s

@@ -100,7 +100,7 @@ def build_plan(scenes: Iterable[Scene | CatalogueScene | str], options: Options,
     Args:
         scenes: Scenes, catalogue scenes or names of catalogue scenes. All names must differ.
         options: The requested options.
-        pool: Pool that queries the adapters' declarations; it stays open.
+        pool: Pool that queries the adapters' declarations; the caller closes it.
 
     Raises:
         InputError: There is no scene, or two scenes have the same name.

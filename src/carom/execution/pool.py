@@ -68,7 +68,7 @@ class Pool(TaskRunner):
         """End the worker processes, if there are any, so that later tasks run in new processes."""
 
     def to_local_pool(self) -> AbstractContextManager[Pool]:
-        """Return a pool whose tasks run on this machine. Only run times of one machine can be compared."""
+        """Return a pool whose tasks run on this machine, for run times, which must be measured on one machine."""
         return nullcontext(self)
 
     @abstractmethod
@@ -242,7 +242,7 @@ class _PendingItems(Generic[Item]):
 
     A lane takes items of one engine until none is left. Then the lane takes items of another engine. It prefers, in
     this order: an engine of which no other lane takes items, an engine that this lane has already started, and the
-    engine with the most items.
+    engine with the most remaining items.
 
     Attributes:
         engines: Names of the engines that any of the items needs.

@@ -28,8 +28,8 @@ class Row:
         trace: The trace; None if the job was not run.
         score: The comparison with the reference; None if the job was not run.
         timing: Run times; None if the job was not timed.
-        time_ratio: Run time of all steps divided by PIT's run time for the same scene and step size. Both are measured
-            one directly after the other. None if either was not timed.
+        time_ratio: Run time of all steps divided by PIT's run time for the same scene and step size. The two are
+            measured directly one after the other. None if either was not timed.
         spread: Distribution of the scores over many phases; None if only one phase was run.
         untimed: Reason why a job that ran was not timed although timing was requested; empty otherwise.
     """

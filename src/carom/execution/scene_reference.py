@@ -23,7 +23,7 @@ MOST_IMPACTS = 200_000
 
 #: Scenes with more discs are certified on request only, since a certified run stores bounds for all pairs of discs.
 MOST_DISCS = 1000
-#: Scenes with fewer discs are certified on request only, since a closed form solves them.
+#: Scenes with fewer discs are certified on request only, since a formula solves them.
 FEWEST_DISCS = 3
 
 
@@ -84,7 +84,7 @@ def require_reference(found: Trace | str) -> Trace:
 
 
 def needs_certification(scene: Scene, is_requested: bool | None) -> bool:
-    """Whether to certify a scene's reference. `is_requested` is the argument `asked` of `build_reference`."""
+    """Whether to compute a certified run of a scene. `is_requested` is the argument `asked` of `build_reference`."""
     return bool(is_requested) or (is_requested is None and len(scene.discs) >= FEWEST_DISCS)
 
 
@@ -123,7 +123,7 @@ def _certify_reference(trace: Trace, is_requested: bool | None, time_budget_s: f
             raise
         return Reference(trace, f"not certified: {error}")
     found = compute_horizon(certified, trace)
-    # the certified run ends at an event whose result is a matter of definition; after it, PIC's definition is used
+    # physics does not determine the result of the event that ends the certified run; for later times, PIC is used
     if certified.degeneracy is not None:
         reach = describe_certified_impacts(len(certified), complete=False)
         return Reference(trace, f"{reach}; the next event is undecided: {certified.degeneracy}")

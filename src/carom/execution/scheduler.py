@@ -59,7 +59,7 @@ class TaskRequest(Generic[S, K, T]):
     """A task that a study requests.
 
     Attributes:
-        subject: Any value by which the study recognises the task. It is returned with the answer.
+        subject: Any object by which the study recognises the task. `run_tasks` yields it with the answer.
         key: Key of the task's journal entry. Tasks with the same key are the same task.
         task: Task to carry out.
         refused: Why the task can't be carried out; None if no reason is known. A refused task is neither sent nor
@@ -85,7 +85,7 @@ def run_tasks(
 
     Args:
         requests: The tasks; those with the same key are carried out once.
-        pool: Pool that carries out the tasks; it stays open.
+        pool: Pool that carries out the tasks; the caller closes it.
         journal: Journal with the known answers. New answers are added to it before they are yielded. By default, no
             answer is known, and new answers are not stored.
         one_at_a_time: Whether tasks are carried out one at a time, while nothing else runs.

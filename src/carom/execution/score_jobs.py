@@ -96,7 +96,7 @@ def score_jobs(
 
     Args:
         jobs: The jobs.
-        pool: Pool that runs the jobs; it stays open.
+        pool: Pool that runs the jobs; the caller closes it.
         journal: Journal with the known scores. New scores are added to it.
         progress: Called with (done, total, description) as jobs finish.
         refusal: Function that returns why a job can't be run; None if no reason is known. A refused job is not sent.

@@ -120,7 +120,7 @@ def find_step_code(engine: str, profile: str, scene: Scene, dt_s: float, pool: P
         profile: Name of one of its profiles.
         scene: The scene, with its frame rate.
         dt_s: Step size, in seconds.
-        pool: Pool in which the adapter runs; it stays open.
+        pool: Pool in which the adapter runs; the caller closes it.
 
     Returns:
         The lines; empty if there are none, or the adapter writes no code for this scene.
@@ -142,7 +142,7 @@ def find_changed_code(
         overrides: The settings that replace those of the profile.
         scene: The scene.
         dt_s: Step size, in seconds.
-        pool: Pool in which the adapter runs; it stays open.
+        pool: Pool in which the adapter runs; the caller closes it.
 
     Returns:
         The lines; empty if there are none, or the adapter writes no code for this scene.

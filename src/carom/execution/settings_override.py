@@ -26,7 +26,7 @@ class KnownSettingsTask(AdapterTask):
     """Queries the names of all settings of an adapter's profiles, with an example value of each setting.
 
     Attributes:
-        profiles: Names of profiles whose values are used as the examples where possible.
+        profiles: Names of profiles from which the example values are taken, if they have the setting.
         dt_s: Step size, in seconds.
     """
 

@@ -1,8 +1,9 @@
 """Shortens an engine's steps so that they end when bodies begin to touch, according to the engine's contact test.
 
 An engine detects an impact at a step boundary, up to a step late. If bodies newly touch after a step, `Cutter` restores
-the state before the step and bisects the step's length. The bisection stops when the time between a step without and a
-step with touch can't be halved in floats. Only the engine moves bodies and tests for contact, not Carom.
+the state before the step and bisects the step's length. The bisection ends with a length after which bodies
+touch, and the next smaller float, after which they don't. Only the engine moves bodies and tests for contact, not
+Carom.
 
 If bodies touch and separate again within a step, this is not found, because contact is tested only at step boundaries.
 """
@@ -71,7 +72,7 @@ class Cutter:
     def _bisect(
         self, state: object, now_s: float, touching_s: float, new_contacts: frozenset[tuple[int, int]]
     ) -> float:
-        """Return the shortest step after which one of the pairs touches, in seconds, to the resolution of floats."""
+        """Return the shortest length of a step, in seconds, after which one of the pairs touches."""
         apart_s = 0.0
         while True:
             middle_s = apart_s + (touching_s - apart_s) / 2

@@ -45,7 +45,7 @@ def measure_skips(reference: Trace, dt_s: float) -> SceneSkips:
 
 
 def count_tests_per_frame(scene: Scene) -> int:
-    """Return the number of pairs that a step without skipping tests: two discs each, or a disc and a wall."""
+    """Return the number of pairs (of two discs, or of a disc and a wall) that a step tests if it skips none."""
     discs = len(scene.discs)
     return discs * (discs - 1) // 2 + discs * len(scene.walls)
 
@@ -73,7 +73,7 @@ def measure_pic_saving(scene: Scene, reference: Trace) -> SkippedTime | None:
     closed = is_closed_form(reference)
 
     def prepare(skipping: bool) -> Callable[[], object]:
-        if closed:  # both times then include the whole solution, from the scene to the trace
+        if closed:  # with and without skipping, the whole computation from scene to trace is timed
             return partial(solve_pic, scene) if skipping else partial(_run_event_driven, scene)
         return partial(start_pic_run(scene, all_pairs=not skipping).advance_to, until_s)
 

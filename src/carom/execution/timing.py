@@ -1,6 +1,7 @@
-"""Timed runs of an engine: all steps in as few calls as possible, without observation. Each run has a new world.
+"""Measures run times of engines. All steps are taken in as few calls as possible, without reading states.
 
-The preparation and the steps are timed separately. All of Carom's run times of engines are measured by this module.
+Each run uses a new world. The preparation and the steps are timed separately. All of Carom's run times of engines are
+measured by this module.
 """
 
 from __future__ import annotations

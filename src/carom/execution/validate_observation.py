@@ -46,8 +46,8 @@ class Validator:
         self._drives = [arrays.drive_of_wall(k) for k in range(len(scene.walls))]
         self._movable = np.isfinite(arrays.mass_kg)
         self._needs_spins = arrays.turns and bool(np.isfinite(arrays.inertia).any())
-        # If the length of a normal differs from 1 by more than this, the adapter has made a mistake. Rounding errors
-        # are smaller, since half of the digits of the engine's floats may be wrong.
+        # If the length of a normal differs from 1 by more than this, the adapter has made a mistake. It is half
+        # of the digits of the engine's floats, far more than rounding errors.
         self._rounding = 2.0 ** (-MANTISSA_BITS[float_bits] / 2)
 
     def read(self, found: object, rows: StateRows, row: int) -> bool:

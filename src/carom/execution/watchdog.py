@@ -76,8 +76,8 @@ def _wait_and_clean_up(worker: int, woken: int, parent: int) -> None:
     """Wait until the worker ends or is no longer needed. Kill what is left, and exit with the worker's status.
 
     The worker is no longer needed when the other end of standard input is closed, when the parent sends SIGTERM, or
-    when the parent has exited. The first condition is not enough, since a process that the parent has forked can hold
-    the other end open.
+    when the parent has exited. The first condition is not enough: if the parent has forked a process, this process can
+    also hold the other end open.
     """
     null = os.open(os.devnull, os.O_WRONLY)
     os.dup2(null, 1)  # only the worker may keep the answer pipe open

@@ -57,7 +57,7 @@ def carry_out(task: Task[T]) -> Answer[T]:
 
 @cache
 def build_codec(task: type[Task[T]]) -> Codec[tuple[int, Answer[T]]]:
-    """Return the codec for the answers to tasks of type `task`: that of the return type of their `carry_out`."""
+    """Return the codec for the answers to tasks of type `task`, given by the return type of their `carry_out`."""
     kind: Any = get_type_hints(task.carry_out, include_extras=True)["return"]
     return Codec(tuple[int, Answer[kind]])
 

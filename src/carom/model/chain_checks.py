@@ -175,7 +175,7 @@ def _intersect_line(a: tuple[Number, Number], along: tuple[Number, Number], circ
 
 
 def _intersect_circles(one: ExactCircle, other: ExactCircle) -> Iterator[Place]:
-    """Yield the points at which two circles meet. They are on the line of points with equal powers to both circles."""
+    """Yield the points at which two circles meet: those of the first circle on the line of equal powers."""
     dx, dy = other.x - one.x, other.y - one.y
     distance2 = dx * dx + dy * dy
     if distance2 == 0:

@@ -221,7 +221,7 @@ class Outline:
         return crossings % 2 == 1
 
     def build_polyline(self, arc_parts: int) -> Iterator[Point]:
-        """Yield the corners of a polygon line for drawing, in which a full circle has `arc_parts` parts."""
+        """Yield the points of a line that approximates the wall for drawing. A full circle has `arc_parts` parts."""
         for k, stretch in enumerate(self.stretches):
             (ax, ay), b, bulge = stretch.edge
             if k == 0:
@@ -258,6 +258,6 @@ def _build_stretch(edge: Edge) -> Stretch:
 
 
 def _compute_root(square: Fraction) -> float:
-    """Return the square root of a rational number of any size as a float."""
+    """Return the square root of a rational number as a float, even if numerator and denominator exceed floats."""
     shift = (square.numerator.bit_length() - square.denominator.bit_length()) // 2
     return math.ldexp(math.sqrt(float(square / Fraction(4) ** shift)), shift)

@@ -104,7 +104,7 @@ class DiscArrays:
         """Check shapes and values.
 
         Raises:
-            InputError: A shape does not fit. A value is not finite or not of an ordinary size (`carom.support.limits`).
+            InputError: A shape does not fit. A value is not finite, or is too large or small (`carom.support.limits`).
                 A radius or mass is not positive. An immovable disc has a velocity, or a disc that can't turn has a
                 spin. A coefficient is outside its range.
         """

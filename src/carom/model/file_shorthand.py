@@ -72,7 +72,7 @@ def _divide_fields(fields: Any, names: tuple[str, ...], divisor: float) -> Any:
 def _divide_value(value: Any, divisor: float) -> Any:
     if isinstance(value, list):
         points = bool(value) and isinstance(value[0], list)
-        # A list of two numbers is a vector; longer lists are not lengths.
+        # A list of two numbers is a vector. Longer lists contain no lengths, except in lists of points.
         return [_divide_value(one, divisor) for one in value] if points or len(value) <= 2 else value
     if isinstance(value, bool) or not isinstance(value, int | float):
         return value

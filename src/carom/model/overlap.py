@@ -73,7 +73,7 @@ def find_overlaps(
     disc_name: str,
     wall_name: str,
 ) -> tuple[list[Overlap], bool]:
-    """Return overlaps that are too large for rounding errors: at most ten of two discs, and ten of a disc and a wall.
+    """Return overlaps larger than rounding errors: at most ten of two discs, and at most ten of a disc and a wall.
 
     Args:
         position_m: Centres, in metres, shape ``(n, 2)``.

@@ -90,7 +90,7 @@ class Drive(NamedTuple):
         return self.leg_at(time_s).moved_at(time_s)
 
     def velocities_within(self, begin_s: float, end_s: float) -> list[Vector]:
-        """Return the velocities of all legs in a time span; for a span of length 0, the velocity from then on."""
+        """Return the velocities of all legs between two times; if the times are equal, the velocity from then on."""
         return [leg.velocity for leg in self.legs_from(begin_s) if leg.begin_s <= max(begin_s, end_s)]
 
     def shift_legs(self, time_s: float) -> list[tuple[float, Vector]]:

@@ -148,8 +148,8 @@ class Scene(Drawn, Model):
         wall_restitution: Coefficient of restitution between any disc and any wall, 0 to 1.
         friction: Coulomb's coefficient of friction of every pair of discs, 0 or more.
         wall_friction: Coulomb's coefficient of friction between any disc and any wall, 0 or more.
-        tangential_restitution: Tangential restitution of two discs, -1 to 1. If friction is strong enough to stop the
-            slip, it multiplies the slip by minus this value: 0 ends the slip, and 1 reverses it.
+        tangential_restitution: Tangential restitution of two discs, -1 to 1. If friction is strong enough, an impact
+            multiplies the slip by minus this value: 0 ends the slip, and 1 reverses it.
         wall_tangential_restitution: Tangential restitution between any disc and any wall, -1 to 1.
         gravity_m_s2: Uniform acceleration of every movable disc, in metres per second squared.
         damping_per_s: Rate c of linear damping, in 1/s, 0 or more: between impacts, velocities and spins of all discs
@@ -268,7 +268,8 @@ class Scene(Drawn, Model):
         )
         return materials if any(material != scene for material in materials) else None
 
-    # The cached arrays are not copied or pickled, since a copy may have other discs. Another process builds its own.
+    # The cached arrays are not copied or pickled: a copy may have other discs, and another process builds its own
+    # arrays.
 
     def __iter__(self) -> Generator[tuple[str, Any], None, None]:
         return ((name, value) for name, value in super().__iter__() if name != "arrays")

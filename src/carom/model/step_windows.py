@@ -42,7 +42,7 @@ class WindowRow:
         spin: Largest difference of a rim speed from PIC at the window's end.
         rim: Greatest speed or rim speed of the window's bodies, by which rounding errors of rim speeds are judged.
         place_m: Largest difference of a position from PIC at the window's end.
-        place_known_m: Rounding error of the positions.
+        place_known_m: Uncertainty of `place_m`, from the rounding of positions.
         price_velocity: PIT's largest error of a velocity from the same state.
         price_spin: PIT's largest error of a rim speed from the same state.
         restitution: Restitution computed from the engine's velocities, minus the scene's restitution.

@@ -1,4 +1,4 @@
-"""Equality of results that contain arrays. The default ``==`` of a dataclass raises an error for arrays."""
+"""Compares results that contain arrays, for which the default ``==`` of a dataclass raises an error."""
 
 from __future__ import annotations
 

@@ -104,7 +104,7 @@ Direction = Annotated[tuple[_Finite, _Finite], BeforeValidator(_to_plain), After
 
 
 class Model(BaseModel):
-    """Base class of scenes and their parts: immutable, without unknown fields, and with SceneErrors for Pydantic's."""
+    """Base class of scenes and their parts. Instances are immutable, and invalid fields raise a `SceneError`."""
 
     #: Names of fields that are left out of files and hashes if they have their default values.
     left_out: ClassVar[tuple[str, ...]] = ()

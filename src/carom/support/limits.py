@@ -32,7 +32,7 @@ SPAN = 2.0**396
 #: Largest number of steps or frames of a run. A larger number is most likely due to a wrong unit.
 MOST_STEPS = 2**32
 
-#: Default limit of the number of engine steps in which `carom advise` searches for a step size. For an error of 1
+#: Default limit on the number of engine steps that `carom advise` takes to find a step size. For an error of 1
 #: degree, an engine that checks for overlap once per step needs 240,000 steps in `paper/missed`, and 430,000 steps in
 #: the scene of docs/how-to/which-step.md.
 ADVICE_STEPS = 600_000
@@ -48,10 +48,10 @@ MOST_LEGS = 10_000
 #: Largest number of discs in one picture. A picture with more discs would be unreadable and take megabytes.
 MOST_DISCS_DRAWN = 64
 #: Largest numbers of bytes and of values in a file, by the ending of the file's name. `count_values` counts the values,
-#: each of which takes up to 100 bytes of memory. Each line of TOML also counts as a value. The largest scene easily
-#: fits into JSON. TOML has lower limits, because reading it takes ten times as long. A .jsonl file contains results,
-#: and each of its lines must also meet the limits of JSON. A file of 1e5 lines has 310 MB and half of the allowed
-#: values.
+#: each of which takes up to 100 bytes of memory. Each line of TOML also counts as a value. Even the largest scene
+#: is within the limits of JSON. TOML has lower limits, because reading it takes ten times as long. A .jsonl file
+#: contains results, and each of its lines must also meet the limits of JSON. A file of 1e5 lines has 310 MB and half of
+#: the allowed values.
 MOST_BYTES = {".json": 40 * 2**20, ".toml": 16 * 2**20, ".jsonl": 512 * 2**20}
 MOST_VALUES = {".json": 2**21, ".toml": 2**19, ".jsonl": 2**25}
 #: Largest number of parts of a dotted key in TOML. The time to read a key grows with the square of this number. Keys of

@@ -118,7 +118,7 @@ class DeclaredOptions:
         """Parse options of a command line.
 
         Args:
-            texts: By the field's name, the text or list of texts of an option; None or an empty list if the option was
+            texts: Text or list of texts of each option, by the field's name; None or an empty list if the option was
                 not given.
             before: Prefix of option names in messages. The pytest plug-in uses another prefix than ``--``.
 
@@ -135,7 +135,7 @@ class DeclaredOptions:
     def build_from_arguments(cls, function: str, options: Mapping[str, Any], **fixed: Any) -> Self:
         """Build options from a function's keyword arguments.
 
-        The function `function` sets the options in `fixed` itself, so its callers can't set them.
+        `fixed` contains options that the function `function` sets itself, and that its callers can't set.
 
         Raises:
             InputError: A value is invalid, or an option is unknown.

@@ -6,7 +6,7 @@ import { runOf } from "./solve_runs.js";
 import { clockOf, digits, overlapOf } from "./drawing.js";
 import { placeOf, rateAt, state } from "./state.js";
 
-// Draws the timeline of the first impact of two discs. It is wide enough to show how long the discs overlap.
+// Draws the timeline of the first impact of two discs, from before their overlap to after it.
 export function drawLine() {
   const pen = line.getContext("2d"),
     { width: w, height: h } = line,

@@ -24,8 +24,8 @@ function arcOn({ x, y, radius2 }, ends, halfWidth, inside, edges) {
   return roundOf([pairOf(x), pairOf(y)], rootOf(radius2), halfWidth, inside, sector, edges);
 }
 const PLACES = 2 ** -50;
-// A disc with a radius of fitsBelow or more is too large to touch the inner side of an arc. It hits the arc's ends,
-// which stopOf describes.
+// A disc with a radius of fitsBelow or more is too large to touch the inner side of an arc, and hits the arc's
+// ends.
 function roundOf(centre, radius, halfWidth, inside, sector, edges) {
   const size = Math.abs(centre[0][0]) + Math.abs(centre[1][0]) + radius[0],
     fitsBelow = inside ? radius[0] - halfWidth - PLACES * size : 0;

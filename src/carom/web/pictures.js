@@ -32,7 +32,7 @@ const drawnWall = (wall) => ({
 });
 function bounds() {
   const { discs, walls: ws } = state.scene,
-    // discs at the first impact, which decide how much of a long wall is visible
+    // the picture must contain the discs at their first impact, but not all of a long wall
     met = ws.length ? (state.truth?.impacts[0]?.at ?? []) : [],
     places = [...discs.flatMap((d) => [d.position_m, head(d)]), ...met];
   const [l, b, r, t] = extent(places),

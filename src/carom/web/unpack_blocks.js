@@ -37,7 +37,7 @@ function unpacked(bytes) {
     last = [0, 0, 0, 0]; // the last four distances, each minus 1
   const narrow = () => {
     if (range >= 0x1000000) return;
-    if (at >= bytes.length) throw new RangeError(DAMAGED); // without this check, the loop would run until `length`
+    if (at >= bytes.length) throw new RangeError(DAMAGED); // damaged data could otherwise keep the loop running
     range = (range << 8) >>> 0;
     code = ((code << 8) | bytes[at++]) >>> 0;
   };

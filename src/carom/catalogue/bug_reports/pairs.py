@@ -121,5 +121,5 @@ def cannon_359() -> Staged:
 
 
 def vrc8ball_85() -> Staged:
-    """A fast cue ball strikes an object ball. The impact parameter is nine tenths of the contact distance."""
+    """A fast cue ball strikes an object ball far off centre, at nine tenths of the offset at which it would miss."""
     return stage_meeting((8, 0), (0.03, 0.03), offset=0.9, time_s=0.103, duration_s=0.25)

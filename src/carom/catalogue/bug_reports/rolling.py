@@ -18,7 +18,7 @@ _HIT_S = 0.25
 
 
 def mbsim_49() -> Staged:
-    """A disc without spin bounces on a rough floor. After the impact its rim speed is that of rolling."""
+    """A disc without spin bounces on a rough floor. After the impact, it spins as if it rolled on the floor."""
     radius, along, down, restitution, k = 0.5, 1.0, 2.0, 0.5, 0.5
     start = Disc(position_m=(0.0, radius + down * _HIT_S), velocity_m_s=(along, -down), radius_m=radius)
     scene = build_scene([start], walls=[FLOOR], wall_friction=0.5, wall_restitution=restitution, duration_s=2 * _HIT_S)

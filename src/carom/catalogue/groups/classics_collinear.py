@@ -1,4 +1,4 @@
-"""Scenes of the group `classics` with discs on one line. Answers follow from unfolding or exchange of velocities."""
+"""Scenes of the group `classics` with discs on one line. Answers follow from unfolding or from equal masses."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def _sorting() -> Staged:
     impacts = []
     for time, a, b in crossings:
         crossing_x = ghost[a] + velocity[a] * time
-        # The number of the left one of the two meeting discs equals the number of ghosts further to the left.
+        # The left one of the two meeting discs has as many discs on its left as there are ghosts on the left.
         left = sum(ghost[k] + velocity[k] * time < crossing_x for k in range(n) if k not in (a, b))
         impacts.append(build_impact(time, left, left + 1, velocity[b], velocity[a]))
     source = (
@@ -58,8 +58,8 @@ def _galperin_100() -> Staged:
         build_disc(gap_heavy + 2 * radius_light + radius_heavy, -speed, radius_heavy, heavy),
     ]
     scene = build_scene(discs, walls=[upright(0.0, 1)], duration_s=2.0)
-    # In coordinates that are scaled by the square root of the mass, the pair is a single point. The point moves between
-    # the wall's line, at angle 0, and the line on which the discs touch.
+    # If each coordinate is multiplied by the square root of the mass, the pair moves like a single point. The point
+    # moves between the wall's line, at angle 0, and the line on which the discs touch.
     root_light, root_heavy = math.sqrt(light), math.sqrt(heavy)
     start = complex(root_heavy * gap_heavy, root_light * gap_light)
     bounces = compute_wedge_impacts(start, -root_heavy * speed, math.atan2(root_light, root_heavy))

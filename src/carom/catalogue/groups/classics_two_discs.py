@@ -52,7 +52,7 @@ def _deflection() -> Staged:
 
 @add_tags(Tag.GRAZING)
 def _graze() -> Staged:
-    """A disc grazes another: the impact parameter is 0.999 contact distances, so the overlap is short and shallow."""
+    """A disc grazes another: its path passes the other centre at 0.999 contact distances."""
     return stage_meeting((3, 0), (0.3, 0.2), offset=0.999, time_s=0.61, duration_s=1.25)
 
 

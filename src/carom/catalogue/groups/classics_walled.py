@@ -105,7 +105,7 @@ def stage_in_room(
 def _box() -> Staged:
     """A disc bounces in a box. Its path unfolds to one straight line."""
     radius, width, height = 0.2, 2.4, 1.6
-    start, velocity = 0.5 + 0.3j, 5.3 + 3.7j  # relative to the corner of the region of the centre
+    start, velocity = 0.5 + 0.3j, 5.3 + 3.7j  # relative to the corner of the region in which the centre moves
     scene = build_scene(
         [build_disc(start + complex(radius, radius), velocity, radius)],
         walls=build_box_walls(width, height),

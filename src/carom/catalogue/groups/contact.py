@@ -102,7 +102,7 @@ def _lands_sliding() -> Staged:
 
 
 def _between_thresholds() -> Staged:
-    """On a slope with enough friction for rolling but not for bouncing, a disc lands sliding, and rolls after 3/8 s."""
+    """On a slope, friction is enough to roll but not to stop the slip in bounces: a disc rolls only after 3/8 s."""
     source = (
         "Bounces stop a slip on slopes up to f (1 + 1/k)(1 + e)/2 = 0.675, and lasting contact up to f (1 + 1/k) = 0.9"
     )
@@ -115,7 +115,7 @@ def _between_thresholds() -> Staged:
 
 
 def _slide_to_roll() -> Staged:
-    """A disc that slides at first rolls after 1/2 s, at two thirds of its speed."""
+    """A disc that slides at first rolls after 1/2 s, at two thirds of its initial speed."""
     return _stage_on_wall(_COULOMB, (17 / 4, 2.0, -2.0), 2.0, along=3.0, wall_friction=0.2)
 
 

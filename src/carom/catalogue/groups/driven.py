@@ -152,7 +152,7 @@ def _piston_that_recedes() -> Staged:
 
 
 def _moving_box() -> Staged:
-    """A disc bounces in a moving box of four edges. Relative to the box, the disc bounces in a box at rest."""
+    """A disc bounces in a moving box of four edges. An observer who moves with the box sees a box at rest."""
     source = "Galileo: relative to the box, the disc bounces in a box at rest, and its path unfolds to a straight line"
     start, velocity = 1.109375 + 0.765625j, 1.71875 + 0.6328125j
     return stage_in_room(start, velocity, 0.25, 4.0, 3.0, 20.0, drive=3 - 2j, source=source)

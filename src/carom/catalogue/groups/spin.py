@@ -58,7 +58,7 @@ def _stage_two_discs(
 
 
 def _grip() -> Staged:
-    """A disc without spin hits a rough floor, and friction gives its rim the speed of rolling."""
+    """A disc without spin hits a rough floor, and friction makes it spin as if it rolled on the floor."""
     return _stage_on_floor((3.0, -4.0), (2.0, 2.0), -2.0, _CROSS, wall_friction=2.0, wall_restitution=0.5)
 
 
@@ -102,7 +102,7 @@ def _throw_stick() -> Staged:
 
 
 def _gearing() -> Staged:
-    """In a cut shot the spin lets the discs roll on each other, so friction of any size has no effect."""
+    """In a cut shot, the spin makes the rims move at the same speed, so friction of any size has no effect."""
     return _stage_two_discs((0.8, 0.6), (5.0, 0.0), 3.0, ((1.8, -2.4), (3.2, 2.4)), (3.0, 0.0), friction=10.0)
 
 

@@ -193,7 +193,7 @@ def _stage_to_and_fro(start: complex, velocity: complex, half_crossing_s: float)
 
 @add_tags(Tag.UNSTABLE)
 def _stadium_rhombus() -> Staged:
-    """A disc moves along a rhombus in a stadium. Each impact on an arc increases an error along the arc."""
+    """A disc moves along a rhombus in a stadium. Each impact on an arc increases errors of the disc's position."""
     return _stage_around_polygon([-1.5j, 3.5, 1.5j, -3.5], 1.25, 0.5, _build_stadium(), _BUNIMOVICH)
 
 

@@ -115,7 +115,7 @@ def _carry_out_plan(
         found = execute(plan, pool, notes=journal, progress=progress, command=get_command_line())
         built_report = build_report(found, fail_on)
         page = built_report.write(report)
-        path.unlink(missing_ok=True)  # the report now contains all results of the journal
+        path.unlink(missing_ok=True)  # not needed any more: the report contains all results
     common.print_document(built_report.document, full=verbose, report=page)
     return built_report.results
 

@@ -41,7 +41,7 @@ def restitution_as_declared(subject: Subject, share: float, wall_share: float) -
     if not capabilities.walls and wall_share != share:
         raise NotApplicable("walls are not declared, so there is no second coefficient")
     setup = require_supported(subject, scenes.build_bounce_and_pair(e, wall_e, wall=capabilities.walls))
-    # Momentum 1 * 1 - 2 * 2 = -3 kg m/s is conserved. The discs approach at 3 m/s, and separate at e times 3 m/s.
+    # The momentum, 1 * 1 - 2 * 2 = -3 kg m/s, is conserved. The discs approach at 3 m/s, and separate at e times 3 m/s.
     expected = [(-1 - 2 * e, 0.0), (-1 + e, 0.0), (0.0, -3 * wall_e)][: len(setup.scene.discs)]
     end_with_velocities(subject, setup, expected, f"restitution {e:g}, walls {wall_e:g}")
 

@@ -20,8 +20,8 @@ from carom.support.formatting import format_number
 #: any engine takes 10 kB, so 180 worlds that are not released leak 1.8 MB.
 WORLDS = 190
 LEAK_BYTES = 1_800_000
-#: Number of rounds of the check for memory leaks. A leak grows in every round. Memory that is only cached grows in some
-#: rounds, with engines in Node in five.
+#: Number of rounds of the check for memory leaks. A leak grows in every round. Memory that is only cached grows only in
+#: the first rounds: in up to five with engines that run in Node.
 ROUNDS = 10
 
 

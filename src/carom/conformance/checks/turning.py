@@ -69,7 +69,7 @@ def spins_as_declared(subject: Subject) -> None:
 
 
 def rubs_as_told(subject: Subject, profile: str) -> None:
-    """Friction does not exceed what the coefficient allows, and impulses explain all changes of velocities and spins.
+    """Friction is at most the coefficient times the normal impulse, and impulses explain all changes of motion.
 
     Friction may act at any distance from a disc's centre between the radius and the radius minus the bodies' overlap.
     """

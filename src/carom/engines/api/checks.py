@@ -16,8 +16,8 @@ from carom.support.formatting import format_number
 #: Largest number of steps, since engines count them in a C int.
 MAX_STEPS = 2**31 - 1
 
-#: Number of bits after the leading bit of a float (IEEE 754), by the width that an adapter declares. 16-bit floats are
-#: not allowed, because rounding errors that add up over a run would be a tenth of a value.
+#: Number of bits after the leading bit of a float (IEEE 754), by the width that an adapter declares. Adapters can't
+#: declare 16-bit floats, because rounding errors that add up over a run would be a tenth of a value.
 MANTISSA_BITS = {32: 23, 64: 52}
 
 #: Rules by which an engine computes the coefficient of a pair from the coefficients of its two bodies. A rule limits
@@ -116,8 +116,8 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
             suffix = " yet: gravity_m_s2 must be [0, 0]" if need is Need.GRAVITY else ""
             return f"the scene has {need.value}, which this method does not support{suffix}"
     if located and Need.GRAVITY in needs and needs & {Need.WALLS, Need.IMMOVABLE}:
-        # Euler's method, explicit or semi-implicit, has this error of the speed. If steps are not shortened, impacts
-        # are detected late, which cancels the error.
+        # Engines integrate by Euler's method, which can change the speed at an impact by this amount. If steps are
+        # not shortened, impacts are detected late, which cancels this error.
         gained_m_s = math.hypot(*scene.gravity_m_s2) * dt_s
         return (
             "discs fall onto walls or immovable discs, and this profile ends steps at impacts. So the engine's error "

@@ -40,8 +40,8 @@ class Engine:
         no_wheel_from: First CPython version for which the engine publishes no wheel; empty if there is none.
         oldest: Oldest release that the adapter supports, such as "5.7". An older release counts as unavailable. Empty
             if no release is known to fail.
-        newest_tried: Newest release with which the adapter was tested. With a newer release, scenes are run, and the
-            release is reported as untried. Empty if not known.
+        newest_tried: Newest release with which the adapter was tested. A newer release is also used, but reported as
+            untried. Empty if not known.
     """
 
     name: str
@@ -68,8 +68,8 @@ class Capabilities:
         driven_discs: Whether discs of infinite mass are supported that move and spin at given velocities.
         legs: Whether the velocity of a driven body can change at given instants.
         belts: Whether walls can be conveyors.
-        edge_belts: Whether edges and circles can also be conveyors. Their surface moves to the left for an observer who
-            looks from the wall towards the disc, on either side.
+        edge_belts: Whether edges and circles can also be conveyors. On either side, the surface moves to the left for
+            an observer on the wall who faces the disc.
         gravity: Whether uniform gravity is supported.
         damping: Whether velocities and spins are damped in proportion to their size, as defined for scenes.
         rolling_resistance: Whether rolling resistance between discs and walls is supported; see
@@ -90,7 +90,7 @@ class Capabilities:
         stamp: Instant of the step that is reported as the contact time.
         continuous_detection: Whether the engine can prevent a body from passing through another body within one step.
         max_speed_m_s: Largest speed that is simulated exactly.
-        max_coordinate_m: Largest distance from the origin that is simulated.
+        max_coordinate_m: Largest distance of a disc from the origin that is simulated exactly.
         max_move_m: Largest distance by which the engine moves a body in one step, even if its velocity is larger.
         min_radius_m: Smallest radius of a disc.
         max_radius_m: Largest radius of a disc.

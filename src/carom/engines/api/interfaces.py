@@ -121,7 +121,7 @@ class CuttableWorld(World, Protocol):
     def touching(self) -> frozenset[tuple[int, int]]:
         """Return the pairs of bodies that now touch by the engine's own contact test.
 
-        Bodies are numbered as in `Contact`.
+        Bodies have the numbers that `Contact` describes.
 
         Carom calls this method after `advance`. The call must not change the state or the contacts that `observe`
         returns.
@@ -155,7 +155,7 @@ class Adapter(Protocol):
         """Profiles by name: at least ``default`` and ``tuned``."""
 
     def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> World:
-        """Build a scene in the engine, with the settings of a profile. Its run time is reported separately."""
+        """Build a scene in the engine, with the settings of a profile. Carom measures this time separately."""
 
 
 @runtime_checkable

@@ -23,12 +23,12 @@ def wall_towards(discs: Sequence[Disc], faces: Iterable[tuple[Point, Point]]) ->
 
 
 def _compute_gap(discs: Sequence[Disc], point: Point, normal: Point) -> float:
-    """Return the distance of the nearest disc from a face; negative if a disc is behind it by more than rounding."""
+    """Return the distance of the nearest disc from a face; negative if a disc is behind the face."""
     (px, py), (nx, ny) = point, normal
     gaps = [0.0] if not discs else []
     for disc in discs:
         gap = (disc.position_m[0] - px) * nx + (disc.position_m[1] - py) * ny - disc.radius_m
-        # Disc, point and normal are rounded. A disc that touches the face can seem to be behind it by this distance.
+        # Because of rounding, a disc that touches the face can seem to be this far behind it.
         rounding = 2.0**-50 * (math.hypot(*disc.position_m) + math.hypot(px, py) + disc.radius_m)
         gaps.append(0.0 if -rounding <= gap < 0.0 else gap)
     return min(gaps)

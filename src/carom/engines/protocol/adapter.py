@@ -155,7 +155,7 @@ def _build_profile(profile: ProgramProfile) -> Profile:
 
 
 def program_adapter(path: Path | str) -> ProgramAdapter:
-    """Return the adapter of the engine that a manifest describes. An adapter package needs to call only this function.
+    """Return the adapter of the engine that a manifest describes. The package of an adapter needs no other code.
 
     Args:
         path: Path of the manifest.

@@ -42,7 +42,7 @@ def _check_known_fields(kind: type[Any]) -> Any:
 
 
 def _read_enums(table: object) -> object:
-    """Replace the values of ``contact_times`` and ``stamp``.
+    """Replace the texts of ``contact_times`` and ``stamp`` by members of their enumerations.
 
     A manifest contains the lower-case names of the enum members, because the members' values are sentences.
     """

@@ -205,7 +205,7 @@ def _build_knob(knob: Knob) -> dict[str, Any]:
 
 
 def _find_differing(found: _Declared, usual: _Declared) -> dict[str, Any]:
-    """Return the fields of `found` that differ from those of `usual`, in the spelling of a manifest."""
+    """Return the fields of `found` that differ from those of `usual`, as they are written in a manifest."""
     pairs = ((field.name, getattr(found, field.name), getattr(usual, field.name)) for field in fields(found))
     return {name: _to_toml_value(value) for name, value, other in pairs if value != other}
 

@@ -21,8 +21,7 @@ Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Pairs = tuple[NDArray[np.intp], NDArray[np.intp]]
 
-#: Number of distances between discs and walls that are computed at once. A few arrays of this size take tens of
-#: megabytes.
+#: Number of distances between discs and walls that are computed together. More would take too much memory.
 _DISTANCES = 2**20
 
 
@@ -61,7 +60,7 @@ def find_near_walls(position_m: Floats, reach_m: Floats, movable: Flags, walls: 
         walls: A point and the unit normal of each wall, shape ``(w, 4)``.
 
     Yields:
-        Number of the disc and of the wall of each pair, in the order of the discs, then of the walls.
+        Numbers of the disc and the wall of each pair, sorted by disc and then by wall.
     """
     if not len(walls):
         return
