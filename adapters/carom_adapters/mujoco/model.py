@@ -27,8 +27,9 @@ CYLINDER_TIPS = 7 / 12
 #: So driven bodies have a huge mass: this number times the heaviest disc's mass. An impact then changes a driven body's
 #: velocity by only 1e-13 times the closing speed.
 DRIVEN_MASS = 2.0**44
-#: The same ratio for a solver that stops at a tolerance. From a ratio of 2**34 on, rounding errors of the quantity that
-#: the solver minimises exceed the tolerance. At 2**44, the error of a disc's velocity is 1.3 times the closing speed.
+#: A smaller ratio than `DRIVEN_MASS`, for a solver that stops at a tolerance. From a ratio of 2**34 on, rounding errors
+#: of the quantity that the solver minimises exceed the tolerance. At 2**44, the error of a disc's velocity is 1.3 times
+#: the closing speed.
 DRIVEN_MASS_IN_TOLERANCE = 2.0**28
 
 
@@ -237,7 +238,7 @@ def _format_free_joint(damped: str) -> str:
 
 
 def list_axis_dampings(scene: Scene, settings: Mapping[str, Setting], inertia: Sequence[float]) -> list[float] | None:
-    """Return the damping of rotations of a free joint with these moments of inertia; None if the MJCF's is right.
+    """Return the damping of rotations of a free joint with these moments of inertia; None to keep that of the MJCF.
 
     In MJCF, all six axes of a free joint have the same damping, which is right for translations here.
     """

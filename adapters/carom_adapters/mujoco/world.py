@@ -81,7 +81,7 @@ class MujocoWorld:
         # These views are kept, since it takes long to create them.
         self._warnings, self._qpos, self._qvel = self._data.warning.number, self._data.qpos, self._data.qvel
         self._shared = True
-        #: Arrays of the dampings of contacts, as views of the model, each with its product with the step size.
+        #: For each array of contact dampings in the model: a view of the array, and its values times the step size.
         self._dampings: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []
         self._probe: Any = None
         self._clock = StepClock(float(self._model.opt.timestep))
@@ -276,7 +276,7 @@ class MujocoWorld:
         return "; ".join(warnings)
 
     def cut(self, dt_s: float) -> None:
-        """Set the size of the following steps. The damping of a contact depends on the step size."""
+        """Set the size of the following steps, and the damping of contacts, which depends on this size."""
         if self._shared:  # the model is shared with other worlds, which have another step size
             self._model, self._shared = copy.copy(self._model), False
             model = self._model

@@ -68,9 +68,9 @@ def build_structure_key(scene: Scene, settings: Mapping[str, Setting]) -> object
 
     A client can be reused for a scene with an equal key. Return None if a client can't be reused for this scene, since
     Bullet stores state that can't be reset. With three bodies or more, it stores the order in which pairs came near. It
-    solves contacts of the same body in this order, which affects the last bits. It also stores contact points of
-    cylinders and planes. After a run in which a disc rolled, such a point can be slightly off its line, and then turns
-    the disc in the next run.
+    solves contacts of the same body in this order, which affects the last bits of results. It also stores contact
+    points of cylinders and planes. After a run in which a disc rolled, such a point can be slightly off its line, and
+    then turns the disc in the next run.
     """
     plain = settings.get("shape", "sphere") == "sphere" and not scene.arrays.driven
     if len(scene.discs) > 2 or scene.walls or not plain:

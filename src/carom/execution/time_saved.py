@@ -63,8 +63,8 @@ def is_closed_form(reference: Trace) -> bool:
 def measure_pic_saving(scene: Scene, reference: Trace) -> SkippedTime | None:
     """Measure the time that PIC saves.
 
-        PIC solves two discs on straight paths by a formula. In other scenes, PIC saves time since after an impact it
-    computes new impact times only for the discs of this impact. Return None if the run without skipping would need too
+        PIC solves two discs on straight paths by a formula. In other scenes, PIC computes new impact times after an
+    impact only for the discs of this impact, which saves time. Return None if the run without skipping would need too
     many tests.
     """
     if len(reference.impacts) * count_tests_per_frame(scene) > MOST_TESTS:

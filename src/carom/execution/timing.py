@@ -152,7 +152,7 @@ def _time_steps(world: World, steps: int, dt_s: float, *, located: bool) -> floa
 
 
 def _read_own_clock(world: TimedWorld, before_s: float) -> float:
-    """Return the seconds since a world's clock showed `before_s`, by this clock."""
+    """Return the seconds that have passed on a world's clock since it showed `before_s`."""
     found = world.seconds
     numbers = isinstance(before_s, int | float) and isinstance(found, int | float)
     if not (numbers and -sys.float_info.max <= before_s <= found <= sys.float_info.max):

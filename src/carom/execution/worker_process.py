@@ -73,7 +73,7 @@ class Worker:
         """Send tasks in one message and yield the answer to each, in order, as soon as it arrives.
 
         If a task ends the process, exceeds `time_limit_s` or returns an invalid answer, only this task fails. Its
-        answer contains the reason, and the later tasks are sent again.
+        answer contains the reason, and the later tasks are sent to a new process.
 
         Raises:
             ClosedError: The worker was closed during a task.

@@ -53,7 +53,7 @@ class Place(NamedTuple):
 
 
 class _Line:
-    """An edge in rational numbers."""
+    """An edge with rational coordinates."""
 
     def __init__(self, edge: Edge) -> None:
         self.a, self.b = ((Fraction(x), Fraction(y)) for x, y in (edge.a, edge.b))

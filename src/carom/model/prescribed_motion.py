@@ -94,7 +94,7 @@ class Drive(NamedTuple):
         return [leg.velocity for leg in self.legs_from(begin_s) if leg.begin_s <= max(begin_s, end_s)]
 
     def shift_legs(self, time_s: float) -> list[tuple[float, Vector]]:
-        """Return the begin and the velocity of each leg, with times counted from `time_s` instead of the start."""
+        """Return the start time and the velocity of each leg, with times counted from `time_s` instead of the start."""
         legs = list(self.legs_from(time_s))
         return [(max(0.0, leg.begin_s - time_s) if k else 0.0, leg.velocity) for k, leg in enumerate(legs)]
 

@@ -43,8 +43,8 @@ class WindowRow:
         rim: Greatest speed or rim speed of the window's bodies, by which rounding errors of rim speeds are judged.
         place_m: Largest difference of a position from PIC at the window's end.
         place_known_m: Uncertainty of `place_m`, from the rounding of positions.
-        price_velocity: PIT's largest error of a velocity from the same state.
-        price_spin: PIT's largest error of a rim speed from the same state.
+        price_velocity: Largest velocity error of PIT, which starts from the same state.
+        price_spin: Largest rim speed error of PIT, which starts from the same state.
         restitution: Restitution computed from the engine's velocities, minus the scene's restitution.
         energy_j: Energy that the engine's discs have more than PIC's at the window's end, in joules.
         energy_price_j: Largest energy that PIT's discs gain from the same state, in joules.

@@ -304,7 +304,7 @@ class Trace(ByValue, Tabular):
         edges: Structured array of `EDGE_DTYPE`, one entry per impact: the edge of a finite wall that was hit. None in a
             scene without finite walls, or if the method does not report edges.
         modes: Structured array of `MODE_DTYPE`, in order of time: when discs begin to slide, roll or rest on a wall,
-            and when they leave it. None if no disc does, or if the method does not report modes.
+            and when they leave it. None if no disc does any of these, or if the method does not report modes.
         final_spin_rad_s: Spins at `end_time_s`, shape ``(n,)``; None if `spins` is None.
         local_truth: Comparison of every step with PIC from the method's own state; None if it was not requested.
         looks: States of all discs after some steps, by which the comparison finds discs at rest. None in a scene of

@@ -67,7 +67,7 @@ export function drawChart() {
 function measure(key, runs) {
   if (key !== charted) return; // a newer chart has started
   if (state.drag) {
-    charted = ""; // the run restarts after the drag
+    charted = ""; // the chart is measured again after the drag
     return;
   }
   const began = performance.now();

@@ -319,7 +319,7 @@ export class Stage {
     pen.lineCap = "butt";
   }
   // Draws a label and a line to its point. The label is at the first of twelve positions around the point at which it
-// covers no disc and no other label.
+  // covers no disc and no other label.
   label(place, text, colour, taken, bold = true) {
     const { pen, dense } = this,
       [x, y] = this.at(place);

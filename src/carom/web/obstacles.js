@@ -69,8 +69,8 @@ export class Obstacles {
     return areOrderFree(this.features[one], this.features[other], elastic);
   }
   // Returns two arrays. The first has four numbers for each row: whether a disc can stay in contact with the row's
-// feature, the vertices at the feature's two ends (-1 for none), and a number of features. While a disc stays in
-// contact, it can't hit these features, which the second array lists.
+  // feature, the vertices at the feature's two ends (-1 for none), and a count. The second array lists the features
+  // that the disc can't hit while it stays in contact; the count is the number of these features for the row.
   grounds() {
     const never = [],
       rows = this.rows.map(([, wall], number) => {
@@ -86,7 +86,7 @@ export class Obstacles {
     return [rows, never];
   }
   // Returns the vertices at the ends of a face, and the features that a disc can't hit while it is in contact with the
-// face: the face and its other side, the vertices, and arcs that continue the wall smoothly.
+  // face: the face and its other side, the vertices, and arcs that continue the wall smoothly.
   around(face, wall) {
     const numbers = [...this.features.keys()].filter((n) => this.features[n] && this.rows[n][1] === wall),
       all = (fits) => numbers.filter((n) => fits(this.features[n])),

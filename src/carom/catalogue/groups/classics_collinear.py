@@ -21,7 +21,7 @@ from carom.catalogue.groups.classics_walled import upright
 def _sorting() -> Staged:
     """Five equal discs move on a line, each faster than the next disc: ten impacts sort their velocities."""
     # Equal masses exchange velocities. So each velocity is passed from disc to disc, like a point ("ghost") that moves
-    # through all discs at constant speed. All diameters are subtracted from its coordinate.
+    # through all discs at constant speed. From its coordinate, the diameters of all discs on its left are subtracted.
     radius = 0.1
     ghost = [0.0, 0.45, 1.5, 1.85, 3.1]
     velocity = [2.5, 1.6, 0.5, -0.8, -1.9]

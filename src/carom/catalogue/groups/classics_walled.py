@@ -47,7 +47,7 @@ def compute_box_bounces(
 
     Args:
         start: Centre of the disc, relative to the corner of the region in which the centre moves.
-        velocity: Velocity of the disc, to the right and up.
+        velocity: Velocity of the disc. Both components are above 0.
         width_m: Width of that region.
         height_m: Height of that region.
         duration_s: Duration, in seconds.

@@ -85,7 +85,7 @@ def _drop() -> Staged:
 
 
 def _bounce_to_roll() -> Staged:
-    """A disc bounces infinitely often, sticks at its fourth bounce, and rolls after 1/5 s."""
+    """A disc bounces infinitely often, stops slipping at its fourth bounce, and rolls after 1/5 s."""
     source = "Geometric series of the bounces that slide, and of the bounces that stick: docs/theory/contact.md"
     answer = (1157 / 3840 + 4 / 3, 4 / 3, -4 / 3)
     return _stage_on_wall(

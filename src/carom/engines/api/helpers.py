@@ -103,8 +103,8 @@ def _factor(pair: float, wall: float) -> tuple[float, float]:
 def reach(scene: Scene, dt_s: float) -> tuple[Vector, float]:
     """Return the middle of a scene, and an upper bound for a disc's distance from the middle, in metres.
 
-    The distance is measured to the farthest point of the disc. Adapters of engines without half-planes choose the size
-    of their walls by this distance. The bound follows from the scene's energy, including the energy of spins and of
+    The distance is measured to the farthest point of the disc. In engines without half-planes, walls must extend to
+    this distance. The bound follows from the scene's energy, including the energy of spins and of
     falling. Only impacts on driven bodies add energy. Each can add up to twice the speed of the driven body, and
     `DRIVEN_IMPACTS` such impacts are included.
     """

@@ -144,7 +144,7 @@ class Adapter(Protocol):
 
     @property
     def engine(self) -> Engine:
-        """The engine that the adapter drives."""
+        """The engine that the adapter connects to Carom."""
 
     @property
     def capabilities(self) -> Capabilities:
