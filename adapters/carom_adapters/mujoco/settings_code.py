@@ -37,8 +37,8 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
         )
     if scene.damping_per_s and scene.arrays.turns and settings["joints"] == "free":
         sentences.append(
-            "MJCF has one damping for a free joint: about its axes set dof_damping to "
-            f"{scene.damping_per_s!r} times body_inertia after loading."
+            "MJCF has one damping for all axes of a free joint. After loading, set dof_damping of its rotations to "
+            f"{scene.damping_per_s!r} times body_inertia."
         )
     text = format_comment(
         "\n".join(sentences).replace("--", "- -"), "     "

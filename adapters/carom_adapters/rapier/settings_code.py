@@ -78,7 +78,7 @@ def add_disc(position, radius, mass=None, velocity=None):  # a ball that stays i
 
 
 def add_wall(shape, restitution, wins, velocity=None):
-    # As shipped two coefficients are averaged; another rule wins over that.
+    # By default Rapier averages two coefficients; any other rule has precedence.
     shape = shape.friction(0.0).restitution(restitution)
     shape = shape.restitution_combine_rule(getattr(rapier3d.CoefficientCombineRule, wins))
     body = world.add_body(held(velocity))

@@ -54,7 +54,7 @@ def solve_reference(scene: Scene) -> Trace | str:
     if trace.outcome is Outcome.MAX_IMPACTS:
         limit = f"{MOST_IMPACTS} impacts happen before {format_instant(trace.end_time_s)}"
         lasts = f"the scene lasts {scene.duration_s:g} s"
-        return f"{limit}, but {lasts}; a cross-check computes no more, so shorten duration_s"
+        return f"{limit}, but {lasts}; a cross-check computes no more impacts, so shorten duration_s"
     if broken := find_non_finite(trace):
         return f"PIC's own result is not a number: {broken}"
     return trace
@@ -115,7 +115,7 @@ def build_reference(trace: Trace, asked: bool | None, time_budget_s: float = CER
 def _certify_reference(trace: Trace, is_requested: bool | None, time_budget_s: float) -> Reference:
     scene = trace.scene
     if is_requested is None and len(scene.discs) > MOST_DISCS:
-        return Reference(trace, f"not certified: more than {MOST_DISCS} discs; ask with --certify")
+        return Reference(trace, f"not certified: more than {MOST_DISCS} discs; use --certify to certify it")
     try:
         certified = certify(scene, time_budget_s=time_budget_s)
     except (MissingExtraError, InputError) as error:
