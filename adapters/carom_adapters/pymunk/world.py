@@ -62,7 +62,7 @@ class PymunkWorld(QuietSteps):
             if disc.immovable:
                 body = self._build_immovable_body(disc, disc.spin_rad_s)
             else:
-                # A disc that can't turn, or in a scene in which nothing turns, has an infinite moment.
+                # The moment of inertia is infinite if the disc can't turn, or if no disc of the scene turns.
                 factor = disc.inertia_factor if self._turns else math.inf
                 body = pymunk.Body(disc.mass_kg, factor * disc.mass_kg * disc.radius_m**2)
                 body.velocity = disc.velocity_m_s

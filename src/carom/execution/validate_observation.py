@@ -108,8 +108,8 @@ class Validator:
         second = to_whole_number(found.second, "second of a contact")
         if not (0 <= first < self._discs and (first < second < self._discs or -self._walls <= second < 0)):
             raise build_adapter_error(
-                f"a contact is of bodies {first} and {second}: first must be a disc (0 to {self._discs - 1}), and second "
-                f"a disc with a higher number{self._describe_wall_numbers()}"
+                f"a contact is of bodies {first} and {second}: first must be a disc (0 to {self._discs - 1}), and "
+                f"second a disc with a higher number{self._describe_wall_numbers()}"
             )
         owner = f"of a contact of bodies {first} and {second}"
         time_s = _check_number(found.time_s, "time_s", owner)

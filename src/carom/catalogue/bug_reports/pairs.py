@@ -78,7 +78,7 @@ def box2d_1094() -> Staged:
 
 
 def pooltool_354() -> Staged:
-    """Two pairs of discs touch. The discs of one pair move alike, the others move apart, so there is no impact."""
+    """Two pairs of discs touch. One pair has equal velocities, and the other moves apart, so there is no impact."""
     radius = 0.25
     discs = [
         build_disc(0, 1 + 0.5j, radius),
