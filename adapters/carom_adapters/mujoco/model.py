@@ -114,8 +114,7 @@ def build_mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
         damped = _format_damping(scene, body.mass_kg)
         if settings["joints"] == "slide":
             # The disc can't turn, so its moments of inertia have no effect. They are set to 1, because MuJoCo refuses
-            # the tiny
-            # moments of a small disc.
+            # the tiny moments of a small disc.
             return (
                 f'<body><inertial pos="0 0 0" mass="{body.mass_kg!r}" diaginertia="1 1 1"/>'
                 f'<joint type="slide" axis="1 0 0"{damped}/><joint type="slide" axis="0 1 0"{damped}/>{geom}</body>'
@@ -126,9 +125,8 @@ def build_mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
     def format_wall(k: int) -> str:
         material = scene.arrays.materials[k]
         geom = "".join(
-            # With this priority, MuJoCo uses only the parameters of the wall. Otherwise it would combine those of wall
-            # and
-            # disc, and use the larger damping and friction.
+            # With this priority, MuJoCo uses only the wall's parameters. Without it, MuJoCo would combine them with the
+            # disc's, and use the larger damping and friction.
             format_geom(name, material.restitution, material.friction, **shape, priority="1", **fixed_attributes)
             for name, shape in zip(list_wall_names(scene, k), _list_wall_shapes(scene, k, dt_s), strict=True)
         )

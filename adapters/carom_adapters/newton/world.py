@@ -58,8 +58,7 @@ class NewtonWorld:
             builder.add_shape_sphere(body, radius=disc.radius_m, cfg=shape)
         for wall in walls:
             # The plane is described by position and rotation, not by its equation, for which Newton 1.8 turns a plane
-            # that
-            # faces down into one that faces up.
+            # that faces down into one that faces up.
             turn = math.atan2(*wall.normal) / 2.0
             transform = warp.transform(_to_space(wall.point_m), (0.0, math.sin(turn), 0.0, math.cos(turn)))
             shape = self._build_material(builder, of_walls, settings)
@@ -118,7 +117,7 @@ class NewtonWorld:
         return Observation(position, velocity, () if has_overflowed else tuple(self._find_pushed(found)), warning)
 
     def _find_pushed(self, count: int) -> Iterator[Contact]:
-        """Yield the contacts in which a force acted, without impulses.
+        """Yield the contacts in which a force acted; their impulses are left out.
 
         The forces that the solver reports do not include the bounce, so they are not the impulses.
         """

@@ -68,7 +68,7 @@ class OdeWorld:
         self._geoms[number], self._number[geom.getId().this] = geom, number
 
     def _build_surface(self, restitution: float) -> Any:
-        surface = self._ode.OdeSurfaceParameters()  # by default without friction, and elastic at any speed
+        surface = self._ode.OdeSurfaceParameters()  # by default, no friction, and bounces at any speed
         surface.setMode(self._ode.OdeSurfaceParameters.MFContactBounce)
         surface.setBounce(restitution)
         return surface

@@ -69,9 +69,8 @@ adapter = shared.EngineAdapter(
             "Rapier's defaults (contacts are solved from 2 cm away on, and speeds clamped to 400 m/s), but "
             "bodies never sleep, with the scene's restitution.",
             shared.add_step(_DEFAULT),
-            # Within the margin, Rapier finds a contact only if a step ends there. Otherwise it finds the overlap later,
-            # as
-            # in `tuned`.
+            # Within the margin, Rapier finds a contact only if a step ends there. Otherwise it finds the overlap
+            # later, as in `tuned`.
             Accuracy(late_steps=TURNS_LATE, margin_m=SHIPPED_MARGIN_M),
             capabilities=replace(CAPABILITIES, max_speed_m_s=SHIPPED_SPEED_M_S),
             changed={

@@ -113,7 +113,7 @@ class RapierWorld:
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings, including Rapier's defaults. All are read back except `first_part`, which is the adapter's."""
+        """The settings, including Rapier's defaults. Rapier reports all except the adapter's `first_part`."""
         parameters = self._world.integration_parameters
         read: dict[str, Setting] = {"dt_s": self._read_step()}
         read |= {name: getattr(parameters, name) for name in PARAMETERS}
@@ -165,7 +165,7 @@ class RapierWorld:
         return list(sum_contacts(found, find_walls_in_pieces(self._scene)))
 
     def _find_warning(self, velocity: Any) -> str:
-        # Impacts can make a body too fast. Then it is too late to refuse the scene, so the run gets a warning.
+        # Impacts can accelerate a body to Rapier's limit. It is then too late to refuse the scene, so this warns.
         parameters = self._world.integration_parameters
         limit = parameters.normalized_max_linear_velocity * parameters.length_unit
         if (fastest := float(np.hypot(*velocity.T).max())) > limit * (1 - 4 * ROUNDING):

@@ -77,7 +77,8 @@ class KnownAnswer:
         final_position_m: Final position of each disc, if known.
         final_kinetic_energy_j: Final kinetic energy of all movable discs, if known.
         final_spin_rad_s: Final spin of each disc, if known.
-        convention: Why physics does not determine the answer, and by which rule it was chosen; empty if it is unique.
+        convention: Why physics does not determine the answer, and by which rule it was chosen. Empty if physics
+            determines it.
     """
 
     source: str
@@ -195,8 +196,8 @@ def deviation(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
 
     Deviations are divided by a scale, to have no unit. The scale of times is the scene's duration, and that of
     velocities is the greatest speed at the start or in the answer. The scale of positions, and of the deepest overlap
-    at the end, is the greatest extent of the scene at the start. That of energies is the known energy. NaN counts as an
-    infinite deviation. If the answer has a `convention`, a trace that deviates may only follow another rule.
+    at the end, is the greatest extent of the scene at the start. The scale of energies is the known energy. NaN counts
+    as an infinite deviation. If the answer has a `convention`, a trace that deviates may only follow another rule.
     """
     if known.count is not None and len(trace.impacts) != known.count:
         return math.inf

@@ -194,7 +194,8 @@ class Methods:
     """The methods to run with each step size, and the reasons why some methods can't be run.
 
     Attributes:
-        at: Methods by engine and step size. If profiles have the same settings, only the last of them is included.
+        at: Methods to run, by engine and step size. If profiles have the same settings, only the last of them is
+            included.
         refused: By method and step size, why an available engine can run no scene with this method and step size.
         infos: Descriptions of the engines, by name.
     """

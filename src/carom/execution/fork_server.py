@@ -110,7 +110,7 @@ class ForkServer:
             stream.flush()  # otherwise both processes would write the content of the buffer
         parent = os.getpid()
         with warnings.catch_warnings():
-            # Python warns because BLAS has started threads. But BLAS itself handles forks.
+            # Python warns because the BLAS library has started threads, but BLAS can handle forks.
             warnings.simplefilter("ignore", DeprecationWarning)
             child = os.fork()
         if not child:

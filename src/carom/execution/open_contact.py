@@ -102,7 +102,7 @@ class OpenContact:
 
         `compute_turn_time` does not apply, because the bodies do not separate, so that no free path follows the impact.
         Instead, the instant is found at which the free path before the impact reaches the distance of the bodies at
-        rest. The velocity at the step boundary determines the distance at other times. The free path is a
+        rest. That distance changes at the normal speed that the pair has at the step boundary. The free path is a
         parabola, or a line if gravity accelerates both bodies equally.
 
         Args:

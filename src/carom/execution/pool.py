@@ -26,7 +26,7 @@ from carom.support.system import count_available_cores, measure_available_memory
 def compute_memory_share(lanes: int) -> float:
     """Return the number of megabytes that each of `lanes` worker processes may use.
 
-    The memory of the machine is divided into `lanes + 1` equal shares. The additional share is for everything else.
+    The memory of the machine is divided into `lanes + 1` equal shares. One share is left to other processes.
     """
     return measure_available_memory() / (lanes + 1) / 1e6
 

@@ -63,7 +63,7 @@ def build_codec(task: type[Task[T]]) -> Codec[tuple[int, Answer[T]]]:
 
 
 def _exit_after(watchdog: int) -> None:
-    """Wait until the watchdog has ended, then end this process. On Linux the system does this."""
+    """Wait until the watchdog has ended, then end this process. On Linux, the system itself ends it."""
     while os.getppid() == watchdog:
         time.sleep(WATCHDOG_CHECK_S)
     os._exit(1)
@@ -95,7 +95,7 @@ def main() -> None:
                 sys.stdout.flush()
             with suppress(OSError):
                 os.write(2, TASK_END)
-            # Each answer is sent at once. So a crash loses only one task, and the parent can tell which.
+            # Each answer is sent at once, so that a crash loses only one task, and the parent knows which.
             try:
                 answers.write(line)
                 answers.flush()

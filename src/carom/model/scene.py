@@ -162,7 +162,7 @@ class Scene(Drawn, Model):
             The scene is then seen from above. It can't have gravity, damping, spin, friction or driven bodies. See
             `docs/theory/contact.md`.
         duration_s: Duration of the simulation, in seconds, above 0.
-        frame_rate_hz: Frames per second. A method that checks once per step takes one step per frame by default.
+        frame_rate_hz: Frames per second. By default, no step is longer than one frame.
 
     Examples:
         >>> disc = carom.Disc(position_m=(0.0, 0.0), velocity_m_s=(4.0, 0.0), radius_m=0.25)

@@ -307,8 +307,8 @@ class Trace(ByValue, Tabular):
             and when they leave it. None if no disc does any of these, or if the method does not report modes.
         final_spin_rad_s: Spins at `end_time_s`, shape ``(n,)``; None if `spins` is None.
         local_truth: Comparison of every step with PIC from the method's own state; None if it was not requested.
-        looks: States of all discs after some steps, by which the comparison finds discs at rest. None in a scene of
-            many discs, or in which no disc can come to rest.
+        looks: States of all discs after some steps, by which the comparison decides whether discs are at rest. None in
+            a scene of many discs, or in which no disc can come to rest.
 
     Examples:
         >>> trace = carom.solve_pic("paper/missed")

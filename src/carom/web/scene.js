@@ -174,7 +174,7 @@ export function asLink(s, method) {
     s.phase,
     method,
   ];
-  // JSON.stringify would write -0 as 0
+  // without this, JSON.stringify would write -0 as 0
   const text = JSON.stringify(values, (_, x) => (Object.is(x, -0) ? "-0" : x));
   return VERSION + btoa(text).replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "");
 }

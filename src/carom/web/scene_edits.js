@@ -1,4 +1,4 @@
-// Changes the scene as the user asks: adds and removes discs, and edits their numbers and the walls.
+// Changes the scene for the user: adds and removes discs, and edits the numbers of discs and walls.
 import { more, left, numbers, problem, walls } from "./layout.js";
 import { inRange, isFixed, problemOf } from "./scene.js";
 import { make } from "./drawing.js";
