@@ -29,7 +29,7 @@ _TUNED: shared.Settings = {
     # The sparse Cholesky factorisation of MuJoCo 4.0.0 is wrong (google-deepmind/mujoco#3767).
     "jacobian": "dense",
     # In scenes with friction, the normal force of a contact is computed first, and then friction. If MuJoCo optimises
-    # both together, sliding bodies lift off, at a speed of the friction coefficient times the slip.
+    # both together, sliding bodies lift off. Their speed is then the friction coefficient times the slip.
     "in_turn": True,
     # The solver iterates until it can't improve the result.
     "tolerance": 0.0,

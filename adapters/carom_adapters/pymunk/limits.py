@@ -24,7 +24,7 @@ NEIGHBORS = "set_neighbors"
 SETTINGS = (*SPACE_SETTINGS, NEIGHBORS)
 
 #: Chipmunk compares squared distances with squared radii, and divides by masses. Between these bounds, squares and
-#: quotients stay in the range of 64-bit floats (1e-308 to 1e308). So no impact is invented or missed.
+#: quotients stay in the range of 64-bit floats (1e-308 to 1e308), so that no impact is invented or missed.
 LARGEST = 1e100
 SMALLEST = 1e-100
 

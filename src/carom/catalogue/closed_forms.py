@@ -227,7 +227,8 @@ def build_staged(
         scene: The scene.
         impacts: All impacts of the scene.
         source: Source of the answer.
-        convention: Why physics does not determine the answer, and by which rule it was chosen; empty if it is unique.
+        convention: Why physics does not determine the answer, and by which rule it was chosen. Empty if physics
+            determines it.
         final: Position and velocity of each disc at the end. If None, both are computed from the impacts, for discs
             that move straight between them.
         spins: Spin of each disc at the end; None if unknown.

@@ -1,7 +1,8 @@
 """Builds impacts from the states and contacts that an engine reports after each step.
 
-A contact that lasts several steps becomes one impact. Its velocities before and after are those at the start of the
-contact's first step and at the end of its last step. If an engine reports velocities with a contact, these are used.
+A contact that lasts several steps becomes one impact. The velocities before and after the impact are those at the start
+of the contact's first step and at the end of its last step. If an engine reports velocities with a contact, these are
+used.
 """
 
 from __future__ import annotations

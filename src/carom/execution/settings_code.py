@@ -47,7 +47,7 @@ class _CodeTask(AdapterTask):
     dt_s: float
     heading: str
     tried: SettingOverrides = ()
-    #: Whether the scene must be within the profile's capabilities. With replaced settings, it need not be.
+    #: Whether the task refuses a scene that is beyond the profile's capabilities.
     limited: bool = True
 
     def carry_out(self) -> str:

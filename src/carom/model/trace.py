@@ -283,7 +283,7 @@ class Trace(ByValue, Tabular):
         final_velocity_m_s: Shape ``(n, 2)``, at `end_time_s`.
         end_time_s: Time at which the run ended: the scene's duration, or an earlier impact.
         outcome: How the run ended.
-        dt_s: Step size (or time between frames), in seconds; 0 without steps.
+        dt_s: Step size (or time between frames), in seconds; 0 if the method takes no steps.
         effective_time_s: Shape ``(len(impacts),)``: the time at which the free paths before and after each impact meet;
             NaN if they don't. None if the method has no steps, so that the reported time is exact.
         state_before: Structured array of `STATE_DTYPE`, one entry per impact: the method's last state before the

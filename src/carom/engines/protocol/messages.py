@@ -1,8 +1,8 @@
 """Messages of the engine protocol, version 1: requests on standard input, answers on standard output.
 
 A message is a JSON object on one line. Both sides ignore unknown fields, so that new fields don't need a new version of
-the protocol. A new request does. A number is written as the shortest text that reads back as the same double, and NaN
-as ``null``.
+the protocol. A new kind of request needs a new version. A number is written as the shortest text that reads back as the
+same double, and NaN as ``null``.
 """
 
 from __future__ import annotations
