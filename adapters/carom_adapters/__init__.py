@@ -2,5 +2,5 @@
 
 In each folder, `adapter.py` declares the engine and its profiles, and `limits.py` declares its settings and the scenes
 that it supports. `world.py` runs a scene, and `settings_code.py` writes a scene as a program of the engine. `shared`
-contains code for several adapters. Carom's own methods are single modules, since they have no limits and write no code.
+contains code for several adapters. The adapters of PIC and PIT are single modules, since they need no such parts.
 """

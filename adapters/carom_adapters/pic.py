@@ -29,14 +29,13 @@ class PicWorld(RecordedWorld):
         """Advance the run to the end of the last of the steps, with all impacts up to that time."""
         self._steps += steps
         outcome = self._run.advance_to(self._steps * self._dt_s)
-        # Lasting contact is not a failure. After its start, the state no longer changes, and the harness compares
-        # nothing.
+        # Lasting contact is not a failure. From its start on, the state stays the same, and nothing is compared.
         if outcome is not Outcome.COMPLETED and not outcome.in_contact:
             self._warning = outcome.value
 
 
 class PicAdapter:
-    """PIC in two forms: event-driven, and frame by frame. The latter is Algorithm 2 of the source paper."""
+    """PIC in two forms: event-driven, and frame by frame, which is Algorithm 2 of the source paper."""
 
     name = "pic"
     engine = Engine("Carom")

@@ -28,7 +28,7 @@ class PitWorld(RecordedWorld):
 
     @property
     def counts(self) -> Mapping[str, int]:
-        """Amount of work so far, by name."""
+        """Numbers of tests and frames so far, by name."""
         counts: Mapping[str, int] = self._run.counts
         return counts
 

@@ -1,4 +1,4 @@
-"""Worlds of Carom's own methods. Their runs record impacts."""
+"""Base class of the worlds of PIC and PIT, whose runs record all impacts."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ CAPABILITIES = Capabilities(
 
 
 class RecordedWorld:
-    """A run of one of Carom's methods that is observed at the ends of steps. Observations do not change the run."""
+    """A run of PIC or PIT that is observed at the ends of steps. Observations do not change the run."""
 
     def __init__(self, run: Any, settings: Mapping[str, Setting]) -> None:
         self.settings = settings

@@ -1,7 +1,7 @@
 """Carom: a cross-check harness for disc collisions.
 
-The public names are loaded when they are first used. So ``import carom`` takes little time and imports no optional
-part. The import raises an ImportError if the compiled extension is missing.
+Each public name is loaded when it is first used. So ``import carom`` takes little time and imports no optional
+dependency. The import raises an ImportError if the compiled extension is missing.
 """
 
 from __future__ import annotations
@@ -80,7 +80,8 @@ _HOMES = {
     "carom.solvers.reference.algorithm_2": ("solve_pic_framewise",),
     "carom.model.trace": ("Mode", "Outcome", "Trace"),
 }
-#: Import paths of earlier versions, and the present modules with the same content. `carom.adapter` is a real module.
+#: Import paths of earlier versions, and the modules that replace them. The module `carom.adapter` is missing here,
+#: since its file still exists.
 _MOVED = {
     "carom.program": ("carom.engines.protocol",),
     "carom.program.adapter": ("carom.engines.protocol.adapter",),
@@ -136,14 +137,14 @@ _VIEWS |= dict.fromkeys(("html_of", "plot"), "carom.report.notebook")
 def _find_view(name: str) -> Callable[..., Any]:
     """Import and return a function that shows a result.
 
-    It is imported at its first use, since results must not import reports.
+    The import happens only now, since the modules of results must not import `carom.report`.
     """
     view: Callable[..., Any] = getattr(importlib.import_module(_VIEWS[name]), name)
     return view
 
 
 class _Moved(ModuleType):
-    """A module at an import path of an earlier version. It imports the present module when a name is first used."""
+    """A module at an import path of an earlier version. It imports its replacement at the first use of a name."""
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):  # introspection reads some of these names from every module
@@ -158,7 +159,7 @@ class _Moved(ModuleType):
 
 
 class _Engines(ModuleType):
-    """The package `carom.engines`, which can be called like the public function of that name."""
+    """The package `carom.engines`. It can be called, and then runs the public function `carom.engines`."""
 
     def __call__(self, *args: Any, **options: Any) -> list[EngineInfo]:
         from carom.execution.describe_engines import engines
@@ -170,5 +171,5 @@ require_extension()
 sys.modules.update({name: _Moved(name) for name in _MOVED})
 set_view_finder(_find_view)
 set_scene_finder(_find_scene)
-# must run before the name of the package hides the function
+# must run first, since the import makes `carom.engines` the package instead of the function
 importlib.import_module("carom.engines").__class__ = _Engines

@@ -1,4 +1,4 @@
-"""The `carom` command, also as ``python -m carom``. A signal ends it cleanly, even during the import of Carom."""
+"""The `carom` command and ``python -m carom``. If a signal such as Ctrl-C ends the command, it still cleans up."""
 
 from __future__ import annotations
 
@@ -11,13 +11,12 @@ import sys
 #: these.
 SIGNALS = [one for one in signal.Signals if one.name in {"SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT"}]
 
-#: Number of new objects after which Python searches for cycles. A short command with a report creates fewer objects.
-#: Imported objects are never freed. With the default of 700, the searches take a fifteenth of the processor time of a
-#: short command.
+#: Number of new objects after which Python searches for reference cycles. A short command creates fewer objects, so
+#: Python never searches. With Python's default of 700, the searches would take a fifteenth of a short command's time.
 _COLLECTED_FROM = 400_000
 
-#: Interval, in seconds, at which a lost signal is raised again until the command has handled it. Code that can't handle
-#: a signal takes only microseconds. But C code that called the interrupted function can drop the signal again.
+#: Seconds until the exception of a signal is raised again, if Python or C code has dropped it. It can be dropped
+#: several times, so it is raised until the command has handled it.
 AGAIN_S = 0.01
 
 #: Signals that have arrived.
@@ -27,24 +26,23 @@ CAME: list[signal.Signals] = []
 class Ended(KeyboardInterrupt):
     """A signal has arrived. The argument is the signal's number.
 
-    This class is needed because a plain `KeyboardInterrupt` that has left an `exec` makes Python end as if by Ctrl-C,
-    with any exit code. See `_Py_UnhandledKeyboardInterrupt` in Python's pythonrun.c. Dataclasses use `exec`.
+    A plain `KeyboardInterrupt` would not do: if one leaves an `exec`, Python later ends as if by Ctrl-C, and ignores
+    the command's exit code. See `_Py_UnhandledKeyboardInterrupt` in Python's pythonrun.c. Dataclasses use `exec`.
     """
 
 
 def main() -> None:
     """Run the command."""
     _open_closed_streams()
-    # `nohup` lets commands ignore some signals
+    # `nohup` starts a command with some signals ignored; they stay ignored
     handled = [number for number in SIGNALS if signal.getsignal(number) is not signal.SIG_IGN]
     for number in handled:
         signal.signal(number, _end)
     gc.set_threshold(_COLLECTED_FROM, *gc.get_threshold()[1:])
     previous_hook, sys.unraisablehook = sys.unraisablehook, _raise_again
-    # Without this variable, Pydantic reads the entry points of all installed packages, and fails if those of any
-    # package are damaged.
+    # Without this variable, Pydantic reads the entry points of all installed packages, and fails if any are damaged.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
-    # Without this variable, OpenBLAS starts a thread per core while NumPy is imported, in each process. A thread loops
+    # Without this variable, OpenBLAS starts a thread per core in each process that imports NumPy. Such a thread loops
     # while it waits, and takes tens of megabytes of address space. Carom multiplies only small matrices. Engines
     # inherit the variable.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -84,8 +82,8 @@ def _open_closed_streams() -> None:
 def _end(number: int, _frame: object) -> None:
     """Raise `Ended`. While an earlier `Ended` is handled, do nothing, because the cleanup must not be interrupted.
 
-    It is not enough that there was an earlier `Ended`. It can have been lost, because Python ignores exceptions in some
-    places, such as destructors.
+    An earlier `Ended` that is no longer being handled does not count. Python may have dropped it, since Python ignores
+    exceptions in destructors, for example.
     """
     error = sys.exc_info()[1]
     while error is not None:

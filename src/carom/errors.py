@@ -13,7 +13,7 @@ from carom.support.escaping import escape_controls, shorten
 
 
 class CaromError(Exception):
-    """Base of every deliberate error. The text contains no control characters, even in quotations.
+    """Base class of all errors that Carom raises on purpose. Control characters in the text are escaped.
 
     The text, including the hints, is one sentence. On a terminal, each hint is on a separate line.
 
@@ -50,7 +50,7 @@ class UnknownNameError(CaromError, LookupError):
 
 
 class MissingExtraError(CaromError, ImportError):
-    """A requested part needs an optional dependency that is not installed."""
+    """A requested function needs an optional dependency that is not installed."""
 
 
 class AdapterError(CaromError, RuntimeError):
@@ -81,7 +81,7 @@ class SceneError(InputError):
     Attributes:
         problems: All problems, or the first of each kind.
         source: The file, if there is one.
-        more: Whether there are further problems, which are not counted.
+        more: Whether the scene has more problems than those in `problems`. Their number is not known.
 
     Examples:
         >>> carom.Disc(position_m=(0.0, 0.0), radius_m=-1.0)
@@ -89,8 +89,8 @@ class SceneError(InputError):
         carom.errors.SceneError: radius_m: must be greater than 0, got -1.0
     """
 
-    #: Largest number of problems in a message. Further problems are only counted, so that the first line stays visible
-    #: in a terminal.
+    #: Largest number of problems in a message. The message only counts the others, so that its first line stays
+    #: visible in a terminal.
     SHOWN = 10
 
     def __init__(self, problems: Sequence[Problem], source: str = "", *, more: bool = False) -> None:
@@ -113,7 +113,7 @@ class SceneError(InputError):
     def _format_lines(self, lines: list[str]) -> str:
         hidden = len(self.problems) - self.SHOWN
         if self.more:
-            lines.append(f"and {hidden} others at least" if hidden > 0 else "and more of them")
+            lines.append(f"and at least {hidden} others" if hidden > 0 else "and more of them")
         elif hidden > 0:
             lines.append(f"and {hidden} more")
         return escape_controls("\n".join(f"{self.source}: {line}" if self.source else line for line in lines))

@@ -88,7 +88,7 @@ TEN = "\n".join(f"discs[{k}]: is wrong" for k in range(10))
         ),
         (MANY, {}, f"{TEN}\nand 15 more"),
         (MANY[:10], {"more": True}, f"{TEN}\nand more of them"),
-        (MANY[:12], {"more": True}, f"{TEN}\nand 2 others at least"),
+        (MANY[:12], {"more": True}, f"{TEN}\nand at least 2 others"),
     ],
 )
 def test_scene_error_has_one_line_per_problem(problems: list[Problem], told: dict[str, Any], text: str) -> None:

@@ -15,22 +15,22 @@ _DEFAULT: shared.Settings = {
     # Box2D's manual suggests these numbers of iterations (section 2.4, "Simulating the world").
     "velocityIterations": 8,
     "positionIterations": 3,
-    # By default Box2D stops a body that has been slower than 1 cm/s for half a second. This is a kind of damping.
+    # By default Box2D stops a body that has been slower than 1 cm/s for half a second ("sleep"), which changes results.
     "sleepingAllowed": False,
 }
 
 _TUNED: shared.Settings = {
-    # Box2D treats contacts with a closing speed below 1 m/s as inelastic (b2_velocityThreshold, compiled in). Carom
-    # multiplies all velocities by this factor and divides all times by it. This lowers the limit to 1e-6 m/s. The
-    # factor is a power of two, so scaling is exact.
+    # Box2D makes contacts inelastic if the closing speed is below 1 m/s (b2_velocityThreshold, compiled in). In the
+    # adapter's world, all velocities are multiplied and all times are divided by this factor. So the limit is 1e-6 m/s
+    # in the scene's units. The factor is a power of two, so scaling is exact.
     "velocity_scale": VELOCITY_SCALE,
     "velocityIterations": 50,
     # Overlapping bodies are not pushed apart.
     "positionIterations": 0,
-    # A swept disc stops 3 b2_linearSlop (1.5 cm) inside the other disc, even if the step is short. So sweeping improves
-    # only the results of fast discs.
+    # Box2D moves a swept disc only until it is 1.5 cm (3 b2_linearSlop) deep inside the other disc, which is an error.
+    # So only fast discs are swept, which would otherwise pass through others.
     "sweep": "fast",
-    # By default a polygon has a skin of 1 cm.
+    # By default Box2D makes polygons 1 cm thicker on each side ("skin").
     "polygon_radius_m": 0.0,
     # A disc that slides over the joint of two edges gets caught on the joint, unless both edges belong to one chain.
     "chains": True,
@@ -41,17 +41,16 @@ _NO_CCD: shared.Settings = {**_TUNED, "sweep": "none"}
 
 def _build_resting_settings(dt_s: float) -> shared.Settings:
     # Box2D applies restitution to the speed at the end of a step, which includes the fall during the step. So a ball
-    # hops for ever at a speed of about ``g dt / (1 - e)``, unless contacts at this speed are inelastic. The speed below
-    # which contacts are inelastic is the least power of two that is at least the speed after a fall of 2.5 steps under
-    # 10 m/s^2. A ball with e up to 0.6 comes to rest. A ball with a greater e comes to rest only if steps are so long
-    # that this limit is well above the speed of its hops.
+    # hops for ever at a speed of about ``g dt / (1 - e)``, unless contacts at this speed are inelastic. Here, contacts
+    # are inelastic below the speed of a fall of 2.5 steps under 10 m/s^2, rounded up to a power of two. So a ball with
+    # e up to 0.6 comes to rest. A ball with a greater e comes to rest only if rounding up raises the limit enough.
     steps_fall_m_s = 2.5 * 10.0 * dt_s
     scale = 2.0 ** math.floor(math.log2(THRESHOLD_M_S / steps_fall_m_s))
     return {"dt_s": dt_s, **_TUNED, "velocity_scale": min(max(scale, 1.0), VELOCITY_SCALE)}
 
 
-#: While bodies touch, a warm start uses the last impulse times the ratio of the present step size to the last one. With
-#: cut steps, this ratio can be arbitrarily large.
+#: While bodies touch, Box2D starts each step with the impulse of the step before, times the ratio of the present step
+#: size to the last one ("warm start"). With shortened steps, this ratio can be arbitrarily large.
 _LOCATED: shared.Settings = {**_NO_CCD, "warmStarting": False}
 
 
@@ -75,7 +74,7 @@ adapter = shared.EngineAdapter(
             shared.add_step(_DEFAULT),
             capabilities=replace(
                 CAPABILITIES,
-                continuous_detection=False,  # only against immovable bodies
+                continuous_detection=False,  # by default, discs are swept only against immovable bodies
                 restitution_threshold_m_s=THRESHOLD_M_S,
             ),
             changed={

@@ -14,8 +14,8 @@ WORLD_SETTINGS = ("warmStarting",)
 
 #: Other settings: the arguments of `b2World.Step`, and ``sleepingAllowed`` of every body (`b2World.allowSleeping` has
 #: no effect in pybox2d 2.3.10). ``sweep`` is one of `SWEEPS`. The profile `tuned` explains ``velocity_scale``.
-#: ``polygon_radius_m`` is the skin of a wall's shape. With ``chains`` the edges of a wall form one chain, so that Box2D
-#: takes each edge's neighbours into account.
+#: ``polygon_radius_m`` is the distance by which Box2D makes a wall's shape thicker (its skin). With ``chains``, the
+#: edges of a wall form one chain, so that Box2D takes each edge's neighbours into account.
 OTHER_SETTINGS = (
     "velocityIterations",
     "positionIterations",
@@ -26,14 +26,14 @@ OTHER_SETTINGS = (
     "chains",
 )
 
-#: Box2D's continuous detection. "none" sweeps no disc. "shipped" sweeps every disc against immovable bodies. "fast"
-#: acts only in scenes in which a disc or a driven body moves by more than a radius in a step. In such scenes
-#: it sweeps every disc against immovable bodies. It also sweeps fast discs against all other discs, like Box2D's
-#: bullets.
+#: Values of ``sweep``, which determines for which discs Box2D checks the whole path of a step. With "none" it sweeps no
+#: disc. With "shipped" it sweeps every disc against immovable bodies. With "fast" it does so only in scenes in which a
+#: disc or a driven body moves by more than a radius in a step. In such scenes, it also sweeps fast discs against all
+#: other discs (Box2D's "bullets").
 SWEEPS = ("none", "shipped", "fast")
 
-#: Outside these limits Box2D ends with an assertion or fails. Within the limits of the step size, a scaled step stays
-#: in the range of 32-bit floats.
+#: Smallest and largest values of settings. With other values, Box2D aborts or fails, or the step size, after scaling,
+#: is outside the range of 32-bit floats.
 LEAST = {"velocityIterations": 1, "positionIterations": 0, "velocity_scale": 1, "polygon_radius_m": 0, "dt_s": 1e-12}
 MOST = {"dt_s": 1e12}
 
@@ -41,24 +41,24 @@ MOST = {"dt_s": 1e12}
 #: lower, so that a body at this limit can be distinguished from a body that was slowed down.
 LONGEST_MOVE_M = 2.0 * (1 - 2.0**-20)
 
-#: b2_maxRotation is pi/2: Box2D slows down a body that would turn farther in one step. The limit here is a millionth
-#: lower.
+#: b2_maxRotation is pi/2: Box2D slows down a body that would turn farther in one step. This number is a millionth
+#: lower, so that a body at the limit can be distinguished from one that was slowed down.
 LARGEST_TURN_RAD = 0.5 * math.pi * (1 - 2.0**-20)
 
-#: The product of two friction coefficients must stay within the range of 32-bit floats. Otherwise velocities become
-#: NaN. The same limit applies to the product of the rate of damping and the velocity scale.
+#: Largest coefficient of friction. If the product of two coefficients overflowed 32-bit floats, velocities would become
+#: NaN. The same number limits the rate of damping times the velocity scale.
 LARGEST_FRICTION = 1e19
 
-#: The limit is a third of the largest 32-bit float.
+#: Largest force of a table on a disc: a third of the largest 32-bit float.
 LARGEST_FORCE_N = 1e38
 
 #: b2_velocityThreshold, compiled in. Box2D makes contacts with at most this closing speed inelastic.
 THRESHOLD_M_S = 1.0
 
-#: The profile `tuned` explains this factor.
+#: Factor on all velocities; the comments of the profile `tuned` explain it.
 VELOCITY_SCALE = 2.0**20
 
-#: b2_linearSlop. Neighbouring points of a chain must be farther apart, or Box2D ends with an assertion.
+#: b2_linearSlop. If neighbouring points of a chain are not farther apart than this, Box2D aborts.
 SHORTEST_PIECE_M = 0.005
 
 CAPABILITIES = replace(
@@ -69,9 +69,9 @@ CAPABILITIES = replace(
     damping=True,
     table_friction=True,
     spin=True,
-    # Because of rounding, a contact point is not exactly on the line of centres. So an impulse at this point turns the
-    # disc. The smaller the inertia, the more the disc turns. With this inertia factor, the relative change of the spin
-    # is 5e-4 for discs at a distance of 200 radii from the origin.
+    # Because of rounding, a contact point is not exactly on the line of centres. So the normal impulse also changes the
+    # spin, and more so if the inertia is small. With this inertia factor, the relative error of the spin is 5e-4 for
+    # discs at a distance of 200 radii from the origin.
     min_inertia_factor=1e-2,
     friction=(0.0, LARGEST_FRICTION),
     max_turn_rad=LARGEST_TURN_RAD,
@@ -84,8 +84,8 @@ CAPABILITIES = replace(
     max_move_m=LONGEST_MOVE_M,
     # `b2WorldManifold` uses an arbitrary normal if two points are closer than b2_epsilon, 1.2e-7.
     min_radius_m=1e-6,
-    # Between these powers of ten, masses, quotients of masses, and impulses at scaled velocities stay in the range of
-    # 32-bit floats (1e-38 to 1e38). Box2D replaces a mass of 0 by 1 kg.
+    # With masses between these powers of ten, quotients of masses, and impulses at scaled velocities, stay in the range
+    # of 32-bit floats (1e-38 to 1e38). A mass that underflowed to 0 would be replaced by 1 kg.
     min_mass_kg=1e-20,
     max_mass_kg=1e20,
     float_bits=32,
@@ -94,7 +94,7 @@ CAPABILITIES = replace(
 
 
 def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
-    """Refuse scenes that are not supported, and input for which Box2D would end with an assertion or fail silently.
+    """Refuse scenes that are not supported, and input for which Box2D would abort or fail silently.
 
     Raises:
         AdapterError: A capability excludes the scene, a setting has an unknown name or value, or a step size, damping

@@ -1,4 +1,4 @@
-"""Writes Box2D's settings as a program, ready to paste."""
+"""Writes a scene and settings as a program for Box2D, which users can copy."""
 
 from __future__ import annotations
 
@@ -15,11 +15,12 @@ from carom_adapters.shared.walls import compute_thickness
 
 #: Comment in the program that explains the scale of velocities.
 SCALED = (
-    "The world's clock runs this many times faster, and velocities are larger by this factor: Box2D makes contacts "
-    "inelastic that close at less than 1 m/s by its clock (b2_velocityThreshold, compiled in). A power of two rounds "
-    "nothing."
+    "All velocities are multiplied and all times are divided by this factor, since Box2D makes contacts inelastic if "
+    "the closing speed is below 1 m/s (b2_velocityThreshold, compiled in). It is a power of two, which avoids rounding."
 )
-NOT_SCALED = "As shipped: contacts that close at less than 1 m/s are inelastic (b2_velocityThreshold, compiled in)."
+NOT_SCALED = (
+    "By default, contacts are inelastic if the closing speed is below 1 m/s (b2_velocityThreshold, compiled in)."
+)
 
 
 ADD_SHAPE = """def add_shape(shape, position=(0.0, 0.0), half_width=0.0, velocity=None{takes}):
@@ -35,7 +36,7 @@ ADD_CIRCLE = """def add_circle(position, radius, velocity=None{takes}):
 {runs}
 
 """
-ADD_WALL = """def add_wall(position, corners, **moves):  # a deep polygon: a half-plane has no far side
+ADD_WALL = """def add_wall(position, corners, **moves):  # a half-plane as a deep polygon
     add_shape(Box2D.b2PolygonShape(vertices=corners), position=position, **moves)
 
 
@@ -50,7 +51,7 @@ ADD_CHAIN = """def add_chain(half_width, velocity=None{takes}, **points):  # so 
 
 
 """
-#: Code for belts: parameters, bodies and returns of the functions, and the test of a contact.
+#: Pieces of the program for conveyors: additional parameters and lines of the functions, and a contact listener.
 BELTS = {"takes": ", belt=0.0", "runs": "    wall.userData = -belt * scale\n", "gives": ", belt=belt"}
 LISTENER = """class Belts(Box2D.b2ContactListener):
     def PreSolve(self, contact, _old):  # Box2D's tangent is to the right of the normal
@@ -88,7 +89,7 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
                 "velocity": disc.velocity_m_s,
                 "spin": disc.spin_rad_s,
             }
-            if scene.damping_per_s:  # the damping is per second of the world's clock
+            if scene.damping_per_s:  # Box2D's damping is per second of its own, faster clock
                 arguments |= dict.fromkeys(("linearDamping", "angularDamping"), fast_clock.damping_per_s)
             arguments |= {"fixedRotation": fixed, "allowSleep": bool(settings.get("sleepingAllowed", True))}
             # A disc that moves by more than its radius in a step is swept against all other bodies.
@@ -152,7 +153,7 @@ circles = [{circles}]
 discs = []
 {"driven = []" + chr(10) if has_legs(scene) else ""}{"table = world.CreateStaticBody()" + chr(10) if slower else ""}
 
-def held_body(position, velocity, spin=0.0):  # which no impact moves: it is at rest or driven
+def held_body(position, velocity, spin=0.0):  # a body that impacts do not move: at rest or driven
     if velocity is None:
         return world.CreateStaticBody(position=position)
     velocity = tuple(v * scale for v in velocity)

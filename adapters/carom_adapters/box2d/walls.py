@@ -14,8 +14,8 @@ from carom.engines.api import AdapterError, Chain, Scene, Setting, Wall
 from carom_adapters.box2d.limits import SHORTEST_PIECE_M
 from carom_adapters.shared.walls import build_rectangle, find_foot, list_points
 
-#: `b2PolygonShape` merges corners that are closer than half of b2_linearSlop, 2.5e-3 m. No wall is smaller than this
-#: size, which is far larger.
+#: Smallest size of a wall's polygon. `b2PolygonShape` merges corners that are closer than half of b2_linearSlop, 2.5e-3
+#: m.
 SMALLEST_WALL_M = 0.1
 
 #: Relative rounding of a 32-bit float.
@@ -27,13 +27,14 @@ Point = tuple[float, float]
 def build_wall_rectangle(scene: Scene, plane: Wall, centre: Point, radius: float) -> tuple[Point, list[Point]]:
     """Return the position of a half-plane's body, and the corners of its polygon relative to this position.
 
-    The position is the half-plane's point that is nearest to `centre`. Box2D has no half-plane. Fast discs pass through
-    an edge, but a polygon can have any depth.
+    The position is the half-plane's point that is nearest to `centre`. Box2D has no half-plane. It is replaced by a
+    polygon and not by an edge, since a deep polygon also stops fast discs.
 
     Raises:
-        AdapterError: The wall would be so long that 32-bit floats round its corners by more than the smallest disc.
+        AdapterError: The wall would be so long that rounding to 32-bit floats moves its corners by more than the
+            smallest radius.
     """
-    # Relative to this point, coordinates near the scene are small.
+    # The polygon's corners are relative to this point, so that those near the scene are small numbers.
     foot, gap = find_foot(plane, centre)
     size = max(2.0 * (radius + gap), SMALLEST_WALL_M)
     smallest = min(disc.radius_m for disc in scene.discs)
@@ -46,7 +47,7 @@ def build_wall_rectangle(scene: Scene, plane: Wall, centre: Point, radius: float
 
 
 def list_shape_points(chain: Chain, settings: Mapping[str, Setting]) -> list[list[Point]]:
-    """Return the points of each shape of a chain: one shape with ``chains`` in the settings, else one per edge.
+    """Return the points of each Box2D shape of a chain: one shape if the setting ``chains`` is on, else one per edge.
 
     If a closed chain is one shape, the last point repeats the first point.
 

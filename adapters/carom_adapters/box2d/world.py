@@ -32,18 +32,18 @@ from carom_adapters.shared.legs import Driven, Legs, find_first_velocity
 from carom_adapters.shared.quiet_steps import QuietSteps, to_rows
 from carom_adapters.shared.walls import compute_thickness
 
-#: Collision categories of a disc's shapes for other discs, and for walls.
+#: Collision categories of a disc's two shapes: one collides with other discs, and one with walls.
 AMONG_DISCS, BEFORE_WALLS = 0x0001, 0x0002
 
 Point = tuple[float, float]
 
 
 def list_disc_shapes(scene: Scene) -> list[tuple[int, float, float]]:
-    """Return category, restitution and friction of each circle of a disc.
+    """Return category, restitution and friction of each of the one or two circular shapes of a disc.
 
-    Box2D uses the larger of two restitutions, and the root of the product of two frictions. A disc needs two shapes if
-    the walls' restitution is smaller than the discs', or if their frictions differ. One shape is for other discs. The
-    other is for walls, and has a restitution of 0 and the walls' friction.
+    Box2D uses the larger of two bodies' restitutions, and the square root of the product of their frictions. If the
+    walls' restitution is smaller than the discs', or if their frictions differ, a disc needs two shapes. One collides
+    with other discs. The other collides with walls, and has a restitution of 0 and the walls' friction.
     """
     if scene.walls and (scene.wall_restitution < scene.restitution or scene.wall_friction != scene.friction):
         return [(AMONG_DISCS, scene.restitution, scene.friction), (BEFORE_WALLS, 0.0, scene.wall_friction)]
@@ -53,7 +53,7 @@ def list_disc_shapes(scene: Scene) -> list[tuple[int, float, float]]:
 def does_sweep(scene: Scene, settings: Mapping[str, Setting], dt_s: float) -> bool:
     """Whether Box2D sweeps bodies in this scene; see `limits.SWEEPS`.
 
-    For "fast", one fast disc or driven body is enough.
+    With "fast", it does if any disc or driven body is fast.
     """
     sweep = settings.get("sweep", "shipped")
     driven = max((body.drive.fastest for body in (*scene.discs, *scene.walls) if body.driven), default=0.0)
@@ -69,8 +69,8 @@ def _build_key(contact: Any) -> tuple[Any, ...]:
 
 def _import_box2d() -> Any:  # untyped: a SWIG module without stubs
     with warnings.catch_warnings():
-        # Box2D's SWIG types have no __module__, so CPython warns. If warnings are errors, this warning would end the
-        # process.
+        # Box2D's SWIG types have no __module__, so CPython warns. If a user has turned warnings into errors, this would
+        # end the process.
         warnings.simplefilter("ignore")
         return importlib.import_module("Box2D")
 
@@ -96,7 +96,7 @@ class Box2dWorld(QuietSteps):
         self._world.continuousPhysics = does_sweep(scene, settings, self._clock.dt_s)
         self._bodies: list[Any] = []
         self._walls: list[Any] = []
-        self._skinned: list[Any] = []  # shapes of walls that have no thickness
+        self._skinned: list[Any] = []  # shapes of walls whose only thickness is Box2D's skin
         self._chains: set[int] = set()
         self._movable: list[Any] = []
         self._driven: list[Any] = []
@@ -121,7 +121,7 @@ class Box2dWorld(QuietSteps):
                 self._add_wall(
                     scene, k, wall.centre_m, [self._box2d.b2CircleShape(radius=compute_thickness(scene, wall))]
                 )
-        if any(self._belts.values()):  # only a listener can set the speed of the belt for a contact
+        if any(self._belts.values()):  # only a listener can set the conveyor's speed, in each contact
             self._listen()
 
     def _add_disc(self, scene: Scene, i: int) -> None:
@@ -149,7 +149,7 @@ class Box2dWorld(QuietSteps):
                 categoryBits=category,
                 maskBits=category,
             )
-        if not disc.immovable:  # this follows the creation of shapes, which sets another mass
+        if not disc.immovable:  # set the mass last, since creating shapes changes it
             # Box2D sets the inverse inertia of a body that does not turn to 0.
             inertia = 1.0 if body.fixedRotation else disc.inertia_factor * disc.mass_kg * disc.radius_m**2
             body.massData = box2d.b2MassData(mass=disc.mass_kg, center=(0, 0), I=inertia)
@@ -186,8 +186,7 @@ class Box2dWorld(QuietSteps):
             fixture.userData = number
             if half_width_m is None:  # a circle, which has no skin
                 continue
-            # The skin is set on the shape that the body has, because Box2D copies shapes, and a copied chain has the
-            # default skin.
+            # Box2D copies shapes, and a copied chain has the default skin. So the skin of the copy is set.
             skin = float(self._asked.get("polygon_radius_m", fixture.shape.radius))
             fixture.shape.radius = skin + half_width_m
             if not half_width_m:
@@ -217,7 +216,7 @@ class Box2dWorld(QuietSteps):
         return read
 
     def advance(self, steps: int) -> None:
-        """Call `b2World.Step` `steps` times. Between steps, driven bodies get the velocities of their legs."""
+        """Call `b2World.Step` `steps` times. Between steps, set the prescribed velocities of driven bodies."""
         step, dt_s, iterations = self._world.Step, self._clock.dt_s, self._iterations
         self._solved.clear()
         for count in self._legs.split_steps(steps):
@@ -230,8 +229,8 @@ class Box2dWorld(QuietSteps):
     def observe(self) -> Observation:
         """Return the state of every disc, and the contacts that Box2D has reported to the listener.
 
-        Box2D finds contacts and then moves the bodies, so the contacts of step k (from 0) are at ``k dt_s``. The first
-        observation creates the listener, so that a world that is only timed has no listener.
+        Box2D finds contacts and then moves the bodies, so a contact of step k (counted from 0) has the time ``k dt_s``.
+        The first observation creates the listener, so that timed runs, which are not observed, have no listener.
         """
         if self._listener is None:
             self._listen()
@@ -261,14 +260,14 @@ class Box2dWorld(QuietSteps):
 
         class Listener(self._box2d.b2ContactListener):  # type: ignore[misc, name-defined] # made at run time
             def PreSolve(self, contact: Any, _old: Any) -> None:  # noqa: N802 - Box2D's name
-                manifold = contact.worldManifold  # the manifold is kept alive, since its normal is a view of its memory
+                manifold = contact.worldManifold  # keep it alive, since its normal is a view
                 normals[_build_key(contact)] = tuple(manifold.normal)
                 for fixture in (contact.fixtureA, contact.fixtureB):
                     if belt := belts.get(fixture.body.userData, 0.0):
                         contact.tangentSpeed = -belt  # Box2D's tangent points to the right of the normal
 
             def PostSolve(self, contact: Any, impulse: Any) -> None:  # noqa: N802 - Box2D's name
-                # The bodies have moved since the contact was found, and this has changed the manifold's normal.
+                # The bodies have moved since the contact was found, so the manifold's normal has changed.
                 pair = (contact.fixtureA.body.userData, contact.fixtureB.body.userData)
                 tangential = sum(impulse.tangentImpulses)
                 solved.append((*pair, normals[_build_key(contact)], sum(impulse.normalImpulses), tangential))
@@ -288,7 +287,7 @@ class Box2dWorld(QuietSteps):
 
     def _sum_contacts(self) -> list[tuple[Any, Any, Point, float, float]]:
         """Return the solved contacts. If a disc touches several edges of one chain, these contacts are summed."""
-        # Box2D reports a contact as long as it lasts, even without an impulse.
+        # Box2D reports a contact in every step while bodies touch, even if no impulse acts.
         pushes = [push for push in self._solved if push[3] > 0]
         found = [push for push in pushes if not self._chains & {push[0], push[1]}]
         for pair in dict.fromkeys(push[:2] for push in pushes if self._chains & {push[0], push[1]}):
@@ -309,7 +308,7 @@ class Box2dWorld(QuietSteps):
     def _find_warning(self, observation: Observation) -> str:
         # Impacts can make a body too fast. Then it is too late to refuse the scene, so the run gets a warning.
         dt_s = self._clock.dt_s / self._time
-        fastest = math.hypot(*observation.velocity_m_s.ravel().tolist())  # an upper bound for the speed of each disc
+        fastest = math.hypot(*observation.velocity_m_s.ravel().tolist())  # an upper bound for each disc's speed
         if fastest * dt_s > LONGEST_MOVE_M and (
             (fastest := float(np.hypot(*observation.velocity_m_s.T).max())) * dt_s > LONGEST_MOVE_M
         ):
@@ -337,7 +336,7 @@ class Box2dWorld(QuietSteps):
         return frozenset(found)
 
     def save(self) -> object:
-        """Return positions, velocities and spins. With the settings of `located`, these are the whole state."""
+        """Return positions, velocities and spins. With the settings of `located`, nothing else affects later steps."""
         bodies = [
             (body, tuple(body.position), tuple(body.linearVelocity), body.angularVelocity)
             for body in (*self._movable, *self._driven)
@@ -352,7 +351,7 @@ class Box2dWorld(QuietSteps):
             body.position, body.linearVelocity, body.angularVelocity = position, velocity, spin
 
     def close(self) -> None:
-        """Drop the references to the world. Its memory is freed with the last reference."""
+        """Drop the references to the world, so that its memory is freed."""
         self._world.contactListener = None
         del self._bodies, self._movable, self._driven, self._legs, self._walls, self._skinned, self._table
         del self._listener, self._world

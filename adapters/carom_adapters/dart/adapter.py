@@ -8,14 +8,14 @@ from carom_adapters.dart.settings_code import write_code
 from carom_adapters.dart.world import DartWorld
 from carom_adapters.shared import engine_adapter as shared
 
-#: Constraint-force mixing reduces velocities and energy at each elastic impact. The declared accuracy allows the losses
-#: of sixteen impacts.
+#: DART's constraint-force mixing reduces velocities and energy a little at each elastic impact. The declared accuracy
+#: allows the losses of sixteen impacts in succession.
 CHAIN = Accuracy(velocity=16 * 2 * MIXING, energy=16 * 4 * MIXING)
 
 _TUNED: shared.Settings = {
-    # Spheres collide with spheres in closed form.
+    # This detector tests spheres by a formula, not as meshes.
     "collision_detector": "DART",
-    # The correction of overlaps does not change velocities.
+    # With this option, DART pushes overlapping bodies apart without changing their velocities.
     "split_impulse": True,
 }
 

@@ -81,7 +81,7 @@ class DartWorld:
         self._discs.append(skeleton)
 
     def _add_shape(self, body: Any, shape: Any, number: int, restitution: float) -> None:
-        """Add a body's shape. The shape's name is the body's number, and identifies the bodies of a contact."""
+        """Add a body's shape. Its name is the body's number, by which the bodies of a contact are recognised."""
         node = body.createShapeNode(shape)
         node.setName(str(number))
         node.createCollisionAspect()
@@ -115,7 +115,7 @@ class DartWorld:
     def observe(self) -> Observation:
         """Return the state of every disc, and the contacts that the last step solved.
 
-        DART finds contacts and then moves the bodies, so the contacts of step k (from 0) are at ``k dt_s``.
+        DART finds contacts and then moves the bodies, so a contact of step k (counted from 0) has the time ``k dt_s``.
         """
         position = np.array([skeleton.getPositions() for skeleton in self._discs])
         velocity = np.array([skeleton.getVelocities() for skeleton in self._discs])
@@ -124,7 +124,7 @@ class DartWorld:
 
     def _read_contacts(self) -> list[Contact]:
         found = []
-        # kept alive, because up to release 6.19 the contacts are freed with this result
+        # keep a reference, since up to release 6.19 the contacts are freed with this object
         result = self._world.getLastCollisionResult()
         for contact in result.getContacts():
             nx, ny, nz = map(float, contact.normal)  # DART's normal points from the second object to the first
@@ -183,5 +183,5 @@ class DartWorld:
         self._put(states)
 
     def close(self) -> None:
-        """Drop the references to the world. Its memory is freed with the last reference."""
+        """Drop the references to the world, so that its memory is freed."""
         del self._discs, self._world

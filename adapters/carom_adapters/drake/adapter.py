@@ -28,7 +28,8 @@ adapter = shared.EngineAdapter(
             "Drake's defaults with a continuous plant, but without dissipation or friction: stiffness, accuracy and "
             "integrator are the defaults.",
             shared.add_step({}),
-            # A contact lasts for pi * sqrt(mass / stiffness), some milliseconds. In this time the normal turns.
+            # A contact lasts for pi * sqrt(mass / stiffness), some milliseconds. During this time the discs move along
+            # each other, so the direction of the force changes.
             Accuracy(late_steps=1.0, velocity=0.05, energy=0.01),
             changed={
                 "time_step": "0, which makes a continuous plant: a discrete plant, the default, has no bounce",

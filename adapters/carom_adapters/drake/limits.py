@@ -13,8 +13,8 @@ SETTINGS = ("point_stiffness", "target_accuracy", "integration_scheme")
 #: Smallest allowed values of settings. Drake fails with smaller values.
 LEAST = {"point_stiffness": 1e-300, "target_accuracy": 1e-15}
 
-#: An overlap is speed * sqrt(mass / stiffness). Within these limits, and with the stiffness of `tuned`, an overlap is
-#: less than a radius.
+#: Contacts are soft, and bodies overlap by up to speed * sqrt(mass / stiffness). Within these limits, and with the
+#: stiffness of `tuned`, the overlap is less than a radius.
 CAPABILITIES = Capabilities(
     gravity=True,
     # Drake has no coefficient of restitution. Without dissipation, contacts are elastic.

@@ -1,4 +1,4 @@
-"""Writes Drake's settings as a program, ready to paste."""
+"""Writes a scene and settings as a program for Drake, which users can copy."""
 
 from __future__ import annotations
 

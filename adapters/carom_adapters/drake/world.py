@@ -48,7 +48,7 @@ class DrakeWorld:
         self._clock = StepClock(float(settings["dt_s"]))
         self._number: dict[Any, int] = {}
         builder = drake.framework.DiagramBuilder()
-        # Drake has the function AddMultibodyPlantSceneGraph for this, but it leaks 95 kB.
+        # Drake's function for this, AddMultibodyPlantSceneGraph, is not used, since it leaks 95 kB of memory.
         self._plant, _ = drake.plant.AddMultibodyPlant(drake.plant.MultibodyPlantConfig(time_step=0.0), builder)
         self._plant.mutable_gravity_field().set_gravity_vector([*scene.gravity_m_s2, 0.0])
         joints = [self._add_disc(scene, i) for i in range(len(scene.discs))]
@@ -70,7 +70,7 @@ class DrakeWorld:
                 joint.set_translation(self._context, disc.position_m)
                 joint.set_translational_velocity(self._context, disc.velocity_m_s)
         self._simulator.Initialize()
-        #: For each contact of the last step, the greatest force, and the normal at the instant of this force.
+        #: For each contact of the last step, the greatest force, and the contact's normal when this force acted.
         self._pushed: dict[tuple[int, int], tuple[float, tuple[float, float]]] = {}
         self._watched = False
 
@@ -103,13 +103,12 @@ class DrakeWorld:
     def settings(self) -> Mapping[str, Setting]:
         """The settings, read back from Drake.
 
-        ``point_stiffness`` is the default of bodies that do not set this property.
+        ``point_stiffness`` is the default for bodies without a stiffness of their own.
         """
         integrator = self._simulator.get_integrator()
         shipped = self._drake.geometry.SceneGraphConfig().default_proximity_properties.point_stiffness
         return {
-            # Releases up to 1.35 have no default stiffness. There, a plant computes the stiffness from gravity and
-            # masses.
+            # Releases up to 1.35 have no default stiffness. In these, a plant computes it from gravity and masses.
             **({} if shipped is None else {"point_stiffness": shipped}),
             "integration_scheme": _format_scheme(integrator),
             **self._asked,
@@ -119,7 +118,7 @@ class DrakeWorld:
     def advance(self, steps: int) -> None:
         """Take steps.
 
-        The error control of the integrator determines the number of the integrator's steps in a step.
+        Within each step, Drake's integrator takes as many steps of its own as its error control requires.
         """
         for _ in range(steps):
             self._pushed = {}
@@ -130,7 +129,7 @@ class DrakeWorld:
         """Return the state of every disc, and the contacts that a monitor found in the integrator's steps.
 
         A contact can begin and end within a step, so the state at the end of the step may not show it. The first
-        observation creates the monitor, so that a world that is only timed has no monitor.
+        observation creates the monitor, so that timed runs, which are not observed, have no monitor.
         """
         if not self._watched:
             self._watched = True
@@ -155,12 +154,13 @@ class DrakeWorld:
     def _read_contacts(self) -> list[Contact]:
         at_s, found = self._clock.step_began_s, []
         for (b, a), (_, normal) in self._pushed.items():
-            # The impulse is the integral of the force. It is not known, since forces are known only at single instants.
+            # The impulse is the integral of the force over time. It is None, since the force is known only at single
+            # instants.
             found.append(replace(oriented_contact(b, a, at_s, normal, 0.0), impulse_n_s=None))
         return found
 
     def close(self) -> None:
-        """Drop the references to the simulator. Its memory is freed with the last reference."""
+        """Drop the references to the simulator, so that its memory is freed."""
         self._simulator.clear_monitor()
         del self._context, self._simulator, self._diagram, self._plant
 

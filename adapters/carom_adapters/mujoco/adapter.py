@@ -11,8 +11,8 @@ from carom_adapters.mujoco.settings_code import write_code
 from carom_adapters.mujoco.world import MujocoWorld
 from carom_adapters.shared import engine_adapter as shared
 
-#: MuJoCo does not place contact points in the middle of cylinders. This causes errors of up to 6.3e-4 times the scene's
-#: speed (for a disc in a box, at 240 steps per second).
+#: Cylinders touch along a line, and MuJoCo's contact points are not in the middle of this line. This causes errors of
+#: up to 6.3e-4 times the scene's speed (for a disc in a box, at 240 steps per second).
 CYLINDER_ACCURACY = Accuracy(velocity=1e-3)
 
 _DEFAULT: shared.Settings = {"joints": "free", "stiffness": 1000.0}
@@ -20,19 +20,20 @@ _DEFAULT: shared.Settings = {"joints": "free", "stiffness": 1000.0}
 _TUNED: shared.Settings = {
     "joints": "slide",
     "stiffness": 0.0,
-    # The impedance is the highest that MuJoCo accepts, and the same at any depth. The impedance has no effect on the
-    # bounce.
+    # These numbers ("impedance") make contacts as hard as MuJoCo allows, at any depth, without an effect on the speed
+    # after a bounce.
     "solimp": "0.9999 0.9999 0.001 0.5 2",
-    # The contact's damping, integrated over one Euler step, is the bounce. Other integrators would change the bounce.
+    # The contact's damping is chosen such that one step by Euler's method reverses the velocity. Other integrators
+    # would need another damping.
     "integrator": "Euler",
     # The sparse Cholesky factorisation of MuJoCo 4.0.0 is wrong (google-deepmind/mujoco#3767).
     "jacobian": "dense",
-    # In scenes with friction, contacts are solved one after another. If MuJoCo optimises normal force and friction
-    # together, sliding bodies lift off, at a speed of the friction coefficient times the slip.
+    # In scenes with friction, the normal force of a contact is computed first, and then friction. If MuJoCo optimises
+    # both together, sliding bodies lift off. Their speed is then the friction coefficient times the slip.
     "in_turn": True,
-    # The solver ends when it can't improve further.
+    # The solver iterates until it can't improve the result.
     "tolerance": 0.0,
-    # A run whose numbers become huge continues, and is not reset to the start.
+    # If numbers become huge, MuJoCo would by default set the scene back to its start.
     "autoreset": False,
     # If a disc moves so far in a step that it may pass through another disc, MuJoCo creates a contact before the discs
     # touch.
@@ -41,13 +42,13 @@ _TUNED: shared.Settings = {
 
 _NO_CCD: shared.Settings = {**_TUNED, "speculative": False}
 
-#: MuJoCo's broad phase rounds to 32 bits, and omits contacts with an overlap of less than about 1e-7 m. Listed pairs do
-#: not use the broad phase. A speculative contact acts before bodies touch, so the instant of an impact could not be
-#: located. A warm start would use impulses of a step that was undone.
+#: Settings of `located`. Pairs are listed in the model, since MuJoCo's search for other pairs rounds to 32 bits, and
+#: misses overlaps of less than about 1e-7 m. Speculative contacts would act before bodies touch. A warm start would use
+#: impulses of a step that was undone.
 _LOCATED: shared.Settings = {**_NO_CCD, "listed_pairs": True, "warmstart": False}
 
-#: Cylinders touch along a line, but MuJoCo keeps only single points of this line, away from its middle. So cylinders
-#: that can turn tip over.
+#: Cylinders touch along a line, but MuJoCo uses only single points of this line, which are not in its middle. So
+#: cylinders tip over if they can turn.
 _CYLINDER: shared.Settings = {**_TUNED, "shape": "cylinder", "ccd_tolerance": 1e-12, "ccd_iterations": 500}
 
 _PLAIN_CYLINDER: shared.Settings = {**_TUNED, "shape": "cylinder", "joints": "free"}
@@ -56,13 +57,13 @@ _PLAIN_CYLINDER: shared.Settings = {**_TUNED, "shape": "cylinder", "joints": "fr
 adapter = shared.EngineAdapter(
     name="mujoco",
     # Release 2.3 fails with the adapter's settings of a pair. MuJoCo has speculative contacts since release 4.0.
-    # Releases 3.x run these profiles without speculative contacts. The settings that are read back show this.
+    # Releases 3.x run these profiles without speculative contacts. The settings in the results show this.
     engine=shared.build_engine("MuJoCo", "mujoco", "mujoco", oldest="3.0", newest_tried="4.0"),
     capabilities=CAPABILITIES,
     knobs={
         "joints": Knob(choices=("free", "slide")),
         "stiffness": Knob(choices=(0.0, 1e2, 1e3, 1e4, 1e5, 1e6)),
-        # The choices are the default, and the highest impedance that MuJoCo accepts.
+        # The choices are the default, and the hardest contact that MuJoCo accepts.
         "solimp": Knob(choices=("0.9 0.95 0.001 0.5 2", "0.9999 0.9999 0.001 0.5 2")),
         "integrator": Knob(choices=("Euler", "RK4", "implicit", "implicitfast")),
         "jacobian": Knob(choices=("dense", "sparse")),

@@ -31,12 +31,13 @@ MJCF_INTEGRATORS = {
     "mjINT_DISCRETE": "discrete",
 }
 
-#: ``joints`` is "free" (six axes for each disc) or "slide" (x and y; if discs turn, also z and a hinge). ``stiffness``
-#: (1/s**2) is the stiffness of a contact, 0 for none; see `_compute_solref` of `model`. ``solimp`` is an attribute of a
-#: geom. With ``listed_pairs`` each pair of bodies is listed in the model and tested in every step, as in `located`.
-#: ``shape`` is "sphere" or "cylinder". A cylinder is as high as it is wide. With ``in_turn`` contacts with friction are
-#: solved one after another: first the normal force, and then friction within the bounds that the normal force sets, as
-#: in the law of impacts. Without ``in_turn`` MuJoCo solves all contacts together, as an optimisation problem.
+#: ``joints`` determines how discs can move: "free" allows all motions, and "slide" allows only x and y (if discs turn,
+#: also z and a hinge). ``stiffness`` (1/s**2) is the stiffness of a contact, 0 for none; see `_compute_solref` of
+#: `model`. ``solimp`` is an attribute of a geom. With ``listed_pairs`` each pair of bodies is listed in the model, and
+#: is tested in every step. ``shape`` is "sphere" or "cylinder". A cylinder is as high as it is wide. With ``in_turn``
+#: contacts with friction are solved one after another: first the normal force, and then friction within the bounds that
+#: the normal force sets, as in the law of impacts. Without ``in_turn`` MuJoCo solves all contacts together, as an
+#: optimisation problem.
 OTHER_SETTINGS = ("joints", "stiffness", "solimp", "listed_pairs", "shape", "in_turn")
 
 #: Settings with a few possible words.
@@ -52,10 +53,10 @@ WORDS: Mapping[str, tuple[str, ...]] = {
 #: MuJoCo's mjMAXVAL. MuJoCo treats a coordinate, velocity or acceleration above mjMAXVAL as an error.
 LARGEST_VALUE = 1e10
 
-#: MuJoCo ignores steps of the solver with accelerations below mjMINVAL, 1e-15. The limit here is far above mjMINVAL.
+#: Smallest acceleration of an impact. MuJoCo's solver ignores accelerations below mjMINVAL, 1e-15.
 LEAST_ACCELERATION_M_S2 = 1e-12
 
-#: Largest number of discs in a scene whose pairs are listed. With this number of discs, there are half a million pairs.
+#: Largest number of discs in a scene whose pairs the model lists. This number of discs has half a million pairs.
 #: MuJoCo compiles these in seconds.
 MOST_LISTED = 1000
 
@@ -63,12 +64,12 @@ CAPABILITIES = replace(
     GENERAL,
     damping=True,
     spin=True,
-    # Because of rounding, a contact point is not exactly on the line of centres. So an impulse at this point turns the
-    # disc. The smaller the inertia, the more the disc turns. With this inertia factor, the relative change of the spin
-    # is 5e-9 for discs at a distance of 200 radii from the origin. MuJoCo itself refuses an inertia below mjMINVAL,
-    # 1e-15 in units of the model.
+    # Because of rounding, a contact point is not exactly on the line of centres. So the normal impulse also changes the
+    # spin, and more so if the inertia is small. With this inertia factor, the relative error of the spin is 5e-9 for
+    # discs at a distance of 200 radii from the origin. MuJoCo itself refuses an inertia below mjMINVAL, 1e-15 in units
+    # of the model.
     min_inertia_factor=1e-5,
-    # The least coefficient is MuJoCo's mjMINMU. MuJoCo silently raises a smaller coefficient, except 0, to mjMINMU.
+    # The least coefficient is MuJoCo's mjMINMU, by which MuJoCo silently replaces smaller coefficients, except 0.
     # From a coefficient of 1e80 on, MuJoCo applies no friction, since the coefficient's fourth power overflows.
     friction=(1e-5, 1e30),
     continuous_detection=True,
@@ -78,8 +79,7 @@ CAPABILITIES = replace(
     # below mjMINVAL, MuJoCo uses an arbitrary normal. The least radius is far above such distances.
     min_radius_m=1e-12,
     min_mass_kg=math.nextafter(1e-15, 1.0),
-    # A contact's regularisation, (1 - impedance) / impedance / mass with impedance 0.9999, must not fall below
-    # mjMINVAL.
+    # A contact's regularisation is (1 - d) / d / mass, with the impedance d = 0.9999. It must be at least mjMINVAL.
     max_mass_kg=1e11,
     dimensions=3,
 )
@@ -91,7 +91,7 @@ def does_solve_in_turn(scene: Scene, settings: Mapping[str, Setting]) -> bool:
 
 
 def does_list_pairs(scene: Scene, settings: Mapping[str, Setting]) -> bool:
-    """Whether each pair of bodies is listed in the model. Parameters of slip can be set only for listed pairs."""
+    """Whether each pair of bodies is listed in the model, by request or to set the pair's parameters of friction."""
     return bool(settings.get("listed_pairs", False)) or does_solve_in_turn(scene, settings)
 
 

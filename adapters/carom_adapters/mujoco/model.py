@@ -10,10 +10,9 @@ from carom.engines.api import Chain, Ring, Scene, Setting, reach, wall_body, wal
 from carom_adapters.mujoco.limits import FLAG_SETTINGS, OPTION_SETTINGS, does_list_pairs, does_solve_in_turn
 from carom_adapters.shared.walls import compute_thickness, cut_chain
 
-#: `mju_QCQP2`, which restricts friction to its cone, has two limits. It returns no friction if a determinant is below
-#: 1e-10, and it accepts errors of 1e-10 N^2. The determinant of a contact is at least friction**4 / mass**2. The unit
-#: of mass is chosen so that the heaviest disc's mass is at most 1, and at most this number times the square of the
-#: friction coefficient. Then the determinant is far above its limit, and the error is small.
+#: MuJoCo's function `mju_QCQP2`, which limits friction by Coulomb's law, returns no friction if a determinant is below
+#: 1e-10, and it accepts errors of 1e-10 N^2. The determinant of a contact is at least friction**4 / mass**2. So the
+#: unit of mass is chosen such that the heaviest disc's mass is at most 1, and at most this number times friction**2.
 MASS_OVER_FRICTION_SQUARED = 1e4
 
 #: The impedance of contacts in `tuned`: the first number of its ``solimp``.
@@ -24,13 +23,13 @@ IMPEDANCE = 0.9999
 CYLINDER_TIPS = 7 / 12
 
 
-#: The mass of a driven body, divided by the heaviest disc's mass. With this ratio, an impact changes the driven body's
-#: velocity by 1e-13 times the closing speed. MuJoCo has no moving body that impacts do not push: in contacts, a `mocap`
-#: body counts as at rest.
+#: In MuJoCo, impacts change the velocity of every moving body (except `mocap` bodies, which contacts treat as at rest).
+#: So driven bodies have a huge mass: this number times the heaviest disc's mass. An impact then changes a driven body's
+#: velocity by only 1e-13 times the closing speed.
 DRIVEN_MASS = 2.0**44
-#: The same ratio for a solver that ends at a tolerance. From a ratio of 2**34 on, the rounding of the solver's cost
-#: exceeds the tolerance, and the push of a spring is too large. At 2**44, the error of the velocity is 1.3 times the
-#: closing speed.
+#: A smaller ratio than `DRIVEN_MASS`, for a solver that stops at a tolerance. From a ratio of 2**34 on, rounding errors
+#: of the quantity that the solver minimises exceed the tolerance. At 2**44, the error of a disc's velocity is 1.3 times
+#: the closing speed.
 DRIVEN_MASS_IN_TOLERANCE = 2.0**28
 
 
@@ -40,8 +39,8 @@ def _compute_solref(stiffness: float, restitution: float, dt_s: float) -> tuple[
     MuJoCo aims at the acceleration ``-damping * v - stiffness * depth`` along the normal, for any masses. Without
     stiffness, and with a damping of ``(1 + restitution) / dt``, an Euler step changes the velocity ``v`` to
     ``-restitution * v``, so an impact takes one step. With stiffness, the contact is an oscillator that ends after half
-    a period with ``restitution = exp(-pi z / sqrt(1 - z**2))``. Here z is the oscillator's damping ratio. At the end of
-    the contact, its force may pull.
+    a period with ``restitution = exp(-pi z / sqrt(1 - z**2))``, where z is the damping ratio. This assumes that the
+    contact also pulls the bodies together shortly before they separate.
     """
     if stiffness == 0:
         return 0.0, -(1.0 + restitution) / dt_s
@@ -53,10 +52,10 @@ def _compute_solref(stiffness: float, restitution: float, dt_s: float) -> tuple[
 def _compute_solreffriction(scene: Scene, discs: tuple[int, ...], dt_s: float) -> tuple[float, float]:
     """Return the ``solreffriction`` with which a contact of these discs ends their slip within the step.
 
-    Without `solreffriction`, friction uses `solref`, and so reverses the fraction ``restitution`` of the slip. MuJoCo
-    regularises friction and the normal force alike, by ``(1 - d) / d`` times the inverse mass along the normal. Along
-    the slip, the inverse mass is larger, because the discs can turn. The quotient of the two inverse masses compensates
-    for this. For the normal force, MuJoCo itself compensates for the regularisation.
+    Without `solreffriction`, MuJoCo applies `solref` also to friction. Then a slip u would become ``-restitution * u``
+    instead of 0. MuJoCo regularises friction and the normal force alike, by ``(1 - d) / d`` times the inverse mass
+    along the normal. Along the slip, the inverse mass is larger, because the discs can turn. The quotient of the two
+    inverse masses compensates for this. For the normal force, MuJoCo itself compensates for the regularisation.
     """
     inverse = [1.0 / scene.discs[i].mass_kg for i in discs]
     slip = [(1.0 + 1.0 / scene.discs[i].inertia_factor) / scene.discs[i].mass_kg for i in discs]
@@ -80,7 +79,7 @@ def _format_attributes(**values: object) -> str:
 
 
 def build_mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
-    """Return the model as MJCF. The name of a geom is the number of its body, and identifies the bodies of a contact.
+    """Return the model as MJCF. The name of each geom is the number of its body, by which contacts are read.
 
     Driven bodies are last.
     """
@@ -114,8 +113,8 @@ def build_mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
             return f"<body>{_format_turning(scene, settings, i, unit)}{geom}</body>"
         damped = _format_damping(scene, body.mass_kg)
         if settings["joints"] == "slide":
-            # The moments of inertia have no effect. They are set, because those of a small disc would be too small for
-            # MuJoCo.
+            # The disc can't turn, so its moments of inertia have no effect. They are set to 1, because MuJoCo refuses
+            # the tiny moments of a small disc.
             return (
                 f'<body><inertial pos="0 0 0" mass="{body.mass_kg!r}" diaginertia="1 1 1"/>'
                 f'<joint type="slide" axis="1 0 0"{damped}/><joint type="slide" axis="0 1 0"{damped}/>{geom}</body>'
@@ -126,8 +125,8 @@ def build_mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
     def format_wall(k: int) -> str:
         material = scene.arrays.materials[k]
         geom = "".join(
-            # Only the parameters of the geom with the higher priority are used. Otherwise MuJoCo would combine the
-            # parameters of both geoms, and use the larger damping and friction.
+            # With this priority, MuJoCo uses only the wall's parameters. Without it, MuJoCo would combine them with the
+            # disc's, and use the larger damping and friction.
             format_geom(name, material.restitution, material.friction, **shape, priority="1", **fixed_attributes)
             for name, shape in zip(list_wall_names(scene, k), _list_wall_shapes(scene, k, dt_s), strict=True)
         )
@@ -147,7 +146,7 @@ def sort_bodies(scene: Scene) -> list[int]:
 
 
 def parse_body(geom: str) -> int:
-    """Return the number of the body to which the geom with a name belongs."""
+    """Return the number of the body to which a geom belongs, given the geom's name."""
     return int(geom.partition("/")[0])
 
 
@@ -170,8 +169,8 @@ def _list_wall_shapes(scene: Scene, k: int, dt_s: float) -> list[dict[str, objec
     if not wall.driven:
         # a size of 0 means infinite
         return [{"type": "plane", "size": "0 0 1", "pos": "{!r} {!r} 0".format(*wall.point_m), **facing}]
-    # A plane can't move. So a driven half-plane is a box. The box is so large that discs can reach only its face at
-    # `point_m`.
+    # In MuJoCo, a plane can't move. So a driven half-plane is a box, so large that discs can reach only the face that
+    # replaces the plane.
     centre, radius = reach(scene, dt_s)
     drift = wall.drive.fastest * (scene.duration_s + dt_s)
     half = 2.0 * (radius + drift + math.dist(centre, wall.point_m))
@@ -185,7 +184,7 @@ def _find_heaviest(scene: Scene) -> float:
 
 
 def _format_driven_start(scene: Scene, settings: Mapping[str, Setting], *, turns: bool = False) -> str:
-    """Return the first MJCF lines of a driven body: its joints, and a mass so large that impacts do not move it."""
+    """Return the first MJCF lines of a driven body: its joints, and a mass so large that impacts hardly move it."""
     ratio = DRIVEN_MASS if settings.get("tolerance") == 0 else DRIVEN_MASS_IN_TOLERANCE
     mass = ratio * choose_mass_unit(scene, settings) * _find_heaviest(scene)
     inertia = mass * max(disc.radius_m for disc in scene.discs) ** 2
@@ -197,7 +196,7 @@ def _format_driven_start(scene: Scene, settings: Mapping[str, Setting], *, turns
 
 
 def _format_option(scene: Scene, settings: Mapping[str, Setting]) -> str:
-    # In one pass without a warm start, the solver computes each contact's normal force before its friction.
+    # With one iteration and without a warm start, the solver computes each contact's normal force before its friction.
     one_pass: dict[str, Setting] = {"cone": "elliptic", "solver": "PGS", "iterations": 1, "warmstart": False}
     values = (one_pass if does_solve_in_turn(scene, settings) else {}) | dict(settings)
     option = _format_attributes(
@@ -213,15 +212,14 @@ def _format_turning(scene: Scene, settings: Mapping[str, Setting], i: int, unit:
     """Return inertia and joints of a disc that may turn."""
     body = scene.discs[i]
     mass, turns = body.mass_kg * unit, math.isfinite(body.inertia_factor)
-    factor = body.inertia_factor if turns else 1.0  # without a hinge, the factor has no effect
+    factor = body.inertia_factor if turns else 1.0  # a disc without a hinge can't turn, so the factor has no effect
     free = turns and settings["joints"] == "free"
     tips = CYLINDER_TIPS if free and settings.get("shape", "sphere") == "cylinder" else factor
     moments = " ".join(repr(moment * mass * body.radius_m**2) for moment in (tips, tips, factor))
     inertial = f'<inertial pos="0 0 0" mass="{mass!r}" diaginertia="{moments}"/>'
     if free:
         return f"{inertial}{_format_free_joint(_format_damping(scene, mass))}"
-    # No force acts along the third axis. With three slides, MuJoCo's mean inverse mass of all axes equals that of each
-    # axis.
+    # No force acts along z. The third slide is needed since MuJoCo uses the mean inverse mass over all three axes.
     damped = _format_damping(scene, mass)
     slides = "".join(f'<joint type="slide" axis="{axis}"{damped}/>' for axis in ("1 0 0", "0 1 0", "0 0 1"))
     about = _format_damping(scene, factor * mass * body.radius_m**2)
@@ -238,9 +236,9 @@ def _format_free_joint(damped: str) -> str:
 
 
 def list_axis_dampings(scene: Scene, settings: Mapping[str, Setting], inertia: Sequence[float]) -> list[float] | None:
-    """Return the damping about the axes of a free joint with these moments of inertia; None to keep that of the MJCF.
+    """Return the damping of rotations of a free joint with these moments of inertia; None to keep that of the MJCF.
 
-    In MJCF, all six axes of a free joint have the same damping. The model contains the damping of the mass.
+    In MJCF, all six axes of a free joint have the same damping, which is right for translations here.
     """
     if not (scene.damping_per_s and scene.arrays.turns and settings["joints"] == "free"):
         return None

@@ -11,7 +11,7 @@ import numpy as np
 
 from carom.engines.api import AdapterError, Disc, Imported, Scene, Wall, one_coefficient
 
-#: Two numbers count as equal up to this difference, which is the rounding of a quaternion.
+#: Largest difference of two numbers that count as equal. It allows for the rounding of a quaternion.
 ROUNDING = 1e-12
 
 #: Kinds of geoms that scenes support.
@@ -21,7 +21,7 @@ PLANE, SPHERE, CYLINDER = "plane", "sphere", "cylinder"
 def read_scene(content: bytes, name: str, duration_s: float) -> Imported:
     """Return the discs and walls of a model, and list everything in it that scenes do not support.
 
-    The state is that of the first keyframe or, if there is none, that of the model as built.
+    Positions and velocities are those of the model's first keyframe or, without a keyframe, of its initial state.
 
     Raises:
         AdapterError: The content is not an MJCF model that MuJoCo can compile, or the model refers to other files.
@@ -42,9 +42,9 @@ def read_scene(content: bytes, name: str, duration_s: float) -> Imported:
 
 
 def _require_alone(text: str) -> None:
-    """Refuse a model that refers to other files. With an untrusted model, MuJoCo could be made to read any file."""
+    """Refuse a model that refers to other files, since an untrusted model could make MuJoCo read any file."""
     try:
-        root = ElementTree.fromstring(text)  # noqa: S314 - in a worker, and expat limits what entities generate
+        root = ElementTree.fromstring(text)  # noqa: S314 - in a worker process; expat limits the expansion of entities
     except ElementTree.ParseError as error:
         raise AdapterError(f"it is not XML: {error}") from error
     for element in root.iter():
@@ -153,7 +153,7 @@ class _Reading:
         return bool(self.model.body_weldid[self.model.geom_bodyid[geom]] != 0)
 
     def _can_turn(self, body: int) -> bool | None:
-        """Whether a body that can move freely in the plane can also turn there; None for any other body."""
+        """Whether a body can turn in the plane; None for a body that can't move freely in the plane."""
         model, kinds = self.model, self.mujoco.mjtJoint
         if model.body_geomnum[body] != 1 or model.body_parentid[body] != 0:
             return None
@@ -173,10 +173,7 @@ class _Reading:
         return bool(hinges)
 
     def _compute_restitution(self, geom: int) -> float:
-        """Return the restitution that a ``solref`` causes.
-
-        It is that of a damper, as in `_compute_solref`, or of a spring.
-        """
+        """Return the restitution that follows from a geom's ``solref``, which describes a damper or a spring."""
         first, second = (float(one) for one in self.model.geom_solref[geom])
         if first == 0.0 and second < 0.0:  # a damper without a spring, which acts for one Euler step
             return max(-second * float(self.model.opt.timestep) - 1.0, 0.0)
@@ -187,7 +184,7 @@ class _Reading:
         return float(self.model.geom_friction[geom][0]) if self.model.geom_condim[geom] > 1 else 0.0
 
     def _find_coefficients(self, name: str, compute: Any, limit: float) -> dict[str, float]:
-        """Return the coefficients of pairs of discs, and of pairs of a disc and a wall. Walls may have priority."""
+        """Return the coefficients of pairs of discs, and of pairs of a disc and a wall."""
         discs, walls = [compute(geom) for geom, _ in self.discs], [compute(geom) for geom, _ in self.walls]
         pair = one_coefficient(f"{name} of pairs of discs", discs, limit, self.dropped)
         return {name: pair, f"wall_{name}": one_coefficient(f"{name} of walls", walls or [pair], limit, self.dropped)}

@@ -1,6 +1,6 @@
-"""Writes MuJoCo's settings as a model, ready to paste: MJCF that MuJoCo loads without Carom.
+"""Writes a scene and settings as an MJCF model, which MuJoCo loads without Carom.
 
-Its keyframe is the initial state.
+The model's keyframe is the scene's initial state.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from carom_adapters.shared.settings_code import count_steps, format_comment
 def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
     """Return the model of `build_mjcf` in a readable form.
 
-    Attributes that all geoms or pairs share are in its defaults.
+    Attributes that are the same for all geoms, or for all pairs, are moved into the model's defaults.
     """
     require_usable(scene, settings)
     if has_legs(scene):
         raise AdapterError("MuJoCo: the velocity of a body changes between steps, which a model can't describe")
-    # The text contains only numbers, and words that are in the lists of settings.
+    # The text contains only numbers, and words that the adapter has checked.
     model = ElementTree.fromstring(build_mjcf(scene, settings))  # noqa: S314 - the adapter itself has written this text
     ElementTree.indent(_with_start(_with_defaults(model), scene, settings))
     sentences = [heading, f"{count_steps(scene, settings)} steps from the keyframe cover the scene."]
@@ -37,8 +37,8 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
         )
     if scene.damping_per_s and scene.arrays.turns and settings["joints"] == "free":
         sentences.append(
-            "MJCF has one damping for a free joint: about its axes set dof_damping to "
-            f"{scene.damping_per_s!r} times body_inertia after loading."
+            "MJCF has one damping for all axes of a free joint. After loading, set dof_damping of its rotations to "
+            f"{scene.damping_per_s!r} times body_inertia."
         )
     text = format_comment(
         "\n".join(sentences).replace("--", "- -"), "     "

@@ -27,15 +27,15 @@ from carom_adapters.mujoco.model import build_mjcf, choose_mass_unit, list_axis_
 from carom_adapters.shared.legs import Driven, Legs, find_first_velocity
 from carom_adapters.shared.walls import find_walls_in_pieces, sum_contacts
 
-#: Number of compiled models that are kept for scenes that differ only in their initial states. The number is enough for
-#: one model for each profile with a few step sizes.
+#: Number of compiled models in the cache. Scenes that differ only in their initial states share a model. The number is
+#: enough for all profiles with a few step sizes.
 KEPT_MODELS = 16
 
 
 def _ignore(_text: str) -> None:
-    """Drop the text of a warning. MuJoCo would write it to a file in the working folder.
+    """Ignore the text of a warning, which MuJoCo would write to a file in the working folder.
 
-    `observe` reads the numbers of warnings.
+    `observe` reads from MuJoCo's counters which warnings there were.
     """
 
 
@@ -44,12 +44,12 @@ def _compile(text: str) -> Any:
     """Compile a model, or return the model that was compiled from the same text.
 
     The text does not contain positions and velocities of movable discs. So scenes that differ only in these share a
-    model.
+    compiled model.
     """
     return importlib.import_module("mujoco").MjModel.from_xml_string(text)
 
 
-#: Flags of later releases: their names in MJCF, and their bits in MuJoCo.
+#: Flags that only later releases of MuJoCo have: their names in MJCF, and the names of their bits.
 _LATER = {"speculative": ("mjtEnableBit", "mjENBL_SPECULATIVE"), "autoreset": ("mjtDisableBit", "mjDSBL_AUTORESET")}
 
 
@@ -71,7 +71,7 @@ class MujocoWorld:
         self._mujoco: Any = importlib.import_module("mujoco")  # untyped: its classes come from C++ without stubs
         self._mujoco.set_mju_user_warning(_ignore)
         try:
-            # A flag that this release lacks is reported as not set.
+            # Leave out flags that this release lacks. They are later reported as not set.
             lacking = {name for name in _LATER if not _find_flag_bit(self._mujoco, name)}
             known = {name: value for name, value in settings.items() if name not in lacking}
             self._model = _compile(build_mjcf(scene, known))
@@ -81,7 +81,7 @@ class MujocoWorld:
         # These views are kept, since it takes long to create them.
         self._warnings, self._qpos, self._qvel = self._data.warning.number, self._data.qpos, self._data.qvel
         self._shared = True
-        #: Pairs of a view of the damping of contacts, and of the product of this damping and the step size.
+        #: For each array of contact dampings in the model: a view of the array, and its values times the step size.
         self._dampings: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []
         self._probe: Any = None
         self._clock = StepClock(float(self._model.opt.timestep))
@@ -115,13 +115,13 @@ class MujocoWorld:
         # it at 0.
         self._free = np.flatnonzero(model.jnt_type[joint] == self._mujoco.mjtJoint.mjJNT_FREE)
         self._height_at = model.jnt_qposadr[joint[self._free]] + 2
-        for body in 1 + self._free:  # the model can be shared, but all its worlds set the same values
+        for body in 1 + self._free:  # the model may be shared, but all worlds set the same values
             about = list_axis_dampings(scene, settings, model.body_inertia[body].tolist())
             if about is not None:
                 model.dof_damping[model.body_dofadr[body] + 3 : model.body_dofadr[body] + 6] = about
         self._radius = scene.arrays.radius_m[self._movable][self._free]
-        # If the sum of the squared distances from the plane is below this limit, the single distances need not be
-        # compared with radii after a step.
+        # If the sum of the squared distances from the plane is below this limit, no disc can be off the plane by more
+        # than its radius. So the single distances need not be checked.
         self._low = 0.25 * float(np.min(self._radius, initial=np.inf)) ** 2
         driven = [scene.discs[i].driven for i in moving]
         turning = (np.isfinite(scene.arrays.inertia[self._movable]) | np.array(driven, dtype=bool)) & self._turns
@@ -135,10 +135,7 @@ class MujocoWorld:
         self._start_driven(1 + len(moving), [wall for wall in scene.walls if wall.driven])
 
     def _start_driven(self, first: int, bodies: Sequence[Driven]) -> None:
-        """Set the initial velocities of driven bodies, and record their legs.
-
-        In the model, these bodies have the numbers from `first` on.
-        """
+        """Set the initial velocities of driven bodies, and record their legs. `first` is the first body's number."""
         for body, scene_body in enumerate(bodies, first):
             if scene_body.driven:
                 begin = int(self._model.body_dofadr[body])
@@ -182,7 +179,7 @@ class MujocoWorld:
         return read
 
     def advance(self, steps: int) -> None:
-        """Take the steps in MuJoCo's own loop. Between steps, driven bodies get the velocities of their legs."""
+        """Take the steps in MuJoCo's own loop. Between steps, set the prescribed velocities of driven bodies."""
         for count in self._legs.split_steps(steps):
             for begin, velocity in self._legs.start_due(self._clock.now_s):
                 self._data.qvel[begin : begin + 2] = velocity
@@ -192,7 +189,8 @@ class MujocoWorld:
     def observe(self) -> Observation:
         """Return the state of every disc, the contacts with a force, and any warning.
 
-        MuJoCo finds contacts and then moves the bodies, so the contacts of step k (from 0) are at ``k dt_s``.
+        MuJoCo finds contacts and then moves the bodies, so a contact of step k (counted from 0) has the time ``k
+        dt_s``.
         """
         position, velocity, spin = self._position.copy(), self._velocity.copy(), None
         position[self._movable] = self._qpos[self._at]
@@ -225,7 +223,7 @@ class MujocoWorld:
     def _read_contacts(self) -> list[Contact]:
         data, at_s = self._data, self._clock.step_began_s
         found: list[Contact] = []
-        # Contacts are read as arrays, since MuJoCo's bindings take long to create an object for each contact.
+        # Contacts are read as arrays, since MuJoCo's Python bindings are slow at creating an object for each contact.
         rows, geoms, frames = data.contact.efc_address, data.contact.geom, data.contact.frame
         for k, (row, (geom1, geom2), frame) in enumerate(zip(rows, geoms, frames, strict=True)):
             if row < 0:  # the contact has no row in the solver, so it has no force
@@ -245,7 +243,7 @@ class MujocoWorld:
     def _compute_impulses(self, contact: int, frame: NDArray[np.float64]) -> tuple[float, float]:
         """Return a contact's force along its normal, and friction's impulse along the normal turned by +90 degrees.
 
-        With a pyramidal cone, the solver's rows belong to the edges of the cone. MuJoCo combines them to a force.
+        If MuJoCo approximates the friction cone by a pyramid, its own function converts the solver's rows to a force.
         """
         force = np.zeros(6)
         self._mujoco.mj_contactForce(self._model, self._data, contact, force)
@@ -268,7 +266,7 @@ class MujocoWorld:
         if not np.count_nonzero(number):
             return "; ".join(warnings)
         kind = self._mujoco.mjtWarning
-        # Without the reset, MuJoCo counts such a value and continues. This is harmless.
+        # If the reset is switched off, MuJoCo only counts huge values, which is no reason for a warning.
         autoreset = not self._model.opt.disableflags & _find_flag_bit(self._mujoco, "autoreset")
         bad = number[[int(kind.mjWARN_BADQPOS), int(kind.mjWARN_BADQVEL), int(kind.mjWARN_BADQACC)]]
         if autoreset and bad.any():
@@ -278,7 +276,7 @@ class MujocoWorld:
         return "; ".join(warnings)
 
     def cut(self, dt_s: float) -> None:
-        """Set the size of the following steps. The damping of a contact depends on the step size."""
+        """Set the size of the following steps, and the damping of contacts, which depends on this size."""
         if self._shared:  # the model is shared with other worlds, which have another step size
             self._model, self._shared = copy.copy(self._model), False
             model = self._model
@@ -308,7 +306,7 @@ class MujocoWorld:
         return frozenset(pair_of(self._number[a], self._number[b]) for a, b in geoms[overlaps])
 
     def save(self) -> object:
-        """Return coordinates and velocities. With the settings of `located`, these are the whole state."""
+        """Return coordinates and velocities. With the settings of `located`, nothing else affects later steps."""
         return (self._clock.now_s, self._legs.started, self._data.qpos.copy(), self._data.qvel.copy())
 
     def restore(self, state: Any) -> None:
@@ -317,5 +315,5 @@ class MujocoWorld:
         self._clock.restart(time_s)
 
     def close(self) -> None:
-        """Drop the references to model and data. Their memory is freed with the last references."""
+        """Drop the references to model and data, so that their memory is freed."""
         del self._data, self._warnings, self._qpos, self._qvel, self._probe, self._dampings, self._model

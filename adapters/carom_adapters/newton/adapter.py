@@ -11,7 +11,7 @@ from carom_adapters.newton.settings_code import write_code
 from carom_adapters.newton.world import NewtonWorld
 from carom_adapters.shared import engine_adapter as shared
 
-#: If bodies touch at the start of a step, they first move on for the whole step, and are then pushed apart.
+#: Newton moves bodies for a whole step before it solves their contacts, so impacts are up to one step late.
 LATE = Accuracy(late_steps=1.0)
 
 _DEFAULT: shared.Settings = {"enable_restitution": True}

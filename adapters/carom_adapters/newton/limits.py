@@ -6,9 +6,9 @@ from collections.abc import Mapping
 
 from carom.engines.api import Capabilities, Scene, Setting, require_sound, require_supported
 
-#: Arguments of the solver. The names are those of the attributes in which the solver stores the arguments. The other
-#: settings are ``gap``, a property of each shape, and ``speculative_contact_gap_max``, a property of the collision,
-#: which is off by default. Settings that a profile omits keep Newton's defaults.
+#: Arguments of the solver, by the names of the attributes in which the solver stores them. There are two other
+#: settings. ``gap`` is a property of each shape. ``speculative_contact_gap_max`` is a property of the collision
+#: pipeline, which is off by default. Settings that a profile omits keep Newton's defaults.
 OF_THE_SOLVER = (
     "iterations",
     "rigid_contact_relaxation",
@@ -24,8 +24,7 @@ CAPABILITIES = Capabilities(
     gravity=True,
     restitution=(0.0, 1.0),
     # In each step with contacts, Newton stops bodies that are slower than 0.1 mm/s. So two bodies with a closing speed
-    # of up to twice this speed may not bounce. If a disc at rest gets so slow in the first step of a contact, this
-    # speed may be lost. When bodies separate, half of the change of velocity may be lost.
+    # of up to twice this speed may not bounce.
     restitution_threshold_m_s=2e-4,
     float_bits=32,
     dimensions=3,

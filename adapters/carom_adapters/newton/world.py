@@ -22,9 +22,9 @@ from carom_adapters.newton.limits import OF_THE_SOLVER, SPECULATIVE, check_input
 
 
 class NewtonWorld:
-    """One model of spheres. The second coordinate of all spheres is 0.
+    """One model of spheres in the plane y = 0, in which the scene's y axis is Newton's z axis.
 
-    Rotations about the second axis keep it exactly 0.
+    Rotations of walls about the y axis keep the y coordinates exactly 0.
     """
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
@@ -39,7 +39,8 @@ class NewtonWorld:
         gx, gy = scene.gravity_m_s2
         builder = newton.ModelBuilder(gravity=(gx, 0.0, gy))
         self._still = np.array([disc.position_m for disc in scene.discs], dtype=np.float64)
-        #: Numbers of the discs that are bodies, and for each shape the number of its body in `Contact`.
+        #: Numbers of the discs that are bodies in Newton, and for each of Newton's shapes the number of its disc or
+        #: wall.
         self._moved = [i for i, disc in enumerate(scene.discs) if not disc.immovable]
         walls = scene.half_planes()
         self._number = np.array([*range(len(scene.discs)), *map(wall_body, range(len(walls)))])
@@ -56,8 +57,8 @@ class NewtonWorld:
             builder.body_qd[body] = warp.spatial_vector(*_to_space(disc.velocity_m_s), 0.0, 0.0, 0.0)
             builder.add_shape_sphere(body, radius=disc.radius_m, cfg=shape)
         for wall in walls:
-            # A plane is given by position and rotation. If it were given by its equation, Newton 1.8 would turn a plane
-            # that faces down into a plane that faces up.
+            # The plane is described by position and rotation, not by its equation, for which Newton 1.8 turns a plane
+            # that faces down into one that faces up.
             turn = math.atan2(*wall.normal) / 2.0
             transform = warp.transform(_to_space(wall.point_m), (0.0, math.sin(turn), 0.0, math.cos(turn)))
             shape = self._build_material(builder, of_walls, settings)
@@ -91,8 +92,8 @@ class NewtonWorld:
     def advance(self, steps: int) -> None:
         """Take steps.
 
-        Newton finds contacts at the start of a step. It solves those contacts whose bodies overlap at the end of the
-        step.
+        Newton finds contacts at the start of a step, then moves the bodies, and then solves the contacts of those that
+        overlap.
         """
         dt_s = self._clock.dt_s
         for _ in range(steps):
@@ -103,7 +104,7 @@ class NewtonWorld:
         self._clock.count(steps)
 
     def observe(self) -> Observation:
-        """Return the state of every disc, and the contacts of the last step at which the solver pushed."""
+        """Return the state of every disc, and the contacts in which a force acted in the last step."""
         if self._forces is None:
             self._forces = self._solver.observables({"contact_f"}, contacts=self._contacts)
         position, velocity = self._still.copy(), np.zeros_like(self._still)
@@ -116,9 +117,9 @@ class NewtonWorld:
         return Observation(position, velocity, () if has_overflowed else tuple(self._find_pushed(found)), warning)
 
     def _find_pushed(self, count: int) -> Iterator[Contact]:
-        """Yield the contacts at which the solver pushed, without impulses.
+        """Yield the contacts in which a force acted; their impulses are left out.
 
-        The solver reports changes of positions, but not the bounce.
+        The forces that the solver reports do not include the bounce, so they are not the impulses.
         """
         pushed = np.flatnonzero(self._forces.contact_f.numpy()[:count].any(axis=1))
         normals = self._contacts.rigid_contact_normal.numpy()[pushed].tolist()

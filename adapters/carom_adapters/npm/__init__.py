@@ -1,4 +1,4 @@
-"""Engines from npm: one folder for each, with a program for node that uses the engine protocol.
+"""Engines from npm. Each folder contains a program for Node that runs an engine and uses the engine protocol.
 
 ``docs/reference/engine-protocol.md`` describes the protocol. ``package.json`` contains the versions of the engines, and
 ``serve.mjs`` contains the code that their programs share. In a checkout, `make engines` installs the engines. In an

@@ -1,9 +1,7 @@
-"""Writes programs for Node, ready to paste, for engines from npm.
+"""Writes a scene and settings as a program for Node, for engines from npm.
 
-A program contains a scene, settings, and the adapter's world class.
-
-A program imports only its engine. It contains a copy of those parts of `serve.mjs` that it needs. All engines share
-`serve.mjs`.
+A program contains a scene, settings, and the adapter's world class. It imports only its engine. It also contains a copy
+of the functions that it needs from `serve.mjs`, which all engines use.
 """
 
 from __future__ import annotations
@@ -24,7 +22,7 @@ _EXPORTED = re.compile(r"^export (?:async )?(?:const|function|class) (\w+)", re.
 
 
 class NpmAdapter(ProgramAdapter):
-    """Adapter of an engine in a folder next to this file. The adapter can also write a world as a program."""
+    """Adapter of an engine in a folder next to this file. The adapter can also write a scene as a program."""
 
     def __init__(self, manifest: Path) -> None:
         super().__init__(load_manifest(manifest), manifest.resolve().parent)
@@ -42,7 +40,7 @@ class NpmAdapter(ProgramAdapter):
 
 
 def _find_exports(source: Path) -> Mapping[str, str]:
-    """Return the code of each export of `serve.mjs`, with the comment above it, by name."""
+    """Return the code of each function that `serve.mjs` exports, with the comment above it, by the function's name."""
     pieces = (source.parents[1] / "serve.mjs").read_text(encoding="utf-8")
     found = ((_EXPORTED.search(piece), piece) for piece in re.split(r"\n\n(?=//)", pieces.rstrip("\n")))
     return {name[1]: piece.replace("export ", "") for name, piece in found if name}
@@ -51,12 +49,12 @@ def _find_exports(source: Path) -> Mapping[str, str]:
 def write_code(
     source: str, shared: Mapping[str, str], scene: Scene, settings: Mapping[str, Setting], heading: str
 ) -> str:
-    """Return the source of the adapter's program with a scene and all imported code, but without the protocol."""
+    """Return a program that consists of the adapter's source, a scene and all imported code, without the protocol."""
     imported, served = _IMPORTED.search(source), _SERVED.search(source)
     if imported is None or served is None:
         raise ValueError("the program does not import from serve.mjs, or has no world")
     needed = [name for name in imported[1].split(", ") if name != "serve"]
-    for name in needed:  # this list grows during the loop by names that the exports need
+    for name in needed:  # the loop appends the names that these functions need in turn
         needed += [other for other in shared if re.search(rf"\b{other}\b", shared[name]) and other not in needed]
     helpers = "\n\n".join(piece for name, piece in shared.items() if name in needed)
     body = _SERVED.sub("", _IMPORTED.sub("", source)).rstrip("\n")

@@ -1,4 +1,4 @@
-"""Writes ODE's settings as a program, ready to paste."""
+"""Writes a scene and settings as a program for ODE, which users can copy."""
 
 from __future__ import annotations
 

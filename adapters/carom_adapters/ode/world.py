@@ -21,7 +21,7 @@ from carom_adapters.ode.limits import LEAST_STEP_S, STEPPERS, check_inputs
 
 
 class OdeWorld:
-    """One `OdeWorld` of spheres in a hash space. No force turns the spheres or moves them out of the plane."""
+    """One world of ODE with spheres in a hash space. No force turns the spheres or moves them out of the plane."""
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
         check_inputs(scene, settings)
@@ -68,7 +68,7 @@ class OdeWorld:
         self._geoms[number], self._number[geom.getId().this] = geom, number
 
     def _build_surface(self, restitution: float) -> Any:
-        surface = self._ode.OdeSurfaceParameters()  # without friction and without a velocity threshold
+        surface = self._ode.OdeSurfaceParameters()  # by default, no friction, and bounces at any speed
         surface.setMode(self._ode.OdeSurfaceParameters.MFContactBounce)
         surface.setBounce(restitution)
         return surface
@@ -86,7 +86,7 @@ class OdeWorld:
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings, read back from ODE. The stepper is the method that is called."""
+        """The settings, read back from ODE, except for the name of the stepper."""
         return {
             "dt_s": self._clock.dt_s,
             "cfm": self._world.getCfm(),
@@ -135,8 +135,7 @@ class OdeWorld:
         found = []
         for joint, a, b, normal in self._met:
             feedback = joint.getFeedback()
-            # This is the force on one of the two bodies. If only one body can move, ODE stores the force on this body
-            # first.
+            # The force on one of the two bodies; if only one of them can move, it is the force on that one.
             fx, fy, _ = feedback.getForce1()
             impulse = abs(fx * normal[0] + fy * normal[1]) * self._clock.dt_s
             if impulse > 0.0:  # if the bodies separate, the contact has no effect
@@ -175,7 +174,7 @@ class OdeWorld:
                 self._put(body, *body_state)
 
     def close(self) -> None:
-        """Release joints, geoms, bodies, space and world. Panda3D does not free them."""
+        """Release joints, geoms, bodies, space and world, since Panda3D does not free them by itself."""
         self._release_joints()
         for geom in self._geoms.values():
             geom.destroy()

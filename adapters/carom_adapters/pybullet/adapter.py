@@ -19,38 +19,38 @@ from carom_adapters.shared import engine_adapter as shared
 #: of up to 2.4e-4 times the greatest velocity (for a cradle with gaps, at 240 steps per second).
 CYLINDER_ACCURACY = Accuracy(velocity=1e-3)
 
-#: By default both dampings are 0.04. This reduces a spin of 10 rad/s by 3 rad/s in a second.
+#: PyBullet damps bodies by default: both values are 0.04, which reduces a spin of 10 rad/s by 3 rad/s in a second.
 _DEFAULT: shared.Settings = {"linearDamping": 0.0, "angularDamping": 0.0}
 
 _TUNED: shared.Settings = {
     "linearDamping": 0.0,
-    # A multibody, the default, clamps its speed at 100 m/s and its spin at 100 rad/s, and ignores continuous
-    # detection. Maximal coordinates do not damp spin.
+    # By default a body is a multibody, whose speed is limited to 100 m/s and its spin to 100 rad/s, without continuous
+    # detection. Bodies with maximal coordinates have none of these limits, and their spin is not damped.
     "useMaximalCoordinates": True,
-    # Bullet adds erp * depth / dt to the bounce. The default of erp is 0.08.
+    # Bullet adds erp * depth / dt to the speed after a bounce. The default of erp is 0.08.
     "contactERP": 0.0,
     # Contacts are solved only while bodies overlap. By default Bullet solves them from a distance of 0.02 m on.
     "contactProcessingThreshold": 0.0,
     "contactSlop": 0.0,
     # Bullet makes contacts that are slower than this inelastic. The default is 0.2 m/s.
     "restitutionVelocityThreshold": 0.0,
-    # Contacts that share a body are solved in an order that does not depend on memory addresses.
+    # By default, the order in which contacts of the same body are solved depends on memory addresses.
     "deterministicOverlappingPairs": 1,
-    # All iterations are done, even if the residual is small. Otherwise contacts that share a body lose energy.
+    # By default, the solver stops when the residual is small. Then contacts of the same body lose energy.
     "solverResidualThreshold": 0.0,
     "numSolverIterations": 50,
-    # Discs are swept if their initial velocity moves them by more than their radius in a step. Otherwise they may pass
-    # through other discs. Discs that are slow initially are not swept. If an impact made such a disc fast, it would be
-    # swept into walls and neighbours that it already touches, and would gain energy (by a factor of eight in Galperin's
-    # billiard at 60 steps per second). The swept sphere is smaller than the disc. If both were equally large, a swept
-    # disc would stop before it overlaps the other body, and the contact would be lost.
+    # Bullet sweeps a sphere of this fraction of the disc's radius along the path of a step (continuous detection). This
+    # is done for discs whose initial velocity moves them by more than their radius in a step. Other discs are not
+    # swept: if an impact made such a disc fast, it would be swept into bodies that it already touches, and would gain
+    # energy (by a factor of eight in Galperin's billiard at 60 steps per second). With a fraction of 1, a swept disc
+    # would stop before it overlaps the other body, so that no contact is found.
     "ccd_radius_fraction": 0.95,
 }
 
 _NO_CCD: shared.Settings = {**_TUNED, "ccd_radius_fraction": 0.0}
 
-#: Cylinders touch along a line, but Bullet keeps only single points of this line, away from its middle. Cylinders
-#: that can turn tip over.
+#: Cylinders touch along a line, but Bullet uses only single points of this line, which are not in its middle. So
+#: cylinders tip over if they can turn.
 _CYLINDER: shared.Settings = {**_TUNED, "shape": "cylinder", "turn": False}
 
 _PLAIN_CYLINDER: shared.Settings = {**_TUNED, "shape": "cylinder", "turn": True}
@@ -93,7 +93,7 @@ adapter = shared.EngineAdapter(
         "tuned": shared.build_tuned_profile(
             "only overlaps are solved, and never pushed apart, and fast discs are swept", _TUNED
         ),
-        # Bullet itself stops a swept disc inside the other disc. So the instant of the impact could not be found.
+        # Bullet stops a swept disc inside the other disc. So if discs were swept, bisection could not find the impact.
         "located": shared.build_located_profile("Bullet's own collision detection", _NO_CCD, but=" without sweeping"),
         "no-ccd": Profile(
             "The tuned settings without continuous detection: no disc is swept.", shared.add_step(_NO_CCD)

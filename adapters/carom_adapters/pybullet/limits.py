@@ -8,8 +8,8 @@ from dataclasses import replace
 from carom.engines.api import AdapterError, Scene, Setting, require_sound, require_supported
 from carom_adapters.shared.engine_adapter import GENERAL
 
-#: Arguments of `setPhysicsEngineParameter`. The names are PyBullet's. ``contactBreakingThreshold`` is not included,
-#: because it applies to the whole process, and a world must not affect the next world.
+#: Arguments of `setPhysicsEngineParameter`. The names are PyBullet's. ``contactBreakingThreshold`` is not included. It
+#: applies to the whole process, so that one run would affect the next.
 WORLD_SETTINGS = (
     "numSolverIterations",
     "solverResidualThreshold",
@@ -29,8 +29,8 @@ BODY_SETTINGS = ("linearDamping", "angularDamping", "contactProcessingThreshold"
 OTHER_SETTINGS = ("useMaximalCoordinates", "ccd_radius_fraction", "shape", "turn")
 SHAPES = ("sphere", "cylinder")
 
-#: Bullet's SIMD_EPSILON is 2.2e-16. Bullet ignores a step that is shorter than this constant. It treats a body as
-#: static if 1/mass is below the constant. It uses an arbitrary normal for discs that are closer than the constant.
+#: Shortest step size, smallest 1/mass, and smallest distance of discs. Below 2.2e-16 (its constant SIMD_EPSILON),
+#: Bullet ignores a step, treats a body as static, or uses an arbitrary normal.
 SHORTEST_STEP_S = 1e-15
 
 #: Smallest allowed values of settings. PyBullet silently ignores smaller values.
@@ -39,8 +39,8 @@ LEAST = dict.fromkeys((*WORLD_SETTINGS, *BODY_SETTINGS, "ccd_radius_fraction"), 
     "dt_s": SHORTEST_STEP_S,
 }
 
-#: Limits of a multibody, which is the default kind of body. Bullet clamps its speed to the first limit and its spin to
-#: the second (m_maxCoordinateVelocity). Bullet treats contacts that are slower than the third limit as inelastic
+#: Limits with PyBullet's default settings. The first two are the largest speed and spin of a body
+#: (m_maxCoordinateVelocity). Contacts with a lower closing speed than the third are inelastic
 #: (restitutionVelocityThreshold).
 SHIPPED_SPEED_CLAMP_M_S = 100.0
 SHIPPED_SPIN_CLAMP_RAD_S = 100.0
@@ -51,11 +51,11 @@ CAPABILITIES = replace(
     damping=True,
     rolling_resistance=True,
     spin=True,
-    # Because of rounding, a contact point is not exactly on the line of centres. So an impulse at this point turns the
-    # disc. The smaller the inertia, the more the disc turns. With this inertia factor, the relative change of the spin
-    # is 1e-8 for discs at a distance of 200 radii from the origin.
+    # Because of rounding, a contact point is not exactly on the line of centres. So the normal impulse also changes the
+    # spin, and more so if the inertia is small. With this inertia factor, the relative error of the spin is 1e-8 for
+    # discs at a distance of 200 radii from the origin.
     min_inertia_factor=1e-6,
-    # The largest friction is MAX_FRICTION. Bullet clamps the product of two bodies' coefficients to it
+    # The largest friction is Bullet's MAX_FRICTION. Bullet reduces a larger product of two bodies' coefficients to it
     # (`btManifoldResult`).
     friction=(0.0, 10.0),
     continuous_detection=True,
@@ -65,7 +65,7 @@ CAPABILITIES = replace(
     # Bullet removes a moving body from the simulation when the squared diagonal of its bounding box, 12 radius**2,
     # reaches 1e12 (`btCollisionWorld::updateSingleAabb`). The box is larger than the body by the contact margin.
     max_radius_m=2.8e5,
-    # Below this mass, a quotient of masses may leave the range of 64-bit floats.
+    # With smaller masses, a quotient of two masses could overflow 64-bit floats.
     min_mass_kg=1e-100,
     max_mass_kg=1e15,
     dimensions=3,

@@ -24,21 +24,20 @@ def compute_capsule(a: Point, b: Point) -> tuple[float, Point, list[float]]:
 
 
 def compute_moments(scene: Scene, settings: Mapping[str, Setting], disc: Disc) -> list[float] | None:
-    """Return the moments of inertia of a movable disc; None to keep those of its shape if nothing turns it."""
+    """Return the moments of inertia of a movable disc; None to keep those that Bullet computes from its shape."""
     cylinder, free, turns = settings.get("shape") == "cylinder", bool(settings.get("turn", True)), scene.arrays.turns
     if free and not turns:
         return None
     # Bullet treats a moment of 0 as infinite.
     factor = disc.inertia_factor if turns and math.isfinite(disc.inertia_factor) else 0.0
-    # If the moments about the other two axes are 0, no impact turns a multibody about these axes. A sphere does not
-    # need this.
+    # For Bullet, a moment of 0 is infinite. With these, no impact turns a cylinder out of the plane.
     tips = CYLINDER_TIPS if cylinder else factor
     scale = disc.mass_kg * disc.radius_m**2
     return [moment * scale for moment in ((tips if free else 0.0), (tips if free else 0.0), factor)]
 
 
 def build_dynamics(scene: Scene, settings: Mapping[str, Setting]) -> dict[str, Setting]:
-    """Return the settings of every body. A scene's damping replaces the damping in the settings.
+    """Return the settings that every body gets. If the scene has damping, it replaces the damping in the settings.
 
     With maximal coordinates, Bullet's damping is the fraction of a speed that is lost in a second. For a multibody,
     Bullet's damping is the rate c in ``v' = -c v (1 + |v|)``, which is not linear damping.
@@ -65,12 +64,13 @@ def compute_resistance(scene: Scene, disc_friction: float) -> float:
 
 
 def build_structure_key(scene: Scene, settings: Mapping[str, Setting]) -> object:
-    """Return everything in a scene except the initial states of movable discs; None if the scene must be rebuilt.
+    """Return a key that contains everything in a scene except the initial states of movable discs.
 
-    A client can be reused for scenes with equal keys. Bullet stores state that can't be reset. With three bodies or
-    more, Bullet keeps the order in which pairs came near. It solves contacts that share a body in this order, which
-    affects the last bits. Bullet also keeps contact points of cylinders and planes. After a run in which a disc rolled,
-    such a point can be slightly off its line, and then turns the disc in the next run.
+    A client can be reused for a scene with an equal key. Return None if a client can't be reused for this scene, since
+    Bullet stores state that can't be reset. With three bodies or more, it stores the order in which pairs came near. It
+    solves contacts of the same body in this order, which affects the last bits of results. It also stores contact
+    points of cylinders and planes. After a run in which a disc rolled, such a point can be slightly off its line, and
+    then turns the disc in the next run.
     """
     plain = settings.get("shape", "sphere") == "sphere" and not scene.arrays.driven
     if len(scene.discs) > 2 or scene.walls or not plain:

@@ -46,14 +46,14 @@ from carom_adapters.shared.legs import Driven, Legs, find_first_velocity
 from carom_adapters.shared.quiet_steps import QuietSteps, to_rows
 from carom_adapters.shared.walls import compute_thickness, cut_chain, factor_walls, find_walls_in_pieces, sum_contacts
 
-#: Type of a body with maximal coordinates. A multibody has type 2. `getDynamicsInfo` returns the type as its second to
-#: last value.
+#: Type that `getDynamicsInfo` returns, as its second to last value, for a body with maximal coordinates. A multibody
+#: has type 2.
 RIGID_BODY = 1
 
 NOT_TURNED = (0.0, 0.0, 0.0, 1.0)
 
-#: The client of the last closed world, by the result of `build_structure_key`. Only one client is kept, because a
-#: client takes 29 MB. It takes less time to empty a client than to allocate a new one.
+#: The client of the world that was closed last, by the result of `build_structure_key`. The next world reuses it, since
+#: allocating a new client takes longer. Only one client is kept, because a client takes 29 MB.
 _KEPT: dict[object, tuple[int, list[int], list[int], dict[int, int]]] = {}
 
 
@@ -71,7 +71,7 @@ class PybulletWorld(QuietSteps):
         self._leans = turns_over or any(not isinstance(wall, Wall) for wall in scene.walls)
         self._seen: tuple[Contact, ...] | None = None
         velocity = np.array([disc.velocity_m_s for disc in scene.discs], dtype=np.float64)
-        # A disc that starts at the speed of the clamp was not slowed down by it.
+        # A disc that already starts at the speed limit has not been slowed down by it.
         self._below_clamp = np.abs(velocity) < SHIPPED_SPEED_CLAMP_M_S
         self._spins_below_clamp = np.abs(scene.arrays.spins) < SHIPPED_SPIN_CLAMP_RAD_S
         self._bullet: Any = importlib.import_module("pybullet")  # untyped: PyBullet ships no stubs
@@ -95,10 +95,10 @@ class PybulletWorld(QuietSteps):
             is_built = key is not None and key == self._key
             if is_built:
                 self._discs, self._movable, self._number = discs, movable, number
-                # A reused client may still have the size of a cut step.
+                # A reused client may still have the step size of a shortened step.
                 self._bullet.setPhysicsEngineParameter(fixedTimeStep=self._clock.dt_s, physicsClientId=self._client)
             else:
-                self._bullet.resetSimulation(physicsClientId=self._client)  # the first argument would be flags
+                self._bullet.resetSimulation(physicsClientId=self._client)  # its first parameter is `flags`
         try:
             if not is_built:
                 self._build(scene)
@@ -223,7 +223,7 @@ class PybulletWorld(QuietSteps):
         }
 
     def advance(self, steps: int) -> None:
-        """Call `stepSimulation` `steps` times. Between steps, driven bodies get the velocities of their legs."""
+        """Call `stepSimulation` `steps` times. Between steps, set the prescribed velocities of driven bodies."""
         step, client = self._bullet.stepSimulation, self._client
         for count in self._legs.split_steps(steps):
             for (body, spin), velocity in self._legs.start_due(self._clock.now_s):
@@ -236,7 +236,8 @@ class PybulletWorld(QuietSteps):
     def observe(self) -> Observation:
         """Return the state of every disc, and the contacts.
 
-        Bullet finds contacts and then moves the bodies, so the contacts of step k (from 0) are at ``k dt_s``.
+        Bullet finds contacts and then moves the bodies, so a contact of step k (counted from 0) has the time ``k
+        dt_s``.
         """
         numbers = to_rows(self.read())
         velocity, spin = numbers[:, 2:4], numbers[:, 4] if self._turns else None
@@ -263,7 +264,7 @@ class PybulletWorld(QuietSteps):
         if self._asked.get("useMaximalCoordinates", False):
             return ""
         clamped = self._below_clamp & (np.abs(velocity) >= SHIPPED_SPEED_CLAMP_M_S)
-        if np.count_nonzero(clamped):  # this runs after every step, and takes a fifth of the time of `any`
+        if np.count_nonzero(clamped):  # five times as fast as `any`, since this runs after every step
             return (
                 f"PyBullet clamps each component of a multibody's velocity to {SHIPPED_SPEED_CLAMP_M_S:g} m/s, and "
                 f"disc {int(clamped.any(axis=1).argmax())} has reached that"
@@ -326,7 +327,7 @@ class PybulletWorld(QuietSteps):
         return frozenset(found)
 
     def save(self) -> object:
-        """Return positions, velocities and spins. With the settings of `located`, these are the whole state."""
+        """Return positions, velocities and spins. With the settings of `located`, nothing else affects later steps."""
         bullet, client = self._bullet, self._client
         bodies = [
             (body, bullet.getBasePositionAndOrientation(body, client), bullet.getBaseVelocity(body, client))
@@ -344,10 +345,7 @@ class PybulletWorld(QuietSteps):
             bullet.resetBaseVelocity(body, *velocity, client)
 
     def close(self) -> None:
-        """Keep this world's client for the next world. Discard the client that was kept before.
-
-        A client that is not disconnected keeps its memory until the process ends.
-        """
+        """Keep this world's client for the next world. Disconnect the client kept before, to free its memory."""
         if _KEPT:
             _, (client, *_) = _KEPT.popitem()
             self._bullet.disconnect(client)

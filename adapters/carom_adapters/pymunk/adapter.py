@@ -10,11 +10,11 @@ from carom_adapters.pymunk.world import PymunkWorld
 from carom_adapters.shared import engine_adapter as shared
 
 _TUNED: shared.Settings = {
-    # Simultaneous contacts are solved by iteration. In a break shot of ten discs, the fraction of energy gained is 2e-7
-    # with pymunk's default of 10 iterations, and 2e-14 with 20 iterations.
+    # Chipmunk solves simultaneous contacts by iteration, and the remaining error changes the energy. In a break shot of
+    # ten discs, the energy grows by a fraction of 2e-7 with the default of 10 iterations, and of 2e-14 with 20.
     "iterations": 20,
-    # In addition to the bounce, Chipmunk pushes overlapping bodies apart. The setting is the fraction of an overlap
-    # that is left after a second. With 1, bodies are never pushed apart.
+    # By default Chipmunk pushes overlapping bodies apart, in addition to their bounce. The setting is the fraction of
+    # an overlap that is left after a second. With 1, bodies are never pushed apart.
     "collision_bias": 1.0,
     # A disc that slides over the joint of two segments gets caught on the joint, unless each segment has the other as
     # its neighbour.

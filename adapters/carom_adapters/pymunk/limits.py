@@ -24,7 +24,7 @@ NEIGHBORS = "set_neighbors"
 SETTINGS = (*SPACE_SETTINGS, NEIGHBORS)
 
 #: Chipmunk compares squared distances with squared radii, and divides by masses. Between these bounds, squares and
-#: quotients stay in the range of 64-bit floats (1e-308 to 1e308). So no impact is invented or missed.
+#: quotients stay in the range of 64-bit floats (1e-308 to 1e308), so that no impact is invented or missed.
 LARGEST = 1e100
 SMALLEST = 1e-100
 
@@ -33,21 +33,21 @@ LEAST = dict.fromkeys(SETTINGS, 0.0) | {"iterations": 1, "collision_persistence"
 
 CAPABILITIES = replace(
     GENERAL,
-    # only half-planes: a shape has one surface velocity, so the far side of an edge would move in the wrong direction
+    # half-planes can be conveyors, but edges can't: a shape has one surface velocity, which would be wrong on one side
     belts=True,
     damping=True,
     table_friction=True,
     spin=True,
-    # Because of rounding, a contact point is not exactly on the line of centres. So an impulse at this point turns the
-    # disc. The smaller the inertia, the more the disc turns. With this inertia factor, the relative change of the spin
-    # is 3e-9 for discs at a distance of 200 radii from the origin.
+    # Because of rounding, a contact point is not exactly on the line of centres. So the normal impulse also changes the
+    # spin, and more so if the inertia is small. With this inertia factor, the relative error of the spin is 3e-9 for
+    # discs at a distance of 200 radii from the origin.
     min_inertia_factor=1e-6,
     friction=(0.0, LARGEST),
     stamp=Stamp.END,
     max_speed_m_s=LARGEST,
     max_coordinate_m=LARGEST,
     min_radius_m=SMALLEST,
-    # With this radius, several discs still fit within the range of coordinates.
+    # Smaller than the largest coordinate, so that a scene can contain several such discs.
     max_radius_m=1e98,
     min_mass_kg=SMALLEST,
     max_mass_kg=LARGEST,

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 Point = tuple[float, float]
 
-#: Types in a space, by module and name. While a space is read, no code of these types runs except `__setstate__` of
+#: Types that a pickled space may contain, by module and name. Reading them runs no code except `__setstate__` of
 #: pymunk.
 _ADMITTED = {
     ("pymunk.space", "Space"),
@@ -40,7 +40,7 @@ _ADMITTED = {
             "SimpleMotor",
         )
     ),
-    # Names that the two oldest pickle protocols use for objects, and for containers that have no opcode.
+    # Functions and types by which the two oldest pickle protocols store objects and some containers.
     ("copyreg", "_reconstructor"),
     *(("builtins", name) for name in ("object", "tuple", "list", "dict", "set", "frozenset")),
 }
@@ -48,7 +48,7 @@ _ADMITTED = {
 
 class _Unpickler(pickle.Unpickler):
     def find_class(self, module: str, name: str) -> Any:
-        # Pickle protocols below 3 use the names of Python 2, which the unpickler would translate.
+        # Pickle protocols below 3 use names of Python 2. They are translated here, before the check.
         known = {"__builtin__": "builtins", "copy_reg": "copyreg"}.get(module, module)
         if (known, name) not in _ADMITTED:
             raise AdapterError(
@@ -78,7 +78,7 @@ def read_scene(content: bytes, name: str, duration_s: float) -> Imported:
 
 
 class _Reading:
-    """Reads a space. Discs are read first, since their positions determine which side of a face becomes a wall."""
+    """Reads a space. Discs are read first, since their positions determine which face of a body becomes a wall."""
 
     def __init__(self, space: pymunk.Space) -> None:
         self.space = space
@@ -164,7 +164,7 @@ class _Reading:
         self.dropped.append(f"{label}: only its face towards the discs is kept, without its ends")
 
     def _find_coefficients(self, name: str, attribute: str, limit: float) -> dict[str, float]:
-        """Return the coefficients of two discs, and of a disc and a wall. pymunk multiplies those of two bodies."""
+        """Return the coefficients of two discs, and of a disc and a wall: products of the bodies' coefficients."""
         of_discs = [float(getattr(shape, attribute)) for shape, _ in self.discs]
         of_walls = [float(getattr(shape, attribute)) for shape, _ in self.walls]
         pairs = [a * b for k, a in enumerate(of_discs) for b in of_discs[k + 1 :]]

@@ -1,4 +1,4 @@
-"""Writes pymunk's settings as a program, ready to paste."""
+"""Writes a scene and settings as a program for pymunk, which users can copy."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from carom_adapters.shared.legs import find_first_velocity, format_program_end, 
 from carom_adapters.shared.settings_code import count_steps, format_assignments, format_comment, format_disc
 from carom_adapters.shared.walls import factor_walls
 
-_ADD_WALL = """def add_wall(corners, elasticity, friction, velocity=None):  # a deep polygon has no far side
+_ADD_WALL = """def add_wall(corners, elasticity, friction, velocity=None):  # a half-plane as a deep polygon
     body = held_body(velocity)
     add(body, pymunk.Poly(body, corners), elasticity, friction)
 
@@ -67,7 +67,7 @@ def _write_wall(
 
 
 def _write_table(scene: Scene) -> str:
-    """Return the lines that slow discs down as the table does."""
+    """Return the program's lines that make a table slow down a disc; empty in a scene without a table."""
     if not scene.table_deceleration_m_s2:
         return ""
     return f"""        # The table slows the disc down: a joint holds it back with a limited force.
@@ -127,7 +127,7 @@ def add(body, shape, elasticity, friction):
     space.add(body, shape)
 
 
-def held_body(velocity, spin=0.0):  # which no impact moves: it is at rest or driven
+def held_body(velocity, spin=0.0):  # a body that impacts do not move: at rest or driven
     body = pymunk.Body(body_type=pymunk.Body.STATIC if velocity is None else pymunk.Body.KINEMATIC)
     if velocity is not None:
         body.velocity, body.angular_velocity = velocity, spin

@@ -13,20 +13,19 @@ Point = tuple[float, float]
 def _build_half_plane(wall: Wall, centre: Point, radius: float) -> list[Point]:
     """Return the corners of a rectangle that acts on the scene's discs like a half-plane.
 
-    Chipmunk has no half-plane. Fast discs pass through a thin segment, and the normal of a thick segment depends on the
-    overlap. The face of a polygon has only one normal, which is exact except for rounding, and a polygon can have any
-    depth.
+    Chipmunk has no half-plane. A thin segment would not stop fast discs, and the normal of a thick segment depends on
+    the overlap. A polygon can have any depth, and its face has only one normal.
     """
     (x, y), gap = find_foot(wall, centre)
     # The rectangle extends twice as far as any disc can reach. So the side nearest to an overlapping disc is always the
-    # face. The rectangle is at least as large as the coordinates, since the direction of the face is computed from two
-    # rounded corners.
+    # face. Chipmunk computes the direction of the face from two rounded corners. So the rectangle is at least as large
+    # as its coordinates, to make the error of the direction small.
     size = max(2.0 * (radius + gap), abs(x), abs(y))
     return [(x + across, y + deep) for across, deep in build_rectangle(wall.normal, size)]
 
 
 class _Segment(NamedTuple):
-    """An edge of a chain, or a piece of an edge, from a to b. The chain's points before a and after b are included."""
+    """An edge of a chain, or a piece of an edge, from a to b, with the chain's points before a and after b."""
 
     a: Point
     b: Point
@@ -67,7 +66,7 @@ def build_wall_shapes(scene: Scene, dt_s: float) -> list[WallShape]:
     """Return the shapes of the scene's walls, in the order of the walls.
 
     Raises:
-        AdapterError: A half-plane would be so long that its corners are rounded by the size of a disc.
+        AdapterError: A half-plane would be so long that rounding moves its corners by more than the smallest radius.
     """
     centre, radius = reach(scene, dt_s)
     shapes: list[WallShape] = []
@@ -78,7 +77,7 @@ def build_wall_shapes(scene: Scene, dt_s: float) -> list[WallShape]:
             shapes.append((_build_segments(wall), wall.half_width_m))
         else:
             shapes.append(Post(wall.centre_m, compute_thickness(scene, wall)))
-    # The rounding of the farthest corner determines the error of the face's position.
+    # The corner with the largest coordinates has the largest rounding error.
     corners = [corner for shape in shapes if isinstance(shape, list) for corner in shape]
     farthest = max((abs(value) for corner in corners for value in corner), default=0.0)
     smallest = min(disc.radius_m for disc in scene.discs)

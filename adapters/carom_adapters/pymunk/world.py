@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     import pymunk
     from pymunk import Vec2d
 
-    #: Normal of an arbiter, and the arbiter's impulses along the normal and perpendicular to the normal, newton
-    #: seconds. The perpendicular impulse is None if no disc spins.
+    #: Chipmunk's arbiters represent contacts. Normal of an arbiter, and its impulses along the normal and perpendicular
+    #: to it, in newton seconds. The perpendicular impulse is None if no disc spins.
     ArbiterImpulse = tuple[Vec2d, float, float | None]
 
 Pair = tuple[int, int]
@@ -62,7 +62,7 @@ class PymunkWorld(QuietSteps):
             if disc.immovable:
                 body = self._build_immovable_body(disc, disc.spin_rad_s)
             else:
-                # A disc that can't turn, or in a scene in which nothing turns, has an infinite moment.
+                # The moment of inertia is infinite if the disc can't turn, or if no disc of the scene turns.
                 factor = disc.inertia_factor if self._turns else math.inf
                 body = pymunk.Body(disc.mass_kg, factor * disc.mass_kg * disc.radius_m**2)
                 body.velocity = disc.velocity_m_s
@@ -117,7 +117,7 @@ class PymunkWorld(QuietSteps):
         return read | {name: getattr(self._space, name) for name in SPACE_SETTINGS} | {NEIGHBORS: int(self._neighbors)}
 
     def advance(self, steps: int) -> None:
-        """Call `Space.step` `steps` times. Between steps, driven bodies get the velocities of their legs."""
+        """Call `Space.step` `steps` times. Between steps, set the prescribed velocities of driven bodies."""
         step, dt_s = self._space.step, self._clock.dt_s
         for count in self._legs.split_steps(steps):
             for body, velocity in self._legs.start_due(self._clock.now_s):
@@ -130,10 +130,8 @@ class PymunkWorld(QuietSteps):
     def observe(self) -> Observation:
         """Return the state of every disc, and the contacts of the last step.
 
-        They are read from arbiters, because callbacks would slow down the steps.
-
-        Chipmunk moves the bodies and then tests for contacts, so the contacts of step k (from 0) are at ``(k + 1)
-        dt_s``.
+        Contacts are read after the step, because callbacks would slow down the steps. Chipmunk moves the bodies and
+        then tests for contacts, so a contact of step k (counted from 0) has the time ``(k + 1) dt_s``.
         """
         impulses: dict[Pair, list[ArbiterImpulse]] = {}
         for body in self._movable:
@@ -150,11 +148,11 @@ class PymunkWorld(QuietSteps):
         return [(*body.position, *body.velocity, 0.0) for body in self._bodies]
 
     def has_contacts(self) -> bool:
-        """Whether there is an arbiter after the last step."""
+        """Whether any shapes are in contact after the last step."""
         return bool(self._list_contact_pairs())
 
     def _collect_impulse(self, arbiter: pymunk.Arbiter, impulses: dict[Pair, list[ArbiterImpulse]]) -> None:
-        """Add the impulse of an arbiter. The arbiter's first body is the body whose arbiters are being read."""
+        """Add the impulse of an arbiter, which is read from its first body."""
         normal = arbiter.normal
         total = -arbiter.total_impulse
         impulse = total.dot(normal)
@@ -168,7 +166,7 @@ class PymunkWorld(QuietSteps):
         impulses.setdefault((first, second), []).append((normal, impulse, tangential))
 
     def _build_contact(self, pair: Pair, impulses: list[ArbiterImpulse]) -> Contact:
-        """Return the contact of a pair. Several segments of a chain may act at once, so impulses are summed."""
+        """Return the contact of a pair. Its impulse is the sum over all segments of a chain that push the disc."""
         if len(impulses) > 1:
             along = sum((impulse * normal for normal, impulse, _ in impulses[1:]), impulses[0][1] * impulses[0][0])
             across = [
@@ -184,8 +182,8 @@ class PymunkWorld(QuietSteps):
         """Set the size of the following steps.
 
         For a lasting contact, Chipmunk starts with the last impulse times the ratio of the present step size to the
-        last one. With cut steps, this ratio can be arbitrarily large. So shapes in contact are removed and added again,
-        which resets the impulse.
+        last one. With shortened steps, this ratio can be arbitrarily large. So shapes in contact are removed and added
+        again, which resets the impulse.
         """
         self._clock.cut(dt_s)
         touching = {shape for pair in self._list_contact_pairs() for shape in pair}
@@ -196,7 +194,7 @@ class PymunkWorld(QuietSteps):
             self._space.add(*shapes)
 
     def touching(self) -> frozenset[tuple[int, int]]:
-        """Return the pairs with an arbiter after the last step. Chipmunk tests for contacts at the end of a step."""
+        """Return the pairs in contact after the last step. Chipmunk tests for contacts at the end of a step."""
         return frozenset(pair_of(self._number[a], self._number[b]) for a, b in self._list_contact_pairs())
 
     def _list_contact_pairs(self) -> list[tuple[pymunk.Shape, pymunk.Shape]]:
@@ -217,7 +215,7 @@ class PymunkWorld(QuietSteps):
         """Restore positions, velocities and spins."""
         time_s, bodies, self._legs.started = state
         self._clock.restart(time_s)
-        put = object.__setattr__  # the function of pymunk also checks types, and so takes twice the time
+        put = object.__setattr__  # pymunk's own function also checks types, and takes twice as long
         for body, position, velocity, spin in bodies:
             put(body, "position", position)
             put(body, "velocity", velocity)

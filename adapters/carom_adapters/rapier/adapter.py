@@ -14,16 +14,16 @@ from carom_adapters.shared import engine_adapter as shared
 #: Default of `normalized_prediction_distance`, times a `length_unit` of 1 m.
 SHIPPED_MARGIN_M = 0.02
 
-#: In the step of an impact, bodies move with the velocities of an inelastic impact, and Rapier applies the bounce
-#: afterwards. So the path of an elastic pair turns in the middle of the step.
+#: In the step of an impact, Rapier moves bodies with the velocities of an inelastic impact, and changes these to the
+#: velocities of the bounce afterwards. So an elastic pair seems to bounce in the middle of the step.
 TURNS_LATE = 0.5
 
-#: By default Rapier stops a body that has moved at 8 cm/s for half a second. This is a kind of damping.
+#: By default Rapier stops a body that is slow (8 cm/s) for half a second ("sleep"), which changes results.
 _DEFAULT: shared.Settings = {"can_sleep": False}
 
 _TUNED: shared.Settings = {
     **_DEFAULT,
-    # By default Rapier solves contacts at distances of up to 2 cm, along the line of centres at that distance.
+    # By default Rapier solves contacts already at distances of up to 2 cm, with the normal at that distance.
     "normalized_prediction_distance": 0.0,
     # Overlapping bodies are not pushed apart.
     "contact_natural_frequency": 0.0,
@@ -32,8 +32,8 @@ _TUNED: shared.Settings = {
     "normalized_max_linear_velocity": CAPABILITIES.max_speed_m_s,
 }
 
-#: This distance is larger than any body's motion in a step. Rapier searches only as far as two bodies approach each
-#: other in a step.
+#: Largest distance at which Rapier searches for contacts ahead, in metres. Rapier itself limits the search to the
+#: distance by which two bodies approach in a step, so a huge number does no harm.
 _SWEPT: shared.Settings = {**_TUNED, "soft_ccd_prediction": 1e3}
 
 _LOCATED: shared.Settings = {
@@ -41,8 +41,8 @@ _LOCATED: shared.Settings = {
     # With these two settings, a step depends only on positions and velocities, so it can be undone.
     "contact_recycling": False,
     "warmstart_coefficient": 0.0,
-    # The fraction is a power of two, so its product with the step is exact. It is as small as the relative rounding of
-    # 32-bit floats.
+    # The fraction is as small as the relative rounding error of 32-bit floats. It is a power of two, so its product
+    # with the step size is exact.
     "first_part": 2.0**-24,
 }
 
@@ -69,8 +69,8 @@ adapter = shared.EngineAdapter(
             "Rapier's defaults (contacts are solved from 2 cm away on, and speeds clamped to 400 m/s), but "
             "bodies never sleep, with the scene's restitution.",
             shared.add_step(_DEFAULT),
-            # If no step boundary is just before the contact, Rapier finds the contact only when the bodies overlap, as
-            # in `tuned`.
+            # Within the margin, Rapier finds a contact only if a step ends there. Otherwise it finds the overlap
+            # later, as in `tuned`.
             Accuracy(late_steps=TURNS_LATE, margin_m=SHIPPED_MARGIN_M),
             capabilities=replace(CAPABILITIES, max_speed_m_s=SHIPPED_SPEED_M_S),
             changed={

@@ -24,11 +24,11 @@ SOFTNESSES = {
 }
 
 #: ``can_sleep`` and ``soft_ccd_prediction`` (metres) are properties of every disc. The names are Rapier's.
-#: ``first_part`` is the fraction of a step that is taken first, as a separate step; see the profile `located`.
+#: With ``first_part`` each step is taken in two parts, and the first is this fraction; see the profile `located`.
 OTHER_SETTINGS = (*SOFTNESSES, "can_sleep", "soft_ccd_prediction", "first_part")
 
-#: Outside these limits Rapier divides by zero or fails in other ways. Within the limits of the step size, its square
-#: stays in the range of 32-bit floats.
+#: Smallest values of settings. With smaller ones, Rapier divides by zero or fails in other ways. The square of the step
+#: size must be in the range of 32-bit floats.
 LEAST = dict.fromkeys((*PARAMETERS, *OTHER_SETTINGS), 0.0) | {
     "num_solver_iterations": 1,
     "length_unit": 2.0**-126,
@@ -41,7 +41,8 @@ SHIPPED_SPEED_M_S = 400.0
 
 CAPABILITIES = replace(
     GENERAL,
-    # Between these powers of ten, squares and impulses stay in the range of 32-bit floats (1e-38 to 1e38).
+    # With quantities between these powers of ten, squares and impulses stay in the range of 32-bit floats (1e-38 to
+    # 1e38).
     max_speed_m_s=1e9,
     max_coordinate_m=1e9,
     min_radius_m=1e-6,

@@ -1,4 +1,4 @@
-"""Writes Rapier's settings as a program, ready to paste."""
+"""Writes a scene and settings as a program for Rapier, which users can copy."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def add_disc(position, radius, mass=None, velocity=None):  # a ball that stays i
 
 
 def add_wall(shape, restitution, wins, velocity=None):
-    # As shipped two coefficients are averaged; another rule wins over that.
+    # By default Rapier averages two coefficients; any other rule has precedence.
     shape = shape.friction(0.0).restitution(restitution)
     shape = shape.restitution_combine_rule(getattr(rapier3d.CoefficientCombineRule, wins))
     body = world.add_body(held(velocity))

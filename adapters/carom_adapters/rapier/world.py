@@ -52,10 +52,7 @@ class RapierWorld:
         self._build([*discs, *walls])
 
     def _build(self, states: Any) -> None:
-        """Build a world in which discs and walls have these positions and velocities.
-
-        Those of walls follow those of discs.
-        """
+        """Build a world in which bodies have the positions and velocities `states`, discs first and then walls."""
         self._world, handles, self._number = self._build_world(states)
         self._all = [self._world.rigid_bodies[handle] for handle in handles]
         self._bodies = self._all[: len(self._scene.discs)]
@@ -85,9 +82,8 @@ class RapierWorld:
             ball = rapier.Collider.ball(disc.radius_m).restitution(scene.restitution).friction(0.0)
             handles.append(world.add_body(body))
             number[world.add_collider(ball if disc.immovable else ball.mass(disc.mass_kg), handles[-1])] = i
-        # By default Rapier uses the mean of the restitutions of two colliders. Discs keep this rule, since all have the
-        # same restitution. A wall has the rule (MIN or MAX) that selects the wall's restitution. This rule has
-        # precedence.
+        # Discs keep Rapier's default rule, the mean of two restitutions, since all have the same restitution. A wall
+        # has the rule (MIN or MAX) that selects the wall's restitution. This rule has precedence over the mean.
         rule = rapier.CoefficientCombineRule
         for k, (wall, material) in enumerate(zip(scene.walls, scene.arrays.materials, strict=True)):
             position, velocity = of_walls[k]
@@ -117,7 +113,7 @@ class RapierWorld:
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings, including Rapier's defaults. All are read back except `first_part`, which is the adapter's."""
+        """The settings, including Rapier's defaults. Rapier reports all except the adapter's `first_part`."""
         parameters = self._world.integration_parameters
         read: dict[str, Setting] = {"dt_s": self._read_step()}
         read |= {name: getattr(parameters, name) for name in PARAMETERS}
@@ -132,7 +128,7 @@ class RapierWorld:
         return float(self._world.integration_parameters.dt)
 
     def advance(self, steps: int) -> None:
-        """Take steps. Between steps, driven bodies get the velocities of their legs."""
+        """Take steps. Between steps, set the prescribed velocities of driven bodies."""
         step = self._world.step
         for count in self._legs.split_steps(steps):
             self._begin_legs()
@@ -147,7 +143,8 @@ class RapierWorld:
     def observe(self) -> Observation:
         """Return the state of every disc, and the contacts that the last step solved.
 
-        Rapier finds contacts and then moves the bodies, so the contacts of step k (from 0) are at ``k dt_s``.
+        Rapier finds contacts and then moves the bodies, so a contact of step k (counted from 0) has the time ``k
+        dt_s``.
         """
         position = np.array([body.translation.to_tuple()[:2] for body in self._bodies], dtype=np.float64)
         velocity = np.array([body.linvel.to_tuple()[:2] for body in self._bodies], dtype=np.float64)
@@ -168,7 +165,7 @@ class RapierWorld:
         return list(sum_contacts(found, find_walls_in_pieces(self._scene)))
 
     def _find_warning(self, velocity: Any) -> str:
-        # Impacts can make a body too fast. Then it is too late to refuse the scene, so the run gets a warning.
+        # Impacts can accelerate a body to Rapier's limit. It is then too late to refuse the scene, so this warns.
         parameters = self._world.integration_parameters
         limit = parameters.normalized_max_linear_velocity * parameters.length_unit
         if (fastest := float(np.hypot(*velocity.T).max())) > limit * (1 - 4 * ROUNDING):
@@ -178,16 +175,16 @@ class RapierWorld:
         return ""
 
     def close(self) -> None:
-        """Drop the references to the world. Its memory is freed with the last reference."""
+        """Drop the references to the world, so that its memory is freed."""
         del self._all, self._bodies, self._number, self._world
 
 
 class RapierCuttableWorld(RapierWorld):
-    """A world whose steps can be cut and undone. Each step has two parts, of which the first is short.
+    """A world whose steps can be shortened and undone. Each step is taken in two parts, of which the first is tiny.
 
-    If bodies touch at the start of a step, Rapier moves them during the step with the velocity of an inelastic impact.
-    They bounce only at the end of the step. In this world the first part of a step is too short for bodies to move. So
-    bodies that touch bounce at the end of the first part, and move with their new velocities in the second part.
+    If bodies touch at the start of a step, Rapier moves them during the step with the velocity of an inelastic impact,
+    and changes their velocities to those of the bounce only at the end. Here, this happens in the first part, which is
+    too short for bodies to move. In the second part, bodies move with their new velocities.
     """
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
@@ -231,7 +228,7 @@ class RapierCuttableWorld(RapierWorld):
         return [(body.translation.to_tuple()[:2], body.linvel.to_tuple()[:2]) for body in self._all]
 
     def save(self) -> object:
-        """Return positions and velocities. With the settings of `located`, these are the whole state."""
+        """Return positions and velocities. With the settings of `located`, nothing else affects later steps."""
         return (self._clock.now_s, self._legs.started, self._read_states(), self._solved)
 
     def restore(self, state: Any) -> None:

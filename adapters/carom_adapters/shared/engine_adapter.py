@@ -1,4 +1,4 @@
-"""Adapter of an engine that is a Python package, built from a world class, and helpers to declare profiles."""
+"""Class for adapters of engines that are Python packages, and helpers to declare their profiles."""
 
 from __future__ import annotations
 
@@ -13,14 +13,12 @@ if TYPE_CHECKING:
 
 Settings = Mapping[str, Setting]
 
-#: Reason for settings that the scene determines, in `Profile.changed` of a `default` profile. There, each setting that
-#: differs from the engine's default has a reason.
+#: Reason in `Profile.changed` for a setting that differs from the engine's default because the scene determines it.
 OF_THE_SCENE = "the scene's"
-#: Reason for discs that can't turn, in `Profile.changed`. In a scene without spin and friction, nothing could turn a
-#: disc anyway.
+#: Reason in `Profile.changed` for discs that can't turn. Without spin and friction, nothing turns a disc anyway.
 NOT_TURNED = "discs cannot turn if the scene has no spin or friction; this changes only roundings"
 
-#: Capabilities that most engines have. Each adapter adds those of its engine.
+#: Capabilities that most engines have. Each adapter adds further capabilities of its engine.
 GENERAL = Capabilities(
     segments=True,
     posts=True,
@@ -38,7 +36,7 @@ SOUND = Accuracy()
 
 @dataclass(frozen=True)
 class EngineAdapter:
-    """An engine that is a Python package.
+    """Adapter of an engine that is a Python package.
 
     Attributes:
         name: Name for ``--engine``.
@@ -46,12 +44,12 @@ class EngineAdapter:
         capabilities: Capabilities of the engine.
         knobs: Settings that ``carom tune`` may change, with their ranges, by name.
         profiles: Profiles by name.
-        world: Builds a world from a scene and settings. Raises AdapterError if the engine does not support the scene or
-            a setting.
-        code: Writes the same world as code of the engine (`carom.engines.api.CodedAdapter`); None if the adapter writes
-            no code.
-        read: Reads a file of the engine as a scene (`carom.engines.api.ReadingAdapter`); None if the adapter reads no
-            files.
+        world: Function that builds a world from a scene and settings. It raises AdapterError if the engine does not
+            support the scene or a setting.
+        code: Function that writes the same world as code for the engine (`carom.engines.api.CodedAdapter`); None if the
+            adapter writes no code.
+        read: Function that reads a file of the engine as a scene (`carom.engines.api.ReadingAdapter`); None if the
+            adapter reads no files.
     """
 
     name: str
@@ -73,17 +71,17 @@ class EngineAdapter:
 
 
 def build_engine(name: str, extra: str, module: str, distribution: str = "", **releases: Any) -> Engine:
-    """Return an engine that an extra of Carom installs. By default its distribution has the name of its module."""
+    """Return the description of an engine that an extra of Carom installs. `distribution` is `module` by default."""
     return Engine(name, module, distribution or module, f"pip install 'carom[{extra}]'", **releases)
 
 
 def add_step(settings: Settings) -> Callable[[float], Settings]:
-    """Return a function that returns the settings together with the step size that it gets."""
+    """Return a function that takes a step size, and returns it together with the settings."""
     return lambda dt_s: {"dt_s": dt_s, **settings}
 
 
 def build_tuned_profile(effect: str, settings: Settings, accuracy: Accuracy = SOUND) -> Profile:
-    """Return the profile `tuned`. `effect` describes the effect of its settings."""
+    """Return the profile `tuned`. `effect` describes for users what its settings change."""
     description = f"The most exact fixed-step settings known, from Carom's own measurements: {effect}."
     return Profile(description, add_step(settings), accuracy)
 

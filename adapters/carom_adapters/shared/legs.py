@@ -1,9 +1,7 @@
-"""Driven bodies whose velocity changes at given instants. Engines get each new velocity at the next step boundary.
+"""Changes the velocities of driven bodies at given instants: an engine gets a new velocity at the next step boundary.
 
-A leg is a part of the motion in which the velocity is constant.
-
-A user of the engine would also set velocities between steps. Up to the boundary, a body keeps its old velocity. This
-shifts all its later positions.
+A leg is a part of the motion with constant velocity. Users of an engine would also set velocities between steps. Until
+the step boundary, a body keeps its old velocity, which shifts all its later positions.
 """
 
 from __future__ import annotations
@@ -18,8 +16,8 @@ Driven = Disc | Wall | Chain | Ring
 Body = TypeVar("Body")
 Vector = tuple[float, float]
 
-#: A leg that begins at a step boundary applies to the next step. This tolerance allows for 2^13 roundings of 2^-53
-#: each. Rounded are the instant, the step size, and each sum of times. There is one sum for each piece of a cut step.
+#: A leg that begins at a step boundary must apply to the next step in spite of rounding errors of times. This factor
+#: allows for 2^13 rounding errors of 2^-53 each, since times are added up for each piece of a shortened step.
 _REACHED = 1.0 + 2.0**-40
 
 
@@ -33,16 +31,16 @@ class Legs(Generic[Body]):
 
     def __init__(self) -> None:
         self._changes: list[tuple[float, Body, Vector]] = []
-        #: Number of changes that were already made. A world that restores an earlier state also restores this number.
+        #: Number of changes that have been made. A world that restores an earlier state also restores this number.
         self.started = 0
 
     def add(self, body: Body, scene_body: Driven) -> None:
-        """Add the legs of a driven disc or wall, with the engine's body that represents it."""
+        """Add the legs of a driven disc or wall. `body` represents it in the engine."""
         self._changes += [(leg.begin_s, body, leg.velocity) for leg in scene_body.drive.legs[1:]]
         self._changes.sort(key=lambda one: one[0])
 
     def split_steps(self, steps: int) -> Iterable[int]:
-        """Yield the number of steps up to the next check for legs: 1 while legs remain, then all remaining steps."""
+        """Divide steps into calls of the engine: single steps while changes of velocity remain, then all others."""
         return self._split_steps_to_legs(steps) if self.started < len(self._changes) else (steps,)
 
     def _split_steps_to_legs(self, steps: int) -> Iterator[int]:
@@ -68,7 +66,7 @@ def has_legs(scene: Scene) -> bool:
 
 
 def group_legs_by_step(bodies: Sequence[Driven], dt_s: float) -> dict[int, list[tuple[int, Vector]]]:
-    """Return, by step number (from 0), the changes of velocity before a step, as pairs of body index and velocity."""
+    """Return the changes of velocity before each step, by the step's number (from 0), as pairs of body and velocity."""
     changes: dict[int, list[tuple[int, Vector]]] = {}
     for number, body in enumerate(bodies):
         for leg in body.drive.legs[1:]:
@@ -87,7 +85,7 @@ def format_program_end(
     Args:
         scene: The scene.
         step: Code that takes a step.
-        state: Code of the state that is printed for the disc `body`.
+        state: Code that is printed for each disc, with the variable `body`.
         legs: Result of `group_legs_by_step` for the bodies in the program's list `driven`.
         set_velocity: Code that sets the `velocity` of a driven body, `driven[k]`.
     """

@@ -1,4 +1,4 @@
-"""Steps without contacts in one loop: base of worlds that implement `carom.engines.api.QuietWorld`."""
+"""Base class of worlds that can take many steps without contacts in one call (`carom.engines.api.QuietWorld`)."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ class QuietSteps(ABC):
     """A world that reads its state as plain numbers after each step.
 
     Attributes:
-        size_without_warning: If the root of the sum of the squares of all numbers of a state is below this number,
-            `observe` returns no warning. A state that is not finite is never below this number.
+        size_without_warning: Bound for the root of the sum of the squares of all numbers of a state. Below this bound,
+            `observe` returns no warning.
     """
 
     size_without_warning = math.inf
@@ -59,6 +59,6 @@ class QuietSteps(ABC):
 def to_rows(states: Iterable[Iterable[float]]) -> Array:
     """Return the numbers of states as rows of an array.
 
-    All numbers are first put into one list, since NumPy takes twice as long to convert many small sequences.
+    All numbers are first put into one list, since NumPy converts one list twice as fast as many small sequences.
     """
     return np.array([*chain.from_iterable(states)], dtype=np.float64).reshape(-1, 5)

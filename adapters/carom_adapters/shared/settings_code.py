@@ -1,4 +1,4 @@
-"""Helpers to write settings as code: comments, arguments, assignments, and code that several engines share."""
+"""Helpers of adapters that write programs: comments, arguments, assignments, and lines for several engines."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def format_arguments(values: Mapping[str, object]) -> str:
 
 
 def format_assignments(owner: str, settings: Mapping[str, Setting], names: Sequence[str]) -> str:
-    """Return a line for each of the settings `names` that is given. The line sets the attribute with this name."""
+    """Return a line of code for each setting in `names` that is given. It sets an attribute of the object `owner`."""
     return "".join(f"{owner}.{name} = {settings[name]!r}\n" for name in names if name in settings)
 
 
@@ -41,7 +41,7 @@ def format_disc(disc: Disc, arguments: Mapping[str, object]) -> str:
 
 
 def format_body_lines(scene: Scene) -> str:
-    """Return the lines that add half-planes and discs that can't turn. A movable disc has its mass as an argument."""
+    """Return the lines that add half-planes and discs that can't turn. Movable discs have a mass argument."""
     discs = (
         format_disc(disc, ({} if disc.immovable else {"mass": disc.mass_kg}) | {"velocity": disc.velocity_m_s})
         for disc in scene.discs

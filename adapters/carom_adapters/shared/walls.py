@@ -1,4 +1,4 @@
-"""Walls for engines: pieces of chains, thickness, materials, and the sum of the contacts of several pieces."""
+"""Helpers of adapters for walls: pieces of chains, thickness, coefficients, and sums of the contacts of pieces."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from carom.engines.api import Chain, Contact, Ring, Scene, Wall, factored_fricti
 
 Point = tuple[float, float]
 
-#: Half the width of a solid that replaces a wall without width, as a fraction of the smallest radius. It is at most the
-#: rounding of positions in an engine with 64-bit floats.
+#: In engines that need solids, a wall without width becomes a very thin solid. Half of its width, as a fraction of the
+#: smallest radius. It is not larger than rounding errors of positions.
 THINNEST = 1e-12
 
 
@@ -57,7 +57,7 @@ def compute_thickness(scene: Scene, wall: Chain | Ring) -> float:
 def factor_walls(scene: Scene) -> tuple[float, float, list[tuple[float, float]]]:
     """Return restitution and friction of the discs, and of each wall, for engines that multiply coefficients.
 
-    Friction is 0 in a scene in which nothing turns.
+    In a scene in which no disc turns, friction is 0.
     """
     turns = scene.arrays.turns
     restitution, friction = factored_restitutions(scene)[0], factored_frictions(scene)[0] if turns else 0.0
@@ -68,7 +68,7 @@ def factor_walls(scene: Scene) -> tuple[float, float, list[tuple[float, float]]]
 
 
 def find_walls_in_pieces(scene: Scene) -> frozenset[int]:
-    """Return the body numbers of the walls that consist of several pieces."""
+    """Return the body numbers (`wall_body`) of the walls that consist of several pieces."""
     chains = ((k, wall) for k, wall in enumerate(scene.walls) if isinstance(wall, Chain))
     return frozenset(wall_body(k) for k, wall in chains if len(cut_chain(wall)) > 1)
 

@@ -1,4 +1,4 @@
-"""The catalogue: scenes whose answers come from mathematics or a cited source, and never from Carom's code."""
+"""The catalogue: scenes with known answers, which come from mathematics or a cited source, not from Carom's code."""
 
 from carom.catalogue.bug_reports.complaint import Complaint, Symptom
 from carom.catalogue.entry import CatalogueScene, KnownAnswer, KnownImpact, Staged, Tag, deviation

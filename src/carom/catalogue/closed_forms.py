@@ -1,10 +1,10 @@
-"""Closed forms from which known answers are computed.
+"""Formulas by which the known answers of scenes are computed.
 
-Vectors of the plane are complex numbers here: ``a * b`` rotates a vector, and ``abs(a)`` is its length. This module,
-and the modules that use it, call neither the physics code nor the solvers of Carom: an answer computed by the tested
-code would prove nothing. Most scenes are computed backwards from their impacts: the normal and the instant of an impact
-are chosen, and the starting state follows from straight motion back in time. With this method, no equation has to be
-solved for the time of impact.
+Vectors in the plane are complex numbers here: multiplication by a number of length 1 rotates a vector, and ``abs(a)``
+is its length. This module, and the modules that use it, do not call the physics code or the solvers of Carom: an answer
+computed by the tested code would prove nothing. Most scenes are computed backwards from their impacts: the normal and
+the instant of an impact are chosen, and the starting state follows from straight motion back in time. So no equation
+has to be solved for the time of impact.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def build_disc(position: complex, velocity: complex, radius_m: float, mass_kg: f
 
 
 def build_scene(discs: Sequence[Disc], *, pull: float = 0.0, **fields: Any) -> Scene:
-    """Return a scene. `pull` is its gravity downwards. The catalogue adds the name."""
+    """Return a scene without its name, which the catalogue adds. `pull` is the downward acceleration of gravity."""
     if pull:
         fields["gravity_m_s2"] = (0.0, -pull)
     return Scene(name="unnamed", discs=discs, **fields)
@@ -55,7 +55,7 @@ def build_impact(
     second_after: complex | None = None,
     *spins_after: float,
 ) -> KnownImpact:
-    """Return a known impact. A wall has no velocity after an impact."""
+    """Return a known impact. For an impact on a wall, `second_after` is None."""
     velocity_second = None if second_after is None else to_vector(second_after)
     return KnownImpact(time_s, first, second, to_vector(first_after), velocity_second, *spins_after)
 
@@ -65,8 +65,8 @@ def compute_normal(approach: complex, offset: float) -> complex:
 
     Args:
         approach: Velocity of the first disc relative to the second.
-        offset: Impact parameter divided by the contact distance, -1 to 1: the sine of the angle from the approach to
-            the normal. With a positive offset, the second disc is to the left of the path.
+        offset: Sine of the angle from the direction of approach to the normal, -1 to 1: 0 for a head-on impact. With a
+            positive offset, the second disc is to the left of the path.
     """
     return unit(approach) * complex(math.sqrt(1.0 - offset * offset), offset)
 
@@ -76,7 +76,7 @@ def compute_after_impact(
 ) -> tuple[complex, complex]:
     """Return both velocities after an impact.
 
-    In the frame of the centre of mass the normal component of each velocity is multiplied by -e.
+    Relative to the common centre of mass, the normal component of each velocity is multiplied by -e.
 
     Args:
         m1: Mass of the first disc, in kilograms.
@@ -114,7 +114,7 @@ def stage_meeting(
     "restitution, in the frame of the centre of mass",
     **fields: float,
 ) -> Staged:
-    """Build two discs that meet at the origin. The second centre is `offset` contact distances left of the approach."""
+    """Build two discs that meet, the first of them at the origin. For `offset`, see `compute_normal`."""
     (v0, v1), (r0, r1), (m0, m1) = velocity, radius_m, mass_kg
     normal = compute_normal(v0 - v1, offset)
     discs = [build_disc(-r0 * normal - v0 * time_s, v0, r0, m0), build_disc(r1 * normal - v1 * time_s, v1, r1, m1)]
@@ -135,7 +135,7 @@ def stage_at_wall(
     drive: complex = 0,
     restitution: float = 1.0,
 ) -> Staged:
-    """Build a disc that hits the first wall at the point `point`. The normal is from this point to the disc's centre.
+    """Build a disc that hits the first wall at the point `point`. `normal` points from there to the disc's centre.
 
     By default, the scene ends after twice the time of the impact.
     """
@@ -150,7 +150,7 @@ class WedgeImpact(NamedTuple):
 
     Attributes:
         time_s: Seconds from the start.
-        upper: Whether the side is the upper one, at the wedge's angle. The lower side is at angle 0.
+        upper: Whether the point hits the wedge's upper side, at the wedge's angle, or else the lower side, at angle 0.
         velocity: Velocity of the point after the impact.
     """
 
@@ -162,8 +162,8 @@ class WedgeImpact(NamedTuple):
 def compute_wedge_impacts(start: complex, velocity: complex, angle: float) -> list[WedgeImpact]:
     """Compute, by unfolding, all impacts of a point that moves in a wedge and is reflected by the wedge's two sides.
 
-    If at each impact the wedge is reflected instead of the path, the path is a straight line. This line crosses the
-    rays at 1, 2, 3, ... times the wedge's angle. The n-th crossing is at the time at which ``(start + t velocity)
+    At each impact, the wedge is reflected at its side, and the path continues straight ("unfolding"). This line crosses
+    the rays at 1, 2, 3, ... times the wedge's angle. The n-th crossing is at the time at which ``(start + t velocity)
     exp(-i n angle)`` is real. In the original wedge, the velocity after the n-th impact is ``velocity exp(-i n angle)``
     for even n, and ``conj(velocity) exp(i (n + 1) angle)`` for odd n.
 
@@ -176,8 +176,8 @@ def compute_wedge_impacts(start: complex, velocity: complex, angle: float) -> li
     """
     impacts = []
     n = 1
-    # Far away, the points of the straight line are in the direction of the velocity. So the line crosses only rays
-    # whose angles are smaller than that of the velocity.
+    # Seen from the apex, the direction of the moving point approaches that of the velocity. So the line crosses only
+    # rays whose angles are smaller than that of the velocity.
     while n * angle < cmath.phase(velocity) % math.tau:
         turn = cmath.exp(-1j * n * angle)
         time = -(start * turn).imag / (velocity * turn).imag
@@ -227,9 +227,10 @@ def build_staged(
         scene: The scene.
         impacts: All impacts of the scene.
         source: Source of the answer.
-        convention: Why the answer is not unique; empty if it is unique.
-        final: Position and velocity of each disc at the end; None if all discs move in straight lines between impacts,
-            so that both can be computed.
+        convention: Why physics does not determine the answer, and by which rule it was chosen. Empty if physics
+            determines it.
+        final: Position and velocity of each disc at the end. If None, both are computed from the impacts, for discs
+            that move straight between them.
         spins: Spin of each disc at the end; None if unknown.
     """
     ends = zip(*(_compute_end_states(scene, impacts) if final is None else final), strict=True)

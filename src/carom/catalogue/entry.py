@@ -1,4 +1,4 @@
-"""Entries of the catalogue: scenes with known answers, and the deviation of a trace from an answer."""
+"""Types of the catalogue: scenes, known answers and tags. Also computes how much a trace deviates from an answer."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from carom.model.walls import move_wall
 
 
 class Tag(StrEnum):
-    """A word that selects scenes: ``tag:walls`` is a pattern of `find_scenes`."""
+    """A property of scenes by which users select them: ``tag:walls`` is a pattern of `find_scenes`."""
 
     WALLS = "walls"
     IMMOVABLE = "immovable"
     INELASTIC = "inelastic"
-    TWO_BODIES = "two-bodies"  # the scene has only one pair of bodies, so one closed form is the whole answer
+    TWO_BODIES = "two-bodies"  # the scene has only one pair of bodies, so one formula is the whole answer
     IN_LINE = "in-line"  # all motion is along one line
     CHAIN = "chain"  # the scene has several impacts, so an error in an impact affects the next impact
-    UNSTABLE = "unstable"  # each impact multiplies a small error perpendicular to the line
+    UNSTABLE = "unstable"  # each impact multiplies small errors of positions
     GRAZING = "grazing"
     FAST = "fast"  # a disc moves more than its own diameter between two frames
     MASS_RATIO = "mass-ratio"  # the ratio of two masses is 100 or more
@@ -40,18 +40,18 @@ class Tag(StrEnum):
 
 @dataclass(frozen=True)
 class KnownImpact:
-    """One impact whose answer is known. Unknown parts are None.
+    """An impact with its known time and its known velocities and spins afterwards. What is unknown is None.
 
     Attributes:
-        time_s: Seconds from the start.
-        first: Number of the disc. If two discs meet, the lower number.
-        second: The other disc, or the wall, ``wall_body(k)``.
+        time_s: Time of the impact, in seconds from the start.
+        first: Number of the disc. If two discs meet, it is the lower number.
+        second: Number of the other disc, or of the wall (`wall_body`).
         velocity_first_after: Velocity of the first body after the impact, in metres per second.
         velocity_second_after: Velocity of the second body after the impact, in metres per second; None for a wall.
-        spin_first_after: Spin of the first body after the impact, in radians per second; None if unknown, or if nothing
-            turns.
+        spin_first_after: Spin of the first body after the impact, in radians per second; None if unknown, or if no disc
+            spins.
         spin_second_after: Spin of the second body after the impact, in radians per second; None if unknown, or if
-            nothing turns.
+            no disc spins.
     """
 
     time_s: float
@@ -65,19 +65,20 @@ class KnownImpact:
 
 @dataclass(frozen=True)
 class KnownAnswer:
-    """Answer from mathematics or from a cited source. The tested code never computes it.
+    """Answer of a scene, from mathematics or from a cited source, never from the tested code.
 
-    Every answer also requires that no two bodies overlap at the end of the scene.
+    A trace must also end without overlapping bodies to agree with an answer.
 
     Attributes:
-        source: Source of the answer: the theorem, the closed form or the citation, in one sentence.
-        impacts: The first impacts of the scene, in order; all of them if `count` equals their number.
+        source: Source of the answer, in one sentence: a theorem, a formula or a citation.
+        impacts: The first impacts of the scene, in order. If there are `count` of them, these are all.
         count: Number of impacts in the scene's duration, if known.
         final_velocity_m_s: Final velocity of each disc, if known.
         final_position_m: Final position of each disc, if known.
         final_kinetic_energy_j: Final kinetic energy of all movable discs, if known.
         final_spin_rad_s: Final spin of each disc, if known.
-        convention: Reason why the scene has no unique answer, and the rule for the answer here; empty if it is unique.
+        convention: Why physics does not determine the answer, and by which rule it was chosen. Empty if physics
+            determines it.
     """
 
     source: str
@@ -91,26 +92,26 @@ class KnownAnswer:
 
 
 class Staged(NamedTuple):
-    """A scene with its known answer. One function makes scene and answer, since they depend on the same few numbers."""
+    """A scene with its known answer. One function builds both, since they are computed from the same few numbers."""
 
     scene: Scene
     known: KnownAnswer
 
 
-#: Function that builds a scene, without a name, and the scene's known answer. The function's name is the scene's name
-#: within the group, and its docstring is the scene's description, one sentence.
+#: Function that builds a scene and its known answer. The name of the function is the name of the scene in its group,
+#: and its docstring is the scene's description.
 Builder = Callable[[], Staged]
 
 
 @dataclass(frozen=True)
 class CatalogueScene:
-    """A scene of the catalogue. Scene, answer and tags are built at their first use, so listing scenes is fast.
+    """Entry of the catalogue. Its scene, answer and tags are built at their first use, so that listing entries is fast.
 
     Attributes:
-        name: Full name, ``group/name``; `scene` has the same name.
+        name: Full name of the entry and of its scene, ``group/name``.
         shows: The scene's description, in one sentence.
-        build: Function that makes the scene, without a name, and the scene's answer.
-        marks: Tags that can't be derived from the scene and its answer.
+        build: Function that builds the scene and its answer.
+        marks: Tags that can't be computed from the scene and its answer.
     """
 
     name: str
@@ -151,7 +152,7 @@ class CatalogueScene:
             Tag.INELASTIC: Need.RESTITUTION in scene.needs,
             Tag.GRAVITY: Need.GRAVITY in scene.needs,
             Tag.TWO_BODIES: len(scene.discs) + len(scene.walls) == 2,
-            # Friction and gravity can turn the motion off the line.
+            # Friction and gravity can move a disc away from the line.
             Tag.IN_LINE: not off_line and not scene.needs & {Need.FRICTION, Need.GRAVITY},
             Tag.CHAIN: known.count is None or known.count > 1,
             Tag.FAST: any(math.hypot(*disc.velocity_m_s) * frame_s > 2 * disc.radius_m for disc in scene.discs),
@@ -167,7 +168,7 @@ _MARKS: dict[Builder, tuple[Tag, ...]] = {}
 
 
 def add_tags(*marks: Tag) -> Callable[[Builder], Builder]:
-    """Return a decorator that gives a scene tags that can't be derived from the scene and its answer."""
+    """Return a decorator that adds tags to a scene's builder, which can't be computed from scene and answer."""
 
     def mark(build: Builder) -> Builder:
         _MARKS[build] = marks
@@ -193,10 +194,10 @@ def list_scenes(module: ModuleType) -> Iterator[CatalogueScene]:
 def deviation(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
     """Return the largest deviation of a trace from the known answer; infinite if an impact is missing or wrong.
 
-    The deviation has no unit. Times are divided by the scene's duration, and velocities by the greatest speed at the
-    start or in the answer. Positions, and the deepest overlap at the end, are divided by the greatest extent of the
-    scene at the start; energies by the known energy. The deviation of a value that is not a number is infinite. If the
-    answer depends on a convention, a deviation may only mean that the trace follows another convention.
+    Deviations are divided by a scale, to have no unit. The scale of times is the scene's duration, and that of
+    velocities is the greatest speed at the start or in the answer. The scale of positions, and of the deepest overlap
+    at the end, is the greatest extent of the scene at the start. The scale of energies is the known energy. NaN counts
+    as an infinite deviation. If the answer has a `convention`, a trace that deviates may only follow another rule.
     """
     if known.count is not None and len(trace.impacts) != known.count:
         return math.inf
@@ -211,7 +212,7 @@ def deviation(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
 
 
 def _list_values(trace: Trace, known: KnownAnswer, scene: Scene) -> Iterator[tuple[ArrayLike, ArrayLike | None, float]]:
-    """Yield each found value, the known value and their scale. A spin that is not reported counts as infinity."""
+    """Yield each value of a trace, its known value and its scale. A spin that is not reported counts as infinite."""
     velocities = [disc.velocity_m_s for disc in scene.discs]
     for impact in known.impacts:
         velocities += filter(None, (impact.velocity_first_after, impact.velocity_second_after))
@@ -236,7 +237,7 @@ def _list_values(trace: Trace, known: KnownAnswer, scene: Scene) -> Iterator[tup
 
 def _compute_difference(found: ArrayLike, expected: ArrayLike, scale: float) -> float:
     difference = float(np.max(np.abs(np.asarray(found, dtype=np.float64) - np.asarray(expected)))) / scale
-    # A comparison with NaN is always false, so NaN would otherwise count as no deviation.
+    # Comparisons with NaN are false, so `max` could ignore NaN.
     return math.inf if math.isnan(difference) else difference
 
 

@@ -1,4 +1,4 @@
-"""All scenes of the catalogue, by name."""
+"""Finds scenes of the catalogue by names and patterns."""
 
 from __future__ import annotations
 
@@ -30,7 +30,8 @@ from carom.model.scene import Scene
 
 _TAG_PREFIX = "tag:"
 
-#: Modules whose scenes run by default, and modules whose scenes run only when named. Reports have this order.
+#: Modules whose scenes run by default, and modules whose scenes run only if the user names them. Reports list the
+#: scenes in this order.
 _SUITE = (paper, classics_two_discs, classics_walled, classics_collinear, classics_many_discs, gravity)
 _ON_REQUEST = (spin, tables, driven, contact_damping, contact, engines)
 
@@ -43,7 +44,7 @@ def catalogue() -> Mapping[str, CatalogueScene]:
 
 @cache
 def all_scenes() -> Mapping[str, CatalogueScene]:
-    """Return all scenes by name: the suite, and the groups that run only when named."""
+    """Return all scenes by name: the suite, and the groups that run only if the user names them."""
     on_request = (entry for module in _ON_REQUEST for entry in list_scenes(module))
     return MappingProxyType({**catalogue(), **{entry.name: entry for entry in chain(load_complaints(), on_request)}})
 
@@ -82,7 +83,7 @@ def scene_named(name: str) -> Scene:
 
 def _is_match(entry: CatalogueScene, pattern: str) -> bool:
     if entry.name not in catalogue() and not pattern.startswith(entry.group):
-        return False  # tags and patterns for all groups select from the suite only
+        return False  # tags and patterns such as `*` select only scenes that run by default
     if pattern.startswith(_TAG_PREFIX):
         return pattern.removeprefix(_TAG_PREFIX) in entry.tags
     return fnmatchcase(entry.name, pattern) or entry.group == pattern
@@ -90,7 +91,7 @@ def _is_match(entry: CatalogueScene, pattern: str) -> bool:
 
 def _format_hint(pattern: str) -> str:
     entries = all_scenes().values()
-    # Names are also compared without their groups, because a long group name makes similar names seem different.
+    # Names are compared with and without their groups, to also find the name if the user gave no group or a wrong one.
     suggestions = {
         candidate: entry.name for entry in entries for candidate in (entry.name, entry.name.partition("/")[2])
     }

@@ -31,7 +31,7 @@ GROUPS = {
 }
 _FIRST = tuple(name for names in GROUPS.values() for name in names)
 
-#: Module and function of each command whose name can't be the name of a module.
+#: Module and function of each command whose name is a Python keyword, and so can't be the name of a module.
 _SPELT = {"import": ("importing", "import_file")}
 
 _MODULES = {path.stem for path in Path(commands.__path__[0]).glob("[!_]*.py")} - {"importing"}
@@ -39,7 +39,7 @@ COMMANDS = (*_FIRST, *sorted(_MODULES - {*_FIRST}))
 
 
 class CommandGroup(TyperGroup):
-    """The commands of Carom. ``--help`` lists them under headings."""
+    """The top-level command `carom`. Its ``--help`` lists the commands under headings."""
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write one section per group. A command without a group is listed under *Other*."""
@@ -60,7 +60,7 @@ def build_app(names: Sequence[str]) -> typer.Typer:
         cls=CommandGroup,
         no_args_is_help=True,
         pretty_exceptions_enable=False,
-        rich_markup_mode=None,  # boxes around help texts would take longer than the rest of `--help`
+        rich_markup_mode=None,  # drawing boxes around help texts is slow
         context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 120},
         help="Check how accurately physics engines compute disc collisions: "
         "impact times and velocities, compared with the exact solution.",
@@ -77,7 +77,7 @@ def build_app(names: Sequence[str]) -> typer.Typer:
 
 
 def __getattr__(name: str) -> Any:
-    if name == "app":  # all commands
+    if name == "app":  # `carom.cli.app` contains all commands
         globals()["app"] = app = build_app(COMMANDS)
         return app
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
@@ -108,15 +108,15 @@ def run_command_line() -> str | int | None:
     output = sys.stdout
     try:
         try:
-            if not {"-h", "--help", "--version"} & {*sys.argv}:  # with these options, NumPy is not loaded
+            if not {"-h", "--help", "--version"} & {*sys.argv}:  # these options need no NumPy
                 address_space.require_address_space()
             first_argument = sys.argv[1:2]
             build_app(first_argument if first_argument and first_argument[0] in COMMANDS else COMMANDS)()
             code: str | int | None = 0
         except SystemExit as end:
             if isinstance(signal := getattr(end.__context__, "__cause__", None), KeyboardInterrupt):
-                raise signal from None  # because Typer handles every signal as Ctrl-C
-            code = end.code if sys.stdout is output else 0  # Typer has replaced `stdout` if the pipe was closed
+                raise signal from None  # restores the signal, since Typer reports every signal as Ctrl-C
+            code = end.code if sys.stdout is output else 0  # if the pipe is closed, Typer replaces `stdout`
         except (CaromError, ImportError, MemoryError, RuntimeError) as error:
             if not isinstance(error, CaromError):
                 if not (limit_mb := address_space.read_limit_mb()):
@@ -125,7 +125,7 @@ def run_command_line() -> str | int | None:
                 error = CaromError(f"{type(error).__name__}: {error}, {limit}", hints=["raise the limit"])
             common.say_error(error)
             code = common.EXIT_BAD_INPUT
-        output.flush()  # here an error can still be reported
+        output.flush()  # an error at exit could not be reported
     except BrokenPipeError:  # a reader such as `head` has closed the pipe
         code = 0
     except OSError as error:  # for example a full disk

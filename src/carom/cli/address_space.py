@@ -1,4 +1,4 @@
-"""Check for too little address space (`ulimit -v`). Without enough of it, NumPy's library OpenBLAS ends the process."""
+"""Checks whether a limit on address space (`ulimit -v`) is too low. If so, NumPy would end the process silently."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ import sys
 
 from carom.errors import InputError
 
-#: Fraction of the limit that imports may use. A run of the smallest scene needs a third more than the imports.
+#: Fraction of the limit that imports may use. The rest is for the run, which needs at least a third of what imports
+#: use.
 LOADED = 0.75
 
 
@@ -24,8 +25,8 @@ def read_limit_mb() -> float:
 def require_address_space() -> None:
     """If address space is limited, test in a child process whether NumPy can be loaded.
 
-    OpenBLAS allocates memory while it is loaded. If there is too little, OpenBLAS ends the process with exit code 1 and
-    without a message.
+    NumPy's library OpenBLAS allocates memory while it is loaded. If there is too little, OpenBLAS ends the process with
+    exit code 1 and without a message.
 
     Raises:
         InputError: NumPy can't be loaded within the limit.
@@ -44,7 +45,7 @@ def require_address_space() -> None:
             os.dup2(null, 2)
             import numpy as np
 
-            import carom.studies.cross_check.run  # noqa: F401 - only loaded
+            import carom.studies.cross_check.run  # noqa: F401 - imported to measure its memory
 
             np.ones((2, 2)) @ np.ones((2, 2))
             code = 0

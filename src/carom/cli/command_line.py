@@ -1,4 +1,4 @@
-"""The command line of a result, which repeats it, and the format of types and defaults of options for ``--help``."""
+"""Records the command line, which results contain, and formats types and defaults of options for ``--help``."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from typing import Any
 import typer
 from typer.core import TyperCommand
 
-#: Options that do not affect a result. They continue a run or print more.
+#: Options that don't change the result, since they only continue a run or print more. They are not recorded.
 _NO_PART = {"resume", "retry", "verbose"}
 
-#: Words for Typer's types. `carom.support.options` uses the same words.
+#: Words that ``--help`` shows for Typer's types, the same as in `carom.support.options`.
 _WORDS = {"str": "TEXT", "path": "PATH", "float": "NUMBER", "int": "INTEGER", "int range": "INTEGER"}
 
 _ASKED: ContextVar[str] = ContextVar("asked", default="carom")
@@ -46,7 +46,7 @@ class Command(TyperCommand):
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
         for one in self.params:
-            if typed := getattr(one, "display_type", None):  # older versions of Typer already use plain words
+            if typed := getattr(one, "display_type", None):  # missing in older versions of Typer
                 one.display_type = partial(_format_type, typed, one.param_type_name == "argument")  # type: ignore[attr-defined] # see above
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:

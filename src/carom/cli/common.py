@@ -1,4 +1,4 @@
-"""Shared by all commands: exit codes, common options, error messages, loading of scenes, and printing."""
+"""Functions that several commands use: exit codes, common options, error messages, scene loading and printing."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ EXIT_VIOLATION = 1
 EXIT_BAD_INPUT = 2
 EXIT_UNAVAILABLE = 3
 EXIT_CRASHED = 4
-EXIT_SIGNAL = 128  # a shell reports the sum of this and the number of the signal
+EXIT_SIGNAL = 128  # the signal's number is added, as in shells
 EXIT_INTERRUPTED = EXIT_SIGNAL + signal.SIGINT
 
 Parameters = ParamSpec("Parameters")
@@ -51,7 +51,7 @@ SCENE_NAMES = typer.Argument(help="Scene files (.toml, .json), or names, groups 
 
 
 def parse_engine(word: str) -> str:
-    """Return the engine's name for a word on the command line. If the word is a manifest, register its engine."""
+    """Return an engine's name for a name or manifest on the command line. Register the engine of a manifest."""
     from carom.engines import registry
 
     try:
@@ -73,7 +73,7 @@ Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Print all tables
 
 
 def handle_errors(command: Callable[Parameters, None]) -> Callable[Parameters, None]:
-    """Decorator for a command: convert Carom's errors and signals to a message and an exit code."""
+    """Decorator for a command: if it ends by an error or a signal, print a message and exit with the right code."""
 
     @functools.wraps(command)
     def run_guarded(*args: Parameters.args, **kwargs: Parameters.kwargs) -> None:
@@ -116,7 +116,7 @@ def drop_unwritten(*streams: TextIO) -> None:
 def say(text: str, *, apart: bool = False) -> None:
     """Print text with control characters escaped.
 
-    With `apart`, the text is not part of the results and goes to standard error.
+    If `apart` is true, the text is not part of the results, and is printed to standard error.
     """
     replace_missing_characters()
     typer.echo(escape_controls(text), err=apart)
@@ -128,7 +128,7 @@ def say_error(error: CaromError) -> None:
 
 
 def say_lines(lines: Iterable[str]) -> None:
-    """Print lines without wrapping. On a terminal, lines are cut at its width."""
+    """Print lines without wrapping. On a terminal, long lines are cut at its right edge."""
     console = build_console()
     for line in map(escape_controls, lines):
         typer.echo(
@@ -137,8 +137,8 @@ def say_lines(lines: Iterable[str]) -> None:
 
 
 def _describe_signal(error: KeyboardInterrupt) -> tuple[str, int]:
-    """Return message and exit code for the signal that ended a command. An error without a signal is due to Ctrl-C."""
-    if hasattr(signal, "setitimer"):  # stop the timer that repeats the signal
+    """Return message and exit code for the signal that ended a command. An error without a number means Ctrl-C."""
+    if hasattr(signal, "setitimer"):  # stop the timer of `carom.__main__` that raises the signal again
         signal.setitimer(signal.ITIMER_REAL, 0.0)
     number = signal.Signals(error.args[0]) if error.args else signal.SIGINT
     return "interrupted" if number is signal.SIGINT else f"ended by {number.name}", EXIT_SIGNAL + number
@@ -146,17 +146,14 @@ def _describe_signal(error: KeyboardInterrupt) -> tuple[str, int]:
 
 @contextmanager
 def guard_journals(journal: Path, *other_journals: Path) -> Iterator[None]:
-    """Run a block that writes journals.
-
-    After a signal, print how to resume, and remove new journals that are still empty.
-    """
+    """Context for a block that writes journals: after a signal, print how to resume, and remove empty journals."""
     from carom.execution.journal import remove_unused
 
     new = [path for path in (journal, *other_journals) if not path.exists()]
     try:
         yield
     except KeyboardInterrupt as error:
-        for path in new:  # a signal can arrive before the journal has removed its empty file
+        for path in new:  # a signal can interrupt the journal before it removes an empty file
             remove_unused(path)
         if not journal.exists():  # there is no finished result
             raise
@@ -167,7 +164,7 @@ def guard_journals(journal: Path, *other_journals: Path) -> Iterator[None]:
 
 @contextmanager
 def run_study(out: Path, purpose: str, journal: Path, *other_journals: Path) -> Iterator[Progress]:
-    """Claim the output folder of a study, guard its journals, and show progress."""
+    """Context for a study: mark its output folder, handle signals as `guard_journals` does, and show progress."""
     from carom.support.folders import claim_while_writing
 
     with (
@@ -204,7 +201,7 @@ def build_console() -> Console:
 
     class Out(Console):
         def on_broken_pipe(self) -> None:
-            raise  # noqa: PLE0704 - called during error handling; Rich would exit with code 1
+            raise  # noqa: PLE0704 - called while the error is handled; Rich would exit with code 1
 
     replace_missing_characters()
     # Markup is disabled, because names and messages of engines may contain brackets and colons. If the output is a

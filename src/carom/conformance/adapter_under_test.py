@@ -34,14 +34,14 @@ class CatalogueRun(NamedTuple):
     """A run of a catalogue scene.
 
     Attributes:
-        setup: The run.
-        known: The known answer.
+        setup: Scene, profile and step size of the run.
+        known: The known answer of the scene.
         reference: The known answer as a trace.
         trace: Trace of the run.
-        score: Score of the run against the known answer.
-        pit: PIT's score with the same step size.
-        margin: Score of PIC in the scene with bodies that are thicker by the margin that the profile declares. Its
-            errors are the errors that the margin allows. None if there is no margin.
+        score: Comparison of the run with the known answer.
+        pit: Comparison of PIT, with the same step size, with the known answer.
+        margin: The errors that the contact margin of the profile allows: those of PIC in the scene with bodies that are
+            thicker by the margin. None if the profile declares no margin.
     """
 
     setup: Setup
@@ -54,15 +54,15 @@ class CatalogueRun(NamedTuple):
 
     @property
     def misses_impacts(self) -> bool:
-        """Whether the run or PIT misses an impact. If so, the paths of the two may differ."""
+        """Whether the run or PIT misses an impact. After a missed impact, paths can't be compared."""
         return any(score.missed or score.undecided for score in (self.score, self.pit))
 
 
 class Subject(Closeable):
     """The adapter under test. At the end of a `with` block, the worker process is ended.
 
-    Methods that run the engine raise `Violation` if the worker process crashes or hangs, or if the adapter raises an
-    error. Some methods return the adapter's error instead.
+    If the worker process crashes or hangs, methods that run the engine raise `Violation`. Most of them do the same if
+    the adapter raises an error. The others return this error.
 
     Attributes:
         name: Name of the adapter.
@@ -90,7 +90,7 @@ class Subject(Closeable):
 
     @property
     def rounding(self) -> float:
-        """Allowed relative rounding error of a run at the declared width of floats, as in the comparator."""
+        """Rounding error that the suite allows, as a fraction of a value; it depends on the width of the floats."""
         return THRESHOLDS.rounding_of(self.adapter.capabilities.float_bits)
 
     def capabilities(self, profile: str = "tuned") -> Capabilities:
@@ -135,9 +135,9 @@ class Subject(Closeable):
         Args:
             setup: The run.
             extra_settings: Settings that are added to those of the profile.
-            observations: Number of observations after each step; 0 takes all steps in one call and observes only the
-                end.
-            cut: Whether to set the length of each step by `cut`.
+            observations: Number of observations after each step. If 0, all steps are taken in one call, and only the
+                end is observed.
+            cut: Whether to call the world's method `cut` before each step.
             disturbed: Whether to take and undo another step before each step, and to query contacts.
         """
         settings = {**self.settings(setup.profile, setup.dt_s), **extra_settings}
@@ -154,7 +154,7 @@ class Subject(Closeable):
         return answer.bytes
 
     def score(self, profile: str, name: str) -> CatalogueRun:
-        """Return a run of a catalogue scene, with the scores of the run, of PIT and of the margin."""
+        """Run a catalogue scene, and return the run with all comparisons that the checks need."""
         if (profile, name) not in self._scores:
             setup = build_catalogue_setup(name, profile)
             trace = self._ask(ObserveTask(Job(setup.scene, Method(self.name, profile), setup.dt_s)), setup)
@@ -180,7 +180,7 @@ class Subject(Closeable):
 
 _FAILURES = {Status.CRASHED: "the engine ends its process", Status.TIMED_OUT: "the engine hangs"}
 
-#: Number of steps per frame of a catalogue scene. The step size is the middle one of the three that `carom run` uses.
+#: Number of steps per frame in runs of catalogue scenes. `carom run` uses 1, 4 and 16 steps per frame.
 STEPS_A_FRAME = 4
 
 
@@ -200,7 +200,7 @@ def _compute_margin_score(name: str, margin_m: float) -> Score:
 
 
 def build_catalogue_setup(name: str, profile: str) -> Setup:
-    """Return the setup in which the suite runs a catalogue scene."""
+    """Return the scene, profile and step size with which the suite runs a catalogue scene."""
     scene = all_scenes()[name].scene
     return Setup(scene, profile, 1.0 / (scene.frame_rate_hz * STEPS_A_FRAME), catalogued=True)
 
@@ -211,5 +211,5 @@ def find_greatest_speed(scene: Scene) -> float:
 
 
 def list_masses(scene: Scene) -> list[float]:
-    """Return the masses of discs, kg; 0 for an immovable disc, whose momentum does not count."""
+    """Return the masses of the discs, in kilograms; 0 for an immovable disc, which is left out of sums of momentum."""
     return [0.0 if disc.immovable else disc.mass_kg for disc in scene.discs]

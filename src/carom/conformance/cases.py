@@ -1,4 +1,4 @@
-"""Cases of the suite for one adapter. A case is a check with parameters. The name of a case never changes."""
+"""Lists the cases of the suite for one adapter. A case is a check with parameters. Its name never changes."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Case:
         name: ``check[parameters]``. The full name in a file of known failures is ``engine::check[parameters]``.
         run: The check. It raises an error if the adapter does not conform.
         meaning: The requirement in one sentence: the first line of the check's docstring.
-        skip: Reason why the declared capabilities exclude the case; empty if the case is run.
+        skip: Why the adapter can't run the case, according to its declared capabilities; empty if the case is run.
         profile: The profile that the case checks; empty if the case checks the adapter as a whole.
     """
 
@@ -43,7 +43,7 @@ class Case:
     profile: str = ""
 
 
-#: Position within the declared range of restitution: its ends and its middle, for discs and for walls.
+#: Tested restitutions, as positions within the declared range: 0 is its lower end, and 1 is its upper end.
 RESTITUTION_SHARES = {"least": 0.0, "middle": 0.5, "greatest": 1.0}
 
 _OF_ADAPTER = {
@@ -93,7 +93,7 @@ _OF_PROFILE = {
     "observations-stay": conduct.keeps_what_it_showed,
 }
 
-#: Additional checks of a profile whose steps are cut. All other checks run with steps of full length.
+#: Additional checks of the profile `located`, in which steps are shortened. All other checks take steps of full length.
 _OF_LOCATED = {
     "settings": settings.settings_are_read_back,
     "start": settings.starts_as_written,
@@ -111,7 +111,7 @@ _OF_TURNING_SCENE = {**_OF_SCENE, "spins": accuracy.spins_are_right}
 
 
 def list_cases(subject: Subject) -> Iterator[Case]:
-    """Yield all cases for an adapter in the order of execution. Cases on which other cases depend come first."""
+    """Yield all cases for an adapter in the order of execution. Checks of declarations come first."""
 
     def build_case(name: str, check: Callable[..., None], /, *, skip: str = "", **parameters: Any) -> Case:
         meaning = (check.__doc__ or "").strip().splitlines()[0]

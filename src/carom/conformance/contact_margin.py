@@ -1,6 +1,4 @@
-"""Errors that a declared contact margin allows.
-
-They are the errors of PIC in a scene whose bodies are thicker by the margin.
+"""Computes the errors that a declared contact margin allows: those of PIC in a scene whose bodies are thicker.
 
 An engine with a margin m lets bodies collide as if their surfaces were up to m nearer to each other. So if bodies touch
 when their centres are at a distance R, the engine's impact occurs at a distance between R and R + m. The instant and
@@ -9,8 +7,8 @@ the distance at which the centres would pass each other. Then the impact is earl
 sqrt(R^2 - b^2)) / w``. Without friction, an impact changes a velocity by ``(1 + e) mu / m_i w cos(a)`` along a normal
 at the angle a, with ``sin(a) = b / R``. So the velocity error is at most ``(1 + e) mu / m_i w sin(a - a')``, where
 ``sin(a') = b / (R + m)``. Bodies whose surfaces would pass each other at a distance below m may also collide. The
-errors of time and velocity grow with m. So the exact solution of the scene with thicker bodies has the greatest
-possible error at the first impact, and this error propagates to later impacts.
+errors of time and velocity grow with m. So the exact solution of the scene with bodies thicker by m has the greatest
+allowed error at the first impact, and this error propagates to later impacts.
 """
 
 from __future__ import annotations
@@ -23,7 +21,7 @@ from carom.solvers.pic import solve_pic
 
 
 def thicken_scene(scene: Scene, margin_m: float) -> Scene:
-    """Return a scene with thicker bodies. Two bodies meet when the original bodies are at a distance of `margin_m`.
+    """Return a scene whose bodies are thicker, so that they meet while the original bodies are still `margin_m` apart.
 
     Moments of inertia don't change.
     """

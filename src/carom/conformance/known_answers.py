@@ -1,6 +1,6 @@
-"""The suite's scenes from the catalogue. They have complete known answers, which are converted to traces.
+"""Lists the suite's scenes from the catalogue, and converts their known answers to traces.
 
-So runs are compared with exact solutions instead of a solver's results.
+So the suite compares runs with exact solutions, not with the results of a solver.
 """
 
 from __future__ import annotations
@@ -14,9 +14,8 @@ from carom.errors import InputError
 from carom.model.scene import Scene
 from carom.model.trace import ImpactRecord, Trace, build_impact_array, build_spin_array, wall_index
 
-#: Names of the suite's scenes from the catalogue. They are listed here, so that a new catalogue scene adds no cases to
-#: the suites of existing adapters. Scenes without a unique answer are excluded, and so are scenes in which rounding
-#: errors grow from impact to impact.
+#: Names of the suite's scenes from the catalogue. A new catalogue scene is not added automatically, so that existing
+#: adapters get no new cases. Scenes without a unique answer are excluded, and so are chaotic scenes.
 CATALOGUE_SCENES = (
     "paper/missed",
     "paper/late",
@@ -49,8 +48,8 @@ CATALOGUE_SCENES = (
 )
 
 
-#: Names of the scenes for profiles with cut steps: head-on, off-centre, inelastic and successive impacts, walls, and
-#: friction.
+#: Names of the scenes for the profile `located`: head-on, off-centre, inelastic and successive impacts, impacts on
+#: walls, and impacts with friction.
 LOCATED_SCENES = (
     "paper/missed",
     "paper/late",

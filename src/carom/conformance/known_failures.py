@@ -10,8 +10,7 @@ When a listed case passes, it must be removed from the file.
     platform = "linux-aarch64"
     cases = ["penalty::velocities[default-classics/graze]"]
 
-An entry without `versions` is valid for all releases of the engine. An entry without `platform` is valid for all
-platforms.
+An entry without `versions` applies to all releases of the engine. An entry without `platform` applies to all platforms.
 """
 
 from __future__ import annotations
@@ -48,8 +47,8 @@ class KnownFailure:
     Attributes:
         reason: Reason why the cases fail.
         cases: Full names of the cases.
-        versions: Releases of the engine for which the entry is valid, such as ">=7,<8"; empty for all releases.
-        platform: Platform for which the entry is valid, such as "linux" or "linux-aarch64"; empty for all platforms.
+        versions: Releases of the engine to which the entry applies, such as ">=7,<8"; empty for all releases.
+        platform: Platform to which the entry applies, such as "linux" or "linux-aarch64"; empty for all platforms.
     """
 
     reason: str
@@ -58,7 +57,7 @@ class KnownFailure:
     platform: str = ""
 
     def is_valid_for(self, version: str, platform_: str) -> bool:
-        """Return whether the entry is valid for a release of the engine on a platform.
+        """Return whether the entry applies to a release of the engine on a platform.
 
         Raises:
             InputError: The entry depends on the release, but the engine's version is unknown.
@@ -148,7 +147,7 @@ def _parse_platform(value: object, location: str) -> str:
 def list_known_reasons(
     entries: Iterable[KnownFailure], versions: Mapping[str, str], platform_: str, path: Path
 ) -> dict[str, str]:
-    """Return the reason of each known failure that is valid for some releases and a platform, by full name of the case.
+    """Return the reason of each known failure that applies to the tested engines and this platform, by the case's name.
 
     Args:
         entries: Entries of the file.
@@ -157,7 +156,7 @@ def list_known_reasons(
         path: The file.
 
     Raises:
-        InputError: Two valid entries contain the same case, or an entry depends on a version that is not known.
+        InputError: Two entries that apply contain the same case, or an entry depends on a version that is not known.
     """
     found: dict[str, str] = {}
     for number, entry in enumerate(entries, start=1):
@@ -187,10 +186,10 @@ def check_names(
 
     Args:
         entries: Entries of the file.
-        known: Names of the cases in entries that are valid for the tested releases and this platform.
+        known: Names of the cases in entries that apply to the tested releases and this platform.
         names: Full names of all cases of the tested engines.
-        skipped: For each case that the declared capabilities exclude, the reason.
-        installed: Names of all installed engines. Cases of those that are not tested are ignored.
+        skipped: Why a case is skipped, by its name, for cases that the declared capabilities exclude.
+        installed: Names of all installed engines. Cases of engines that are not tested are ignored.
         path: The file.
 
     Raises:
@@ -209,7 +208,7 @@ def check_names(
             raise InputError(f"{path}: {problem}: {skipped[name]}", hints=["remove it"])
 
 
-#: Beginning of a new entry's reason. The user replaces this text.
+#: Beginning of the reason in a new entry. The user must replace it by the actual reason.
 TO_BE_WRITTEN = "reason: to be written"
 
 #: First line of an entry, with the comment lines directly above it.
@@ -227,15 +226,15 @@ def write_known_failures(
 ) -> list[str]:
     """Update the file of known failures, and return the cases for which the user has not yet written a reason.
 
-    Unchanged entries keep their text and the comments directly above them. Reasons are kept. New failures are added at
-    the end of the file, with one entry for each kind of failure. If the file lists a case only for other releases or
-    platforms, the case is added for this release and platform.
+    Unchanged entries keep their text and the comments directly above them. New failures are added at the end of the
+    file, with one entry for each kind of failure. If the file already lists the case for another release or platform,
+    the new entry is limited to this release and platform.
 
     Args:
         path: The file, which may not exist yet.
         entries: Entries of the file.
-        failed: Message of each failed case that is not listed for this release and platform.
-        passed: Listed cases that passed.
+        failed: Messages of the failed cases that the file does not list for this release and platform, by name.
+        passed: Names of the listed cases that passed.
         versions: Version of each tested engine, by adapter name.
         platform: This platform.
 
@@ -258,7 +257,7 @@ def write_known_failures(
     parts = [before, *(chunk for _, chunk in stay), *map(_render_entry, joined)]
     new = "\n\n".join(part.strip() for part in parts if part.strip()) + "\n"
     if _parse_entries(new) != [_build_table(entry) for entry in all_entries]:
-        # a file in an unusual form of TOML is rewritten and loses its comments
+        # if the entries can't be separated in the text, the whole file is rewritten without its comments
         new = "\n".join(map(_render_entry, all_entries))
     if failed or passed:
         write_file(path, new)
@@ -283,7 +282,7 @@ def _extract_comments(chunk: str) -> str:
 def _drop_passing_cases(
     entry: KnownFailure, passed: Collection[str], versions: Mapping[str, str], platform: str
 ) -> KnownFailure:
-    """Return an entry without its passing cases, if the entry is valid for this release and platform."""
+    """Return an entry without the cases that passed. An entry for another release or platform is not changed."""
 
     def is_fixed(name: str) -> bool:
         return name in passed and entry.is_valid_for(versions[name.partition("::")[0]], platform)
@@ -296,7 +295,7 @@ def _build_new_entries(
 ) -> Iterator[KnownFailure]:
     """Yield an entry for each kind of failure. The entry lists the cases with this failure.
 
-    Failures are of one kind if their messages differ only in numbers.
+    Two failures are of the same kind if their messages differ only in numbers.
     """
     elsewhere = {name for entry in entries for name in entry.cases}
     groups: dict[tuple[str, str, bool], list[str]] = {}

@@ -1,4 +1,4 @@
-"""Pytest plug-in. Without ``--carom-engine`` the plug-in adds only its options and imports no other module.
+"""Pytest plug-in that runs the suite. Without ``--carom-engine`` it only adds its options.
 
 With ``--carom-engine`` the plug-in adds the suite's cases to the collected tests. The repository of the adapter needs
 no test file.
@@ -28,14 +28,14 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         default=[],
         metavar="PROFILE",
         help="profile to test, or 'all'; repeatable (default: default, tuned, and located if there is one); "
-        "tests of the adapter itself always run",
+        "tests that do not depend on a profile always run",
     )
     group.addoption(
         "--carom-known-failures",
         type=Path,
         metavar="FILE",
-        help="file of known failures with their reasons (default: carom-known-failures.toml in the rootdir); give it "
-        "with =, because pytest searches its rootdir near other arguments",
+        help="file of known failures with their reasons (default: carom-known-failures.toml in the rootdir); write it "
+        "as --carom-known-failures=FILE, because pytest determines its rootdir from separate arguments",
     )
     group.addoption(
         "--write-known-failures",

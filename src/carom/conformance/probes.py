@@ -1,6 +1,6 @@
-"""Probes of an engine: tasks that run a scene with an observation after each step, or create and close many worlds.
+"""Tasks of the suite that call an engine: one observes a run after each step, one creates and closes many worlds.
 
-A worker process carries out each probe. If the adapter raises an error, the result is a `Raised`.
+A worker process carries out each task. If the adapter raises an error, the task returns a `Raised`.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from carom.execution.environment import measure_resident_bytes
 from carom.model.scene import Scene
 from carom.model.trace import Setting
 
-#: After this number of worlds, an engine's memory pools no longer grow.
+#: Number of worlds after which an engine has allocated its reusable memory.
 WARM_UP_WORLDS = 10
 
 Probe = TypeVar("Probe")
@@ -35,8 +35,9 @@ class Watched:
 
     Attributes:
         settings: The world's settings after its steps.
-        seen: Observations at the start and after each step (the first if there are several), or at start and end only.
-        altered: Number of the first observation that a later step changed; None if no observation was changed.
+        seen: Observations at the start and after each step, or at the start and the end only. If a step is observed
+            several times, this is the first observation.
+        altered: Number of the first observation whose arrays a later step changed; None if there is none.
     """
 
     settings: Mapping[str, Setting]
@@ -46,7 +47,7 @@ class Watched:
 
 @dataclass(frozen=True)
 class Leftover:
-    """Growth of the resident memory, in bytes; None if the system does not report this memory."""
+    """Growth of the process's resident memory, in bytes; None if the system does not report it."""
 
     bytes: int | None
 
@@ -56,8 +57,7 @@ class Raised:
     """An error that the adapter raised.
 
     Attributes:
-        where: The call that raised the error: ``prepare``, ``advance``, ``observe``, ``settings``, ``cut`` or
-            ``close``.
+        where: Name of the method that raised the error, such as ``prepare``.
         kind: Name of the error's type.
         deliberate: True if the error is an `AdapterError` or another error of Carom.
         message: Message of the error.
@@ -144,10 +144,11 @@ class Watch(_Probe):
 
     Attributes:
         steps: Number of steps.
-        observations: Number of observations after each step; 0 takes all steps in one call and observes only the end.
-        cut_s: Length to which each step is cut, in seconds; None for whole steps.
-        disturbed: Whether to take and undo a step of three times the length before each cut step, and to query contacts
-            after each of the two steps.
+        observations: Number of observations after each step. If 0, all steps are taken in one call, and only the end is
+            observed.
+        cut_s: Length to which each step is shortened, in seconds; None for whole steps.
+        disturbed: Whether to take and undo a step of three times this length before each step, and to call `touching`
+            after both.
     """
 
     steps: int
@@ -198,7 +199,7 @@ class Watch(_Probe):
 class Make(_Probe):
     """Task that creates and closes many worlds, and measures the growth of memory after the first ten worlds.
 
-    The memory of child processes is included, because an engine can be a program.
+    The memory of child processes is included, because an engine can be a separate program.
 
     Attributes:
         worlds: Number of worlds.
@@ -229,7 +230,7 @@ class Make(_Probe):
 def _measure_memory() -> int | None:
     """Return the resident memory of this process and its children; None if the system does not report this memory.
 
-    Before the measurement, the C library returns free memory to the system, of which glibc keeps up to 20 MB.
+    Before the measurement, the C library returns unused memory to the system, which can be 20 MB.
     """
     give_back = getattr(ctypes.CDLL(None), "malloc_trim", None)
     if give_back is not None:

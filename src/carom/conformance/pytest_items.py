@@ -1,4 +1,4 @@
-"""The suite in pytest: one collector per adapter, one item per case, and the summary at the end."""
+"""Pytest classes of the suite: a collector for each adapter, an item for each case, and hooks for the output."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ class CaseItem(pytest.Item):
         return "\n".join(lines)
 
     def reportinfo(self) -> tuple[Path, int | None, str]:
-        """Return the heading of a failure."""
+        """Return the file, the line and the heading that pytest shows for a failure."""
         return self.path, 0, f"{self.engine.info.name}::{self.case.name}"
 
     def _format_command(self, setup: Setup) -> str:
@@ -118,19 +118,20 @@ class ConformanceRun:
             name = engine.info.name
             collector = EngineCollector.from_parent(session, name=name, nodeid=f"{PREFIX}::{name}")
             collector.engine, collector.known = engine, self._plan.known
-            items.extend(session.genitems(collector))  # also reports the collection
+            items.extend(session.genitems(collector))  # this call also reports the items to pytest
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_makereport(
         self, item: pytest.Item, call: pytest.CallInfo[None]
     ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-        """Let a case that is listed as a known failure fail if the case passes or does not apply."""
+        """Report a case as failed if it is listed as a known failure, but passes or does not apply."""
         report = yield
         if not isinstance(item, CaseItem) or report.when != "call":
             return report
         name = f"{item.engine.info.name}::{item.case.name}"
         reason = self._plan.known.get(name)
-        # pytest-xdist sends this attribute to its controller. The controller writes the file of known failures.
+        # The controller of pytest-xdist writes the file of known failures. So the message is stored in an attribute
+        # that pytest-xdist sends to the controller.
         if reason is None and report.failed and call.excinfo and isinstance(call.excinfo.value, CaromError):
             vars(report)["carom_failed"] = [name, _format_failure(call.excinfo.value)]
         elif reason is not None and not hasattr(report, "wasxfail"):
@@ -157,7 +158,7 @@ class ConformanceRun:
         return lines
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
-        """Print for each engine how many cases passed, failed, were skipped, and failed as known."""
+        """Print for each engine the numbers of passed, failed and skipped cases, and of known failures."""
         if terminalreporter.config.option.collectonly:
             return
         write = terminalreporter.write_line

@@ -48,8 +48,7 @@ class Suite:
 
     Attributes:
         engines: The adapters.
-        known: By full name of the case, the reason of each known failure that is valid for the tested releases and this
-            platform.
+        known: Reasons of the known failures that apply to the tested releases and this platform, by the case's name.
         known_file: The file of known failures; None if there is none.
         entries: All entries of the file.
     """
@@ -78,8 +77,8 @@ def make_suite(
         engine_names: Values of ``--carom-engine``.
         profiles: Values of ``--carom-profile``: names, or ``all`` (default: `carom.execution.plan.DEFAULT_PROFILES`).
         known_file: The file of known failures; None to use the first such file in `folders`.
-        folders: pytest's root directory, and the working directory. If the value of an option is also the name of a
-            folder, the two differ, because pytest then uses this folder as its root.
+        folders: pytest's root directory, and the working directory. They can differ: if the value of an option is the
+            name of a folder, pytest uses this folder as its root.
         limits: Limits of the engines' processes.
 
     Raises:
@@ -95,7 +94,7 @@ def make_suite(
             subject = Subject(info.name, limits)
             of_engine = tuple(list_cases(subject))
             run_profiles = info.profiles if ALL in profiles else info.own_profiles(profiles or DEFAULT_PROFILES)
-            # The file may also contain cases of profiles that are not run. Known failures of such cases are ignored.
+            # The file may also list cases of profiles that are not run, so the names of all cases are needed.
             everything |= {f"{info.name}::{case.name}": case.skip for case in of_engine}
             chosen = tuple(case for case in of_engine if not case.profile or case.profile in run_profiles)
             planned.append(EnginePlan(info, subject, chosen))
@@ -120,7 +119,7 @@ def select_engines(engine_names: Sequence[str], pool: Pool) -> list[EngineInfo]:
     Args:
         engine_names: The values: names of adapters, of distributions, or of packages with entry points; manifests; or
             ``all``.
-        pool: Pool for queries of adapters; it stays open.
+        pool: Pool that queries the adapters; the caller closes it.
 
     Raises:
         UnknownNameError: A value selects no adapter.
@@ -147,7 +146,7 @@ def select_engines(engine_names: Sequence[str], pool: Pool) -> list[EngineInfo]:
 
 
 def _contains(name: str, word: str) -> bool:
-    """Whether a word is ``all``, or the package or distribution of the adapter `name`."""
+    """Whether `word` is ``all``, or the name of the package or distribution that contains the adapter `name`."""
     package = list_adapter_points()[name].module.partition(".")[0]
     return word in (ALL, package) or _normalize_name(distribution_of(name)) == _normalize_name(word)
 

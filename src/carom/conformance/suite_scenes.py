@@ -1,6 +1,6 @@
-"""Scenes of the suite, each for the test of one feature.
+"""Builds the scenes of the suite that test one feature each.
 
-`known_answers` lists the suite's other scenes, from the catalogue.
+The module `known_answers` lists the suite's other scenes, which are from the catalogue.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from carom.comparator.thresholds import THRESHOLDS
 from carom.engines.api.declarations import Capabilities
 from carom.model.scene import Chain, Disc, Ring, Scene, Wall
 
-#: Step size for these scenes, in seconds. It is a power of two, so that step boundaries are exact floats.
+#: Step size for these scenes, in seconds. It is a power of two, so that floats represent step boundaries exactly.
 DT_S = 1 / 128
 
 #: Number of steps after which the bodies in the scene of `build_rubbing` touch.
@@ -62,13 +62,13 @@ def build_spinning_disc(spin_rad_s: float) -> Scene:
 
 
 def build_bullet(phase: float) -> Scene:
-    """Return a fast disc that meets a disc at rest head-on, and can pass through that disc within a step of 1/60 s."""
+    """Return a fast disc that meets a disc at rest head-on. In 1/60 s it moves by more than both diameters."""
     start_m = -0.3 - 100 / 60 * (2 + phase)
     return _build_scene(f"bullet-{phase:g}", [build_disc(start_m, 100, 0.05), build_disc(0, 0, 0.25, 3)], 6 / 60)
 
 
 def build_bounce_and_pair(restitution: float, wall_restitution: float, *, wall: bool) -> Scene:
-    """Return a disc of 1 kg at 1 m/s that meets a disc of 2 kg at -2 m/s. With `wall`, another disc meets a wall."""
+    """Return a disc of 1 kg at 1 m/s that meets a disc of 2 kg at -2 m/s. With `wall`, a third disc hits a wall."""
     name = f"restitution-{restitution:g}-{wall_restitution:g}"
     discs, laws = [build_disc(0, 1, 0.5), build_disc(2.01, -2, 0.5, 2.0)], dict[str, Any]()
     if wall:
@@ -192,7 +192,7 @@ def build_sliding_disc() -> Scene:
 def build_mixed_contacts(*, wall: bool, restitution: float) -> Scene:
     """Return two discs that meet off-centre. With `wall`, the first disc also bounces off a slanted wall.
 
-    With a restitution below 1, discs separate slowly and still overlap for some steps. The contacts of these steps have
+    If the restitution is below 1, discs separate slowly and still overlap for some steps. Contacts in these steps have
     no impulse.
     """
     walls = [Wall(point_m=(-1, 0), normal=(1, 0.2))] if wall else []
@@ -207,11 +207,11 @@ def build_rubbing(
     inertia_factor: float = 0.5,
     restitution: float = 1.0,
 ) -> Scene:
-    """Return two discs that meet along x and slip on each other. If walls are supported, a third disc slips on a wall.
+    """Return two discs that collide along x and slip on each other. If walls are supported, a third disc hits a wall.
 
-    The bodies touch just before the end of a step. At its end, their overlap is large enough to be detected with the
-    declared width of floats, but smaller than the allowed rounding. So the lever arm of friction and the normal are
-    correct even in an engine that derives them from overlapping positions.
+    The bodies touch just before the end of a step, so that they overlap only slightly at its end. The overlap is large
+    enough for the engine's floats to represent it, but smaller than the allowed rounding error. So the normal and the
+    lever arm of friction are correct even in an engine that computes them from the overlapping positions.
     """
     factor = inertia_factor if capabilities.spin else math.inf
     turns = math.isfinite(factor)
@@ -233,7 +233,7 @@ def build_rubbing(
 
 
 def build_rubbing_crowd(capabilities: Capabilities, friction: float, restitution: float) -> Scene:
-    """Return the scene of `build_crowd` with spinning discs and friction, and in a box if walls are supported."""
+    """Return the scene of `build_crowd` with spinning discs and friction. If walls are supported, add four walls."""
     scene = build_walled_box() if capabilities.walls else build_crowd()
     spun = {"spin_rad_s": 4.0} if capabilities.spin else {"inertia_factor": math.inf}
     discs = [disc.model_copy(update={k: v * (-1) ** i for k, v in spun.items()}) for i, disc in enumerate(scene.discs)]

@@ -1,4 +1,4 @@
-"""Failure of a check: what is wrong, the expected value, the found value, and the run that shows the failure."""
+"""Exceptions of the checks. A failure contains the expected and the found value, and the run that shows it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from carom.support.formatting import format_step_option
 
 @dataclass(frozen=True)
 class Setup:
-    """A run of a check: a scene, a profile and a step size.
+    """The scene, the profile and the step size of a run in a check.
 
     Attributes:
         scene: The scene.

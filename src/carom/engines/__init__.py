@@ -1,1 +1,1 @@
-"""Engines: the adapter interface, engines in other languages, importers of files of engines, and the registry."""
+"""Connects Carom to physics engines: adapter interface, protocol for programs, importers of files, and registry."""

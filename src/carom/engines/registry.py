@@ -1,7 +1,4 @@
-"""Registry of adapters: finds entry points and manifests, and loads adapters.
-
-No engine is imported to find its adapter.
-"""
+"""Registry of adapters: finds adapters by entry points and manifests, without importing engines, and loads them."""
 
 from __future__ import annotations
 
@@ -26,8 +23,8 @@ if TYPE_CHECKING:
     from carom.engines.protocol.adapter import ProgramAdapter
 
 ENTRY_POINT_GROUP = "carom.adapters"
-#: Environment variable that lists additional manifests: files, or folders that contain a manifest, separated as in
-#: PATH.
+#: Environment variable that lists additional manifests, separated as in PATH. Each is a file, or a folder that contains
+#: a manifest.
 MANIFESTS = "CAROM_ENGINES"
 
 
@@ -43,8 +40,8 @@ class EngineInfo:
         capabilities: Declared capabilities; None if the adapter can't be loaded.
         profiles: Descriptions of the profiles, by name.
         distribution: The distribution that contains the adapter.
-        located: Names of the profiles whose steps are cut.
-        own: Capabilities of the profiles whose capabilities differ from `capabilities`, by the profile's name.
+        located: Names of the profiles for which Carom shortens steps.
+        own: Capabilities that single profiles declare instead of `capabilities`, by the profile's name.
         knobs: Settings that ``carom tune`` may change, with their ranges, by name.
         install: Command that installs the engine; empty if no command is needed.
         code: Whether the adapter can write settings as code of the engine.
@@ -140,7 +137,7 @@ def _read_manifest_name(path: Path) -> str:
 
 @cache
 def list_adapter_points() -> Mapping[str, AdapterPoint]:
-    """Return the location of each adapter, by name. Nothing is imported or started.
+    """Return the location of each adapter, by name. No adapter is imported, and no program is started.
 
     Raises:
         AdapterError: A manifest has the name of another adapter, or its path is not absolute.
@@ -151,7 +148,7 @@ def list_adapter_points() -> Mapping[str, AdapterPoint]:
             found.setdefault(point.name, point)
     for word in filter(None, os.environ.get(MANIFESTS, "").split(os.pathsep)):
         path = _find_manifest(Path(word))
-        if not path.is_absolute():  # a worker process has another working folder
+        if not path.is_absolute():  # a relative path would be wrong in a worker process, which runs in another folder
             raise AdapterError(f"{MANIFESTS} must contain absolute paths, got {word!r}")
         name = _read_manifest_name(path)
         if name in found:
@@ -163,8 +160,8 @@ def list_adapter_points() -> Mapping[str, AdapterPoint]:
 def _list_points(distribution: metadata.Distribution) -> list[AdapterPoint]:
     """Return the adapters of a distribution.
 
-    If the distribution's entry points can't be read, return one broken adapter, named after the distribution's
-    location.
+    If the distribution's entry points can't be read, return one adapter with the reason in `broken`. Its name is the
+    distribution's location.
     """
     try:
         points = distribution.entry_points.select(group=ENTRY_POINT_GROUP)
@@ -172,7 +169,7 @@ def _list_points(distribution: metadata.Distribution) -> list[AdapterPoint]:
         location = str(distribution.locate_file(""))
         broken = f"can't read the entry points of an installed distribution; install it again: {type(error).__name__}"
         return [AdapterPoint(location, location, broken=f"{broken}: {error}")]
-    name = _read_name(distribution) if points else ""  # reads a file
+    name = _read_name(distribution) if points else ""  # read the name only if needed, since it is in a file
     return [
         AdapterPoint(
             point.name,
@@ -273,7 +270,7 @@ def load_adapter(name: str) -> Adapter:
     try:
         adapter: Any = point.load()
         is_adapter = isinstance(adapter, Adapter)  # on some versions of Python, this runs the adapter's properties
-    except AdapterError:  # an error about a manifest has a complete message
+    except AdapterError:  # raised for an invalid manifest, with a complete message
         raise
     except Exception as error:
         message = f"the adapter {name!r} can't be loaded from {point.value}: {type(error).__name__}: {error}"
@@ -281,7 +278,7 @@ def load_adapter(name: str) -> Adapter:
     if not is_adapter:
         parts = ("name", "engine", "capabilities", "profiles", "prepare")
         missing = [part for part in parts if not has_part(adapter, part)]
-        # `isinstance` takes a property that raises an AttributeError for a missing one
+        # `isinstance` treats a property that raises an AttributeError as missing
         for part in set(parts) - set(missing):
             try:
                 getattr(adapter, part)
@@ -308,7 +305,7 @@ def explain_unavailable_engine(engine: Engine) -> str:
     """
     try:
         found = not engine.module or importlib.util.find_spec(engine.module) is not None
-    # the parent package of a dotted name is missing, or the loaded module has no spec
+    # ImportError: the parent package is missing; ValueError: the module has been loaded, but has no spec
     except (ImportError, ValueError):
         found = False
     if found:

@@ -1,4 +1,4 @@
 """Runs scenes on engines: plan, scheduler, pools of worker processes, engine runs, timing, scores and journals.
 
-Import names from the modules themselves, so that a worker process loads only what it needs.
+Import each name from its module, not from this package, so that a worker process loads only the modules it needs.
 """

@@ -1,4 +1,4 @@
-"""Loads an adapter for a run, checks it, and returns the capabilities and settings of one of its profiles."""
+"""Loads the adapter of an engine, checks it, and returns the capabilities and settings of one of its profiles."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def load_supported_adapter(job: Job) -> Adapter:
     if reason := explain_unavailable_adapter(adapter):
         raise UnavailableError(reason)
     located = job.profile in adapter.profiles and adapter.profiles[job.profile].located
-    # A profile's capabilities apply only if no setting is replaced.
+    # A profile may declare capabilities of its own. They hold only for the profile's own settings.
     able = adapter.capabilities if job.method.tried else capabilities_of(adapter, job.profile)
     if reason := unsupported_reason(job.scene, able, job.dt_s, located=located):
         raise UnsupportedError(reason)
@@ -35,7 +35,7 @@ def load_supported_adapter(job: Job) -> Adapter:
 
 
 def capabilities_of(adapter: Adapter, profile: str) -> Capabilities:
-    """Return the capabilities of an engine with a profile: the profile's own if declared, or else the adapter's."""
+    """Return the capabilities that the profile declares or, if it declares none, those of the adapter."""
     known = adapter.profiles.get(profile)
     return known.capabilities if known is not None and known.capabilities is not None else adapter.capabilities
 

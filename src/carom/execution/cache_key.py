@@ -1,4 +1,4 @@
-"""Keys of jobs in journals: unique over studies, machines and versions."""
+"""Keys by which journals find the result of a job. Jobs with equal keys have the same result on any machine."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from carom.model.scene import Scene
 
 @dataclass(frozen=True)
 class JobKey:
-    """Identifies a job and its result, in any study on any machine.
+    """Key of a job, with everything that affects the job's result.
 
     Attributes:
         scene: Name of the scene, for display.
@@ -25,7 +25,7 @@ class JobKey:
         dt_s: Step size, in seconds.
         phase: Fraction of a step, 0 to 1. The scene begins earlier by this fraction.
         versions: Name and version of every distribution that affects the result, sorted by name.
-        form: Additional request, such as "drawn" or "timed"; empty if there is none.
+        form: What the task does in addition to the run, such as "drawn" or "timed"; empty for nothing.
     """
 
     scene: str

@@ -1,8 +1,8 @@
-"""Pool on a Dask cluster. Tasks run in the same kind of worker process as on this machine, with the same results.
+"""Runs tasks on a Dask cluster, in the same kind of worker processes as on this machine, with the same results.
 
-Each item of `ClusterPool.map_unordered` is a task of the cluster. The engines of an item run in separate processes, as
-on this machine. So an engine that aborts affects neither the cluster's worker nor other items. If a worker of the
-cluster is lost, Dask's scheduler gives the items of this worker to another.
+`ClusterPool.map_unordered` submits each item as a task to Dask. Engines run in processes of their own, as on this
+machine. So an engine that aborts affects neither Dask's worker nor other items. If a Dask worker is lost, Dask's
+scheduler sends its items to another worker.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from carom.execution.job import Answer, Task
 from carom.execution.pool import Lane, LocalPool, Pool, TaskRunner
 from carom.support.limits import DEFAULT_TIME_LIMIT_S
 
-#: Seconds to wait for the scheduler's first answer.
+#: Seconds to wait until the scheduler accepts the connection.
 CONNECT_S = 10
 
 #: Largest number of times that Dask's scheduler repeats an item whose worker was lost.
@@ -33,7 +33,7 @@ WORKERLESS_S = 60.0
 #: Seconds between checks of the number of workers.
 LOOK_S = 1.0
 
-#: Hint for users whose cluster was lost.
+#: Hint in messages about a lost cluster.
 _CONTINUE = "run the command again; if it has an output folder, --resume continues from the finished results"
 
 T = TypeVar("T")
@@ -41,13 +41,13 @@ Item = TypeVar("Item")
 
 
 class ClusterError(CaromError, RuntimeError):
-    """The cluster could not be reached, or has lost work permanently."""
+    """The cluster could not be reached, or did not finish some tasks."""
 
 
 class ClusterPool(Pool):
     """Pool on a Dask cluster.
 
-    As a context manager, the pool disconnects from the cluster at the end. The cluster continues to run.
+    At the end of a ``with`` block, the pool disconnects from the cluster. The cluster continues to run.
 
     Args:
         scheduler: Address of the scheduler, such as ``tcp://10.0.0.1:8786``. For ``tls://``, the certificates in Dask's
@@ -59,7 +59,7 @@ class ClusterPool(Pool):
     Raises:
         MissingExtraError: distributed (the extra `cluster`) is not installed.
         ClusterError: No scheduler answers at the address, or it has no worker.
-        InputError: The versions on a worker differ from those on this machine, so results would not be the same.
+        InputError: A worker has other versions of an engine or of Carom than this machine, which changes results.
     """
 
     def __init__(
@@ -76,7 +76,7 @@ class ClusterPool(Pool):
         self._limits, self._address = (time_limit_s, memory_limit_mb), scheduler
         try:
             self._client: Any = distributed.Client(scheduler, timeout=CONNECT_S, set_as_default=False)
-        except (OSError, ValueError, TypeError) as error:  # OSError includes TimeoutError; TypeError means missing TLS
+        except (OSError, ValueError, TypeError) as error:  # TypeError means that certificates for TLS are missing
             reason = str(error) or type(error).__name__
             hints = [f"start one with `dask scheduler`, and its workers with `dask worker {scheduler}`"]
             raise ClusterError(f"no Dask scheduler at {scheduler}: {reason}", hints=hints) from None
@@ -101,7 +101,7 @@ class ClusterPool(Pool):
     def map_unordered(
         self, items: Iterable[tuple[str, Item]], work: Callable[[Item, TaskRunner], Iterable[T]]
     ) -> Iterator[list[T]]:
-        """Process the items on the cluster. All results of an item are yielded together.
+        """Process the items on the cluster, and yield the list of results of each item when the item is finished.
 
         Raises:
             ClusterError: The workers of some items were lost repeatedly (raised after all other results), the scheduler
@@ -134,7 +134,7 @@ class ClusterPool(Pool):
     def _watch_workers(self, submitted: Mapping[Any, str]) -> Iterator[list[str]]:
         """Cancel the submitted items when the context ends, or when the cluster has had no worker for `WORKERLESS_S`.
 
-        Yield an empty list. If the items are cancelled because there is no worker, the reason is added to this list.
+        Yield a list that is empty at first. If the cluster has no worker for that time, the reason is appended to it.
         """
         has_ended, reasons = threading.Event(), list[str]()
 
@@ -189,7 +189,7 @@ def _carry_out(
 ) -> list[T]:
     """Process one item in a worker of the cluster. Engines keep running between items."""
     if not hasattr(_THREAD_LOCAL, "lane"):
-        _THREAD_LOCAL.lane = Lane(*limits)  # its processes end by themselves when this process ends
+        _THREAD_LOCAL.lane = Lane(*limits)  # never closed: its processes end when this process ends
     return list(work(item, _THREAD_LOCAL.lane))
 
 

@@ -1,8 +1,8 @@
 """Converts values to JSON and back, for journals and for the answers of worker processes.
 
-Reading validates each field against the declared type and runs no code. A float is written as the shortest text that
-reads back as the same float. NaN and infinities are written as strings. An array is written as its shape and its bytes
-in base64.
+When JSON is read, each field must have its declared type, and no code in the data is run. A float is written as the
+shortest text that reads back as the same float. NaN and infinities are written as strings. An array is written as its
+shape and its bytes in base64.
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ T = TypeVar("T")
 
 
 class Codec(Generic[T]):
-    """Converts values of one type to JSON and back. The creation of a codec takes milliseconds.
+    """Converts values of one type to JSON and back. Reuse a codec, since creating one takes milliseconds.
 
     Args:
-        kind: The type: a dataclass that JSON can represent.
+        kind: The type: a dataclass whose fields can be written as JSON.
     """
 
     def __init__(self, kind: Any) -> None:
-        # pydantic does not accept a configuration for a dataclass. So the type is a tuple that contains the dataclass.
-        # The configuration of the tuple also applies to the dataclass.
+        # pydantic accepts a configuration for a tuple but not for a dataclass. So the dataclass is put into a tuple,
+        # whose configuration also applies to its item.
         self._adapter = TypeAdapter(tuple[kind], config=ConfigDict(ser_json_inf_nan="strings"))
 
     def dumps(self, value: T) -> bytes:
@@ -67,7 +67,7 @@ def _build_validator(read: Callable[[Any], Any]) -> PlainValidator:
 
 
 def _build_array_type(dtype: DTypeLike) -> Any:
-    """Return an array type that pydantic can convert. The type may be combined with `| None`."""
+    """Return a type for arrays that pydantic can convert. The annotation ``| None`` may be added to it."""
 
     def pack(array: NDArray[Any]) -> Any:
         return [list(array.shape), base64.b64encode(np.asarray(array, dtype).tobytes()).decode()]
@@ -79,7 +79,7 @@ def _build_array_type(dtype: DTypeLike) -> Any:
     return Annotated[Any, PlainSerializer(pack), _build_validator(unpack)]
 
 
-#: Fields that an older journal of this format may lack. Missing fields are None.
+#: Fields that older journals do not contain. They are read as None.
 LATER = frozenset({"edges", "modes", "looks", "rests"})
 
 
@@ -102,8 +102,8 @@ def _build_field_type(hint: Any, carried: Any) -> Any:
 def _build_dataclass_type(kind: type[Any], **carried: Any) -> Any:
     """Return a type that pydantic can convert, for a dataclass. A value is written as a string that contains JSON.
 
-    In this inner JSON, NaN and infinities are numbers. As strings, they could not be distinguished from settings that
-    are texts. `carried` maps a field's name to the argument `carried` of `_build_field_type`.
+    In this inner JSON, NaN and infinities are written as numbers. A string "NaN" could also be a setting of type
+    string. `carried` maps a field's name to the argument `carried` of `_build_field_type`.
     """
     known = {"Scene": Scene, "LocalTruth": LocalTruth, "States": States, "np": np, "NDArray": NDArray}
     hints = get_type_hints(kind, localns=known)
@@ -128,10 +128,7 @@ def _build_dataclass_type(kind: type[Any], **carried: Any) -> Any:
 
 
 def _check_shapes(value: Any) -> Any:
-    """Return a value unchanged.
-
-    If it is a trace, first check that its arrays have the shapes that its scene and impacts require.
-    """
+    """If a value is a trace, check the shapes of its arrays against its scene and its impacts. Return the value."""
     if not isinstance(value, Trace):
         return value
     discs, impacts = len(value.scene.discs), len(value.impacts)
@@ -147,7 +144,7 @@ def _check_shapes(value: Any) -> Any:
     for what, states in (("observations", value.looks), ("samples", value.samples)):
         if states is not None:
             instants, shape = states.time_s.shape, states.position_m.shape
-            velocities = getattr(states, "velocity_m_s", states.position_m)  # samples have none
+            velocities = getattr(states, "velocity_m_s", states.position_m)  # samples contain no velocities
             if len(instants) != 1 or not shape == velocities.shape == (*instants, discs, 2):
                 raise ValueError(f"{what} of shape {shape} at {instants} instants")
     return value

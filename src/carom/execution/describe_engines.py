@@ -1,8 +1,8 @@
-"""Declarations and settings of adapters, queried in worker processes, since an adapter is third-party code.
+"""Queries what adapters declare, and their settings, in worker processes, since an adapter is third-party code.
 
-Only the adapters that a command needs are queried. Adapters of one distribution share a process, since the start of a
-process takes longer than a query. An adapter that hangs, ends its process or declares something invalid is unavailable,
-with that reason. Other adapters are not affected.
+Only the adapters that a command needs are queried. Adapters of one distribution share a process, since starting a
+process takes longer than a query. If an adapter hangs, ends its process or declares something invalid, it is reported
+as unavailable, with the reason. Other adapters are not affected.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from carom.support.escaping import format_value
 
 @dataclass(frozen=True)
 class DescribeTask(AdapterTask):
-    """Query the declarations of the adapter `name`, in the process of the adapter `engine`. No engine is imported."""
+    """Queries what the adapter `name` declares, in the worker process of the adapter `engine`, which it may share."""
 
     name: str
 
@@ -72,7 +72,7 @@ class DescribeTask(AdapterTask):
         )
 
 
-#: Description of each entry point that this process has queried. Failed queries are repeated.
+#: Descriptions that this process has queried, by the adapter's name and entry point. Failed queries are not stored.
 _KNOWN: dict[tuple[str, str], EngineInfo] = {}
 
 
@@ -101,13 +101,13 @@ def engines(names: Sequence[str] | None = None) -> EngineList:
 
 
 def describe_engines(names: Sequence[str] | None, pool: Pool) -> EngineList:
-    """Return the descriptions of engines, Carom's two methods first.
+    """Return the descriptions of engines, with PIC and PIT first.
 
-    The description of an unavailable engine has the reason.
+    The description of an unavailable engine contains the reason.
 
     Args:
         names: Names of adapters; None for all that are installed.
-        pool: Pool for the queries; it stays open.
+        pool: Pool that carries out the queries; the caller closes it.
 
     Raises:
         UnknownNameError: There is no such engine.
@@ -116,15 +116,15 @@ def describe_engines(names: Sequence[str] | None, pool: Pool) -> EngineList:
         require_named(name)
     there_are = list_adapter_points()
     points = {name: point for name, point in there_are.items() if names is None or name in names}
-    # PIT is always queried, because every study compares with PIT. Otherwise a study would have to start another pool
-    # to query PIT.
+    # PIT is always queried, because every study compares engines with PIT. A later query of PIT alone would need
+    # another pool.
     also = {PIT_METHOD.engine} & there_are.keys()
     todo = [
         name
         for name in (*points, *sorted(also - points.keys()))
         if (one := _KNOWN.get((name, there_are[name].value))) is None or not one.profiles
     ]
-    # An adapter without a distribution, such as one from a manifest, has a separate process.
+    # An adapter that belongs to no distribution, such as one from a manifest, is queried in a process of its own.
     groups = [list(names) for _, names in groupby(sorted(todo, key=_process_key_of), _process_key_of)]
     for found in pool.map_unordered(((names[0], names) for names in groups), _describe):
         _KNOWN.update(((info.name, there_are[info.name].value), info) for info in found)
@@ -152,8 +152,8 @@ def _process_key_of(name: str) -> tuple[str, str]:
 def _describe(names: Sequence[str], runner: TaskRunner) -> Iterator[EngineInfo]:
     answers = list(runner.run_each([DescribeTask(names[0], name) for name in names]))
     for name, first_answer in zip(names, answers, strict=True):
-        # A query can fail because of an earlier query in the same process. So such a query is repeated in a separate
-        # process.
+        # An earlier query in the same process can make a query fail. So a failed query is repeated in a process of its
+        # own.
         failed = first_answer.status in (Status.FAILED, Status.CRASHED) and name != names[0]
         answer = runner.run(DescribeTask(name, name)) if failed else first_answer
         if answer.value is not None and answer.value.name == name:
@@ -165,13 +165,13 @@ def _describe(names: Sequence[str], runner: TaskRunner) -> Iterator[EngineInfo]:
         yield EngineInfo(name, name, "", reason, None, {}, distribution_of(name))
 
 
-#: For each step size, the settings or the reason why there are none.
+#: For each step size, the settings of a profile, or the reason why they can't be queried.
 _Settings = tuple[Mapping[str, Setting] | str, ...]
 
 
 @dataclass(frozen=True)
 class SettingsTask(AdapterTask):
-    """Query the settings of a profile for several step sizes. Settings in `tried` replace the profile's settings."""
+    """Queries the settings of a profile for several step sizes. Settings in `tried` replace the profile's settings."""
 
     profile: str
     dts: tuple[float, ...]
@@ -194,8 +194,9 @@ class Methods:
     """The methods to run with each step size, and the reasons why some methods can't be run.
 
     Attributes:
-        at: Methods by engine and step size. If profiles have the same settings, only the last one is included.
-        refused: By method and step size, why a method of an available engine can run no scene with this step size.
+        at: Methods to run, by engine and step size. If profiles have the same settings, only the last of them is
+            included.
+        refused: By method and step size, why an available engine can run no scene with this method and step size.
         infos: Descriptions of the engines, by name.
     """
 
@@ -215,7 +216,7 @@ class Methods:
         info = self.infos.get(job.engine)
         if (known := self.find_refusal(job.method, job.dt_s)) is not None or info is None or info.capabilities is None:
             return known
-        # A profile's capabilities apply only if no setting is replaced.
+        # A profile may declare capabilities of its own. They hold only for the profile's own settings.
         capabilities = info.capabilities if job.method.tried else info.own.get(job.profile, info.capabilities)
         reason = unsupported_reason(job.scene, capabilities, job.dt_s, located=job.profile in info.located)
         return Answer(Status.UNSUPPORTED, reason) if reason else None
@@ -234,7 +235,7 @@ def list_methods(
         infos: Descriptions of the engines.
         profiles: Names of the profiles to run.
         dts: Step sizes, in seconds.
-        pool: Pool for the queries of adapters; it stays open.
+        pool: Pool that carries out the queries of adapters; the caller closes it.
         overrides: Settings that replace those of the profiles, by the engine's name.
     """
     steps = tuple(dict.fromkeys(dts))
@@ -253,7 +254,7 @@ def list_methods(
     refused: dict[tuple[Method, float], Answer[Any]] = {}
     for info in infos:
         own_overrides = overrides.get(info.name, ())
-        # An adapter without declarations gets one row, which shows the reason.
+        # If an adapter's declarations can't be queried, one method represents it, whose row of results shows why.
         own_profiles = info.own_profiles(profiles) if info.profiles else profiles[-1:]
         for k, dt_s in enumerate(steps):
             last_of: dict[object, str] = {}
@@ -274,8 +275,7 @@ def _extract_settings(
 ) -> Mapping[str, Setting] | Answer[Any]:
     """Return the settings of a profile for step size number `step`, or why a method with this profile can't be run."""
     if answer is not None and answer.value is not None and isinstance(settings := answer.value[step], Mapping):
-        # The settings are needed even if the engine is not installed: they show which of its profiles are the same
-        # method.
+        # The settings are needed even if the engine is not installed: profiles with equal settings are one method.
         return settings
     if info.unavailable or answer is None:
         return Answer(Status.UNAVAILABLE, info.unavailable)

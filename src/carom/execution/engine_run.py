@@ -1,4 +1,4 @@
-"""Observed run of an engine: advances one world through one scene, step by step, and builds a trace."""
+"""Runs a scene on an engine, reads the engine's state after each step, and builds a trace from the states."""
 
 from __future__ import annotations
 
@@ -36,15 +36,15 @@ from carom.model.step_windows import States
 from carom.model.trace import Outcome, Samples, Trace, resolve_profile
 from carom.support.limits import LARGEST
 
-#: States are stored for scenes in which discs may come to rest. Largest number of discs of such a scene, and largest
-#: number of states.
+#: In scenes in which discs may come to rest, the trace stores states of the run. Largest number of discs of a scene
+#: whose states are stored, and largest number of stored states.
 MOST_STORED_DISCS = 10
 MOST_STORED_STATES = 256
 
-#: Number of rows times number of discs in a block of states: about 3 MB.
+#: States are stored in blocks. Number of states in a block times number of discs; a block takes about 3 MB.
 _ROWS = 2**16
 
-#: Largest number of samples. Samples are only drawn, and no picture is wider than this number of pixels.
+#: Largest number of samples, which are positions for drawing. No picture is wider than this number of pixels.
 MOST_SAMPLES = 4096
 
 
@@ -74,7 +74,7 @@ def observe_run(
     """Run a scene, observe it after each step, and return the trace.
 
     The final state is the state after the last step, advanced along free paths to the end of the scene. The run stops
-    early if only free flight is left.
+    early when no further impact is possible.
 
     Args:
         adapter: Adapter of the engine.
@@ -83,7 +83,7 @@ def observe_run(
         dt_s: Step size, in seconds.
         overrides: Settings that replace those of the profile.
         samples: Whether to keep positions for drawing.
-        watched: Whether to compare each step with PIC, started from the run's state, for `local_truth` of the trace.
+        watched: Whether to compare each step with a step of PIC from the same state, for `local_truth` of the trace.
 
     Raises:
         UnknownNameError: The adapter has no such profile.
@@ -119,15 +119,15 @@ def observe_run(
 
 
 def run_pit(scene: Scene, dt_s: float) -> Trace:
-    """Run a scene with PIT, whose only errors are those of sampling."""
+    """Run a scene with PIT, whose only errors come from checking once per step."""
     return observe_run(load_adapter(PIT_METHOD.engine), scene, PIT_METHOD.profile, dt_s)
 
 
 def choose_stored_steps(steps: int) -> frozenset[int]:
-    """Return the steps after which the state is stored: all, or one in each of at most `MOST_STORED_STATES` intervals.
+    """Return the numbers of the steps after which the state is stored: at most `MOST_STORED_STATES` of all steps.
 
-    The step within an interval is quasi-random. With equally spaced steps, a disc that hops every two steps could seem
-    to rest.
+    A run with more steps is divided into equal intervals, with one quasi-random step from each. If stored steps were
+    equally spaced, a disc that hops every two steps could seem to rest.
     """
     stretch = -(-steps // MOST_STORED_STATES)
     stretches = range(0, steps, stretch)
@@ -144,13 +144,13 @@ class _Run:
         self.scene, self.dt_s, self.samples = scene, dt_s, samples
         self.steps, self.taken = scene.step_count(dt_s), 0
         arrays, discs = scene.arrays, len(scene.discs)
-        #: The latest states, and the row of the present state. The first row is the initial state, or the last row of
-        #: the previous block.
+        #: The latest states, and the number of the row with the present state. The first row is the initial state of
+        #: the scene, or a copy of the last row of the previous block.
         self.rows, self.row = StateRows(1 + min(self.steps, max(_ROWS // discs, 2)), discs), 0
         self.rows.position_m[0], self.rows.velocity_m_s[0] = arrays.position_m, arrays.velocity_m_s
         self.rows.spin_rad_s[0], self.rows.has_spins = arrays.spins, arrays.turns
         self.contacts = tuple[Contact, ...]()
-        #: Time and state of the last step before this block that ended within the scene's duration.
+        #: Time and state after the last step before this block; not after the scene's end.
         self.before = (0.0, self.state)
         self.collector, self.collected = ImpactCollector(scene, self.state, float_bits), 0
         self.watch = StepWatch(scene, dt_s, float_bits) if watched else None
@@ -164,19 +164,19 @@ class _Run:
 
     @property
     def state(self) -> Observation:
-        """The last state, with the contacts of its step."""
+        """The present state, with the contacts of the last step."""
         return self.rows.observation(self.row, self.contacts)
 
     @property
     def earlier(self) -> tuple[float, Observation]:
-        """Time and state of the last step before the present state that ended within the scene's duration."""
+        """Time and state one step before the present state; not after the scene's end."""
         rows_within = np.flatnonzero(self.rows.time_s[: self.row] <= self.scene.duration_s)
         if not len(rows_within):
             return self.before
         return float(self.rows.time_s[rows_within[-1]]), self.rows.observation(int(rows_within[-1]))
 
     def take_steps(self, world: World, cutter: Cutter | None, flight: FreeFlight) -> None:
-        """Take steps until the end of the scene, or until only free flight is left."""
+        """Take steps until the end of the scene, or until no further impact is possible."""
         bends = compute_gravity(self.scene).any() or Slowing.of(self.scene)
         straight = not (bends or self.scene.arrays.driven)
         takes_quiet_steps = cutter is None and hasattr(type(world), "take_quiet_steps")
@@ -207,12 +207,10 @@ class _Run:
                 return
 
     def _take_quiet_steps(self, world: QuietWorld, until_s: float) -> Observation | None:
-        """Take steps until a step has contacts or a warning, or ends near `until_s`.
+        """Take steps without contacts in one call, until a step has contacts or a warning, or ends near `until_s`.
 
-        Return the last step's observation.
-
-        Add the states of the completed steps, except the last one. If only one step is possible, take no step and
-        return None. No contact may be open.
+        Return the observation after the last step, and add the states after all earlier steps. If only one step may
+        be taken, take none and return None. Call this method only while no contact continues from the last step.
         """
         if self.row + 1 == len(self.rows.time_s):
             self._begin_rows()
@@ -244,7 +242,7 @@ class _Run:
         return world.observe() if are_reliable else rows.observation(begin + steps_taken - 1)
 
     def _add_state(self, found: Observation, time_s: float) -> bool:
-        """Add a state and its contacts. Return False, and add nothing, if the state is not reliable."""
+        """Add a state and its contacts. If the state is not finite, add nothing and return False."""
         if self.row + 1 == len(self.rows.time_s):
             self._begin_rows()
         rows, row = self.rows, self.row + 1
@@ -281,7 +279,7 @@ class _Run:
         self.row = 0
 
     def _pass_on_states(self) -> None:
-        """Pass all states of the block to the comparison of steps, except the first, which it already has."""
+        """Pass the block's states to the step-by-step comparison, except the first, which the previous block passed."""
         if self.watch is not None:
             self.watch.add(self.rows.states(slice(1, self.row + 1)))
 
@@ -293,7 +291,7 @@ class _Run:
         last = LastStep(self.scene, *self.earlier, self.taken * self.dt_s, self.state)
         missing_s = duration_s - last.end_s if completed else 0.0
         end_s = last.end_s + missing_s
-        if missing_s < 0.0:  # the last step reaches beyond the end
+        if missing_s < 0.0:  # the last step ends after the scene's end
             later = (impacts["time_s"] > duration_s) | (effective > duration_s)
             after = impacts[later]
             impacts, effective, states = impacts[~later], effective[~later], states[~later]
@@ -301,7 +299,7 @@ class _Run:
             turned_s = np.where(np.isfinite(effective), effective, impacts["time_s"])
             bodies = np.concatenate([after["first"], after["second"]])
             discs, until_s = sorted({*bodies[bodies >= 0].tolist()}), last.end_s
-            if self.scene.table_deceleration_m_s2:  # the path of a disc that has stopped can't be traced back
+            if self.scene.table_deceleration_m_s2:  # the earlier path of a disc that has stopped is unknown
                 discs, until_s = [*range(len(self.scene.discs))], duration_s
             last = last.with_impacts(discs, until_s, impacts, turned_s, spins)
         if self.samples and completed:
@@ -351,7 +349,7 @@ def _take_step_in_pieces(world: World, cutter: Cutter | None, step: int, dt_s: f
 
 
 def _classify_end(warning: str) -> tuple[Outcome, tuple[str, ...]]:
-    """Return the outcome and the notes of a run that ends because of a non-finite state or its engine's warning."""
+    """Return outcome and notes of a run that ended early: by an engine's warning, or by a state that is not finite."""
     if not warning:
         return Outcome.NON_FINITE, ()
     if warning == Outcome.STANDSTILL.value:  # not a fault: the state is valid

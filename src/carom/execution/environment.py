@@ -1,4 +1,4 @@
-"""Environment of a result: machine, versions and time. Every result contains it."""
+"""Describes the environment in which a result was computed: machine, versions and time."""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from carom.support.escaping import escape_controls
 
-#: Largest number of characters of a reason.
+#: Longest message of an exception that is shown, in characters.
 MOST_REASON = 2000
 
 _OWN = Path(__file__).resolve().parents[1]
@@ -16,9 +16,9 @@ _OWN = Path(__file__).resolve().parents[1]
 def describe_exception(error: BaseException) -> str:
     """Return an unexpected exception as text, such as ``TypeError: message (adapter.py, line 12)``.
 
-    The location is a line of the first file in the traceback that is not part of Carom. This file is usually the
-    adapter, not a library that the adapter calls. If the traceback has several lines of this file, the last one counts,
-    which is the deepest call. If all files are part of Carom, the last line of the traceback counts.
+    The location is in the first file of the traceback that is not part of Carom. This file is usually the adapter, not
+    a library that the adapter calls. If the traceback contains several lines of this file, the last of them is used. If
+    all files are part of Carom, the last line of the traceback is used.
     """
     places = traceback.extract_tb(error.__traceback__)
     theirs = next((place.filename for place in places if not Path(place.filename).is_relative_to(_OWN)), None)

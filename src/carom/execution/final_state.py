@@ -65,10 +65,11 @@ class LastStep:
         )
 
     def _compute_rates_of_change(self) -> tuple[Array, Array | None]:
-        """Return the rates at which velocities and spins change between the scene's end and the end of the step.
+        """Return how fast the velocities and spins of all discs change between the scene's end and the step's end.
 
-        A disc in flight falls. A disc counts as resting if a wall balances more than half of gravity and its velocity
-        changed slowly enough. The velocity and spin of a resting disc change at the mean rates of the last step.
+        A disc in flight has the acceleration of gravity. A disc counts as resting if its mean acceleration in the last
+        step is small, since a wall balances more than half of gravity. For a resting disc, return the mean rates of
+        the last step.
         """
         falls = float(np.hypot(*self.scene.gravity_m_s2))
         if not falls:
@@ -90,15 +91,15 @@ class LastStep:
         turned_s: Array,
         spins: NDArray[np.void] | None,
     ) -> LastStep:
-        """Return a step that ends at another time, and in which the discs `discs` have only the given impacts.
+        """Return this step with another end, and with other impacts of the discs `discs`: only those in `impacts`.
 
-        Such a disc flies freely from its last given impact in the step, or from the start of the step.
+        From its last of these impacts, or else from the start of the step, such a disc flies freely.
 
         Args:
             discs: Numbers of the discs.
             until_s: End of the returned step, in seconds.
-            impacts: The impacts of the run.
-            turned_s: Time at which each impact turned its bodies, in seconds.
+            impacts: The impacts to keep.
+            turned_s: Time at which each impact changed the velocities of its bodies, in seconds.
             spins: Spins around each impact; None in a scene without spins.
         """
         position, velocity = self.state.position_m.copy(), self.state.velocity_m_s.copy()

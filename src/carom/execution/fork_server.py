@@ -1,13 +1,12 @@
-"""Fork server: forks worker processes whose imports are already done, since imports take longer than most runs.
+"""Fork server: a process that has imported everything and forks workers, since imports take longer than most runs.
 
 The server is forked from the main thread of the `carom` command, before any other thread starts. Its only open files
 are the null device and its socket. The server loads no adapter and no engine. For each request it forks a watchdog
-(`carom.execution.watchdog`), whose streams, folder, session, limits and environment equal those of a new process. The
-server ends with the command, and everything that it forked ends with it.
+(`carom.execution.watchdog`), and sets up its streams, folder, session, limits and environment as in a new process. When
+the command ends, the server and all processes that it forked end too.
 
-Only the command `carom` has a fork server, and only on Linux. Another process, such as a notebook, can have threads,
-which a fork does not copy. In such a process, and if the server does not answer, each worker starts in a new
-interpreter.
+Only the command `carom` starts a fork server, and only on Linux. Another process, such as a notebook, can have threads,
+which a fork does not copy. Without a server, or if it does not answer, each worker starts in a new interpreter.
 """
 
 from __future__ import annotations
@@ -30,9 +29,9 @@ from typing import TYPE_CHECKING, NoReturn
 if TYPE_CHECKING:
     import socket
 
-#: Seconds to wait for the server. A fork takes milliseconds.
+#: Seconds to wait for the server's answer. A fork takes only milliseconds.
 PATIENCE_S = 2.0
-#: Size limit of a request. Folder, path and environment together are smaller.
+#: Size limit of a request. The folder's path, the search path and the environment variables together are smaller.
 MOST_REQUEST_BYTES = 2**22
 #: Number of pipes of a watchdog: standard input, output and error, and one for its exit status.
 _STREAMS = 4
@@ -43,9 +42,9 @@ _allowed = False
 def allow_forking() -> None:
     """Allow pools of this process to fork their workers.
 
-    Only the command `carom` calls this function, because only there all threads are known.
+    Only the command `carom` calls this function, because only the command is certain to have no other threads.
     """
-    global _allowed  # noqa: PLW0603 - a property of the process
+    global _allowed  # noqa: PLW0603 - applies to the whole process
     _allowed = True
 
 
@@ -58,7 +57,7 @@ def list_search_path() -> list[str]:
 
 
 class ForkedProcess:
-    """A watchdog forked by the server, with the methods of `subprocess.Popen` that are needed."""
+    """A watchdog forked by the server. The class implements the methods of `subprocess.Popen` that Carom uses."""
 
     def __init__(self, pidfd: int, status: int, streams: tuple[FileIO, FileIO, FileIO]) -> None:
         self.stdin, self.stdout, self.stderr = streams
@@ -111,7 +110,7 @@ class ForkServer:
             stream.flush()  # otherwise both processes would write the content of the buffer
         parent = os.getpid()
         with warnings.catch_warnings():
-            # The warning is about the threads of BLAS. BLAS handles forks itself.
+            # Python warns because the BLAS library has started threads, but BLAS can handle forks.
             warnings.simplefilter("ignore", DeprecationWarning)
             child = os.fork()
         if not child:
@@ -155,7 +154,7 @@ class ForkServer:
         return ForkedProcess(pidfds[0], status, (FileIO(requests, "w"), FileIO(answers), FileIO(printed)))
 
     def close(self) -> None:
-        """End the server. Watchdogs that still run end with the server."""
+        """End the server, and with it all watchdogs that still run."""
         with self._lock:
             if self._process < 0:
                 return
@@ -164,7 +163,7 @@ class ForkServer:
             if sys.platform == "linux":
                 pidfd = os.pidfd_open(process)
                 select.select([pidfd], [], [], PATIENCE_S)
-                signal.pidfd_send_signal(pidfd, signal.SIGKILL)  # a stopped server would not react to another signal
+                signal.pidfd_send_signal(pidfd, signal.SIGKILL)  # ends even a stopped process
                 os.close(pidfd)
             os.waitpid(process, 0)
 
@@ -180,7 +179,7 @@ def _serve(requests: socket.socket, parent: int) -> NoReturn:
         if os.getppid() == parent:
             _Server(requests).serve()
         code = 0
-    finally:  # the forked process must never continue with the command's own work
+    finally:  # this process must never return to the command's code, which it has copied
         os._exit(code)
 
 
@@ -188,7 +187,7 @@ def _detach(kept_file: int) -> None:
     """Detach this process from the command's terminal, signals and files. Only the file `kept_file` stays open."""
     import gc
 
-    gc.disable()  # so that no finaliser runs for an object of the command
+    gc.disable()  # otherwise finalisers of the command's objects could run in this process too
     gc.freeze()
     os.setsid()
     signal.set_wakeup_fd(-1)
@@ -207,7 +206,7 @@ class _Server:
 
     def __init__(self, requests: socket.socket) -> None:
         self._requests = requests
-        self._status_files: dict[int, int] = {}  # by watchdog, the pipe that receives its exit status
+        self._status_files: dict[int, int] = {}  # pipe that receives the exit status of each watchdog
         self._woken, wake = os.pipe()
         for file in (self._woken, wake):
             os.set_blocking(file, False)
@@ -266,7 +265,7 @@ def _become_watchdog(message: bytes, files: Sequence[int], server_files: Sequenc
         server = os.getppid()
         signal.set_wakeup_fd(-1)
         signal.signal(signal.SIGCHLD, signal.SIG_DFL)
-        folder, environment, memory_bytes = pickle.loads(message)  # noqa: S301 - of our own parent process
+        folder, environment, memory_bytes = pickle.loads(message)  # noqa: S301 - sent by our own parent process
         os.setsid()
         *streams, status_file = files
         for number, file in enumerate(streams):
@@ -277,7 +276,7 @@ def _become_watchdog(message: bytes, files: Sequence[int], server_files: Sequenc
 
         path = environment["PYTHONPATH"].split(os.pathsep)
         if (path, environment.get(MANIFESTS)) != (list_search_path(), os.environ.get(MANIFESTS)):
-            list_adapter_points.cache_clear()  # the path of adapters may have changed since the server started
+            list_adapter_points.cache_clear()  # the search path may have changed since the server started
         os.chdir(folder)
         os.environ.clear()
         os.environ.update(environment)
@@ -297,7 +296,7 @@ def _become_watchdog(message: bytes, files: Sequence[int], server_files: Sequenc
         code = 0
     except SystemExit as end:
         code = end.code if isinstance(end.code, int) else int(end.code is not None)
-    except BaseException:  # noqa: BLE001 - reported as by a new interpreter
+    except BaseException:  # noqa: BLE001 - shown with its traceback, as in a new interpreter
         sys.excepthook(*sys.exc_info())
     finally:
         os._exit(code)

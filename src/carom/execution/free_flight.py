@@ -1,4 +1,4 @@
-"""Detects when the rest of a run is free flight, so that the remaining steps can be skipped."""
+"""Detects when no further impact is possible in a run, so that the remaining steps can be skipped."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from carom.model.scene import Scene, Wall
 
 Array = NDArray[np.float64]
 
-#: Engines detect contacts before bodies touch, by margins and prediction. This margin, measured from a disc's centre,
-#: and two steps of prediction are more than any engine uses.
+#: Engines report contacts before bodies touch: within a margin, and if the bodies would touch in the next step. No
+#: engine reports contacts beyond this distance from a disc's centre plus two steps of motion. The unit is the radius.
 _MARGIN_RADII = 2.0
 _AHEAD_STEPS = 2
 
@@ -25,10 +25,10 @@ _AHEAD_STEPS = 2
 #: the search compares.
 _WIDER = 1.0 + 2.0**-40
 
-#: The search for approaching pairs examines longer and longer times. Factor between one time and the next.
+#: The search for approaching pairs is repeated for longer and longer times ahead. Factor between successive times.
 _WIDENED = 4.0
 
-#: Number of last steps that must leave every velocity unchanged and move every disc by its velocity.
+#: In free flight, this number of steps must have left every velocity unchanged and moved every disc by its velocity.
 _QUIET_STEPS = 2
 
 #: Allowed rounding error of a position in a step, in units in the last place of the largest coordinate or path length.
@@ -39,30 +39,29 @@ _ROUNDINGS = 4
 class FreeFlight:
     """Determines after each step whether another impact is possible.
 
-    The decision depends on the engine's state, not on the reference. The rest of a run is free flight if two conditions
-    hold:
+    The decision uses only the engine's own states. The rest of a run is free flight if two conditions hold:
 
-    - On their present paths, no two bodies overlap or come near each other before the end.
+    -     On their present straight paths, no two bodies overlap or come near each other before the scene's end.
     - The last two steps left every bit of every velocity unchanged, and moved every disc by its velocity, apart from
     the rounding of the engine's floats. So the engine does not damp discs, push them or move them in any other way.
 
     In free flight, the final state is at the end of these straight paths.
 
     Attributes:
-        needed_from_s: Time from which `has_begun` must be called after every step. Before that time, call it only after
-            steps with contacts.
+        needed_from_s: From this time on, call `has_begun` after every step. Before this time, call `has_begun` only
+            after steps with contacts.
 
     Args:
         scene: The scene.
         dt_s: The step size, in seconds.
-        float_bits: Declared width of the method's floats.
+        float_bits: Number of bits of the floats in which the engine computes, as its adapter declares.
     """
 
     def __init__(self, scene: Scene, dt_s: float, float_bits: int = 64) -> None:
         self._scene = scene
         self._dt_s = dt_s
         self._unit = 2.0 ** -MANTISSA_BITS[float_bits]
-        #: The last instants and observations, and the bits of velocities and spins.
+        #: Times and observations of the last steps, and the bytes of their velocities and spins.
         self._seen: deque[tuple[float, Observation]] = deque(maxlen=_QUIET_STEPS + 1)
         self._motions: deque[bytes] = deque(maxlen=_QUIET_STEPS + 1)
         self._turns = scene.arrays.turns
@@ -78,7 +77,7 @@ class FreeFlight:
     def has_begun(self, time_s: float, observation: Observation) -> bool:
         """Whether the rest of the run is free flight.
 
-        See `needed_from_s` for the steps after which to call this method.
+        `needed_from_s` determines after which steps this method must be called.
         """
         self._seen.append((time_s, observation))
         spins = observation.spin_rad_s if self._turns else None
@@ -88,7 +87,8 @@ class FreeFlight:
         if time_s < self._look_from_s or len(self._seen) <= _QUIET_STEPS or not self._is_quiet():
             return False
         earliest_s = time_s + self._compute_earliest_contact(observation, self._scene.duration_s - time_s)
-        # Before `earliest_s` no pair comes near. While a pair is near, the test is repeated at increasing intervals.
+        # No pair comes near before `earliest_s`, so no test is needed until then. While a pair is near, the test is
+        # repeated at increasing intervals.
         self._pause_s *= 2.0
         self._look_from_s = max(earliest_s, time_s + self._pause_s)
         self.needed_from_s = self._look_from_s - (_QUIET_STEPS + 0.5) * self._dt_s
@@ -114,7 +114,7 @@ class FreeFlight:
     def _compute_earliest_contact(self, observation: Observation, left_s: float) -> float:
         """Return the seconds until a contact is possible.
 
-        Pairs of discs are not examined if a disc comes near a wall before the end.
+        If a disc comes near a wall before the scene's end, the times of pairs of discs are not computed.
         """
         p, v = observation.position_m, observation.velocity_m_s
         for first, second in find_near_pairs(p, _WIDER * self._radius, self._movable):
@@ -125,9 +125,10 @@ class FreeFlight:
         return nearest if nearest <= left_s else min(nearest, self.compute_pair_wait(p, v, left_s))
 
     def compute_pair_wait(self, p: Array, v: Array, left_s: float) -> float:
-        """Return the seconds until two discs come near each other; any later time if none do before the end."""
+        """Return the seconds until two discs come near each other, or any time after the end if that is later."""
         speed, end_s = np.hypot(v[:, 0], v[:, 1]), left_s + (_AHEAD_STEPS + 1) * self._dt_s
-        # Only pairs that can come near within `within_s` are examined, because the number of all pairs may be huge.
+        # First examine only the few pairs that can come near within `within_s`, since a scene can have millions of
+        # pairs.
         within_s = min(self._pause_s, end_s)
         while True:
             wait = math.inf
@@ -140,7 +141,7 @@ class FreeFlight:
             within_s = min(_WIDENED * within_s, end_s)
 
     def _compute_wall_wait(self, wall: tuple[Array, Array] | Outline, p: Array, v: Array) -> float:
-        if not isinstance(wall, tuple):  # no disc reaches the wall before it has moved by this distance
+        if not isinstance(wall, tuple):  # a lower bound: a disc must move this far to reach the wall
             away = np.array(
                 [wall.compute_gap(x, y, reach) for (x, y), reach in zip(p.tolist(), self._margin.tolist(), strict=True)]
             )
@@ -160,11 +161,11 @@ def compute_time_until_near(offsets: Array, velocity: Array, reach: Array) -> Ar
     """Return the seconds until pairs come within reach: 0 if near and approaching, infinity if never.
 
     This formula is twenty times faster than the computation of an impact's time. Its rounding does not matter, because
-    near pairs are still far from touching.
+    the reach is much larger than the distance at which bodies touch.
 
     Args:
-        offsets: Vector from first to second, in metres, shape ``(n, 2)``.
-        velocity: Velocity of the second relative to the first, in metres per second, shape ``(n, 2)``.
+        offsets: Vector from the first to the second body of each pair, in metres, shape ``(n, 2)``.
+        velocity: Velocity of the second body relative to the first, in metres per second, shape ``(n, 2)``.
         reach: Distance that counts as near, in metres, shape ``(n,)``.
     """
     with np.errstate(all="ignore"):
@@ -172,7 +173,7 @@ def compute_time_until_near(offsets: Array, velocity: Array, reach: Array) -> Ar
         ux, uy = velocity[:, 0] / speed, velocity[:, 1] / speed
         along = offsets[:, 0] * ux + offsets[:, 1] * uy
         aside = np.abs(offsets[:, 0] * uy - offsets[:, 1] * ux)
-        # Each root is computed separately, because a product of lengths could leave the range of floats.
+        # The root of a product is computed as a product of roots, since the product of two lengths could overflow.
         half_chord = np.sqrt(reach - aside) * np.sqrt(reach + aside)
         wait = np.where((speed > 0.0) & (along < 0.0) & (aside < reach), (-along - half_chord) / speed, np.inf)
     # If a distance or a speed overflows, the result is unknown. Then 0 is returned, because an immediate contact is

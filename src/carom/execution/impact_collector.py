@@ -1,8 +1,8 @@
 """Builds impacts from the states and contacts that an engine reports after each step.
 
-A contact that lasts several steps becomes one impact. Its velocities are those at the start of the contact's first step
-and at the end of the contact's last step. If a method reports velocities with a contact, the impact has the reported
-velocities.
+A contact that lasts several steps becomes one impact. The velocities before and after the impact are those at the start
+of the contact's first step and at the end of its last step. If an engine reports velocities with a contact, these are
+used.
 """
 
 from __future__ import annotations
@@ -35,9 +35,10 @@ _State = tuple[float, Vector, Vector]
 _UNKNOWN: Vector = (math.nan, math.nan)
 _NOWHERE: Vector = (0.0, 0.0)
 
-#: A pair rests if its relative speed along the normal is at most the speed that gravity adds in this number of steps.
-#: An engine may take one step until it tests for contact, and another until the response acts. In a leapfrog scheme,
-#: positions and velocities are another half step apart.
+#: Two touching bodies count as resting if their relative speed along the normal is at most what gravity adds in this
+#: number of steps.
+#: An engine may need one step to test for contact, and another to change the velocities. In a leapfrog scheme,
+#: positions and velocities belong to times half a step apart.
 _REST_STEPS = 2.5
 
 
@@ -53,7 +54,7 @@ class ImpactCollector:
         self._float_bits = float_bits
         self._discs = scene.discs
         self._inverse_mass = [1.0 / disc.mass_kg for disc in scene.discs]
-        # Decrease of a disc's spin per unit of tangential impulse; 0 for a disc that can't turn.
+        # Change of a disc's spin per newton second of tangential impulse; 0 for a disc that can't turn.
         self._spin_per_impulse = (1.0 / (arrays.inertia * arrays.mass_kg * arrays.radius_m)).tolist()
         self._turns, self._rubs_discs, self._rubs_walls = arrays.turns, arrays.rubs_discs, arrays.rubs_walls
         self._walls = [arrays.drive_of_wall(k) for k in range(len(arrays.walls))]
@@ -67,7 +68,7 @@ class ImpactCollector:
         self._numbers = count(1)
 
     def skip_to(self, time_s: float, observation: Observation) -> None:
-        """Skip steps without contacts, up to the step that ended at `time_s`. No contact may be open."""
+        """Take the state at `time_s` as the last one. The steps since the previous state must have no contacts."""
         self._last, self._last_s = observation, time_s
 
     def add(self, time_s: float, observation: Observation) -> None:
@@ -80,8 +81,8 @@ class ImpactCollector:
             if contact.velocities is not None:
                 spins = contact.spins_rad_s if self._turns else None
                 record = ImpactRecord(contact.time_s, *pair, contact.normal, *contact.velocities, spins)
-                # If a disc has several impacts in a step, only for the first of them is the state at the step's start
-                # the state before the impact.
+                # The state at the step's start is the state before the disc's first impact in the step. Before its
+                # later impacts in the same step, the state is unknown.
                 free = contact.time_s == self._last_s or struck_discs.isdisjoint(pair)
                 struck_discs.update(self._list_movable(pair))
                 state = _build_state(pair, self._last_s, before if free else None)
@@ -97,13 +98,13 @@ class ImpactCollector:
         self._last, self._last_s = observation, time_s
 
     def finish(self) -> tuple[NDArray[np.void], NDArray[np.float64], NDArray[np.void], NDArray[np.void] | None]:
-        """Return the impacts, sorted by reported time, their effective times, the states before them, and their spins.
+        """Return the impacts, sorted by reported time, with their effective times, the states before, and the spins.
 
-        In a scene without spins, return None for the spins.
+        The effective time is the instant at which the paths turn. In a scene without spins, the spins are None.
         """
         for pair in list(self.open):
             self._close(pair)
-        # Impacts with the same time are in the order in which they began.
+        # Impacts with the same time are sorted by the order in which their contacts began.
         ordered = sorted(self._done, key=lambda item: (item[1].time_s, item[0]))
         effective = np.array([effective for _, _, effective, _ in ordered], dtype=np.float64)
         states = np.array([state for _, _, _, state in ordered], dtype=STATE_DTYPE)
@@ -118,20 +119,17 @@ class ImpactCollector:
         return (*_to_vector(state.velocity_m_s, body), 0.0 if spin is None or not self._turns else float(spin[body]))
 
     def _find_unchanged_motion(self, body: int, time_s: float) -> Motion:
-        """Return the motion of a static or driven body in the step that ends at a time.
-
-        Impacts do not change this motion.
-        """
+        """Return velocity and spin of an immovable or driven body in the step that ends at `time_s`."""
         middle_s = 0.5 * (self._last_s + time_s)
         if body < 0:
             return (*self._walls[wall_index(body)].velocity_at(middle_s), 0.0)
         return (*self._driven.get(body, STANDS).velocity_at(middle_s), self._discs[body].spin_rad_s)
 
     def _has_effect(self, contact: Contact, before: Observation, after: Observation, step_s: float) -> bool:
-        """Whether a reported contact changed a motion. Engines also report contacts without an impulse.
+        """Whether a reported contact changed a velocity or spin. Engines also report contacts in which no force acts.
 
-        A contact of two immovable bodies has no effect. If no impulse is reported, a contact has an effect if a motion
-        changed more than by damping or by the table.
+        A contact of two immovable bodies has no effect. If the engine reports no impulses, a contact has an effect if
+        a velocity or spin changed by more than damping or the table's deceleration explains.
         """
         if not self._list_movable((contact.first, contact.second)):
             return False
@@ -158,7 +156,7 @@ class ImpactCollector:
     ) -> None:
         """Open a contact, or extend it by a step.
 
-        `motion` has each body's motion after the earlier contacts of the step, and is updated.
+        `motion` contains each body's velocity and spin after the earlier contacts of the step. This method updates it.
         """
         first, second = pair
         unchanged = [self._find_unchanged_motion(body, time_s) for body in pair]
@@ -192,7 +190,7 @@ class ImpactCollector:
             else impulse,
             contact.normal,
         )
-        # A resting pair is at most as fast as a fall of `_REST_STEPS` steps makes it.
+        # Free fall during `_REST_STEPS` steps adds this speed. A pair that is faster does not rest.
         slowest = _REST_STEPS * self._pull * (time_s - self._last_s)
         if not abs(compute_separation_speed(after, contact.normal)) <= slowest:
             known.rested = None
@@ -200,12 +198,12 @@ class ImpactCollector:
             known.rested = replace(known)
 
     def _has_all_impulses(self, contact: Contact) -> bool:
-        """Whether all impulses of a contact are reported. If there is friction, its impulse is one of them."""
+        """Whether the engine reports all impulses of a contact; with friction, also the tangential impulse."""
         rubs = self._rubs_walls if contact.second < 0 else self._rubs_discs
         return contact.impulse_n_s is not None and (not rubs or contact.tangential_impulse_n_s is not None)
 
     def _apply_impulse(self, motion: Motion, contact: Contact, body: int, sign: float) -> Motion:
-        """Return the motion of a body after the impulses of one of its contacts in a step."""
+        """Return a body's velocity and spin after the impulses of a contact, given `motion` before."""
         (vx, vy, spin), (nx, ny) = motion, contact.normal
         by_normal = sign * (contact.impulse_n_s or 0.0) * self._inverse_mass[body]
         tangential = contact.tangential_impulse_n_s
@@ -224,8 +222,8 @@ class ImpactCollector:
         motions = (*contact.before, *contact.after)
         (a, b, c, d), spins = [(vx, vy) for vx, vy, _ in motions], [spin for _, _, spin in motions]
         known = (spins[0], spins[1], spins[2], spins[3]) if self._turns else None
-        # If the impact was undone, the paths before and after it differ only by rounding, and have no meaningful
-        # intersection.
+        # If the velocities after the contact equal those before, the two paths differ only by rounding, and their
+        # intersection has no physical meaning.
         known_time = (
             contact.alone and find_turned_impacts(np.array([[a], [b]]), np.array([[c], [d]]), self._float_bits)[0]
         )
@@ -239,8 +237,8 @@ class ImpactCollector:
                 if ends_at_rest
                 else contact.compute_turn_time(self._gravity, self._slowing, leg)
             )
-        # Gravity moves two discs alike, so their relative path is straight. Relative to an immovable body, the path of
-        # a falling disc is bent.
+        # Gravity accelerates two falling discs equally, so their relative path is straight. Relative to an immovable
+        # body, a disc falls on a parabola.
         falls = bool(self._gravity.any())
         bent = falls and len(self._list_movable(pair)) < len(pair)
         if falls and not bent and math.isfinite(effective):
@@ -256,9 +254,8 @@ class ImpactCollector:
     ) -> tuple[Vector, Vector, Vector, Vector]:
         """Return the velocities of two falling discs at the instant of their impact, given those at step boundaries.
 
-        Both discs fall between the boundaries. Without this correction, the velocity after the impact would be that of
-        up to a step later. For an engine whose contacts act at the start of a step, the error would be what gravity
-        adds in one step.
+        Gravity acts between the impact and the next step boundary. Without this correction, the velocity after the
+        impact would contain up to one step of gravity's acceleration.
         """
         at_s = min(max(time_s, contact.start_s), contact.end_s)
         gx, gy = _to_vector(self._gravity, pair[0])
@@ -269,9 +266,9 @@ class ImpactCollector:
     def _correct_for_slowing(
         self, effective_s: float, contact: OpenContact
     ) -> tuple[tuple[Vector, Vector, Vector, Vector], tuple[float, float, float, float] | None]:
-        """Return velocities and spins of slowed discs at the instant of an impact, given those at step boundaries.
+        """Return velocities and spins of damped or braked discs at the instant of an impact, given those at step ends.
 
-        If the instant is not known, the reported instant is used. The instant is limited to at most one contact
+        If the instant can't be computed, the reported instant is used. The instant is limited to at most one contact
         duration before the contact's start or after the contact's end.
         """
         duration_s = contact.end_s - contact.start_s
@@ -291,7 +288,7 @@ class ImpactCollector:
 def _build_state(pair: Pair, time_s: float, state: Observation | None) -> _State:
     """Return the state before an impact.
 
-    If `state` is None, the positions are NaN, and only the time of the step's start is known.
+    If `state` is None, the state is not known, and its positions are NaN. The time is then that of the step's start.
     """
     if state is None:
         return (time_s, _UNKNOWN, _UNKNOWN)

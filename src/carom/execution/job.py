@@ -1,4 +1,4 @@
-"""Types shared by everything that runs engines: `Method`, `Job`, `Task`, `Status` and `Answer`."""
+"""Types of the modules that run engines: `Method`, `Job`, `Task`, `Status` and `Answer`."""
 
 from __future__ import annotations
 
@@ -33,9 +33,8 @@ class Method:
 
     Attributes:
         engine: Name of the adapter.
-        profile: Name of the profile. An alias is replaced by the name.
-        tried: Settings that replace those of the profile. With such settings, the method is another method than the
-            profile's.
+        profile: Name of the profile. If an alias is given, it is replaced by the profile's name.
+        tried: Settings that replace those of the profile. A method with such settings is a different method.
     """
 
     engine: str
@@ -66,7 +65,8 @@ class Method:
         return f"{self.engine}/{self.profile_shown or self.profile}"
 
 
-#: Every method is compared with PIT with the same step size, because PIT has only the errors of sampling.
+#: PIT as a method. Every method is compared with PIT at the same step size, since PIT has no other errors than those
+#: of checking once per step.
 PIT_METHOD = Method("pit", "tuned")
 
 
@@ -78,8 +78,8 @@ class Job:
         scene: The scene.
         method: Engine and profile.
         dt_s: Step size, in seconds.
-        refinement: Index of the step size among the scene's step sizes, 0 for the largest. Results of different scenes
-            are compared at the same index.
+        refinement: Number of the step size among the scene's step sizes, from 0 for the largest. Results of different
+            scenes are compared at the same number.
         phase: Fraction of a step, 0 to 1. The scene begins earlier by this fraction.
     """
 
@@ -106,7 +106,7 @@ class Job:
 
 @dataclass(frozen=True)
 class JobTask:
-    """Base of every task that concerns one job."""
+    """Base class of the tasks that run one job."""
 
     job: Job
 
@@ -116,21 +116,21 @@ class JobTask:
         return self.job.engine
 
 
-#: Seconds that an adapter may always take to answer a query, because its process has to start first. The time limit of
-#: a run can be shorter.
+#: Smallest time limit of a query of an adapter, in seconds, because its process has to start first. A user may set a
+#: shorter time limit for runs.
 MIN_TIME_LIMIT_S = 20.0
 
 
 @dataclass(frozen=True)
 class AdapterTask:
-    """Base of every task that queries an adapter and runs no scene."""
+    """Base class of the tasks that query an adapter and run no scene."""
 
     min_time_limit_s: ClassVar[float] = MIN_TIME_LIMIT_S
     engine: str
 
 
 class Status(Enum):
-    """Whether a task was carried out. The value is the phrase shown."""
+    """Whether a task was carried out. The value of a member is the phrase that tables show."""
 
     RAN = "ran"
     UNSUPPORTED = "unsupported"
@@ -173,7 +173,7 @@ class Task(Protocol[T_co]):
         """Name of the adapter whose engine is called."""
 
     def carry_out(self) -> T_co:
-        """Carry the task out in the worker process. The answer is validated against the declared return type.
+        """Carry out the task. Called in the worker process. The value must have the declared return type.
 
         Raises:
             UnavailableError, UnsupportedError: The task can't be carried out. Any other error is an error of the

@@ -1,9 +1,9 @@
 """Journals: append-only files with one line of JSON per result. An interrupted study resumes from its journal.
 
 Each append writes complete lines at once, and returns when they are on the disk. A process that is killed during a
-write can leave one torn line at the end, which is removed when the journal is opened next. The first line identifies
-the study. A float is written as the shortest text that reads back as the same float. NaN and infinities are written as
-strings. Control characters are escaped, so that a line contains no line break.
+write can leave one incomplete line at the end, which is removed when the journal is opened next. The first line
+identifies the study. A float is written as the shortest text that reads back as the same float. NaN and infinities are
+written as strings. Control characters are escaped, so that a line contains no line break.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ from carom.execution.pool import Closeable
 from carom.support.escaping import escape_controls, shorten
 from carom.support.limits import MOST_VALUES, count_values
 
-#: This number increases when a field changes its meaning or is removed, but not for a new field with a default.
+#: Version of the format. It increases when a field changes its meaning or is removed, but not when one is added.
 JOURNAL_FORMAT = 5
 
-#: Longest line. Reading a longer line would take hundreds of megabytes. A larger entry is not stored, but computed
-#: again after a resume.
+#: Longest line, in bytes. Reading a longer line would take hundreds of megabytes of memory. A result that needs a
+#: longer line is not stored. A resumed study computes it again.
 LONGEST_LINE = 64 * 2**20
 _REMOVE = "remove the line, or name another folder"
 #: Number of bytes that the backward search for the end of a line reads at once.
@@ -43,16 +43,16 @@ T = TypeVar("T")
 
 @runtime_checkable
 class PartialEntry(Protocol):
-    """A value that several tasks contribute to."""
+    """A result that is computed by several tasks, and may be incomplete if one of them failed."""
 
     @property
     def cut_off(self) -> bool:
-        """Whether an engine failed in one of the tasks, so that a second attempt may give a more complete value."""
+        """Whether an engine failed in one of the tasks, so that a second attempt may complete the value."""
 
 
 @dataclass(frozen=True)
 class JournalEntry(Generic[K, T]):
-    """One line of a journal: the answer to a request.
+    """One line of a journal: the answer to a task request.
 
     Attributes:
         key: Key of the request; see `carom.execution.scheduler.TaskRequest`.
@@ -70,7 +70,7 @@ class JournalEntry(Generic[K, T]):
 
 
 class MemoryJournal(Generic[K, T]):
-    """Journal in memory only. Its entries are lost when the process ends."""
+    """Journal that stores its entries in memory only, not in a file."""
 
     def __init__(self) -> None:
         self._entries: dict[K, JournalEntry[K, T]] = {}
@@ -86,15 +86,15 @@ class MemoryJournal(Generic[K, T]):
 
 
 class Journal(MemoryJournal[K, T], Closeable):
-    """Journal in a file that one process at a time can open. A journal is used as a context manager.
+    """Journal in a file. Only one process at a time can open the file. Use the journal in a ``with`` statement.
 
     Args:
         study: Name of the content, such as "scores". The file's first line contains this name.
         kind: Type of the entries. Keys and values of entries must be JSON values.
         path: The file, in an existing folder. The file is created if it does not exist.
-        stamp: Options that a resumed run must share with the run that began the journal.
-        resume: Whether to continue an existing journal. Without `resume` an existing journal is refused.
-        retry: Whether to continue an existing journal without the entries in which an engine failed.
+        stamp: Options that affect the results. To continue a journal, these must equal the options in its first line.
+        resume: Whether to continue an existing journal. If false, an existing journal is an error.
+        retry: Whether to continue an existing journal, and to repeat the tasks in which an engine failed.
 
     Raises:
         InputError: The file exists, and neither `resume` nor `retry` is set. The file has another content, stamp or
@@ -127,7 +127,7 @@ class Journal(MemoryJournal[K, T], Closeable):
         super().add(entry for entry in found if not (retry and entry.cut_off))
 
     def add(self, entries: Iterable[JournalEntry[K, T]]) -> None:
-        """Write entries in one piece, and return when they are on the disk."""
+        """Write entries with a single system call, and return when they are on the disk."""
         found = list(entries)
         lines = (escape_controls(self._codec.dumps(entry).decode()).encode() for entry in found)
         self._append(line for line in lines if len(line) <= LONGEST_LINE)
@@ -142,7 +142,7 @@ class Journal(MemoryJournal[K, T], Closeable):
 
     def _append(self, lines: Iterable[bytes]) -> None:
         data = b"".join(line + b"\n" for line in lines)
-        if os.write(self._file, data) != len(data):  # the disk is full: the torn line is removed at the next start
+        if os.write(self._file, data) != len(data):  # the disk is full; the next start removes the incomplete line
             raise OSError(errno.ENOSPC, "no space left for results", str(self.path))
         os.fsync(self._file)
 
@@ -169,7 +169,7 @@ class Journal(MemoryJournal[K, T], Closeable):
                 field = ".".join(map(str, first["loc"][1:])) or "the line"
                 problem = f"{self.path}, line {number}: {shorten(field)}: {first['msg']}"
                 raise InputError(problem, hints=[_REMOVE]) from None
-        if end_of_lines < size:  # a torn line is removed only after all lines before it are validated
+        if end_of_lines < size:  # remove an incomplete line only after all lines before it are validated
             os.ftruncate(self._file, end_of_lines)
         if not head:
             self._append([json.dumps(stamp).encode()])
@@ -190,7 +190,7 @@ def _describe_difference(stored: Mapping[str, Any], stamp: Mapping[str, Any]) ->
     if stored.get("format") != JOURNAL_FORMAT:
         format_note = f"it has the format {shorten(repr(stored.get('format')))} of another version of Carom"
         return f"{format_note}, and this version uses {JOURNAL_FORMAT}"
-    # A name in only one of the two stamps is a difference, even if its value is null.
+    # An option that only one of the two stamps contains is a difference, even if its value is null.
     names = [
         name for name in {**stamp, **stored} if (name in stored, stored.get(name)) != (name in stamp, stamp.get(name))
     ]
@@ -205,7 +205,7 @@ def _describe_difference(stored: Mapping[str, Any], stamp: Mapping[str, Any]) ->
 
 
 def _parse_line(line: bytes) -> Any:
-    """Return the JSON value of a line; None if the line is not JSON, or has more values than any line of Carom."""
+    """Return the JSON value of a line; None if the line is not JSON, or contains more values than Carom ever writes."""
     try:
         return json.loads(line) if count_values(line) <= MOST_VALUES[".json"] else None
     except (ValueError, RecursionError):
@@ -226,7 +226,7 @@ def _lock(file: int, path: Path) -> None:
 
 
 def _find_end_of_lines(file: int) -> int:
-    """Return the position after the last complete line. A last line that is not JSON counts as torn."""
+    """Return the position after the last complete line. If the last line is not JSON, it counts as incomplete."""
     end = _find_after_line_feed(file, os.fstat(file).st_size)
     begin = _find_after_line_feed(file, end - 1)
     while end and begin == end - 1:  # skip empty lines
@@ -250,7 +250,7 @@ def _find_after_line_feed(file: int, end: int) -> int:
 def _read_lines(file: int, end: int) -> Iterator[bytes]:
     """Yield the lines up to `end` without line feeds.
 
-    A line that is too long is cut just above the limit, so that the reader recognises it as too long.
+    If a line is too long, only one byte more than the limit is yielded, so that the caller recognises it as too long.
     """
     with open(file, "rb", closefd=False) as stream:
         stream.seek(0)

@@ -1,4 +1,4 @@
-"""A contact that an engine reports in one or several steps, and the instant of the contact's impact."""
+"""A contact that an engine reports in one or more steps, and the computation of the instant of its impact."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class OpenContact:
     """A contact that may continue in the next step.
 
     Attributes:
-        number: Position in the order in which contacts began.
+        number: Number of the contact, counted in the order in which contacts began.
         reported: The contact as reported in its first step.
         before: Velocities and spins of the two bodies before the contact's first step.
         start_s: Time at the start of the contact's first step, in seconds.
@@ -47,9 +47,9 @@ class OpenContact:
         alone: Whether neither body had another contact in any of these steps.
         steps: Number of the contact's steps so far.
         impulse: Sum of the impulses of all steps or, if no impulses are reported, of the changes of relative velocity.
-        along: Sum of impulse times normal.
-        length: Sum of impulse times length of the normal.
-        rested: The contact at the step boundary at which the pair came to rest; None if the pair does not rest.
+        along: Sum over all steps of the impulse times the normal vector.
+        length: Sum over all steps of the impulse times the length of the normal vector.
+        rested: Copy of the contact at the end of the step in which the pair came to rest; None if it does not rest.
     """
 
     number: int
@@ -73,7 +73,7 @@ class OpenContact:
         return (self.reported.first, self.reported.second)
 
     def cut_at_rest(self) -> OpenContact:
-        """Return the contact up to the step after which the pair rests.
+        """Return the contact as it was at the end of the step in which the pair came to rest.
 
         If the pair does not rest, return the whole contact.
         """
@@ -87,7 +87,7 @@ class OpenContact:
         self.length += impulse * math.hypot(*normal)
 
     def compute_normal(self) -> Vector:
-        """Return the direction of the total impulse, with the mean length of the normals.
+        """Return a normal vector with the direction of the total impulse and the mean length of the steps' normals.
 
         If the contact has one step or no impulse, return its first normal.
         """
@@ -98,11 +98,12 @@ class OpenContact:
         return (length * self.along[0] / size, length * self.along[1] / size)
 
     def compute_landing_time(self, gravity: Array, leg: Course) -> float:
-        """Return the instant at which a pair that comes to rest reaches its resting position on its free path.
+        """Return the instant at which a pair that comes to rest lands.
 
-        `compute_turn_time` does not apply, because gravity holds the pair together and no free path follows. After the
-        impact, the distance along the normal changes at the normal speed that the pair has at the step boundary. The
-        free path before the impact is a parabola, or a line if gravity moves both bodies alike.
+        `compute_turn_time` does not apply, because the bodies do not separate, so that no free path follows the impact.
+        Instead, the instant is found at which the free path before the impact reaches the distance of the bodies at
+        rest. That distance changes at the normal speed that the pair has at the step boundary. The free path is a
+        parabola, or a line if gravity accelerates both bodies equally.
 
         Args:
             gravity: Acceleration of each disc, from `compute_gravity`.
@@ -149,13 +150,13 @@ class OpenContact:
         squared = float(slope @ slope)
         if squared == 0.0:
             return math.nan
-        # Times are measured from the contact's start, so that late contacts are computed as exactly as early ones.
+        # Times are counted from the contact's start, since large times would have larger rounding errors.
         offset = d0 - (d1 - u1 * flown_time_s + pull * (duration_s * duration_s / 2))
         turn_s = self.start_s + slowing.damping.to_damped(-float(offset @ slope) / squared)
         return turn_s if math.isfinite(turn_s) else math.nan
 
     def _compute_gap_on_table(self, slowing: Slowing, leg: Course, time_s: float) -> tuple[Array, Array]:
-        """Return the vector between the free paths before and after the contact at a time, and its rate of change."""
+        """Return the vector from the free path before to the free path after the contact, and its rate of change."""
         motions = []
         for state, since_s in ((self.start, self.start_s), (self.end, self.end_s)):
             speed, elapsed_s = np.hypot(*state.velocity_m_s.T), np.array(time_s - since_s)
@@ -175,7 +176,7 @@ class OpenContact:
     def _compute_relative_motion(self, state: Observation, time_s: float, leg: Course) -> tuple[Array, Array]:
         """Return position and velocity of the second body relative to the first.
 
-        The position of a wall is its displacement.
+        For a wall, its displacement since time 0 is used as its position.
         """
         first, second = self.pair
         place, velocity = state.position_m, state.velocity_m_s

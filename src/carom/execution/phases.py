@@ -1,7 +1,7 @@
-"""Sub-step phases: where within a step a scene begins. Distribution of a scene's scores over many phases.
+"""Phases, which are shifts of a scene by fractions of a step, and the distribution of scores over many phases.
 
-At a single phase, an engine can find or miss an impact by chance. `carom.comparator.shifted_scenes` shifts a scene to
-another phase.
+At a single phase, an engine can find or miss an impact by chance. `carom.comparator.shifted_scenes` computes the
+shifted scenes.
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ class PhaseSpread:
 
     Attributes:
         phases: Number of phases that ran.
-        wrong: Number of phases with a missed or spurious impact.
+        wrong: Number of phases in which the engine misses or invents an impact.
         missed: Number of phases with a missed impact.
-        velocity_median: Median over phases of the largest velocity error, divided by the scene's speed; NaN if no
+        velocity_median: Median over phases of a run's largest velocity error, divided by the scene's speed; NaN if no
             velocity error is known.
         velocity_worst: Largest velocity error over all phases, divided by the scene's speed.
-        time_median_s: Median over phases of the largest magnitude of a time error, in seconds.
-        time_worst_s: Largest magnitude of a time error over all phases, in seconds.
-        pit_miss_probability: Fraction of all possible phases in which PIT misses the impact, by a closed formula; NaN
-            unless the scene has two discs that meet on straight paths.
+        time_median_s: Median over phases of a run's largest error of an impact's time, in seconds, without sign.
+        time_worst_s: Largest error of an impact's time over all phases, in seconds, without sign.
+        pit_miss_probability: Fraction of all possible phases in which PIT misses the impact. It is computed by a
+            formula for two discs that meet on straight paths, and NaN for other scenes.
     """
 
     phases: int
@@ -55,19 +55,19 @@ class PhaseSpread:
 
 def generate_phases(count: int, seed: int = 0) -> tuple[float, ...]:
     """Return quasi-random phases from 0 to 1: multiples of the golden ratio plus an offset that depends on the seed."""
-    if not count:  # loading numpy.random takes longer than a short run
+    if not count:  # return early, since loading numpy.random takes longer than a short run
         return ()
     start = float(np.random.default_rng(seed).random())
     return tuple((start + k * _GOLDEN) % 1.0 for k in range(count))
 
 
 def compute_pit_miss_probability(scene: Scene, dt_s: float) -> float:
-    """Return the fraction of all possible phases in which PIT misses the impact of two discs; NaN if there is none.
+    """Return the fraction of all possible phases in which PIT misses the impact of two discs; NaN if they don't meet.
 
-    PIT detects the impact if a frame is in the interval in which the discs overlap and approach. The interval's length
-    is half the chord, ``sqrt(R^2 - b^2)``, divided by the relative speed. An interval of at least one step always
-    contains a frame. A shorter interval contains a frame with a probability of its length in steps. The formula is
-    valid for straight relative paths at constant speed.
+    PIT detects the impact if a check falls into the time in which the discs overlap and approach. This time is
+    ``sqrt(R^2 - b^2)`` divided by the relative speed. R is the sum of the radii, and b is the smallest distance of the
+    centres on the straight paths. If this time is at least one step, PIT always finds the impact. Otherwise PIT finds
+    the impact with a probability of this time divided by the step. Paths must be straight and speeds constant.
     """
     if len(scene.discs) != 2 or scene.walls or scene.damping_per_s or scene.table_deceleration_m_s2:
         return math.nan
@@ -92,7 +92,7 @@ def compute_pit_miss_probability(scene: Scene, dt_s: float) -> float:
 
 
 def compute_spread(scores: Sequence[Score], scene: Scene, dt_s: float) -> PhaseSpread:
-    """Return the distribution of the scores of one scene, method and step size over phases."""
+    """Return the distribution over phases of `scores`, which belong to one scene, method and step size."""
     velocities = [s.total.velocity for s in scores if not math.isnan(s.total.velocity)]
     times = [abs(s.total.time_s) for s in scores if not math.isnan(s.total.time_s)]
     return PhaseSpread(

@@ -1,7 +1,7 @@
 """The plan of a cross-check: which scene runs on which engine, with which profile and step size.
 
-The plan follows from the scenes and from the declarations of the adapters. Adapters are queried in worker processes,
-and no engine is imported. Runs and the output of ``--explain`` use the same plan.
+The plan is computed from the scenes and from what the adapters declare. Adapters are queried in worker processes, and
+no engine is imported. The option ``--explain`` shows the plan without running it.
 """
 
 from __future__ import annotations
@@ -31,12 +31,12 @@ ALL_PROFILES = "all"
 
 @dataclass(frozen=True)
 class Plan:
-    """The jobs of a cross-check, and the scenes, engines and methods from which the jobs were derived.
+    """The jobs of a cross-check, and the scenes, engines and methods that the jobs combine.
 
     Attributes:
         scenes: The scenes; no two have the same name.
         answers: Known answers of the catalogue scenes, by name.
-        engines: Description of each requested engine, or of every engine.
+        engines: Description of each requested engine; of every engine if none is requested.
         profiles: Names of the profiles to run.
         jobs: The jobs, sorted by scene, engine, step size and profile.
         options: The requested options.
@@ -53,7 +53,7 @@ class Plan:
 
 
 def select_profiles(infos: Sequence[EngineInfo], names: Sequence[str] | None) -> tuple[str, ...]:
-    """Return the names of the profiles to run: the requested profiles, all profiles, or those of `DEFAULT_PROFILES`.
+    """Return the names of the profiles to run: those in `names`, all for the name "all", or else `DEFAULT_PROFILES`.
 
     Raises:
         UnknownNameError: No requested engine has such a profile.
@@ -66,7 +66,8 @@ def select_profiles(infos: Sequence[EngineInfo], names: Sequence[str] | None) ->
             raise UnknownNameError(f"no requested engine has a profile {profile!r}", hints=hints)
     if names is None:
         names = [name for name in DEFAULT_PROFILES if any(info.own_profiles([name]) for info in infos)]
-    # If no requested adapter can be loaded, there is still a row for each adapter, which shows the reason.
+    # If no requested adapter can be loaded, the default profiles are returned. So each adapter still has a row of
+    # results, which shows why it can't be loaded.
     return tuple(offered if ALL_PROFILES in names else names) or DEFAULT_PROFILES
 
 
@@ -97,9 +98,9 @@ def build_plan(scenes: Iterable[Scene | CatalogueScene | str], options: Options,
     """Build the plan of a cross-check.
 
     Args:
-        scenes: Scenes, catalogue scenes or names of these; no two with the same name.
+        scenes: Scenes, catalogue scenes or names of catalogue scenes. All names must differ.
         options: The requested options.
-        pool: Pool for queries of adapters' declarations; it stays open.
+        pool: Pool that queries the adapters' declarations; the caller closes it.
 
     Raises:
         InputError: There is no scene, or two scenes have the same name.
@@ -129,7 +130,7 @@ def observe_job(job: Job, runner: TaskRunner, *, samples: bool = False) -> Answe
 
 
 def check_own_scene(job: Job, answer: Answer[Trace]) -> Answer[Trace]:
-    """Return the answer to a job, or a failure if it contains the trace of another scene."""
+    """Return the answer to a job or, if it contains the trace of another scene, a failed answer."""
     if answer.value is not None and answer.value.scene != job.scene:
         return Answer(Status.FAILED, "invalid answer: a trace of another scene")
     return answer

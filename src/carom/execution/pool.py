@@ -1,7 +1,7 @@
 """Pools: carry out tasks in worker processes of this machine.
 
-A pool returns an `Answer` to every task, even if an engine crashes or hangs. `carom.execution.cluster` has another
-pool.
+A pool returns an `Answer` to every task, even if an engine crashes or hangs. The module `carom.execution.cluster`
+contains the pool for a Dask cluster.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from carom.support.system import count_available_cores, measure_available_memory
 def compute_memory_share(lanes: int) -> float:
     """Return the number of megabytes that each of `lanes` worker processes may use.
 
-    One more share of the same size is left for everything else.
+    The memory of the machine is divided into `lanes + 1` equal shares. One share is left to other processes.
     """
     return measure_available_memory() / (lanes + 1) / 1e6
 
@@ -36,7 +36,7 @@ Item = TypeVar("Item")
 
 
 class Closeable:
-    """Base of classes with a `close` method. Their objects are context managers that call `close` at the end."""
+    """Base class of classes with a method `close`, which is called at the end of a ``with`` block."""
 
     def close(self) -> None:
         """Release all resources."""
@@ -62,13 +62,13 @@ class TaskRunner(Closeable, ABC):
 
 
 class Pool(TaskRunner):
-    """Carries out several tasks at a time. As a context manager, the pool ends the processes that it started."""
+    """Carries out several tasks at a time. At the end of a ``with`` block, the pool ends its worker processes."""
 
     def renew(self) -> None:
         """End the worker processes, if there are any, so that later tasks run in new processes."""
 
     def to_local_pool(self) -> AbstractContextManager[Pool]:
-        """Return a pool whose tasks run on this machine. Only run times of one machine can be compared."""
+        """Return a pool whose tasks run on this machine, for run times, which must be measured on one machine."""
         return nullcontext(self)
 
     @abstractmethod
@@ -79,16 +79,15 @@ class Pool(TaskRunner):
 
         Args:
             items: The items, each as a pair of the name of the engine that it needs and the item itself.
-            work: Function that yields the results of an item. It runs its tasks on the runner that it gets as second
-                argument.
+            work: Function that yields the results of an item. It uses its second argument to run its tasks.
         """
 
 
 class Lane(TaskRunner):
-    """Worker processes of one thread, one for each engine. So an engine is loaded once and has a process of its own.
+    """Worker processes that one thread uses, one process for each engine. So each engine is loaded only once.
 
     Args:
-        time_limit_s: Seconds after which a task without an answer is ended and reported as timed out.
+        time_limit_s: Seconds after which a task that has not answered is ended and reported as timed out.
         memory_limit_mb: Megabytes that a process may use; by default the result of `compute_memory_share` for one lane.
         fork_server: The fork server that forks the processes. Without a server, new interpreters are started.
     """
@@ -151,12 +150,12 @@ class Lane(TaskRunner):
 
 
 class LocalPool(Pool):
-    """Lanes on this machine, each with its own worker processes.
+    """Pool of this machine. Each of its lanes has worker processes of its own, and carries out one task at a time.
 
     Args:
         jobs: Number of tasks carried out at a time; by default the number of cores.
         time_limit_s: Time limit of a task, as in `Lane`.
-        memory_limit_mb: Memory limit of a process, as in `Lane`; by default all lanes have equal shares.
+        memory_limit_mb: Memory limit of a process, as in `Lane`; by default `compute_memory_share` for all lanes.
     """
 
     def __init__(
@@ -164,7 +163,7 @@ class LocalPool(Pool):
     ) -> None:
         lanes = jobs or count_available_cores()
         share_mb = compute_memory_share(lanes) if memory_limit_mb is None else memory_limit_mb
-        with suppress(AdapterError):  # reported where an adapter is loaded
+        with suppress(AdapterError):  # the error is reported when an adapter is loaded
             # cached before the forks, so that workers need not search the installed packages again
             list_adapter_points()
         self._fork_server = ForkServer.launch()
@@ -178,7 +177,7 @@ class LocalPool(Pool):
         for lane in self._lanes:
             lane.close()
         for thread in self._threads:
-            if thread.is_alive():  # a signal can have interrupted the method before this thread was started
+            if thread.is_alive():  # a signal can interrupt the method before it has started this thread
                 thread.join()
         if self._fork_server is not None:
             self._fork_server.close()
@@ -204,7 +203,7 @@ class LocalPool(Pool):
     ) -> Iterator[list[T]]:
         """Process items in all lanes.
 
-        All results that are ready are yielded together, so that a journal can store them in one write.
+        All results that are ready are yielded in one list, so that a journal can write them together.
         """
         pending = _PendingItems(items)
         messages: queue.SimpleQueue[tuple[T] | BaseException | None] = queue.SimpleQueue()
@@ -218,7 +217,7 @@ class LocalPool(Pool):
             except BaseException as error:  # noqa: BLE001 - raised again in the caller's thread
                 messages.put(error)
 
-        # A lane for which there is no item needs no thread.
+        # Lanes that have already started an engine of the items come first. There are at most as many threads as items.
         lanes = sorted(self._lanes, key=lambda lane: pending.engines.isdisjoint(lane.engines))[: pending.count]
         threads = [threading.Thread(target=serve, args=(lane,), daemon=True) for lane in lanes]
         self._threads += threads
@@ -243,7 +242,7 @@ class _PendingItems(Generic[Item]):
 
     A lane takes items of one engine until none is left. Then the lane takes items of another engine. It prefers, in
     this order: an engine of which no other lane takes items, an engine that this lane has already started, and the
-    engine with the most items.
+    engine with the most remaining items.
 
     Attributes:
         engines: Names of the engines that any of the items needs.

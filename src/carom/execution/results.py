@@ -23,14 +23,14 @@ class Row:
 
     Attributes:
         job: The job.
-        status: Whether it was run.
+        status: Whether the job was run.
         reason: Reason why the job was not run; empty if it was run.
         trace: The trace; None if the job was not run.
         score: The comparison with the reference; None if the job was not run.
         timing: Run times; None if the job was not timed.
-        time_ratio: Run time of all steps divided by PIT's run time for the same scene and step size, both measured in
-            the same round; None if either was not timed.
-        spread: Scores over many sub-step phases; None if only one phase was run.
+        time_ratio: Run time of all steps divided by PIT's run time for the same scene and step size. The two are
+            measured directly one after the other. None if either was not timed.
+        spread: Distribution of the scores over many phases; None if only one phase was run.
         untimed: Reason why a job that ran was not timed although timing was requested; empty otherwise.
     """
 
@@ -51,7 +51,7 @@ class Row:
 
 
 def is_violation(row: Row, fail_on: Grade) -> bool:
-    """Whether the row's grade is `fail_on` or worse. A row without a grade is not a violation."""
+    """Whether the row's grade is `fail_on` or worse; false if the row has no grade."""
     return row.grade is not None and row.grade.is_at_least_as_bad_as(fail_on)
 
 
@@ -69,14 +69,14 @@ class Results(Tabular):
         environment: Machine and versions.
         command: The command that repeats this cross-check; empty if the cross-check was called from Python.
         elapsed_s: Wall-clock seconds of the whole cross-check.
-        certified: By the scene's name, the certification of the reference, or why there is none. Scenes of one or two
-            discs are included on request only.
+        certified: By the scene's name, the comparison of PIC with a certified run, or why there was no certified run.
+            Scenes of one or two discs are included on request only.
         horizons: By the scene's name, the time up to which runs are compared with the reference, in seconds. After this
-            time the reference is not reliable (by certification or by an estimate), or lasting contact has begun.
-            Scenes that are not included are compared completely.
-        phases: Number of sub-step phases at which each job was run, in addition to the run without a shift.
-        skipped: By the scene's name, the run times that PIC and PIT (at the largest step size) save by skipping
-            needless work. Empty if no run was timed, or no report is drawn.
+            time the reference is not reliable, or lasting contact has begun. Runs of all other scenes are compared up
+            to the scene's end.
+        phases: Number of phases at which each job was run, in addition to the run without a shift.
+        skipped: By the scene's name, the run times that PIC and PIT save by not testing bodies that can't touch. PIT
+            runs at the largest step size. Empty if no run was timed, or no report is drawn.
 
     Examples:
         >>> results = carom.cross_check(["paper"], ["pit"], dts=[1 / 24], timing=False)

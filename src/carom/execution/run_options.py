@@ -25,10 +25,11 @@ if TYPE_CHECKING:
 #: Time limit of the certified run of a scene, in seconds: enough for a few thousand impacts of dozens of discs.
 CERTIFY_SECONDS = 10.0
 
-#: The best grade that counts as a violation.
+#: Grades for the option ``--fail-on``. The command fails if a run has this grade or a worse one.
 FailOn = StrEnum("FailOn", "CLOSE SAMPLED INACCURATE WRONG NEVER")
 
-#: Ratio of two successive default step sizes of a scene. The ratio is large enough to show an order of convergence.
+#: Each default step size of a scene is smaller than the last by this factor. The factor is large enough to show how
+#: errors decrease with the step size.
 REFINEMENT = 4
 REFINEMENTS = 3
 
@@ -39,7 +40,7 @@ def compute_default_dts(scene: Scene) -> tuple[float, ...]:
 
 
 def _to_mapping(value: Any) -> dict[str, Any]:
-    if not isinstance(value, Mapping | tuple):  # the default, an empty tuple, becomes an empty mapping
+    if not isinstance(value, Mapping | tuple):  # a tuple is the default, which is empty
         raise TypeError
     return dict(value)
 
@@ -69,19 +70,20 @@ class Options(LimitOptions):
         engines: Names of adapters; by default every one whose engine is installed.
         dts: Step sizes, in seconds; by default those of `compute_default_dts` for each scene.
         profiles: Names of profiles, or "all"; by default those of `carom.execution.plan.DEFAULT_PROFILES` that an
-            engine has. If two profiles of an engine have the same settings, only the later one is run. Results of a
-            profile that cuts steps do not depend on the step size. So such a profile is run only at a scene's largest
-            step size, unless step sizes are given.
+            engine offers. If two profiles of an engine have the same settings, only the later one is run. The profile
+            `located` is run only at a scene's largest step size, unless step sizes are given, since its results do not
+            depend on the step size.
         settings: Settings that replace those of the profiles, by name. Every requested engine must have these settings.
             A text is converted to the type of the setting.
-        phases: Number of sub-step phases at which to run each job, in addition to the run without a shift, to measure
-            the spread of errors.
+        phases: Number of phases at which to run each job, in addition to the run without a shift, to measure how much
+            errors vary.
         seed: Start of the quasi-random sequence of phases.
-        certified: Whether to score against certified runs. By default PIC is the reference. If python-flint is
-            installed, a certified run of a scene of three discs or more shows up to which impact PIC is reliable.
+        certified: Whether to compare engines with certified runs. By default, engines are compared with PIC. If
+            python-flint is installed, certified runs of scenes of three or more discs then show up to which impact PIC
+            is reliable.
         certify_s: Seconds for the certified run of each scene.
         timing: Whether to also time each job with its scene's largest step size, while nothing else runs.
-        samples: Whether to keep states for drawing. Only reports need these states.
+        samples: Whether to store positions of the discs, which the pictures of reports need.
 
     Raises:
         InputError: A value is invalid.

@@ -1,4 +1,4 @@
-"""Imports files of engines as scenes. A file is read by the engine's adapter, in a worker process."""
+"""Imports files of engines as scenes. The engine's adapter reads the file, in a worker process."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ MOST_BYTES = 64 * 2**20
 
 @dataclass(frozen=True)
 class _ReadTask(AdapterTask):
-    """Let an adapter read a file of its engine."""
+    """Reads a file of an engine with the engine's adapter."""
 
     content: bytes
     name: str
@@ -62,7 +62,7 @@ def import_scene(
             creates only types of the engine; see ``docs/reference/security.md``.
         name: Name of the scene; by default the name of the file.
         duration_s: Duration of the scene, in seconds.
-        pixels_per_metre: Number of units of length of the file in a metre.
+        pixels_per_metre: Length of one metre in the file's unit of length.
 
     Raises:
         InputError: The ending is not supported, the file can't be read, or a number is out of range.
@@ -97,7 +97,7 @@ def import_scene(
 
 
 def _convert_to_metres(scene: Scene, unit: float) -> Scene:
-    """Convert a scene to metres. A metre has `unit` of the scene's units of length."""
+    """Convert a scene to metres. `unit` is the length of one metre in the scene's unit of length."""
     if unit == 1.0:
         return scene
 

@@ -21,9 +21,9 @@ from carom.support.formatting import format_instant
 #: Largest number of impacts of a reference in a cross-check. Each impact needs memory.
 MOST_IMPACTS = 200_000
 
-#: Scenes with more discs are certified on request only. For 1000 discs, bounds for all pairs take 8 MB.
+#: Scenes with more discs are certified on request only, since a certified run stores bounds for all pairs of discs.
 MOST_DISCS = 1000
-#: Scenes with fewer discs are certified on request only, since a closed form solves them.
+#: Scenes with fewer discs are certified on request only, since a formula solves them.
 FEWEST_DISCS = 3
 
 
@@ -33,9 +33,9 @@ class Reference:
 
     Attributes:
         trace: The PIC trace, or the certified trace.
-        certified: Agreement of PIC with the certified run, or why this agreement is unknown; None if there was to be no
-            certified run.
-        horizon_s: Time at which `trace` stops being reliable or lasting contact begins; None if neither happens.
+        certified: Comparison of PIC with the certified run, or why there is no comparison; None if no certified run was
+            requested.
+        horizon_s: Time from which `trace` is not reliable, or at which lasting contact begins; None if neither happens.
         pic: The PIC trace, if `trace` is the certified trace.
     """
 
@@ -52,16 +52,16 @@ def solve_reference(scene: Scene) -> Trace | str:
     except InputError as error:
         return str(error)
     if trace.outcome is Outcome.MAX_IMPACTS:
-        limit = f"{MOST_IMPACTS} impacts come before {format_instant(trace.end_time_s)}"
+        limit = f"{MOST_IMPACTS} impacts happen before {format_instant(trace.end_time_s)}"
         lasts = f"the scene lasts {scene.duration_s:g} s"
-        return f"{limit}, but {lasts}; a cross-check computes no more, so shorten duration_s"
+        return f"{limit}, but {lasts}; a cross-check computes no more impacts, so shorten duration_s"
     if broken := find_non_finite(trace):
         return f"PIC's own result is not a number: {broken}"
     return trace
 
 
 def shift_to_phase(job: Job) -> Scene:
-    """Return the scene of a job, with the scene's start shifted by the job's phase.
+    """Return the scene of a job, which begins earlier by the job's phase.
 
     Raises:
         UnsupportedError: The scene can't begin earlier by this phase.
@@ -84,17 +84,18 @@ def require_reference(found: Trace | str) -> Trace:
 
 
 def needs_certification(scene: Scene, is_requested: bool | None) -> bool:
-    """Whether to certify a scene's reference. `is_requested` is the argument `asked` of `build_reference`."""
+    """Whether to compute a certified run of a scene. `is_requested` is the argument `asked` of `build_reference`."""
     return bool(is_requested) or (is_requested is None and len(scene.discs) >= FEWEST_DISCS)
 
 
 def build_reference(trace: Trace, asked: bool | None, time_budget_s: float = CERTIFY_SECONDS) -> Reference:
-    """Build the reference of a scene: certified as far as the time budget allows, or else with an estimated horizon.
+    """Build the reference of a scene. Its horizon comes from a certified run if there is one, or else from an estimate.
 
     Args:
         trace: The PIC trace of the scene.
-        asked: If true, certify, and use the certified run as the reference. If None, and if python-flint is installed,
-            certify only the horizon of scenes of three discs or more. If false, do not certify.
+        asked: If true, compute a certified run and use it as the reference. If None, use PIC as the reference, and
+            compute the horizon of scenes of three or more discs by a certified run if python-flint is installed. If
+            false, compute no certified run.
         time_budget_s: Seconds for the certified run.
 
     Raises:
@@ -114,7 +115,7 @@ def build_reference(trace: Trace, asked: bool | None, time_budget_s: float = CER
 def _certify_reference(trace: Trace, is_requested: bool | None, time_budget_s: float) -> Reference:
     scene = trace.scene
     if is_requested is None and len(scene.discs) > MOST_DISCS:
-        return Reference(trace, f"not certified: more than {MOST_DISCS} discs; ask with --certify")
+        return Reference(trace, f"not certified: more than {MOST_DISCS} discs; use --certify to certify it")
     try:
         certified = certify(scene, time_budget_s=time_budget_s)
     except (MissingExtraError, InputError) as error:
@@ -122,7 +123,7 @@ def _certify_reference(trace: Trace, is_requested: bool | None, time_budget_s: f
             raise
         return Reference(trace, f"not certified: {error}")
     found = compute_horizon(certified, trace)
-    # beyond this time, results depend on a convention, and PIC's convention is used
+    # physics does not determine the result of the event that ends the certified run; for later times, PIC is used
     if certified.degeneracy is not None:
         reach = describe_certified_impacts(len(certified), complete=False)
         return Reference(trace, f"{reach}; the next event is undecided: {certified.degeneracy}")

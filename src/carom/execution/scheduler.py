@@ -1,7 +1,7 @@
 """Scheduler: runs a study's tasks on a pool and journals each result.
 
-Results in the journal are not computed again, and refused tasks are not sent. All other tasks go to the pool, whose
-worker processes enforce the requested limits.
+Tasks whose results are in the journal are not run again, and refused tasks are not run at all. The pool runs all other
+tasks, with the requested time and memory limits.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from carom.execution.journal import JournalEntry, MemoryJournal
 from carom.execution.pool import Pool, TaskRunner
 
 #: Largest total number of steps of the tasks in a batch: about a second of work. So the cost of sending a batch is
-#: negligible, and little work is lost if a batch is lost. The limit on the number of tasks keeps the workers evenly
-#: busy to the end.
+#: negligible, and little work is lost if a batch is lost. The second constant limits the number of tasks, so that all
+#: workers finish at nearly the same time.
 BATCH_STEPS = 50_000
 BATCH_TASKS = 16
 
@@ -28,9 +28,9 @@ T = TypeVar("T")
 
 
 class DependentTasks(ABC, Generic[T]):
-    """Several tasks with one result. Later tasks depend on the answers to earlier ones.
+    """Several tasks with one common result, such as a search. Later tasks depend on the answers to earlier ones.
 
-    An instance is pickled if the pool is a cluster.
+    Instances must be picklable, since a cluster pool pickles them.
     """
 
     @property
@@ -59,7 +59,7 @@ class TaskRequest(Generic[S, K, T]):
     """A task that a study requests.
 
     Attributes:
-        subject: Label that the study gives the task. The label is returned with the answer.
+        subject: Any object by which the study recognises the task. `run_tasks` yields it with the answer.
         key: Key of the task's journal entry. Tasks with the same key are the same task.
         task: Task to carry out.
         refused: Why the task can't be carried out; None if no reason is known. A refused task is neither sent nor
@@ -81,13 +81,13 @@ def run_tasks(
     *,
     one_at_a_time: bool = False,
 ) -> Iterator[tuple[S, Answer[T]]]:
-    """Yield subject and answer of each request: first of known and refused requests, then of the others as they finish.
+    """Yield subject and answer of each request: first those that are known or refused, then the others as they finish.
 
     Args:
         requests: The tasks; those with the same key are carried out once.
-        pool: Pool that carries out the tasks; it stays open.
+        pool: Pool that carries out the tasks; the caller closes it.
         journal: Journal with the known answers. New answers are added to it before they are yielded. By default, no
-            answer is known, and none is kept.
+            answer is known, and new answers are not stored.
         one_at_a_time: Whether tasks are carried out one at a time, while nothing else runs.
     """
     journal = MemoryJournal() if journal is None else journal
@@ -137,7 +137,7 @@ def build_batches(tasks: Iterable[tuple[K, AnyTask[T], float]]) -> list[tuple[st
 def _run_batch(batch: Batch[K, T], runner: TaskRunner) -> Iterator[JournalEntry[K, Any]]:
     """Carry out the tasks of a batch."""
     tasks = [task for _, task in batch if not isinstance(task, DependentTasks)]
-    # A dependent task is always alone in a batch.
+    # `build_batches` gives each `DependentTasks` a batch of its own.
     dependent = [task for _, task in batch if isinstance(task, DependentTasks)]
     answers = [task.run(runner) for task in dependent] if dependent else runner.run_each(tasks)
     for (key, _), answer in zip(batch, answers, strict=True):

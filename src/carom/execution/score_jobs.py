@@ -1,4 +1,4 @@
-"""Scores of many jobs: the numbers of each score are kept, but no traces.
+"""Runs and scores many jobs. Only the numbers of each score are kept, not the traces.
 
 The worker that runs a job also scores it. Each score is journalled as soon as it is available.
 """
@@ -20,8 +20,7 @@ from carom.execution.pool import Pool
 from carom.execution.scene_reference import require_reference, shift_to_phase, solve_reference
 from carom.execution.scheduler import TaskRequest, run_tasks
 
-#: Number of references that a worker keeps. A few references are enough, since the jobs of a batch are sorted by scene
-#: and phase.
+#: Number of references that a worker caches. A few are enough, since the jobs of a batch are sorted by scene and phase.
 REFERENCES_KEPT = 8
 
 
@@ -36,7 +35,7 @@ class Measures:
         missed: Number of impacts missed.
         spurious: Number of impacts invented.
         undecided: Number of impacts so close to the end of the run that the engine may not have reported them yet.
-        duration_s: Duration of the scene, in seconds. Dimensionless times are divided by this duration.
+        duration_s: Duration of the scene, in seconds, by which times are divided to make them dimensionless.
         outcome: Outcome of the run, the name of a `carom.model.trace.Outcome`.
     """
 
@@ -58,7 +57,7 @@ class ScoreTask(JobTask):
         """Return the numbers of the job's score.
 
         Raises:
-            UnsupportedError: There is no reference, or the scene can't begin earlier.
+            UnsupportedError: The scene has no reference, or can't begin earlier by the job's phase.
         """
         job = self.job
         adapter = load_supported_adapter(job)
@@ -97,7 +96,7 @@ def score_jobs(
 
     Args:
         jobs: The jobs.
-        pool: Pool that runs the jobs; it stays open.
+        pool: Pool that runs the jobs; the caller closes it.
         journal: Journal with the known scores. New scores are added to it.
         progress: Called with (done, total, description) as jobs finish.
         refusal: Function that returns why a job can't be run; None if no reason is known. A refused job is not sent.

@@ -1,6 +1,6 @@
-"""Settings of a profile as code of the engine, ready to paste.
+"""Writes a scene with the settings of a profile as code for the engine, which users can paste into their programs.
 
-The code is written by the adapter, in a worker process.
+The adapter writes the code, in a worker process.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ MOST_CODE = 10_000_000
 
 
 def build_example_scene() -> Scene:
-    """Return a scene with a body of each kind, for users who ask for settings without a scene."""
+    """Return a scene with two discs and a floor, for users who want the settings as code but give no scene."""
     return Scene(
         name="two discs and a floor",
         discs=[
@@ -40,14 +40,14 @@ def build_example_scene() -> Scene:
 
 @dataclass(frozen=True)
 class _CodeTask(AdapterTask):
-    """Let an adapter write a scene with the settings of a profile as code."""
+    """Writes a scene with the settings of a profile as code, with the engine's adapter."""
 
     profile: str
     scene: Scene
     dt_s: float
     heading: str
     tried: SettingOverrides = ()
-    #: Whether the profile's limits apply. For settings that a search has found, they may not apply.
+    #: Whether the task refuses a scene that is beyond the profile's capabilities.
     limited: bool = True
 
     def carry_out(self) -> str:
@@ -80,7 +80,7 @@ def write_code(engine: str, profile: str, scene: Scene, dt_s: float, *, command:
         profile: Name of one of its profiles.
         scene: The scene.
         dt_s: Step size, in seconds.
-        command: The command line that writes the same code again. The heading of the code contains it.
+        command: The command line that writes this code. It is quoted in the heading of the code.
 
     Raises:
         UnknownNameError: There is no such engine or profile.
@@ -120,7 +120,7 @@ def find_step_code(engine: str, profile: str, scene: Scene, dt_s: float, pool: P
         profile: Name of one of its profiles.
         scene: The scene, with its frame rate.
         dt_s: Step size, in seconds.
-        pool: Pool in which the adapter runs; it stays open.
+        pool: Pool in which the adapter runs; the caller closes it.
 
     Returns:
         The lines; empty if there are none, or the adapter writes no code for this scene.
@@ -134,7 +134,7 @@ def find_step_code(engine: str, profile: str, scene: Scene, dt_s: float, pool: P
 def find_changed_code(
     engine: str, profile: str, overrides: SettingOverrides, scene: Scene, dt_s: float, pool: Pool
 ) -> str:
-    """Return the lines of an engine's code that change when settings of a profile are replaced.
+    """Return the lines of an engine's code that change if `overrides` replaces settings of a profile.
 
     Args:
         engine: Name of the adapter.
@@ -142,7 +142,7 @@ def find_changed_code(
         overrides: The settings that replace those of the profile.
         scene: The scene.
         dt_s: Step size, in seconds.
-        pool: Pool in which the adapter runs; it stays open.
+        pool: Pool in which the adapter runs; the caller closes it.
 
     Returns:
         The lines; empty if there are none, or the adapter writes no code for this scene.
@@ -161,7 +161,7 @@ def find_step_lines(code: str, at_another_step: str) -> str:
     - Python: statements that set or use `dt` or `steps`, statements that differ with another step size, and the
       constants that all these statements use. The scene's bodies are left out.
     - XML: lines that differ with another step size.
-    - JavaScript: none, since the world exists only within the written module.
+    - JavaScript: no lines, since the adapter writes a complete module that steps its own world.
 
     Args:
         code: Code of a scene, as written by an adapter (`carom.engines.api.CodedAdapter`).
@@ -179,7 +179,7 @@ def find_step_lines(code: str, at_another_step: str) -> str:
     own_functions = {one.name for one in statements if isinstance(one, ast.FunctionDef)}
     chosen: list[ast.stmt] = []
     changed_names: set[str] = set()
-    # The order is reversed, so that all uses of a name are known when its assignment is reached.
+    # Statements are visited from the last to the first, so that the uses of a name are found before its assignment.
     for statement in reversed(statements):
         if isinstance(statement, ast.FunctionDef) or own_functions & (names := set(_find_names(statement, ast.Load))):
             continue

@@ -14,8 +14,7 @@ from carom.execution.pool import TaskRunner
 from carom.model.trace import Setting, format_setting
 from carom.support.escaping import build_name_hints
 
-#: Name of the step size among the settings. The step size can't be replaced like a setting. It has a separate option,
-#: since it is part of a job.
+#: Name of the step size among the settings. ``--set`` can't replace the step size. The option ``--dt`` sets it.
 STEP = "dt_s"
 
 _BOOLS = {"true": True, "false": False}
@@ -24,10 +23,10 @@ _KINDS = {bool: "true or false", int: "a whole number", float: "a finite number"
 
 @dataclass(frozen=True)
 class KnownSettingsTask(AdapterTask):
-    """Query all settings of all profiles of an adapter, with an example value of each setting.
+    """Queries the names of all settings of an adapter's profiles, with an example value of each setting.
 
     Attributes:
-        profiles: Names of profiles. Their example values take precedence.
+        profiles: Names of profiles from which the example values are taken, if they have the setting.
         dt_s: Step size, in seconds.
     """
 
@@ -56,13 +55,13 @@ def resolve_settings(
         overrides: The settings by name. Texts are converted to the type of the setting.
         profiles: The profiles whose settings are replaced.
         dt_s: Step size for the query of the profiles' settings, in seconds.
-        runner: Pool for the query of the adapter.
+        runner: Carries out the query of the adapter.
 
     Raises:
         UnknownNameError: The engine has no such setting.
         InputError: A value has the wrong type.
     """
-    # if the adapter's declarations are missing, the rows of results show the reason
+    # without declarations, nothing can be checked; the rows of results show why they are missing
     if not overrides or not info.profiles:
         return ()
     answer = runner.run(KnownSettingsTask(info.name, tuple(profiles), dt_s))
@@ -94,7 +93,7 @@ def _convert(value: Setting, kind: type[Setting]) -> Setting | None:
     if isinstance(value, bool) or (kind is int and isinstance(value, float)):
         return None
     try:
-        number: int | float = kind(value)  # type: ignore[assignment] # int or float, and what neither reads raises
+        number: int | float = kind(value)  # type: ignore[assignment] # an invalid value raises
     except (ValueError, OverflowError):
         return None
     return number if math.isfinite(number) else None

@@ -1,4 +1,4 @@
-"""Options shared by all studies, declared by `carom.support.options`."""
+"""Options that several studies have in common. `carom.support.options` converts and checks their values."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from carom.support.options import (
 if TYPE_CHECKING:
     from carom.execution.pool import LocalPool, Pool
 
-#: Largest seed of NumPy's generators.
+#: Largest seed that Carom accepts.
 MOST_SEED = 2**63 - 1
 
 
@@ -83,7 +83,7 @@ def _parse_address(value: Any) -> str:
 
 
 def declare_scheduler() -> Any:
-    """Declare the option for a cluster."""
+    """Declare the option for the address of a Dask cluster's scheduler."""
     description = "an address such as tcp://host:8786"
     return declare_option(
         None,
@@ -95,7 +95,7 @@ def declare_scheduler() -> Any:
 
 
 def declare_no_scheduler(reason: str) -> Any:
-    """Declare the option for a cluster in a study that can't use one, with the reason."""
+    """Declare the option ``--scheduler`` in a study that can't run on a cluster. `reason` is shown if it is given."""
 
     def refuse(_value: Any) -> None:
         raise ValueError
@@ -113,7 +113,7 @@ class LimitOptions(DeclaredOptions):
         time_limit_s: Seconds after which an engine without an answer is ended.
         memory_limit_mb: Memory limit of an engine's process, in megabytes; by default that of
             `carom.execution.pool.LocalPool`.
-        scheduler: Address of a Dask scheduler. The study runs on its cluster; by default the study runs on this
+        scheduler: Address of the scheduler of a Dask cluster on which to run. By default, the study runs on this
             machine.
     """
 
@@ -150,7 +150,7 @@ class LimitOptions(DeclaredOptions):
 
 
 def _build_codecs() -> None:
-    """Build the codecs of the most frequent tasks, so that processes that a pool forks later have them."""
+    """Build the codecs of the most frequent tasks now, so that forked workers inherit them."""
     from carom.execution.describe_engines import DescribeTask
     from carom.execution.engine_run import ObserveTask
     from carom.execution.timing import TimeTask

@@ -1,4 +1,4 @@
-"""Arrays with one row per step for the states of consecutive steps, so that a run keeps no object for each step."""
+"""Stores the states after consecutive steps as rows of arrays, which takes less memory than an object per step."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from carom.model.step_windows import States
 
 
 class StateRows:
-    """Rows for the validated states of consecutive steps.
+    """Arrays of the states after consecutive steps, one row per state.
 
     Attributes:
         numbers: All numbers of each state, one row per state. The other arrays are views of this one.

@@ -1,12 +1,11 @@
-"""Cuts an engine's steps so that they end when bodies begin to touch. The engine's own contact test decides this.
+"""Shortens an engine's steps so that they end when bodies begin to touch, according to the engine's contact test.
 
 An engine detects an impact at a step boundary, up to a step late. If bodies newly touch after a step, `Cutter` restores
-the state before the step and bisects the step's length. The bisection stops at two lengths that the clock can't
-distinguish: bodies touch after the longer but not after the shorter. Motion and contact test are only the engine's. No
-formula of Carom is used.
+the state before the step and bisects the step's length. The bisection ends with a length after which bodies
+touch, and the next smaller float, after which they don't. Only the engine moves bodies and tests for contact, not
+Carom.
 
-Bodies that touch only between two step boundaries are not found, because contact is tested only at the boundaries, as
-without cutting.
+If bodies touch and separate again within a step, this is not found, because contact is tested only at step boundaries.
 """
 
 from __future__ import annotations
@@ -21,13 +20,13 @@ MOST_PIECES = 10_000
 
 
 class Cutter:
-    """Advances a world in pieces of steps, and counts the pieces.
+    """Advances a world by steps, each divided into pieces that end when bodies begin to touch.
 
     Attributes:
         world: The world, initially at time 0.
         pieces: Number of pieces so far.
-        probes: Number of trial steps, which were taken to find the end of a piece and then undone.
-        stuck: Whether a step was aborted at `MOST_PIECES`.
+        probes: Number of trial steps that were taken to find the end of a piece, and then undone.
+        stuck: Whether a step was given up because it needed more than `MOST_PIECES` pieces.
     """
 
     def __init__(self, world: World) -> None:
@@ -73,7 +72,7 @@ class Cutter:
     def _bisect(
         self, state: object, now_s: float, touching_s: float, new_contacts: frozenset[tuple[int, int]]
     ) -> float:
-        """Return the shortest length after which one of the pairs touches, to the resolution of the clock."""
+        """Return the shortest length of a step, in seconds, after which one of the pairs touches."""
         apart_s = 0.0
         while True:
             middle_s = apart_s + (touching_s - apart_s) / 2

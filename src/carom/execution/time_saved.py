@@ -1,4 +1,4 @@
-"""Run time that Carom's methods save by skipping needless work. It is measured by runs with and without skipping."""
+"""Measures the run time that PIC and PIT save by not testing bodies that can't touch."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from carom.solvers.run import build_trace
 #: run with skipping and one run without.
 _LEAST_ROUNDS, _ROUNDS, _ENOUGH_S = 3, 25, 0.3
 
-#: Largest number of tests of pairs and walls in a run without skipping. A run with more tests would take too long.
+#: Largest number of tests for contact in a run without skipping. A run with more tests would take too long.
 MOST_TESTS = 20_000_000
 
 
@@ -31,7 +31,7 @@ class SkippedTime(NamedTuple):
 
 
 class SceneSkips(NamedTuple):
-    """Savings of PIC and PIT in a scene. A saving is None if the run without skipping would take too long."""
+    """Run times that PIC and PIT save in a scene. A value is None if the run without skipping would take too long."""
 
     pic: SkippedTime | None
     pit: SkippedTime | None
@@ -39,21 +39,21 @@ class SceneSkips(NamedTuple):
 
 
 def measure_skips(reference: Trace, dt_s: float) -> SceneSkips:
-    """Measure the savings of PIC and PIT in the scene of a reference. PIT runs with the step size `dt_s`."""
+    """Measure what PIC and PIT save in the scene of the trace `reference`. PIT runs with the step size `dt_s`."""
     scene = reference.scene
     return SceneSkips(measure_pic_saving(scene, reference), measure_pit_saving(scene, dt_s), dt_s)
 
 
 def count_tests_per_frame(scene: Scene) -> int:
-    """Return the number of pairs that a frame tests: pairs of two discs, and pairs of a disc and a wall."""
+    """Return the number of pairs (of two discs, or of a disc and a wall) that a step tests if it skips none."""
     discs = len(scene.discs)
     return discs * (discs - 1) // 2 + discs * len(scene.walls)
 
 
 def is_closed_form(reference: Trace) -> bool:
-    """Whether PIC used the closed form for two discs on straight paths.
+    """Whether PIC solved the scene by the formula for two discs on straight paths.
 
-    On such paths, every other form counts crossings.
+    All other methods of PIC record the number of crossings in the trace.
     """
     scene = reference.scene
     straight = not (any(scene.gravity_m_s2) or scene.damping_per_s or scene.table_deceleration_m_s2)
@@ -63,9 +63,9 @@ def is_closed_form(reference: Trace) -> bool:
 def measure_pic_saving(scene: Scene, reference: Trace) -> SkippedTime | None:
     """Measure the time that PIC saves.
 
-    PIC uses a closed form if possible, and otherwise predicts only the discs of an impact.
-
-    Return None if the run without skipping would need too many tests.
+        PIC solves two discs on straight paths by a formula. In other scenes, PIC computes new impact times after an
+    impact only for the discs of this impact, which saves time. Return None if the run without skipping would need too
+    many tests.
     """
     if len(reference.impacts) * count_tests_per_frame(scene) > MOST_TESTS:
         return None
@@ -73,7 +73,7 @@ def measure_pic_saving(scene: Scene, reference: Trace) -> SkippedTime | None:
     closed = is_closed_form(reference)
 
     def prepare(skipping: bool) -> Callable[[], object]:
-        if closed:  # both times include everything from reading the scene to building the trace
+        if closed:  # with and without skipping, the whole computation from scene to trace is timed
             return partial(solve_pic, scene) if skipping else partial(_run_event_driven, scene)
         return partial(start_pic_run(scene, all_pairs=not skipping).advance_to, until_s)
 
@@ -88,7 +88,7 @@ def _run_event_driven(scene: Scene) -> Trace:
 def measure_pit_saving(scene: Scene, dt_s: float) -> SkippedTime | None:
     """Measure the time that PIT saves by skipping frames and pairs that can't touch.
 
-    Return None if the loop without skipping is too slow.
+    Return None if the run without skipping would take too long.
     """
     if scene.step_count(dt_s) * count_tests_per_frame(scene) > MOST_TESTS:
         return None
@@ -107,11 +107,11 @@ def _measure(prepare: Callable[[bool], Callable[[], object]]) -> SkippedTime:
         run()
         return time.perf_counter() - began
 
-    measure_seconds(True), measure_seconds(False)  # warm
+    measure_seconds(True), measure_seconds(False)  # fill the caches
     rounds: list[tuple[float, float]] = []
     started = time.perf_counter()
     while len(rounds) < _LEAST_ROUNDS or (len(rounds) < _ROUNDS and time.perf_counter() - started < _ENOUGH_S):
-        first = len(rounds) % 2 == 0  # the order alternates, since the second run of a round has warm caches
+        first = len(rounds) % 2 == 0  # the order alternates, since the second run of a round profits from filled caches
         seconds = {skipping: measure_seconds(skipping) for skipping in (first, not first)}
         rounds.append((seconds[True], seconds[False]))
     ratio = statistics.median(plain_s / with_s for with_s, plain_s in rounds)

@@ -1,7 +1,7 @@
-"""Timed runs of an engine: all steps in as few calls as possible, without observation. Each run has a new world.
+"""Measures run times of engines. All steps are taken in as few calls as possible, without reading states.
 
-Preparation and steps are timed separately. Everything that times an engine uses this module. `carom.studies.bench` uses
-it to compare engines.
+Each run uses a new world. The preparation and the steps are timed separately. All of Carom's run times of engines are
+measured by this module.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from carom.execution.step_cutter import Cutter
 from carom.execution.validate_adapter import build_adapter_error
 from carom.model.scene import Scene
 
-#: Number of timed runs of a job. The median of three ignores one disturbed run.
+#: Number of timed runs of a job. If the machine disturbs one of three runs, the median ignores it.
 TIMING_RUNS = 3
 
-#: For a ratio of run times, no further run is made once two consecutive run times differ by less than this fraction.
+#: A job is not timed again after two consecutive run times that differ by less than this fraction.
 AGREED = 0.1
 
 
@@ -46,10 +46,9 @@ class Timing:
         prepare_s: Seconds to build the world.
         advance_s: Seconds to take all steps, without observation.
         runs: Number of runs.
-        call_s: Seconds of a call with no steps; NaN if it was not requested, or the adapter does not accept such a
-            call.
-        ends: Number of distinct final states, compared to the bit; 1 if the engine is repeatable. None if the times
-            were read from a file of an older version.
+        call_s: Seconds of a call that takes no steps; NaN if such a call was not requested, or the adapter refuses it.
+        ends: Number of different final states of the runs, compared bit by bit; 1 if the engine is repeatable. None if
+            the times were read from a file of an older version.
     """
 
     prepare_s: float
@@ -61,7 +60,7 @@ class Timing:
 
 @dataclass(frozen=True)
 class TimeTask(JobTask):
-    """Time a job in a worker process. The caller ensures that nothing else runs."""
+    """Times a job in a worker process. The caller must ensure that nothing else runs."""
 
     def carry_out(self) -> Timing:
         """Return the run times."""
@@ -94,11 +93,10 @@ def time_run(
         overrides: Settings that replace those of the profile.
         steps: Number of steps; by default the whole scene.
         runs: Largest number of runs, 1 or more.
-        enough_s: No further run is made once this many seconds have been timed.
-        agreed: No further run is made once two consecutive times differ by less than this fraction.
-        call: Whether to also time a call with no steps. The call is made before the steps, and its time is not included
-            in theirs.
-        zero: Whether to accept a time of 0. This is for very short runs that measure only overhead.
+        enough_s: Stop after the run that brings the total of the timed seconds to this value.
+        agreed: Stop after two consecutive times that differ by less than this fraction.
+        call: Whether to also time a call that takes no steps. The call is made before the steps and timed separately.
+        zero: Whether to accept a time of 0, for very short runs that measure only overhead.
 
     Raises:
         UnknownNameError: The adapter has no such profile.
@@ -142,7 +140,7 @@ def _time_steps(world: World, steps: int, dt_s: float, *, located: bool) -> floa
     """Take steps and return the seconds that they take. If the world has a clock of its own, this clock is read."""
     own_clock_s = world.seconds if isinstance(world, TimedWorld) else 0.0
     started = time.perf_counter()
-    if located:  # the time for cutting steps counts, because the profile can't run without it
+    if located:  # the time for shortening steps is included, since the profile needs it
         cutter = Cutter(world)
         for step in range(1, steps + 1):
             for _ in cutter.take_step((step - 1) * dt_s, step * dt_s):
@@ -154,7 +152,7 @@ def _time_steps(world: World, steps: int, dt_s: float, *, located: bool) -> floa
 
 
 def _read_own_clock(world: TimedWorld, before_s: float) -> float:
-    """Return the seconds since a world's clock showed `before_s`, by this clock."""
+    """Return the seconds that have passed on a world's clock since it showed `before_s`."""
     found = world.seconds
     numbers = isinstance(before_s, int | float) and isinstance(found, int | float)
     if not (numbers and -sys.float_info.max <= before_s <= found <= sys.float_info.max):
@@ -171,13 +169,13 @@ def _time_empty_call(world: World) -> float:
         started = time.perf_counter()
         world.advance(0)
         return time.perf_counter() - started
-    except Exception:  # noqa: BLE001 - an adapter need not accept a call with no steps
+    except Exception:  # noqa: BLE001 - an adapter may refuse a call with no steps
         return math.nan
 
 
 @contextmanager
 def _pause_garbage_collection() -> Iterator[None]:
-    """Suspend garbage collection. It would add time for objects of other code."""
+    """Suspend garbage collection, which would add time that the engine does not cause."""
     collecting = gc.isenabled()
     gc.disable()
     try:

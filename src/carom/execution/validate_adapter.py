@@ -1,4 +1,4 @@
-"""Validates the declarations, settings and counts that an adapter returns. Observations are validated elsewhere.
+"""Validates the declarations, settings and counts that an adapter returns.
 
 A wrong value raises an `AdapterError` that contains the field and the value, so that users do not take the adapter's
 mistake for a fault of the engine.
@@ -24,14 +24,14 @@ from carom.model.trace import Setting
 
 Kind = TypeVar("Kind")
 
-#: Sections of the adapter reference: the allowed values of each field, and what an adapter declares.
+#: Sections of docs/reference/adapters.md to which messages refer.
 FIELDS, DECLARED = "field-by-field", "3-what-you-declare"
 
-#: Largest number of characters of a text. Also the largest number of settings and of counts. All of these are
-#: displayed.
+#: Largest number of characters of a text, and largest number of settings and of counts. All of them are displayed, so
+#: they must not be too many.
 MOST_CHARACTERS = 2000
 MOST_ENTRIES = 1000
-#: Limit of whole numbers. Python can't even print much larger numbers.
+#: Largest whole number. Python refuses to print numbers of several thousand digits.
 MOST_WHOLE = 2**64
 
 
@@ -67,7 +67,7 @@ def to_plain_text(value: object, name: str, max_characters: int = MOST_CHARACTER
 def to_plain_settings(settings: object, owner: str) -> dict[str, Setting]:
     """Return settings as plain numbers, bools and strings.
 
-    Messages contain `owner`, the description of where the settings belong.
+    `owner` describes in messages to what the settings belong, such as "of a world".
 
     Raises:
         AdapterError: The settings are not a mapping, or a name or value has another type.
@@ -100,7 +100,7 @@ def _to_plain_setting(name: object, value: object, owner: str) -> Setting:
 
 
 def to_plain_counts(counts: object) -> dict[str, int]:
-    """Return work counts as plain numbers.
+    """Return the counts of a world, such as its number of contact tests, as plain numbers.
 
     Raises:
         AdapterError: The counts are not a mapping of texts to whole numbers.
@@ -192,7 +192,7 @@ def _check_capabilities(found: object, where: str) -> Capabilities:
 
 
 def _check_fields(found: object, kind: type[Kind], where: str) -> Kind:
-    """Return a dataclass of the adapter interface, after a check that each field has its declared type."""
+    """Return a copy of the dataclass `found`, after a check that each field has its declared type."""
     if not isinstance(found, kind):
         raise build_wrong_value_error(where, f"{kind.__name__}(...)", found, DECLARED)
     hints, values = get_type_hints(kind), {}

@@ -1,7 +1,8 @@
 """Validates the observations that an adapter returns: states and contacts.
 
-A non-finite state is accepted, since the engine itself can produce such a state. Values that can't be scored are
-refused: for example, a static wall's velocity other than 0, or a number whose square overflows.
+A state with infinities or NaN is accepted, since the engine itself can produce such a state. Values that can't be
+compared with the reference are refused: for example, a velocity other than 0 of a static wall, or a number whose square
+overflows.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ class Validator:
     Args:
         scene: The scene of the run.
         dt_s: Step size of the run, in seconds.
-        float_bits: Declared width of the method's floats.
+        float_bits: Number of bits of the floats in which the engine computes, as its adapter declares.
     """
 
     def __init__(self, scene: Scene, dt_s: float, float_bits: int) -> None:
@@ -45,8 +46,8 @@ class Validator:
         self._drives = [arrays.drive_of_wall(k) for k in range(len(scene.walls))]
         self._movable = np.isfinite(arrays.mass_kg)
         self._needs_spins = arrays.turns and bool(np.isfinite(arrays.inertia).any())
-        # The tolerance is half of the digits of the method's floats. If the length of a normal differs from 1 by more,
-        # the reason is a mistake, not rounding.
+        # If the length of a normal differs from 1 by more than this, the adapter has made a mistake. It is half
+        # of the digits of the engine's floats, far more than rounding errors.
         self._rounding = 2.0 ** (-MANTISSA_BITS[float_bits] / 2)
 
     def read(self, found: object, rows: StateRows, row: int) -> bool:
@@ -71,8 +72,8 @@ class Validator:
         rows.velocity_m_s[row] = found.velocity_m_s
         if found.warning != "":  # most steps have no warning
             to_plain_text(found.warning, "the warning of an observation")
-        # If the sum of squares is within the limit, each number is within the limit. This fast check runs after every
-        # step. The sum may overflow if it contains numbers that are refused below.
+        # Fast check after every step: if the sum of squares is within the limit, so is each number. The sum may
+        # overflow, and then each number is checked below.
         numbers = rows.numbers[row]
         with np.errstate(over="ignore"):
             squares = numbers.dot(numbers)
@@ -98,7 +99,7 @@ class Validator:
     def _describe_wall_numbers(self) -> str:
         if not self._walls:
             return " (the scene has no walls)"
-        return f" or a wall, -1 - k of wall k (-1{f' to {-self._walls}' if self._walls > 1 else ''})"
+        return f" or a wall (-1 - k for wall k; number of walls: {self._walls})"
 
     def _check_contact(self, found: object, begin_s: float, end_s: float) -> Contact:
         if not isinstance(found, Contact):
@@ -107,13 +108,13 @@ class Validator:
         second = to_whole_number(found.second, "second of a contact")
         if not (0 <= first < self._discs and (first < second < self._discs or -self._walls <= second < 0)):
             raise build_adapter_error(
-                f"a contact is of bodies {first} and {second}: first must be a disc (0 to {self._discs - 1}), second a "
-                f"disc of a higher number{self._describe_wall_numbers()}"
+                f"a contact is of bodies {first} and {second}: first must be a disc (0 to {self._discs - 1}), and "
+                f"second a disc with a higher number{self._describe_wall_numbers()}"
             )
         owner = f"of a contact of bodies {first} and {second}"
         time_s = _check_number(found.time_s, "time_s", owner)
-        # Engines compute times by summing steps, with rounding errors. These errors are less than the allowed step on
-        # either side.
+        # Engines add up steps to compute times, which accumulates rounding errors. The time may be outside the step by
+        # one step size, which is more than these errors.
         if not begin_s - self._dt_s <= time_s <= end_s + self._dt_s:
             step = f"{format_number(begin_s, 9)} to {format_number(end_s, 9)} s"
             raise build_adapter_error(
@@ -177,7 +178,7 @@ def _check_items(found: object, name: str, count: int) -> tuple[object, ...]:
 
 
 def _is_plain(found: object) -> TypeGuard[float]:
-    """Whether a value is a Python float within the limits. Nearly all numbers are."""
+    """Whether a value is a Python float within the limits, as nearly all numbers are. Others need slower checks."""
     return type(found) is float and abs(found) <= LARGEST
 
 

@@ -1,6 +1,6 @@
 """Watchdog: terminates a worker and all its descendants when the worker ends or the parent exits.
 
-`carom.execution.worker_process` enforces the time limits of a worker.
+The watchdog does not enforce time limits, which is done by `carom.execution.worker_process`.
 
 The watchdog is run as ``python -m carom.execution.watchdog MEMORY_BYTES`` by `carom.execution.worker_process`, or
 forked by `carom.execution.fork_server`. The watchdog forks before it loads an adapter. The child becomes the worker
@@ -15,8 +15,8 @@ After that, the watchdog kills all remaining processes and exits with the worker
 
 On Linux the watchdog adopts orphaned descendants of the worker, so that it also finds processes that have left the
 session. If the watchdog is killed, the system kills the worker. On other systems, processes that have left the worker's
-process group are not found. Two kinds of programs are not found on any system: programs that change their session
-faster than the watchdog searches, and programs that left the session before the worker killed the watchdog.
+process group are not found. Two kinds of processes survive on any system: those that change their session faster than
+the watchdog searches, and those that left the session before the worker killed the watchdog.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ _SIGNALS = (signal.SIGCHLD, signal.SIGCONT, signal.SIGTERM)
 
 
 def watch_worker(parent: int, memory_bytes: int) -> None:
-    """Fork a worker and watch it. The function returns only in the worker, after its last task.
+    """Fork a worker and wait until it ends. The function returns only in the forked worker, after its last task.
 
     Args:
         parent: Number of the parent process. If it exits, watchdog and worker end.
@@ -76,14 +76,14 @@ def _wait_and_clean_up(worker: int, woken: int, parent: int) -> None:
     """Wait until the worker ends or is no longer needed. Kill what is left, and exit with the worker's status.
 
     The worker is no longer needed when the other end of standard input is closed, when the parent sends SIGTERM, or
-    when the parent has exited. The first condition is not enough, since a process that the parent has forked can hold
-    the other end open.
+    when the parent has exited. The first condition is not enough: if the parent has forked a process, this process can
+    also hold the other end open.
     """
     null = os.open(os.devnull, os.O_WRONLY)
     os.dup2(null, 1)  # only the worker may keep the answer pipe open
     os.dup2(null, 2)
     poll = select.poll()
-    poll.register(0, 0)  # only the closing of the other end is polled, since the worker reads the input
+    poll.register(0, 0)  # wait only until the other end is closed; the worker reads the data
     poll.register(woken, select.POLLIN)
     status: int | None = None
     while status is None and all(file == woken for file, _ in poll.poll()):
@@ -94,14 +94,14 @@ def _wait_and_clean_up(worker: int, woken: int, parent: int) -> None:
     while _has_children() if sys.platform == "linux" else status is None:
         # Until the worker has ended, only the worker is listed, because a search of all processes takes long.
         children = [worker] if status is None else _find_children()
-        if not children:  # the list of processes does not show the remaining children
+        if not children:  # the remaining children are missing in the list of processes
             break
         for child in children:
             _kill(child)
         worker_status = _reap_children(worker, wait=True)
         status = worker_status if status is None else status
     if status is not None and os.WIFSIGNALED(status):
-        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))  # the worker has already written the core file
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))  # this process must not overwrite the core file of the worker
         number = os.WTERMSIG(status)
         if number != signal.SIGKILL:
             signal.signal(number, signal.SIG_DFL)

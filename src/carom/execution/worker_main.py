@@ -1,11 +1,11 @@
 """Main program of a worker process: reads tasks from standard input, carries them out, and writes answers.
 
 The program is started only by `carom.execution.watchdog`. An engine that prints, aborts or hangs affects only this
-process. The engine's output goes to standard error. The parent keeps the last part of the output, and shows it after a
-failure or a crash.
+process. The engine's output is redirected to standard error. The parent process stores the last part of this output,
+and shows it after a failure or a crash.
 
 A message from Carom is a pickled list of tasks. An answer is a line of JSON, since its content comes from an adapter.
-It contains the number of the task, counted from the start of the process, and the `Answer`.
+The line contains the number of the task, counted from the start of the process, and the `Answer`.
 """
 
 from __future__ import annotations
@@ -51,22 +51,19 @@ def carry_out(task: Task[T]) -> Answer[T]:
         return Answer(Status.FAILED, exception_message(error))
     except MemoryError:
         return Answer(Status.FAILED, "MemoryError: the engine needs more memory than allowed; raise --memory-limit")
-    except Exception as error:  # noqa: BLE001 - an engine can raise anything; it becomes this job's reason
+    except Exception as error:  # noqa: BLE001 - an engine can raise anything
         return Answer(Status.FAILED, describe_exception(error))
 
 
 @cache
 def build_codec(task: type[Task[T]]) -> Codec[tuple[int, Answer[T]]]:
-    """Return the codec for the answers to tasks of a type.
-
-    The return type of the tasks' `carry_out` determines the codec.
-    """
+    """Return the codec for the answers to tasks of type `task`, given by the return type of their `carry_out`."""
     kind: Any = get_type_hints(task.carry_out, include_extras=True)["return"]
     return Codec(tuple[int, Answer[kind]])
 
 
 def _exit_after(watchdog: int) -> None:
-    """Wait until the watchdog has ended, then end this process. On Linux the system does this."""
+    """Wait until the watchdog has ended, then end this process. On Linux, the system itself ends it."""
     while os.getppid() == watchdog:
         time.sleep(WATCHDOG_CHECK_S)
     os._exit(1)
@@ -90,7 +87,7 @@ def main() -> None:
             return
         for task in tasks:
             line = _build_answer_line(number, task)
-            # this is a copy that the engine has forked, and only the original process may answer
+            # the engine has forked this process; only the original process may answer
             if os.getpid() != own_pid:
                 os._exit(1)
             c_library.fflush(None)  # an engine's output from C can still be buffered
@@ -98,7 +95,7 @@ def main() -> None:
                 sys.stdout.flush()
             with suppress(OSError):
                 os.write(2, TASK_END)
-            # Each answer is sent immediately. So only one task is lost in a crash, and the parent can determine which.
+            # Each answer is sent at once, so that a crash loses only one task, and the parent knows which.
             try:
                 answers.write(line)
                 answers.flush()
@@ -111,6 +108,6 @@ def _build_answer_line(number: int, task: Task[object]) -> bytes:
     found = carry_out(task)
     try:
         return build_codec(type(task)).dumps((number, found)) + b"\n"
-    except Exception as error:  # noqa: BLE001 - a value that an adapter made can fail at anything
+    except Exception as error:  # noqa: BLE001 - an object of an adapter can raise anything
         reason = f"its result can't be sent: {describe_exception(error)}"
         return build_codec(type(task)).dumps((number, Answer(Status.FAILED, reason))) + b"\n"

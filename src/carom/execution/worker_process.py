@@ -1,6 +1,7 @@
-"""The parent's side of worker processes: starts them, sends tasks, receives answers, and handles every failure.
+"""Starts worker processes, sends them tasks, receives their answers, and turns each failure into an `Answer`.
 
-Every wait has a time limit, every buffer has a size limit, and no code that a worker returns is run.
+Every wait has a time limit, and every buffer has a size limit. Answers are data, so a worker can't make the parent run
+code.
 """
 
 from __future__ import annotations
@@ -46,13 +47,13 @@ T = TypeVar("T")
 
 
 class ClosedError(Exception):
-    """The worker was closed during a task, by Ctrl-C for example, so that the answer is no longer needed."""
+    """The worker was closed during a task, for example after Ctrl-C, so the task has no answer."""
 
 
 class Worker:
-    """One worker process. It is started for the first task.
+    """One worker process. The process starts with the first task.
 
-    If a task ends the process, it is started again for the next task.
+    If the process ends during a task, the next task starts a new process.
 
     Args:
         memory_bytes: Memory limit of the process, and of each process that it starts.
@@ -72,7 +73,7 @@ class Worker:
         """Send tasks in one message and yield the answer to each, in order, as soon as it arrives.
 
         If a task ends the process, exceeds `time_limit_s` or returns an invalid answer, only this task fails. Its
-        answer contains the reason, and the later tasks are sent again.
+        answer contains the reason, and the later tasks are sent to a new process.
 
         Raises:
             ClosedError: The worker was closed during a task.
@@ -89,7 +90,7 @@ class Worker:
                     del todo[0]
                     yield answer
         finally:
-            # the caller stopped early, and the remaining answers must not be taken for answers to the next call
+            # the caller stopped early; the remaining answers must not be mistaken for answers to its next call
             if todo:
                 with self._lock:
                     self._end()
@@ -104,8 +105,8 @@ class Worker:
     def _receive(self, process: _Process, codec: Codec[tuple[int, Answer[T]]], time_limit_s: float) -> Answer[T]:
         """Return the next answer. If the process returns no answer or an invalid one, end the process.
 
-        Each wait is counted with at most its requested length. A wait can last longer if the machine sleeps or this
-        process is stopped, but the engine does not run in that additional time.
+        If the machine sleeps or this process is stopped, a wait lasts longer than requested. The additional time does
+        not count towards the time limit, since the engine does not run in it.
         """
         left_s = time_limit_s
         while (line := process.take_line()) is None and not process.ended:
@@ -194,7 +195,7 @@ class _Process:
             self._searched = len(self._found)
             if len(self._found) <= MOST_ANSWER_BYTES:
                 return None
-            end = 2 * SHOWN_BYTES  # no answer is that long, and the beginning of the line is enough for the message
+            end = 2 * SHOWN_BYTES  # the line is too long to be an answer; the message shows only its beginning
         line = bytes(self._found[:end])
         del self._found[: end + 1]
         self._searched = 0
@@ -219,7 +220,7 @@ class _Process:
                     self.ended |= key.fd == self._answers
             except BlockingIOError:
                 pass
-            except BrokenPipeError:  # the process ended before it had read everything, which its answers show
+            except BrokenPipeError:  # the process ended early; the missing answers show this
                 self._selector.unregister(self._requests)
 
     def read_output(self) -> str:
@@ -231,7 +232,7 @@ class _Process:
     def describe_last_output(self) -> str:
         """Return a phrase with the last output of the first unanswered task; empty if the task printed nothing."""
         self.read_output()
-        since = self._tasks_ended - self.answered  # number of tasks that have ended but are not counted as answered
+        since = self._tasks_ended - self.answered  # tasks that have ended, but whose answers have not been counted yet
         parts = self._tail.split(TASK_END)
         printed = parts[-1 - since] if 0 <= since < len(parts) else b""  # older output is no longer kept
         message = find_last_message(printed.decode(errors="replace"))
@@ -261,8 +262,8 @@ class _Process:
             if pipe is not None:
                 pipe.close()  # the watchdog ends when its input is closed
         self._selector.close()
-        # A forked process can hold the other end of the pipe open, so the watchdog is also sent signals. With the
-        # watchdog, the worker ends.
+        # A forked process can hold the other end of the pipe open, so signals are sent too. When the watchdog ends, the
+        # worker also ends.
         for number in (signal.SIGTERM, signal.SIGKILL):
             self._popen.send_signal(number)
             with suppress(subprocess.TimeoutExpired):

@@ -1,4 +1,4 @@
-"""Working folders of worker processes. A folder is removed when its owner ends.
+"""Temporary folders in which worker processes run. The process that created a folder, its owner, removes it.
 
 If the owner is killed, the next start of Carom removes the folder.
 """
@@ -15,8 +15,8 @@ from pathlib import Path
 
 PREFIX = "carom-worker-"
 
-#: Name of the lock file. The owner of a folder holds the lock as long as the owner runs. Folders of other programs have
-#: no such file.
+#: Name of the lock file in each folder. The folder's owner holds the lock as long as it runs. Folders of other programs
+#: contain no such file.
 LOCK = "carom.lock"
 WORK = "work"
 
@@ -35,8 +35,8 @@ class Folder:
         self._root = Path(tempfile.mkdtemp(prefix=PREFIX))
         self.path = self._root / WORK
         self.path.mkdir()
-        # The file gets the name `LOCK` only when it is locked. So no other process takes the folder for abandoned and
-        # removes it.
+        # The file is renamed to `LOCK` only after it is locked. Otherwise another process could find it unlocked, and
+        # remove the folder as abandoned.
         self._lock = os.open(self._root / f"{LOCK}.new", os.O_CREAT | os.O_RDWR, 0o600)
         fcntl.flock(self._lock, fcntl.LOCK_EX)
         os.rename(self._root / f"{LOCK}.new", self._root / LOCK)
@@ -102,10 +102,7 @@ def _remove(root: Path) -> None:
 
 
 def _is_folder(name: str, parent: int) -> bool:
-    """Whether a name is that of a folder, not of a link.
-
-    The folder's permissions are restored, since an engine can have changed them.
-    """
+    """Whether the entry `name` is a folder, not a link. Make the folder accessible, if an engine has locked it."""
     found = stat.S_ISDIR(os.stat(name, dir_fd=parent, follow_symlinks=False).st_mode)
     if found:
         os.chmod(name, 0o700, dir_fd=parent)

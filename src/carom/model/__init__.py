@@ -1,1 +1,1 @@
-"""Scenes, walls, arrays of discs, and traces of runs."""
+"""Data types: scenes with discs and walls, the same as arrays for solvers, and traces with the results of runs."""

@@ -17,7 +17,7 @@ Number = Fraction | int
 
 
 class Surd(NamedTuple):
-    """The number ``whole + part sqrt(square)``."""
+    """The number ``whole + part sqrt(square)``, with rational numbers in all three fields."""
 
     whole: Number
     part: Number
@@ -31,18 +31,18 @@ class Surd(NamedTuple):
             return int(p > 0 or q > 0)
         if p <= 0 and q <= 0:
             return -1
-        larger = p * p - q * q * self.square  # above 0 if the rational part decides the sign
+        larger = p * p - q * q * self.square  # above 0 if the rational part is larger than the root
         return (larger > 0) - (larger < 0) if p > 0 else (larger < 0) - (larger > 0)
 
 
 class Place(NamedTuple):
-    """A point that two edges may share. The coordinates are `Surd`s with the same square root."""
+    """A point at which two edges may meet. Both coordinates are `Surd`s with the same square root."""
 
     x: Surd
     y: Surd
 
     def compute_order(self, a: tuple[Number, Number], along: tuple[Number, Number]) -> int:
-        """Return whether the point is ahead of `a` (1), behind it (-1) or level with it (0) in a direction."""
+        """Return 1 if the point is further in the direction `along` than `a`, -1 if it is less far, or else 0."""
         dx, dy = self.x.whole - a[0], self.y.whole - a[1]
         return Surd(along[0] * dx + along[1] * dy, along[0] * self.x.part + along[1] * self.y.part, self.x.square).sign
 
@@ -53,7 +53,7 @@ class Place(NamedTuple):
 
 
 class _Line:
-    """An edge in rational numbers."""
+    """An edge with rational coordinates."""
 
     def __init__(self, edge: Edge) -> None:
         self.a, self.b = ((Fraction(x), Fraction(y)) for x, y in (edge.a, edge.b))
@@ -63,7 +63,7 @@ class _Line:
 
     def has_point(self, place: Place) -> bool:
         """Whether a point on the edge's line or circle is on the edge itself, including its ends."""
-        if self.circle is not None:  # a counterclockwise arc is to the right of its chord
+        if self.circle is not None:  # a counterclockwise arc is on the right of its chord
             left = (-self.along[1], self.along[0])
             return place.compute_order(self.a, left) * self.turn <= 0
         return place.compute_order(self.a, self.along) >= 0 and place.compute_order(self.b, self.along) <= 0
@@ -108,11 +108,11 @@ def _is_at(place: Place, point: tuple[Number, Number]) -> bool:
 
 
 def _compute_box(edge: Edge, circle: ExactCircle | None) -> tuple[float, float, float, float]:
-    """Return a box that contains an edge despite rounding: its least and greatest x and y, in metres."""
+    """Return the least and greatest x and y of a box that contains an edge, in metres, rounded outwards."""
     xs, ys = zip(edge.a, edge.b, strict=True)
     box = [min(xs), min(ys), max(xs), max(ys)]
     if circle is not None:
-        reach = (math.isqrt(math.ceil(circle.radius2 * 4**64)) + 1) / 2**64  # above the radius
+        reach = (math.isqrt(math.ceil(circle.radius2 * 4**64)) + 1) / 2**64  # a little more than the radius
         x, y = float(circle.x), float(circle.y)
         room = (abs(x) + abs(y) + reach) * 2.0**-50
         box = [x - reach - room, y - reach - room, x + reach + room, y + reach + room]
@@ -124,7 +124,7 @@ def _build_place(point: tuple[Number, Number]) -> Place:
 
 
 def _find_shared_points(one: _Line, other: _Line) -> Iterator[Place]:
-    """Return the points that two edges share. If two edges share a stretch, return its ends."""
+    """Return the points that two edges share. If they share a part of a line or circle, return its ends."""
     if one.circle is None and other.circle is not None:
         one, other = other, one
     if one.circle is None:
@@ -142,7 +142,7 @@ def _find_shared_points(one: _Line, other: _Line) -> Iterator[Place]:
 def _find_middle(line: _Line, circle: ExactCircle) -> Place:
     """Return the middle of an arc.
 
-    Apart from joints, the middle may be the only point that overlapping arcs of one circle share.
+    It is tested in addition to the ends, since two equal arcs share both ends, which may be joints.
     """
     x, y, radius2 = circle
     ex, ey = line.along
@@ -175,7 +175,7 @@ def _intersect_line(a: tuple[Number, Number], along: tuple[Number, Number], circ
 
 
 def _intersect_circles(one: ExactCircle, other: ExactCircle) -> Iterator[Place]:
-    """Yield the points at which two circles meet: the points where the first circle meets the line of equal powers."""
+    """Yield the points at which two circles meet: those of the first circle on the line of equal powers."""
     dx, dy = other.x - one.x, other.y - one.y
     distance2 = dx * dx + dy * dy
     if distance2 == 0:

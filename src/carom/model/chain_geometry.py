@@ -1,8 +1,8 @@
 """Geometry of finite walls in floats: straight edges, arcs and circles, and the nearest point of a wall.
 
-An edge runs from one point to the next. The edge's bulge is the tangent of a quarter of its angle, as in DXF. A bulge
-of 0 is a straight edge, 1 is half of a circle, and a positive bulge runs counterclockwise. The wall consists of all
-points within a half width of the line.
+An edge connects one point to the next. Its bulge describes how much it is curved: the tangent of a quarter of the arc's
+angle, as in DXF files. An edge with bulge 0 is straight, an edge with bulge 1 is half of a circle, and a positive bulge
+is a counterclockwise arc. The wall consists of all points whose distance from the line is at most the half width.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class ExactCircle(NamedTuple):
 
 
 class Edge(NamedTuple):
-    """One edge of a chain: from a to b, in metres, with its bulge."""
+    """One edge of a chain: its ends a and b, in metres, and its bulge."""
 
     a: Point
     b: Point
@@ -39,8 +39,8 @@ class Foot(NamedTuple):
     Attributes:
         x: x coordinate of the point, in metres.
         y: y coordinate of the point, in metres.
-        edge: Number of the edge that contains the point; if two edges do, the lower number.
-        inner: Whether the point is between the ends of that edge.
+        edge: Number of the edge that contains the point. For a joint of two edges, it is the lower number.
+        inner: Whether the point is between the ends of the edge, and not one of the ends.
     """
 
     x: float
@@ -58,7 +58,7 @@ def compute_circle(edge: Edge) -> ExactCircle:
 
 
 class Stretch(NamedTuple):
-    """An edge, or a whole circle, as floats.
+    """An edge or a whole circle, with its coordinates as floats.
 
     Attributes:
         edge: The edge. Both ends of a whole circle are the same point.
@@ -89,7 +89,8 @@ class Stretch(NamedTuple):
         if self.whole:  # all points of a circle are equally far from its centre
             rim = (cx + self.radius * dx / distance, cy + self.radius * dy / distance) if distance else (ax, ay)
             return rim, self.radius > 0.0
-        # The ends decide whether the point is in the sector, since the centre of a flat arc is far away.
+        # Whether the point is in the arc's sector is computed from the ends, since the centre of a flat arc is far
+        # away.
         is_past_begin = ((ax - cx) * (y - ay) - (ay - cy) * (x - ax)) * bulge > 0.0
         is_before_end = ((bx - cx) * (y - by) - (by - cy) * (x - bx)) * bulge < 0.0
         if (is_past_begin or is_before_end) if abs(bulge) > 1.0 else (is_past_begin and is_before_end):
@@ -101,16 +102,15 @@ class Stretch(NamedTuple):
     def compute_power(self, x: float, y: float) -> float:
         """Return the power of a point: its squared distance from an arc's centre minus the squared radius.
 
-        The power is computed from the arc's ends, so that a huge radius does not reduce accuracy. For every circle
-        through both ends, the power is ``(p - a).(p - b)`` plus a multiple of the cross product of the chord and ``p -
-        a``. The cross product is 0 on the line through the ends.
+        The power is computed from the arc's ends a and b, so that a huge radius does not reduce accuracy. It is ``(p -
+        a).(p - b)`` plus a multiple of the cross product of the chord and ``p - a``. The factor depends on the bulge.
         """
         (ax, ay), (bx, by), bulge = self.edge
         across = (bx - ax) * (y - ay) - (by - ay) * (x - ax)
         return ((x - ax) * (x - bx) + (y - ay) * (y - by)) - across * (0.5 * (1.0 / bulge - bulge))
 
     def is_under_arc(self, x: float, y: float) -> bool:
-        """Whether a point is between an arc and its chord."""
+        """Whether a point is between an arc and the straight line that connects the arc's ends."""
         if self.centre is None:
             return False
         (ax, ay), (bx, by), bulge = self.edge
@@ -155,7 +155,7 @@ class Outline:
 
     @cached_property
     def stretches(self) -> tuple[Stretch, ...]:
-        """The edges, or the whole circle, as floats."""
+        """The edges of a chain, or the circle, with their coordinates as floats."""
         if self.radius is not None:
             ((x, y),) = self.points
             start = (x + self.radius, y)
@@ -164,7 +164,7 @@ class Outline:
 
     @cached_property
     def lengths(self) -> tuple[float, ...]:
-        """All coordinates, radii and widths of the shape, some of them negative. Solvers choose units from these."""
+        """All coordinates, radii and widths of the shape, some of them negative, for the choice of a unit of length."""
         arcs = [(*stretch.centre, stretch.radius) for stretch in self.stretches if stretch.centre is not None]
         return (*(c for point in self.points for c in point), self.half_width, *(c for arc in arcs for c in arc))
 
@@ -187,7 +187,7 @@ class Outline:
         return Foot(px, py, k, inner)
 
     def find_feet(self, x: float, y: float, distance: float) -> Iterator[Foot]:
-        """Yield the nearest point of each edge that is within `distance` of a given point.
+        """Yield the nearest point of each edge, for all edges within `distance` of a given point.
 
         A point that two edges share is yielded once, for the edge with the lower number.
         """
@@ -199,7 +199,7 @@ class Outline:
                 yield Foot(*place, k, inner)
 
     def find_edge(self, x: float, y: float, among: tuple[int, ...]) -> int:
-        """Return the number of the edge in `among` that is nearest to a point; the lowest if several are nearest."""
+        """Return which of the edges `among` is nearest to a point; the lowest number if several are nearest."""
         places = [(self.stretches[k].find_nearest(x, y)[0], k) for k in among]
         return min((_compute_square(px - x, py - y), k) for (px, py), k in places)[1]
 
@@ -221,7 +221,7 @@ class Outline:
         return crossings % 2 == 1
 
     def build_polyline(self, arc_parts: int) -> Iterator[Point]:
-        """Yield the points of a polyline for drawing. A full circle has `arc_parts` parts."""
+        """Yield the points of a line that approximates the wall for drawing. A full circle has `arc_parts` parts."""
         for k, stretch in enumerate(self.stretches):
             (ax, ay), b, bulge = stretch.edge
             if k == 0:
@@ -236,7 +236,7 @@ class Outline:
             yield b
 
     def scale_lengths(self, exponent: int) -> Outline:
-        """Return the shape with all lengths divided by ``2**exponent``. This division changes no digit."""
+        """Return the shape with all lengths divided by ``2**exponent``, which does not round them."""
         points = tuple((math.ldexp(x, -exponent), math.ldexp(y, -exponent)) for x, y in self.points)
         radius = None if self.radius is None else math.ldexp(self.radius, -exponent)
         return replace(self, points=points, half_width=math.ldexp(self.half_width, -exponent), radius=radius)
@@ -245,7 +245,7 @@ class Outline:
 def _compute_square(x: float, y: float) -> float:
     """Return the squared length of a vector.
 
-    The rounding of products is the same on every machine, the rounding of powers is not.
+    Multiplication rounds alike on every machine; the power function does not.
     """
     return x * x + y * y
 
@@ -258,6 +258,6 @@ def _build_stretch(edge: Edge) -> Stretch:
 
 
 def _compute_root(square: Fraction) -> float:
-    """Return the square root of a rational number of any size as a float."""
+    """Return the square root of a rational number as a float, even if numerator and denominator exceed floats."""
     shift = (square.numerator.bit_length() - square.denominator.bit_length()) // 2
     return math.ldexp(math.sqrt(float(square / Fraction(4) ** shift)), shift)

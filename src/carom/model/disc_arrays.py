@@ -1,6 +1,6 @@
-"""Discs and walls as arrays: the input of solvers, also for scenes of a million discs.
+"""Discs and walls as arrays: the input of solvers.
 
-A scene of a million discs would consist of a million validated objects. As arrays, the same state is built in
+A scene of a million discs would consist of a million validated objects. Arrays with the same content are built in
 milliseconds.
 """
 
@@ -22,10 +22,10 @@ from carom.support.escaping import format_value
 from carom.support.formatting import format_number
 from carom.support.limits import LARGEST, ORDINARY, require_within
 
-#: A point of a half-plane's surface, and the unit normal into its free side.
+#: A half-plane wall: coordinates of a point on its surface, and of the unit normal that points to the discs' side.
 HalfPlane = tuple[float, float, float, float]
 
-#: Greatest difference of a unit normal's length from 1: four times the effect of rounding its two components.
+#: Greatest allowed difference of a normal's length from 1. It is four times the effect of rounding.
 _UNIT_WITHIN = 2.0**-50
 
 #: Path of a body that does not move.
@@ -41,31 +41,30 @@ class Material(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class DiscArrays:
-    """The initial state of a run, as arrays. Instances are compared by identity, not by value.
+    """The initial state of a run, as arrays. Two instances are equal only if they are the same object.
 
-    An event-driven run refuses a state in which discs overlap.
+    Discs must not overlap. This is not checked here, but when an event-driven run starts.
 
     Attributes:
         position_m: Centres at time 0, shape ``(n, 2)``, in metres.
         velocity_m_s: Velocities, shape ``(n, 2)``, in metres per second.
         radius_m: Radii, shape ``(n,)``, in metres, above 0.
-        mass_kg: Masses, shape ``(n,)``, in kilograms, above 0; infinity is an immovable disc.
-        walls: ``(x, y, nx, ny)`` of each half-plane: a point, and the unit normal into the free side. For a finite
-            wall, its outline.
+        mass_kg: Masses, shape ``(n,)``, in kilograms, above 0; infinity for an immovable disc.
+        walls: For each half-plane ``(x, y, nx, ny)``: a point of its surface, and the unit normal that points to the
+            discs' side. For each finite wall, its `Outline`.
         restitution: Coefficient of restitution of every pair of discs, 0 to 1.
         wall_restitution: Coefficient of restitution between any disc and any wall, 0 to 1.
-        spin_rad_s: Rates of turning at time 0, counterclockwise, shape ``(n,)``, in radians per second; None for 0.
-        inertia_factor: Moments of inertia over mass times radius squared, shape ``(n,)``, above 0 and up to 1; infinity
-            for a disc that can't turn. None for 1/2 everywhere.
-        friction: Coulomb's coefficient of every pair of discs, 0 or more.
-        wall_friction: Coulomb's coefficient between any disc and any wall, 0 or more.
-        tangential_restitution: Tangential restitution of two discs, -1 to 1. The value applies if friction can stop the
-            slip of the discs.
+        spin_rad_s: Spins at time 0, counterclockwise, shape ``(n,)``, in radians per second; None if all are 0.
+        inertia_factor: Moments of inertia divided by mass times radius squared, shape ``(n,)``, above 0 and up to 1;
+            infinity for a disc that can't turn. None if all are 1/2.
+        friction: Coulomb's coefficient of friction of every pair of discs, 0 or more.
+        wall_friction: Coulomb's coefficient of friction between any disc and any wall, 0 or more.
+        tangential_restitution: Tangential restitution of two discs, -1 to 1; see `carom.Scene`.
         wall_tangential_restitution: Tangential restitution between any disc and any wall, -1 to 1.
         wall_materials: Coefficients of each wall; None if all walls have `wall_restitution` and `wall_friction`.
-        wall_drives: Path of each wall; None if no wall is driven. `walls` has their positions at time 0.
-        belts_m_s: Speed of each wall's surface, in metres per second, to the left of the normal into the free side;
-            None if no surface moves.
+        wall_drives: Path of each wall; None if no wall is driven. `walls` contains the positions at time 0.
+        belts_m_s: Speed at which each wall's surface moves, in metres per second, to the left of the normal that points
+            to the disc; None if no surface moves.
         driven_discs: Numbers of the driven discs, ascending. Driven discs have infinite masses.
         disc_drives: Path of each driven disc.
 
@@ -105,7 +104,7 @@ class DiscArrays:
         """Check shapes and values.
 
         Raises:
-            InputError: A shape does not fit. A value is not finite or not of an ordinary size (`carom.support.limits`).
+            InputError: A shape does not fit. A value is not finite, or is too large or small (`carom.support.limits`).
                 A radius or mass is not positive. An immovable disc has a velocity, or a disc that can't turn has a
                 spin. A coefficient is outside its range.
         """
@@ -163,7 +162,7 @@ class DiscArrays:
             raise InputError("spin_rad_s must be 0 for a disc that can't turn (mass_kg or inertia_factor = inf)")
 
     def require_ordinary(self) -> None:
-        """Refuse sizes for which results are not exact to rounding. Small speeds and coordinates are always allowed.
+        """Refuse numbers so large or small that results would have errors beyond rounding. Speeds may be 0 or small.
 
         Raises:
             InputError: The message names the attribute, the value and the limits.
@@ -180,7 +179,7 @@ class DiscArrays:
 
     @classmethod
     def of_valid(cls, **fields: Any) -> DiscArrays:
-        """Return the initial state of a scene as read-only arrays. The scene has already checked its fields."""
+        """Return the initial state of a scene as read-only arrays, without checks, since the scene has made them."""
         start = object.__new__(cls)
         start.__dict__.update(fields)
         for array in fields.values():
@@ -217,17 +216,17 @@ class DiscArrays:
 
     @property
     def spins(self) -> NDArray[np.float64]:
-        """Rate of turning of each disc at the start, shape ``(n,)``, in radians per second."""
+        """Spin of each disc at the start, shape ``(n,)``, in radians per second."""
         return np.zeros(len(self)) if self.spin_rad_s is None else self.spin_rad_s
 
     @property
     def inertia(self) -> NDArray[np.float64]:
-        """Moment of inertia of each disc over mass times radius squared, shape ``(n,)``."""
+        """Moment of inertia of each disc divided by mass times radius squared, shape ``(n,)``."""
         return np.full(len(self), 0.5) if self.inertia_factor is None else self.inertia_factor
 
     @property
     def surface_speed_m_s(self) -> NDArray[np.float64]:
-        """Speed of each disc's rim as seen from its centre, counterclockwise, shape ``(n,)``, in metres per second."""
+        """Spin times radius of each disc, shape ``(n,)``, in metres per second, positive if counterclockwise."""
         return self.radius_m * self.spins
 
     @property
@@ -245,14 +244,14 @@ class DiscArrays:
         """Whether friction can act at all."""
         return self.rubs_discs or self.rubs_walls
 
-    @cached_property  # computing this takes a quarter of the time for solving two discs
+    @cached_property  # cached, since computing it takes a quarter of the time for solving two discs
     def turns(self) -> bool:
-        """Whether discs spin or can start to spin. If no disc can, a run stores no spins."""
+        """Whether discs spin, or friction can make them spin. If not, a run stores no spins."""
         return self.rubs or bool(np.any(self.spins))
 
     @cached_property
     def is_ordinary(self) -> bool:
-        """Whether every number except 0 and infinity is of an ordinary size, see `carom.support.limits`."""
+        """Whether all numbers are 0, infinite, or from ``1 / ORDINARY`` to ``ORDINARY`` (`carom.support.limits`)."""
         lengths = (self.position_m, self.radius_m, self._wall_lengths)
         measures = (*lengths, self.velocity_m_s, self.driven_speeds, self.mass_kg, self.surface_speed_m_s)
         size = np.abs(np.concatenate([array.ravel() for array in measures]))
@@ -277,30 +276,27 @@ class DiscArrays:
         return (Material(self.wall_restitution, self.wall_friction),) * len(self.walls)
 
     def restitution_of(self, second: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the coefficient of restitution of each impact, which depends on the impact's second body.
-
-        The number of a wall is negative.
-        """
+        """Return the coefficient of restitution of each impact, given the numbers of the impacts' second bodies."""
         walls = np.array([material.restitution for material in self.materials] or [math.nan])
         return np.where(second < 0, walls[np.maximum(-1 - second, 0)], self.restitution)
 
     def friction_of(self, second: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the coefficient of friction of each impact, which depends on the impact's second body."""
+        """Return the coefficient of friction of each impact, given the numbers of the impacts' second bodies."""
         walls = np.array([material.friction for material in self.materials] or [math.nan])
         return np.where(second < 0, walls[np.maximum(-1 - second, 0)], self.friction)
 
     @cached_property
     def has_half_planes(self) -> bool:
-        """Whether all walls, if any, are half-planes."""
+        """Whether no wall is a chain or circle."""
         return all(isinstance(wall, tuple) for wall in self.walls)
 
     @property
     def has_plain_walls(self) -> bool:
-        """Whether all walls are half-planes with the scene's own coefficients."""
+        """Whether all walls are half-planes, and none has a restitution or friction of its own."""
         return self.wall_materials is None and self.has_half_planes
 
     def half_planes(self) -> tuple[HalfPlane, ...]:
-        """Return the walls, which must all be half-planes with the scene's own coefficients.
+        """Return the walls, which must be half-planes without coefficients of their own.
 
         Raises:
             InputError: A wall is not a half-plane, or walls have their own coefficients.
@@ -314,7 +310,7 @@ class DiscArrays:
         return planes
 
     def overlaps(self, disc_name: str, wall_name: str) -> tuple[list[Overlap], bool]:
-        """Return the first overlaps, and whether there are more. Bodies are named as in `overlap.find_overlaps`."""
+        """Return the first overlaps, and whether there are more. The names are used as in `overlap.find_overlaps`."""
         return find_overlaps(self.position_m, self.radius_m, self.movable, self.walls, disc_name, wall_name)
 
     def require_apart(self) -> None:

@@ -28,8 +28,9 @@ def kinetic_energy(
 def work_of_driven(trace: Trace) -> NDArray[np.float64]:
     """Return the work of the driven body on the disc in each impact, in joules, shape ``(m,)``; 0 if no body is driven.
 
-    The work is the impulse on the disc times the velocity of the driven surface. A belt's speed or a driven disc's spin
-    is part of this velocity. The change of the kinetic energy is the work minus the loss in the impacts.
+    The work is the scalar product of the impulse on the disc and the velocity of the driven surface. This velocity
+    includes the speed of a conveyor or the spin of a driven disc. Kinetic energy changes by the work minus the loss in
+    impacts.
     """
     start, impacts = trace.scene.arrays, trace.impacts
     work = np.zeros(len(impacts))
@@ -44,7 +45,7 @@ def work_of_driven(trace: Trace) -> NDArray[np.float64]:
         if start.belts_m_s is not None:
             belts = np.array(start.belts_m_s)[np.maximum(-1 - impacts[other], 0) % len(start.belts_m_s)]
             runs = np.where(impacts[other] < 0, belts, runs)
-        # The surface moves to the left of the normal from the driven body to the disc.
+        # Add the speed of the surface, to the left of the normal that points from the driven body to the disc.
         surface = impacts[f"velocity_{other}_before"] + runs[:, None] * np.stack([-normal[:, 1], normal[:, 0]], axis=1)
         change = impacts[f"velocity_{disc}_after"] - impacts[f"velocity_{disc}_before"]
         work += mass * np.sum(np.where(is_counted[:, None], change * surface, 0.0), axis=1)

@@ -11,11 +11,11 @@ from carom.errors import InputError, Problem, SceneError
 from carom.support.checks import check_number
 from carom.support.escaping import format_value
 
-#: Moment of inertia over mass times radius squared, for uniform density.
+#: Moment of inertia divided by mass times radius squared, for bodies of uniform density.
 SHAPES = {"disc": 0.5, "sphere": 0.4}
 
 UNITS = ("m", "px")
-#: Fields that contain lengths, or lengths divided by powers of seconds.
+#: Fields whose units contain metres, such as lengths, velocities and accelerations.
 _LENGTHS = {
     "": ("gravity_m_s2",),
     "discs": ("position_m", "velocity_m_s", "radius_m"),
@@ -26,7 +26,7 @@ _LENGTHS = {
 def expand_shorthand(content: dict[str, Any]) -> dict[str, Any]:
     """Return the content of a file with its shorthand expanded.
 
-    Malformed values are not changed; the scene refuses them later.
+    Values of wrong types are not changed here, since the scene refuses them later.
 
     Raises:
         SceneError: `length_unit`, `pixels_per_metre` or a `shape` is unknown, or conflicts with another field.
@@ -72,7 +72,7 @@ def _divide_fields(fields: Any, names: tuple[str, ...], divisor: float) -> Any:
 def _divide_value(value: Any, divisor: float) -> Any:
     if isinstance(value, list):
         points = bool(value) and isinstance(value[0], list)
-        # A vector has two numbers.
+        # A list of two numbers is a vector. Longer lists contain no lengths, except in lists of points.
         return [_divide_value(one, divisor) for one in value] if points or len(value) <= 2 else value
     if isinstance(value, bool) or not isinstance(value, int | float):
         return value

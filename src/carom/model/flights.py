@@ -1,4 +1,4 @@
-"""Flights: the paths of discs between the impacts and modes of a trace."""
+"""Computes flights, the paths of discs from impact to impact, from a trace."""
 
 from __future__ import annotations
 
@@ -16,18 +16,17 @@ from carom.support.equality import ByValue
 
 @dataclass(frozen=True, eq=False)
 class Flight(ByValue):
-    """A disc's path between two of the disc's impacts or modes. Velocities are those of the trace.
-
-    The start and the end of the run count as impacts here.
+    """A disc's path between two successive events of this disc: impacts, changes of mode, or the run's start or end.
 
     Attributes:
         disc: Number of the disc.
-        impact: Index of the impact at the path's end; the number of impacts if a mode or the run ends the path.
+        impact: Index of the impact at the path's end. If the path does not end by an impact, this is the total number
+            of impacts.
         begin_s: Start of the path, in seconds.
         end_s: End of the path, in seconds.
         position_m: Position at the start, shape ``(2,)``.
         velocity_m_s: Velocity at the start, shape ``(2,)``.
-        pull_m_s2: Acceleration, shape ``(2,)``: gravity, or the acceleration in the disc's mode.
+        pull_m_s2: Acceleration, shape ``(2,)``: gravity, or that of a disc that slides or rolls.
         damping: Damping of the disc's motion.
     """
 
@@ -56,7 +55,7 @@ class Flight(ByValue):
 
 
 def free_flights(trace: Trace) -> Iterator[Flight]:
-    """Yield the flights of all discs, in the order in which the flights end. Impacts and modes separate flights."""
+    """Yield the flights of all discs, in the order in which the flights end."""
     count, discs = len(trace.impacts), trace.scene.discs
     place = [np.array(disc.position_m, dtype=np.float64) for disc in discs]
     velocity = list(trace.scene.arrays.velocity_m_s)
@@ -69,7 +68,7 @@ def free_flights(trace: Trace) -> Iterator[Flight]:
         return Flight(disc, impact, since[disc], end_s, place[disc], velocity[disc], pull[disc], damping)
 
     def build_disc_flights(disc: int, impact: int, end_s: float) -> Iterator[Flight]:
-        """Yield a disc's flights up to a time. Legs of a driven disc, and a stop on a table, also end flights."""
+        """Yield a disc's flights up to a time: several if a driven disc changes velocity or a table stops the disc."""
         for leg in drives[disc].legs_from(since[disc])[1:] if disc in drives else ():
             if leg.begin_s >= end_s:
                 break
@@ -85,7 +84,7 @@ def free_flights(trace: Trace) -> Iterator[Flight]:
         yield build_flight(disc, impact, end_s)
 
     def build_mode_flights(impacts: int) -> Iterator[Flight]:
-        """Yield the flights that end because a mode begins, for all modes before the impact with this index."""
+        """Yield the flights that end because a disc changes its mode, for changes before impact number `impacts`."""
         while modes and modes[-1]["impacts"] <= impacts:
             mode = modes.pop()
             disc = int(mode["disc"])

@@ -1,9 +1,7 @@
-"""Search for overlaps at the start.
+"""Finds bodies that overlap at the start of a scene, and so make it invalid.
 
-Bodies that are apart never begin to overlap. So an overlap at the start has no physical meaning, and the run has no
-unique answer.
-
-The same rule applies to scenes and to arrays. Two immovable bodies may overlap, since that has no effect.
+Rigid bodies never overlap, so the laws of impact don't determine how overlapping bodies move. Two immovable bodies may
+overlap, since that has no effect.
 """
 
 from __future__ import annotations
@@ -25,8 +23,8 @@ Numbers = NDArray[np.intp]
 #: Largest number of overlaps of each kind that a message names. Many overlapping discs would fill pages.
 NAMED = 10
 
-#: The search multiplies reaches by this factor, so that rounding does not make it miss an overlap. The factor adds 16
-#: units of relative rounding (2^-52): the rounding of a gap needs 4 units, and the search's comparison needs 8 units.
+#: The search for near pairs multiplies reaches by this factor, so that it misses no overlap because of rounding. The
+#: factor adds 16 * 2^-52. Rounding of a gap needs 4 * 2^-52, and the comparison in the search needs 8 * 2^-52.
 _ROUNDED_UP = 1.0 + 2.0**-48
 
 
@@ -36,7 +34,7 @@ class Overlap(NamedTuple):
     Attributes:
         disc: Number of the disc; the higher number if both bodies are discs.
         other: Number of the other disc, or number of the wall.
-        message: What is wrong, and what to do. The text is printed after the name of the disc's position.
+        message: What is wrong, and what to do. The text follows the name of the field with the disc's position.
     """
 
     disc: int
@@ -47,9 +45,9 @@ class Overlap(NamedTuple):
 def compute_input_rounding(size: Floats) -> Floats:
     """Return the largest overlap that rounding of the input can explain.
 
-    The gap of two discs depends on six numbers. Each number is rounded to a float, by at most half a unit in the last
-    place of the largest number: 3 units in all. The computation of the gap rounds five times, by less than 3 units. If
-    discs touch according to the decimal numbers of a file, they must not be refused because of binary rounding.
+    Discs that touch exactly according to the decimal numbers in a file may overlap slightly as floats. They must not be
+    refused. The gap of two discs depends on six numbers, each rounded by at most half a unit in the last place of the
+    largest: 3 units in all. The computation of the gap rounds five times, by less than 3 units.
 
     Args:
         size: Magnitude of the largest number in the computation of a gap, in metres.
@@ -75,7 +73,7 @@ def find_overlaps(
     disc_name: str,
     wall_name: str,
 ) -> tuple[list[Overlap], bool]:
-    """Return the overlaps that rounding can't explain, between discs and of discs with walls: at most ten of each kind.
+    """Return overlaps larger than rounding errors: at most ten of two discs, and at most ten of a disc and a wall.
 
     Args:
         position_m: Centres, in metres, shape ``(n, 2)``.
@@ -86,8 +84,8 @@ def find_overlaps(
         wall_name: Name of the wall in a message.
 
     Returns:
-        The overlaps: first overlaps between discs, then overlaps with walls. Overlaps are ordered by disc, then by
-            the other body. The second value is whether there are more overlaps.
+        First, the overlaps: those between discs, and then those with walls, each ordered by disc and then by the other
+        body. Second, whether there are more overlaps.
     """
     discs = _Discs(position_m, radius_m, movable, np.maximum(np.abs(position_m).max(axis=1), radius_m))
     planes = {k: wall for k, wall in enumerate(walls) if isinstance(wall, tuple)}
@@ -107,8 +105,8 @@ def find_overlaps(
 
 def _find_disc_overlaps(discs: _Discs, name: str) -> Iterator[Overlap]:
     position, radius, movable, size = discs
-    # A disc's own tolerance is that of a pair of two discs of its size. The tolerance of any pair is at least the mean
-    # of both discs' own tolerances.
+    # `compute_input_rounding(size)` is the tolerance for two discs of this size. Each disc's reach is reduced by half
+    # of this value, since the tolerance of any pair is at least the mean of both discs' values.
     reach = radius * _ROUNDED_UP - compute_input_rounding(size) / 2.0
     for first, second in find_near_pairs(position, reach, movable):
         if not len(first):  # most scenes are small, and the following steps take longer than the search

@@ -1,6 +1,6 @@
-"""Prescribed motion of driven bodies: a path of straight legs, each with one velocity.
+"""Prescribed motion of driven bodies: a path of legs, which are straight parts with constant velocity.
 
-From the instant at which a leg begins, the body has that leg's velocity.
+At the instant between two legs, the body already has the velocity of the later leg.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ Vector = tuple[float, float]
 
 
 class Course(NamedTuple):
-    """A leg of a driven body's path: a part with constant velocity.
+    """One leg of a driven body's path.
 
     Attributes:
         begin_s: Time at which the leg begins, in seconds since the start.
         end_s: Time at which the next leg begins; infinity for the last leg.
-        moved: Displacement of the body when the leg begins, in metres.
+        moved: Displacement of the body from its position at time 0 to its position when the leg begins, in metres.
         velocity: Velocity during the leg, in metres per second.
     """
 
@@ -30,7 +30,7 @@ class Course(NamedTuple):
     velocity: Vector
 
     def moved_at(self, time_s: float) -> Vector:
-        """Return the body's displacement at a time within the leg, in metres."""
+        """Return the body's displacement since time 0, at a time within the leg, in metres."""
         (x, y), (u, v), elapsed_s = self.moved, self.velocity, time_s - self.begin_s
         return x + u * elapsed_s, y + v * elapsed_s
 
@@ -48,7 +48,7 @@ class Drive(NamedTuple):
     def along(cls, legs: Iterable[tuple[float, Vector]]) -> Drive:
         """Return the path with legs that begin at given times with given velocities.
 
-        The displacement at the beginning of each leg is an exact sum that is rounded once.
+        The displacement at the beginning of each leg is added up exactly, and then rounded once.
         """
         leg_list = list(legs)
         if len(leg_list) == 1:  # the usual case
@@ -74,7 +74,7 @@ class Drive(NamedTuple):
         return max(math.hypot(*leg.velocity) for leg in self.legs)
 
     def leg_at(self, time_s: float) -> Course:
-        """Return the leg at a time since the start; before the start, the first leg."""
+        """Return the leg at a time since the start; the first leg for a negative time."""
         return self.legs[self._find_leg_number(time_s)]
 
     def legs_from(self, time_s: float) -> tuple[Course, ...]:
@@ -90,11 +90,11 @@ class Drive(NamedTuple):
         return self.leg_at(time_s).moved_at(time_s)
 
     def velocities_within(self, begin_s: float, end_s: float) -> list[Vector]:
-        """Return the velocities of all legs in a time span. For an empty span, return the later leg's velocity."""
+        """Return the velocities of all legs between two times; if the times are equal, the velocity from then on."""
         return [leg.velocity for leg in self.legs_from(begin_s) if leg.begin_s <= max(begin_s, end_s)]
 
     def shift_legs(self, time_s: float) -> list[tuple[float, Vector]]:
-        """Return the legs of the same path, with times counted from another instant, before or after the start."""
+        """Return the start time and the velocity of each leg, with times counted from `time_s` instead of the start."""
         legs = list(self.legs_from(time_s))
         return [(max(0.0, leg.begin_s - time_s) if k else 0.0, leg.velocity) for k, leg in enumerate(legs)]
 

@@ -1,4 +1,4 @@
-"""Scenes of discs and walls: validated and immutable."""
+"""Classes of scenes and discs. Their instances are validated and immutable."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from carom.support.fields import (
 
 __all__ = ["Chain", "Disc", "Need", "Ring", "Scene", "Wall", "to_scene"]
 
-#: Coefficients of friction that have the same name in a scene and its arrays.
+#: Fields about friction that a scene and its arrays have in common.
 _OF_FRICTION = ("friction", "wall_friction", "tangential_restitution", "wall_tangential_restitution")
 
 
@@ -45,7 +45,7 @@ def _require_disc(discs: tuple[Disc, ...]) -> tuple[Disc, ...]:
 
 
 class Need(StrEnum):
-    """A feature that a scene requires of a method. The value is the feature's name in reports."""
+    """A feature that a method must support to run a scene. The value of a member is the feature's name in reports."""
 
     WALLS = "walls"
     SEGMENTS = "walls of straight edges"
@@ -75,12 +75,13 @@ class Disc(Model):
         position_m: Centre at time 0, in metres.
         velocity_m_s: Velocity at time 0, in metres per second.
         radius_m: Radius, in metres, above 0.
-        mass_kg: Mass, in kilograms, above 0; ``inf`` (in JSON the string ``"inf"``) is a disc that no impact moves.
-        driven: Whether a disc of infinite mass moves. The disc keeps its velocity and spin at every impact.
-        legs: Path of a driven disc as a list of velocities, each from a given time on; replaces `velocity_m_s`.
-        spin_rad_s: Rate of turning at time 0, counterclockwise, in radians per second.
-        inertia_factor: Moment of inertia over mass times radius squared, above 0 and up to 1: 1/2 for a uniform disc,
-            2/5 for a sphere, 1 for a hoop. A disc with ``inf`` (in JSON the string ``"inf"``) can't turn.
+        mass_kg: Mass, in kilograms, above 0; ``inf`` (in JSON the string ``"inf"``) for a disc that no impact moves.
+        driven: Whether the disc moves with prescribed velocity and spin, which impacts don't change. Its mass must be
+            infinite.
+        legs: Velocities of a driven disc, each with the time at which it begins; replaces `velocity_m_s`.
+        spin_rad_s: Spin at time 0, counterclockwise, in radians per second.
+        inertia_factor: Moment of inertia divided by mass times radius squared, above 0 and up to 1: 1/2 for a uniform
+            disc, 2/5 for a sphere, 1 for a hoop. With ``inf`` (in JSON the string ``"inf"``) a disc can't turn.
 
     Examples:
         >>> disc = carom.Disc(position_m=(0.0, 0.0), velocity_m_s=(4.0, 0.0), radius_m=0.25)
@@ -100,11 +101,11 @@ class Disc(Model):
     inertia_factor: Inertia = 0.5
 
     def model_post_init(self, _context: object, /) -> None:
-        """Refuse legs that are invalid, and a disc of infinite mass that moves but is not driven.
+        """Refuse combinations of fields that contradict each other.
 
         Raises:
-            SceneError: The mass is infinite and velocity or spin is not zero. The inertia is infinite and the spin is
-                not zero. A driven disc has a finite mass. The legs form no path, or the disc is not driven.
+            SceneError: A disc of infinite mass moves or spins, but is not driven. The inertia is infinite and the spin
+                is not zero. A driven disc has a finite mass. The legs are invalid, or a disc with legs is not driven.
         """
         problems = list(find_leg_problems(self.legs, self.velocity_m_s)) if self.legs else []
         if self.legs and not self.driven:
@@ -126,7 +127,7 @@ class Disc(Model):
 
     @property
     def immovable(self) -> bool:
-        """Whether impacts never change this disc's motion."""
+        """Whether the disc has infinite mass, so that no impact changes its motion."""
         return math.isinf(self.mass_kg)
 
     @property
@@ -136,7 +137,7 @@ class Disc(Model):
 
 
 class Scene(Drawn, Model):
-    """Discs, walls, and the physical laws between them. Immutable; two equal scenes compare equal.
+    """Discs, walls, and the coefficients of the physical laws. Scenes are immutable, and compared by their fields.
 
     Attributes:
         name: Name of the scene in reports.
@@ -147,21 +148,21 @@ class Scene(Drawn, Model):
         wall_restitution: Coefficient of restitution between any disc and any wall, 0 to 1.
         friction: Coulomb's coefficient of friction of every pair of discs, 0 or more.
         wall_friction: Coulomb's coefficient of friction between any disc and any wall, 0 or more.
-        tangential_restitution: Tangential restitution of two discs, -1 to 1. The value applies if friction can stop the
-            slip of the discs: 0 ends the slip, and 1 reverses it. Without friction the value has no effect.
+        tangential_restitution: Tangential restitution of two discs, -1 to 1. If friction is strong enough, an impact
+            multiplies the slip by minus this value: 0 ends the slip, and 1 reverses it.
         wall_tangential_restitution: Tangential restitution between any disc and any wall, -1 to 1.
         gravity_m_s2: Uniform acceleration of every movable disc, in metres per second squared.
-        damping_per_s: Rate c of linear damping, 1/s, 0 or more: between impacts velocities and spins of all discs fall
-            as ``exp(-c t)``. The rate must be 0 in a scene with gravity. See `docs/theory/damping.md`.
+        damping_per_s: Rate c of linear damping, in 1/s, 0 or more: between impacts, velocities and spins of all discs
+            decrease as ``exp(-c t)``. The rate must be 0 in a scene with gravity. See `docs/theory/damping.md`.
         wall_rolling_resistance: Coefficient c of rolling resistance between any disc and any wall, 0 or more. If a disc
-            of radius R presses on a wall with the force P, the wall resists the disc's rotation with a torque of up to
-            c P R. The coefficient c is the tangent of the steepest slope on which a disc stays at rest. Rolling
-            resistance needs gravity, and `wall_tangential_restitution` must be 0. See `docs/theory/contact.md`.
-        table_deceleration_m_s2: Deceleration of discs that slide on a table, in metres per second squared. The scene is
-            then seen from above. A table excludes gravity, damping, spin, friction and driven bodies. See
+            of radius R presses on a wall with the force P, a torque of up to c P R resists its rotation. The
+            coefficient c is the tangent of the steepest slope on which a disc stays at rest. Rolling resistance needs
+            gravity, and `wall_tangential_restitution` must be 0. See `docs/theory/contact.md`.
+        table_deceleration_m_s2: Deceleration of discs that slide on a horizontal table, in metres per second squared.
+            The scene is then seen from above. It can't have gravity, damping, spin, friction or driven bodies. See
             `docs/theory/contact.md`.
         duration_s: Duration of the simulation, in seconds, above 0.
-        frame_rate_hz: Frames per second of a frame-sampled method, unless a run sets another rate.
+        frame_rate_hz: Frames per second. By default, no step is longer than one frame.
 
     Examples:
         >>> disc = carom.Disc(position_m=(0.0, 0.0), velocity_m_s=(4.0, 0.0), radius_m=0.25)
@@ -173,7 +174,7 @@ class Scene(Drawn, Model):
 
     left_out = (*_OF_FRICTION, "damping_per_s", "wall_rolling_resistance", "table_deceleration_m_s2")
 
-    # Control characters are refused, since they would reach terminals and reports unchanged.
+    # Control characters are refused, since names are printed on terminals and in reports.
     name: Annotated[str, Field(min_length=1, max_length=200, pattern=r"^[^\x00-\x1f\x7f]*$")]
     description: str = ""
     discs: Annotated[tuple[Disc, ...], AfterValidator(_require_disc), Field(json_schema_extra={"minItems": 1})]
@@ -192,12 +193,12 @@ class Scene(Drawn, Model):
     frame_rate_hz: Positive = 60.0
 
     def model_post_init(self, _context: object, /) -> None:
-        """Refuse bodies that overlap, sizes that are too far apart, and laws that can't be combined.
+        """Refuse bodies that overlap, sizes that differ too much, and physical laws that can't be combined.
 
         Raises:
-            SceneError: Two discs, or a disc and a wall, overlap by more than rounding can explain. Sizes span more than
-                `carom.support.limits` allows. Damping, rolling resistance or a table is combined with an unsupported
-                law.
+            SceneError: Two discs, or a disc and a wall, overlap by more than rounding errors. The ratio of two sizes is
+                larger than `carom.support.limits` allows. Damping, rolling resistance or a table is combined with an
+                unsupported feature.
         """
         start = self.arrays
         problems = list(find_span_problems(start, self.gravity_m_s2, self.duration_s))
@@ -234,7 +235,7 @@ class Scene(Drawn, Model):
 
     @cached_property
     def arrays(self) -> DiscArrays:
-        """The initial state of the scene as read-only arrays, the input of every solver. Gravity is not included."""
+        """The initial state and the coefficients of the scene as read-only arrays, the input of every solver."""
         discs, belts = self.discs, tuple(wall.surface_speed_m_s for wall in self.walls)
         return DiscArrays.of_valid(
             position_m=np.array([disc.position_m for disc in discs]),
@@ -267,7 +268,8 @@ class Scene(Drawn, Model):
         )
         return materials if any(material != scene for material in materials) else None
 
-    # The arrays are not copied or pickled: a copy may have other discs, and another process builds its own arrays.
+    # The cached arrays are not copied or pickled: a copy may have other discs, and another process builds its own
+    # arrays.
 
     def __iter__(self) -> Generator[tuple[str, Any], None, None]:
         return ((name, value) for name, value in super().__iter__() if name != "arrays")
@@ -297,7 +299,7 @@ class Scene(Drawn, Model):
 
     @property
     def needs(self) -> frozenset[Need]:
-        """Features that this scene requires of a method. These features are compared with the method's declarations."""
+        """Features that a method must support to run this scene."""
         start = self.arrays
         least_wall = min((material.restitution for material in start.materials), default=1.0)
         finite = [wall for wall in self.walls if not isinstance(wall, Wall)]
@@ -327,7 +329,7 @@ class Scene(Drawn, Model):
         return frozenset(need for need, is_needed in conditions.items() if is_needed)
 
     def _does_enclose(self, ring: Ring) -> bool:
-        """Whether a disc is inside a circle at time 0. The disc then stays inside, since no centre crosses a wall."""
+        """Whether a disc is inside the circle at time 0, so that the method must support impacts from inside."""
         return any(math.dist(disc.position_m, ring.centre_m) < ring.radius_m for disc in self.discs)
 
     def half_planes(self) -> tuple[Wall, ...]:

@@ -1,4 +1,4 @@
-"""Functions that load and save scene files as TOML or JSON, and the JSON Schema of these files."""
+"""Loads and saves scenes as TOML or JSON files, and builds the JSON Schema of these files."""
 
 from __future__ import annotations
 
@@ -22,7 +22,10 @@ def build_scene_schema() -> dict[str, Any]:
     schema = Scene.model_json_schema()
     for name, limit in MOST_BODIES.items():
         schema["properties"][name]["maxItems"] = limit
-    for part in (schema, *schema["$defs"].values()):  # remove the examples of docstrings, which are Python code
+    for part in (
+        schema,
+        *schema["$defs"].values(),
+    ):  # remove examples from the docstrings
         if "description" in part:
             part["description"] = part["description"].partition("\n\nExamples:")[0]
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **add_shorthand(schema)}
@@ -46,7 +49,7 @@ def load_scene(path: str | Path) -> Scene:
     try:
         return Scene(**_limit_problems(expand_shorthand(_parse_file(path))))
     except SceneError as error:
-        has_more = error.more or len(error.problems) > SceneError.SHOWN  # the search stops early
+        has_more = error.more or len(error.problems) > SceneError.SHOWN  # the search may have stopped early
         raise SceneError(error.problems, source=str(path), more=has_more) from None
 
 
@@ -54,7 +57,9 @@ def _parse_file(path: Path) -> dict[str, Any]:
     if path.suffix not in MOST_BYTES:
         raise SceneError([_build_ending_problem(path)])
     try:
-        from carom.support.data_files import read_data  # imported here, since only files need the parsers
+        from carom.support.data_files import (
+            read_data,
+        )  # scenes made in Python don't need the parsers
 
         content = read_data(path, path.suffix)
     except InputError as error:
@@ -76,9 +81,9 @@ def _build_ending_problem(path: Path) -> Problem:
 
 
 def _limit_problems(content: dict[str, Any]) -> dict[str, Any]:
-    """Return the content of a file, without invalid entries beyond those that fit into a message.
+    """Return the content of a file, with only as many invalid entries as a message can show.
 
-    Each problem takes a kilobyte, and a file can have millions of problems.
+    Each problem takes a kilobyte of memory, and a file can have millions of problems.
     """
     content = _limit_unknown_fields(content, Scene)
     if isinstance(walls := content.get("walls"), list):
@@ -105,7 +110,7 @@ def _limit_unknown_fields(fields: Any, model: type[Model]) -> Any:
 
 
 def save_scene(scene: Scene, path: str | Path) -> None:
-    """Write a scene as TOML or JSON, by the path's ending. Loading the file returns an equal scene.
+    """Write a scene as TOML or JSON; the ending of the path decides. If the file is loaded, it returns an equal scene.
 
     Raises:
         SceneError: The ending is neither ``.toml`` nor ``.json``.

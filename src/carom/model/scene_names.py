@@ -1,4 +1,4 @@
-"""Function that finds scenes by name. `carom` registers it, since the model can't import the catalogue."""
+"""Finds scenes of the catalogue by name. `carom` registers the function, since `carom.model` can't import it."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Sizes in a scene, checks that they fit into one system of units, and the number of steps of a duration.
+"""Checks that the sizes in a scene don't differ too much for floats, and counts the steps of a duration.
 
 Lengths are compared with the smallest radius, and masses with the smallest mass. The longest possible path of a disc
-counts as a length. See `carom.support.limits`.
+is also one of the lengths. See `carom.support.limits`.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ class Sizes(NamedTuple):
     """Smallest and largest sizes in a scene, in SI units.
 
     Attributes:
-        length: Greatest coordinate (of a disc or wall) or radius.
-        radius: Smallest radius.
-        speed: Greatest velocity component or rim speed at the start, or the speed that a disc at rest gains by gravity
-            until the end, if that is larger.
+        length: Greatest coordinate or radius of any disc or wall.
+        radius: Smallest radius of a disc.
+        speed: Greatest velocity component or rim speed (spin times radius) at the start. If a disc at rest would fall
+            faster than this by the end, it is the speed of this fall.
         duration: Duration of the scene.
         lightest: Smallest mass of a movable disc; 1 if there is none.
         heaviest: Greatest mass of a movable disc; 1 if there is none.
@@ -64,12 +64,12 @@ class Sizes(NamedTuple):
 
     @property
     def way(self) -> float:
-        """Length of the path at the greatest speed, from start to end."""
+        """Distance that a disc with the greatest speed covers in the scene's duration."""
         return self.speed * self.duration
 
 
 def find_span_problems(start: DiscArrays, gravity_m_s2: Vector, duration_s: float) -> Iterator[Problem]:
-    """Yield a problem for each size that is too far from the others for one system of units."""
+    """Yield a problem for each size that differs too much from the others."""
     sizes = Sizes.of(start, gravity_m_s2, duration_s)
     if sizes.length > SPAN * sizes.radius:
         yield Problem(
@@ -116,9 +116,9 @@ def count_steps(duration_s: float, dt_s: float) -> int:
 
     The last step may end after the duration.
 
-    The quotient is computed exactly. Both numbers may be rounded, for example 1/240. So their quotient may differ from
-    the intended whole number, by a relative error of up to 2^-53 for each of the two numbers. This rounding must not
-    add a step.
+    If the duration is a whole number of steps, rounding must not add another step. Both numbers may be rounded, such as
+    1/240, each with a relative error of up to 2^-53. So a quotient that exceeds a whole number by no more than these
+    errors counts as the whole number. The quotient itself is computed exactly.
 
     Raises:
         InputError: `dt_s` is not a finite number above 0, or it gives more than `carom.support.limits.MOST_STEPS`

@@ -1,6 +1,7 @@
-"""Records of the stepwise comparison with PIC: windows of steps in which bodies meet, and events outside of them.
+"""Data types of the stepwise comparison: each step of a run is compared with PIC from the same state.
 
-`carom.comparator.stepwise` defines and finds windows; a trace stores the results.
+A window consists of the successive steps in which a few bodies meet. `carom.comparator.stepwise` finds the windows, and
+a trace stores the results.
 """
 
 from __future__ import annotations
@@ -20,33 +21,33 @@ Array = NDArray[np.float64]
 
 @dataclass
 class WindowRow:
-    """One window: successive steps of a few bodies, compared with PIC from the bodies' state at the window's start.
+    """Comparison of one window with PIC, which starts from the state of the window's bodies at its start.
 
-    Velocities and rim speeds (spin times radius) are in metres per second. NaN marks a number that was not requested.
+    Velocities and rim speeds (spin times radius) are in metres per second. A number that was not requested is NaN.
 
     Attributes:
         begin_s: Time of the window's first state.
         end_s: Time of the window's last state.
-        due: Number of PIC's impacts in the window.
+        due: Number of impacts that PIC finds in the window.
         missed: Number of pairs that passed through each other.
-        pit_missed: Number of these pairs that PIT also misses from the same state at the same phase.
-        entangled: Whether there are several pairs or impacts, or an overlap at the start, so there is no unique answer.
-        turned: Whether bodies changed direction although no impact was due.
-        open: Whether the run ended in the window.
-        late_steps: By how much the paths turned later than in PIC, in steps.
+        pit_missed: Number of these pairs whose impact PIT also misses, from the same state at the same phase.
+        entangled: Whether the window has no unique answer, because of several pairs or impacts, or an initial overlap.
+        turned: Whether bodies changed direction although PIC finds no impact.
+        open: Whether the run ended before the window was complete.
+        late_steps: Number of steps by which the engine's bodies changed direction later than PIC's.
         late_known: Uncertainty of `late_steps`.
         late_allowed: Greatest delay of a method that checks once per step, in steps.
         velocity: Largest difference of a velocity from PIC at the window's end.
-        speed: Greatest speed of the window's bodies, the scale of rounding of velocities.
+        speed: Greatest speed of the window's bodies, by which rounding errors of velocities are judged.
         spin: Largest difference of a rim speed from PIC at the window's end.
-        rim: Greatest speed or rim speed of the window's bodies, the scale of rounding of rim speeds.
+        rim: Greatest speed or rim speed of the window's bodies, by which rounding errors of rim speeds are judged.
         place_m: Largest difference of a position from PIC at the window's end.
-        place_known_m: Rounding of the positions.
-        price_velocity: PIT's largest error of a velocity from the same state.
-        price_spin: PIT's largest error of a rim speed from the same state.
-        restitution: Effective restitution minus the scene's.
-        energy_j: Energy gained relative to PIC.
-        energy_price_j: Largest energy that PIT gains.
+        place_known_m: Uncertainty of `place_m`, from the rounding of positions.
+        price_velocity: Largest velocity error of PIT, which starts from the same state.
+        price_spin: Largest rim speed error of PIT, which starts from the same state.
+        restitution: Restitution computed from the engine's velocities, minus the scene's restitution.
+        energy_j: Energy that the engine's discs have more than PIC's at the window's end, in joules.
+        energy_price_j: Largest energy that PIT's discs gain from the same state, in joules.
     """
 
     begin_s: float
@@ -76,9 +77,9 @@ class WindowRow:
 #: One window, see `WindowRow`.
 WINDOW_DTYPE = build_dtype(WindowRow)
 
-#: One pair of a window: the window's index, the bodies (a wall is `carom.model.trace.wall_body`), and the first and
-#: last state of the pair's steps. The last fields are the time when the impact was due (NaN for a push without impact),
-#: whether the run missed it, and whether PIT missed it from the same state.
+#: One pair of bodies that meet in a window: the window's index, the numbers of the bodies, and the times of the first
+#: and last state of the pair's steps. The last fields are the time of PIC's impact (NaN if PIC finds none), whether the
+#: run missed it, and whether PIT missed it from the same state.
 MEETING_DTYPE = np.dtype(
     [
         ("window", "i8"),
@@ -92,9 +93,9 @@ MEETING_DTYPE = np.dtype(
     ]
 )
 
-#: A change of a disc in a step that is not in a window. The fields are the start of the step, the changes of velocity
-#: and rim speed (metres per second), the displacement that the disc's velocity does not explain (metres), the disc's
-#: speed, and the rounding of its position.
+#: An unexplained change of a disc's motion in a step outside of windows. The fields are the start of the step, the
+#: changes of velocity and rim speed (metres per second), the displacement that the disc's velocity does not explain
+#: (metres), the disc's speed, and the rounding error of its position.
 SLIP_DTYPE = np.dtype(
     [
         ("time_s", "f8"),
@@ -107,14 +108,14 @@ SLIP_DTYPE = np.dtype(
     ]
 )
 
-#: Successive steps in which two bodies rest on each other and a push is visible: the bodies, and the times of the first
-#: and the last state.
+#: Successive steps in which two bodies rest on each other, and the contact changes their velocities: the numbers of the
+#: bodies, and the times of the first and the last state.
 REST_DTYPE = np.dtype([("first", "i8"), ("second", "i8"), ("begin_s", "f8"), ("end_s", "f8")])
 
 
 @dataclass(frozen=True)
 class States:
-    """States of a run at the ends of its steps, or of pieces of steps if the run was located.
+    """States of a run at the ends of its steps or, with the profile `located`, of the pieces of its steps.
 
     Attributes:
         time_s: Shape ``(k,)``, in seconds, increasing.
@@ -147,28 +148,29 @@ class States:
 
 @dataclass(frozen=True)
 class LocalTruth:
-    """All steps of a run, each compared with PIC from the run's own state at the step's start.
+    """Comparison of all steps of a run with PIC, each from the run's own state at the step's start.
 
     Attributes:
         until_s: Time of the last state that was compared.
         steps: Number of steps, or pieces of steps, that were compared.
         windows: Structured array of `WINDOW_DTYPE`, in order of their beginnings.
         meetings: Structured array of `MEETING_DTYPE`, the pairs of the windows.
-        slips: Structured array of `SLIP_DTYPE`: the largest change of velocity, of spin and of position of each disc
-            outside of windows and of rest. A disc has at most one row of each kind, and no row if it moved freely.
-        ahead: Number of velocity changes, outside of windows, for which a contact margin is the cause: the engine
-            reacted just before the pair met.
-        slip_counts: Two counts of steps, each summed over all discs: steps with a slip of velocity or spin, and steps
-            with a slip of position.
+        slips: Structured array of `SLIP_DTYPE`: for each disc, the largest unexplained changes of velocity, spin and
+            position while the disc neither met another body nor rested. A disc that moved freely has no row.
+        ahead: Number of velocity changes, outside of windows, that are due to a contact margin: the engine reacted just
+            before the pair met.
+        slip_counts: Two numbers of steps, each summed over all discs: steps with an unexplained change of velocity or
+            spin, and steps with an unexplained change of position.
         resting_steps: Number of steps, summed over all discs, in which a disc belonged to a resting pair.
-        sunk_radii: Greatest depth to which a resting pair sank, over its contact distance; 0 if no pair sank.
-        sinks_s: First time at which a pair sank more in a step than by falling freely in that step; NaN if there is no
+        sunk_radii: Greatest overlap of a resting pair, divided by the distance of their centres when they touch; 0 if
+            no pair overlapped.
+        sinks_s: First time at which a pair's overlap increased in a step by more than by free fall; NaN if there is no
             such time.
-        polygon: Whether the method's paths are polygons. Under gravity, the end of a polygon's step is wrong by up to
-            half of the fall in that step. With damping, it is wrong by up to half of the speed lost in the step, times
-            the step size.
-        rests: Structured array of `REST_DTYPE`: steps outside of all windows in which a pair rests and a push is
-            visible. None in journals of earlier versions.
+        polygon: Whether the method moves discs straight in each step, so that curved paths become polygons. Then a
+            position is wrong by up to half of the fall in a step or, with damping, half of the speed lost in a step
+            times the step size.
+        rests: Structured array of `REST_DTYPE`: steps outside of windows in which a pair rests, and the contact changes
+            velocities. None in journals of earlier versions.
     """
 
     until_s: float
@@ -185,7 +187,7 @@ class LocalTruth:
     rests: NDArray[np.void] | None = None
 
     def clip_to(self, time_s: float) -> LocalTruth:
-        """Return the part up to a time: windows and meetings that ended, slips that happened, and rest that began."""
+        """Return the part of the comparison that concerns the run up to a time."""
         return replace(
             self,
             until_s=min(self.until_s, time_s),

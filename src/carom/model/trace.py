@@ -1,4 +1,4 @@
-"""Trace: impacts, final state, outcome, settings and work counts of one run of one method."""
+"""Trace: the result of running a scene with a method, with impacts, final state, outcome and settings."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ def format_setting(value: Setting) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
-#: Aliases of the profiles of Carom's own methods. PIC has two profiles, and PIT has one. For these methods, users may
-#: also give the profile names of engines.
+#: PIC has two profiles, and PIT has one. So that users can run all methods with the same profile names, these aliases
+#: map the profile names of engines to those of PIC and PIT.
 PROFILE_ALIASES: Mapping[str, Mapping[str, str]] = {
     "pic": {"default": "frame-by-frame", "tuned": "event-driven"},
     "pit": {"default": "tuned"},
@@ -37,7 +37,7 @@ PROFILE_ALIASES: Mapping[str, Mapping[str, str]] = {
 
 
 def resolve_profile(method: str, profile: str) -> str:
-    """Return the canonical name of a method's profile, from that name or an alias of it."""
+    """Return the name of a method's profile, given this name or one of its aliases."""
     return PROFILE_ALIASES.get(method, {}).get(profile, profile)
 
 
@@ -55,11 +55,11 @@ def format_profile(method: str, profile: str, overrides: Mapping[str, Setting]) 
 #: wall.
 SPIN_DTYPE = np.dtype([("first_before", "f8"), ("second_before", "f8"), ("first_after", "f8"), ("second_after", "f8")])
 
-#: Edge of a finite wall that was hit: its number in the file (-1 for none) and its kind, see `EdgeKind`.
+#: Edge of a finite wall that a disc hit: the edge's number in the wall, or -1 if no edge was hit, and the `EdgeKind`.
 EDGE_DTYPE = np.dtype([("edge", "i8"), ("kind", "i8")])
 
-#: A time before an impact, and the positions of the impact's two bodies at that time. NaN if unknown; a wall has no
-#: position.
+#: A time before an impact, and the positions of the impact's two bodies at that time. Unknown positions and positions
+#: of walls are NaN.
 STATE_DTYPE = np.dtype([("time_s", "f8"), ("position_first", "f8", 2), ("position_second", "f8", 2)])
 
 Vector = tuple[float, float]
@@ -74,9 +74,9 @@ class EdgeKind(IntEnum):
 
 
 class Mode(IntEnum):
-    """Mode of a disc: in flight, or in contact with a wall under gravity.
+    """How a disc moves under gravity: in flight, or in lasting contact with a wall.
 
-    In the mode `BLOCK` a disc slides, and rolling resistance keeps it from turning.
+    In the mode `BLOCK`, a disc slides without turning, because of rolling resistance.
 
     Examples:
         >>> [mode.name for mode in carom.Mode]
@@ -95,7 +95,7 @@ NO_EDGE = (-1, -1)
 
 
 class ImpactRecord(NamedTuple):
-    """One impact: its rows in `Trace.impacts`, `Trace.spins` and `Trace.edges`. Units: s, m/s, rad/s."""
+    """One impact, as stored in `Trace.impacts`, `Trace.spins` and `Trace.edges`. Units: s, m/s, rad/s."""
 
     time_s: float
     first: int
@@ -105,7 +105,7 @@ class ImpactRecord(NamedTuple):
     velocity_second_before: Vector
     velocity_first_after: Vector
     velocity_second_after: Vector
-    spins: tuple[float, float, float, float] | None = None  # in the order of `SPIN_DTYPE`; None if the scene has none
+    spins: tuple[float, float, float, float] | None = None  # in the order of `SPIN_DTYPE`; None if no disc turns
     edge: tuple[int, int] = NO_EDGE  # in the order of `EDGE_DTYPE`
 
 
@@ -129,9 +129,8 @@ class ModeRecord(NamedTuple):
 #: second.
 IMPACT_DTYPE = build_dtype(ImpactRecord, omitted=("spins", "edge"))
 
-#: A disc's motion from the instant at which lasting contact begins, changes or ends: see `Mode`. `wall` is the body
-#: number of the wall, `impacts` the number of earlier impacts in the trace. The acceleration applies until the disc's
-#: next mode.
+#: A change of a disc's `Mode`, and its state at this instant. `wall` is the body number of the wall, and `impacts` is
+#: the number of earlier impacts in the trace. The acceleration is constant until the disc's next change of mode.
 MODE_DTYPE = build_dtype(ModeRecord)
 
 _COLUMNS = len(IMPACT_DTYPE.names or ())
@@ -143,7 +142,7 @@ def build_impact_array(records: Iterable[ImpactRecord]) -> NDArray[np.void]:
 
 
 def build_spin_array(records: Iterable[ImpactRecord]) -> NDArray[np.void]:
-    """Return the spins of impact records, which all have them, as a read-only structured array of `SPIN_DTYPE`."""
+    """Return the spins of impact records as a read-only structured array of `SPIN_DTYPE`. No spins may be None."""
     return _build_read_only([record.spins for record in records], SPIN_DTYPE)
 
 
@@ -203,14 +202,14 @@ def rim_speeds(trace: Trace, moment: Literal["before", "after"]) -> NDArray[np.f
 
 
 def turn_times(trace: Trace) -> NDArray[np.float64]:
-    """Return the effective time of each impact if it is known, otherwise the reported time, in seconds."""
+    """Return the time at which each impact's paths turn (`effective_time_s`) or, if unknown, the reported time."""
     reported: NDArray[np.float64] = trace.impacts["time_s"]
     effective = reported if trace.effective_time_s is None else trace.effective_time_s
     return np.where(np.isfinite(effective), effective, reported)
 
 
 class Outcome(Enum):
-    """How a run ended. The value is a sentence for reports.
+    """How a run ended. The value of a member is a phrase for reports.
 
     Examples:
         >>> carom.solve_pic("classics/gas", max_impacts=3).outcome.name
@@ -218,26 +217,26 @@ class Outcome(Enum):
     """
 
     COMPLETED = "ran to the end of the scene"
-    MAX_IMPACTS = "stopped after the number of impacts asked for"
-    STANDSTILL = "time no longer advances: impacts without end at one instant (inelastic collapse)"
-    GLIDES = "a disc glides along a wall that bends round it: contact from there on, and no impacts"
+    MAX_IMPACTS = "stopped after the requested number of impacts"
+    STANDSTILL = "time no longer advances: infinitely many impacts at one instant (inelastic collapse)"
+    GLIDES = "a disc slides along the inside of a curved wall: contact lasts, and there are no more impacts"
     AT_REST = "a disc rests on a wall or an immovable disc, after infinitely many impacts or from the start"
-    CRUSHED = "a disc is crushed between two walls that close on it, after infinitely many impacts"
+    CRUSHED = "a disc is crushed between two walls that approach each other, after infinitely many impacts"
     PRESSED = "two discs stay in touch, pressed together: contact of discs is not solved"
-    CORNER = "a disc is held by two walls at once: contact in a corner is not solved"
-    EDGE = "a disc reaches the end of a straight edge too slowly to fly off: how it turns about the end is not solved"
-    WARNED = "the method's own warning says that its state is not to be trusted"
-    NON_FINITE = "the state is no longer finite"
-    STOPPED = "stopped before the end of the scene: a budget was used up, or nothing certain could be said"
+    CORNER = "a disc touches two walls at once and stays there: contact in a corner is not solved"
+    EDGE = "a disc reaches the end of a straight edge too slowly to fly off: its rotation about the end is not solved"
+    WARNED = "the method warned that its state is not reliable"
+    NON_FINITE = "a position or velocity is infinite or NaN"
+    STOPPED = "stopped before the end of the scene: a limit was reached, or the next event could not be proven"
 
     @property
     def in_contact(self) -> bool:
-        """Whether the run ended because lasting contact began or a disc had no room. Frame-sampled methods continue."""
+        """Whether the run ended because a disc was crushed, or because lasting contact began that is not solved."""
         return self in _OF_DISC
 
     @property
     def of_disc(self) -> str:
-        """What happens to the disc in a run that ended in contact, as a predicate for a sentence."""
+        """What happens to the disc in a run that ended in contact, as a phrase such as "comes to rest"."""
         return _OF_DISC[self]
 
 
@@ -261,7 +260,7 @@ _OF_MODE = {
 
 @dataclass(frozen=True, eq=False)
 class Samples(ByValue):
-    """States at chosen instants, for drawing.
+    """Positions at some instants of a run, for drawing.
 
     Attributes:
         time_s: Shape ``(k,)``, in seconds.
@@ -274,9 +273,7 @@ class Samples(ByValue):
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Trace(ByValue, Tabular):
-    """All results of one run of one method.
-
-    Traces are equal if all fields are equal, arrays to the bit. Traces have no hash.
+    """Result of running a scene with a method. Two traces are equal if all fields are equal, arrays bit by bit.
 
     Attributes:
         method: Name of the method or engine.
@@ -286,33 +283,32 @@ class Trace(ByValue, Tabular):
         final_velocity_m_s: Shape ``(n, 2)``, at `end_time_s`.
         end_time_s: Time at which the run ended: the scene's duration, or an earlier impact.
         outcome: How the run ended.
-        dt_s: Step size (or time between frames), in seconds; 0 without steps.
-        effective_time_s: Shape ``(len(impacts),)``: the time at which the free-flight lines before and after each
-            impact meet; NaN if they don't. None if the method has no steps and the reported time is the instant itself.
+        dt_s: Step size (or time between frames), in seconds; 0 if the method takes no steps.
+        effective_time_s: Shape ``(len(impacts),)``: the time at which the free paths before and after each impact meet;
+            NaN if they don't. None if the method has no steps, so that the reported time is exact.
         state_before: Structured array of `STATE_DTYPE`, one entry per impact: the method's last state before the
             impact. None for a solver, because its paths follow from the impacts alone.
-        ambiguous: Indices of impacts that share a movable disc with an earlier impact at the same instant: physics
-            gives them no unique answer, and their order is a convention.
-        samples: States for drawing, if requested.
+        ambiguous: Indices of impacts that share a movable disc with an earlier impact at the same instant. The result
+            depends on their order, which physics does not determine.
+        samples: Positions for drawing, if requested.
         profile: Name of the profile, empty if a solver was called directly.
-        tried: Settings that replace the profile's own, as requested.
+        tried: Settings that the user requested instead of those of the profile.
         settings: The settings that were used, read back from the engine if possible.
         float_bits: Width of the floats that the method declares to compute in, 32 or 64.
-        counts: Work counts: steps, pair tests, predictions and others.
-        impacts_per_disc: Number of impacts of each disc with discs and walls, shape ``(n,)``, also if the impacts
-            themselves are not stored; None if the method does not count them.
+        counts: How often the method did something: steps, tests of pairs, predictions and others.
+        impacts_per_disc: Number of impacts of each disc with discs and walls, shape ``(n,)``, even if `impacts` is not
+            stored; None if the method does not count them.
         notes: Warnings of the method.
-        spins: Structured array of `SPIN_DTYPE`, one entry an impact. None if nothing turns in the scene (see
+        spins: Structured array of `SPIN_DTYPE`, one entry per impact. None if no disc turns in the scene (see
             `carom.DiscArrays.turns`), or if the method does not report spins.
-        edges: Structured array of `EDGE_DTYPE`, one entry an impact: the edge of a finite wall that was hit. None in a
+        edges: Structured array of `EDGE_DTYPE`, one entry per impact: the edge of a finite wall that was hit. None in a
             scene without finite walls, or if the method does not report edges.
         modes: Structured array of `MODE_DTYPE`, in order of time: when discs begin to slide, roll or rest on a wall,
-            and when they leave it. None if no disc does, or if the method does not report modes.
+            and when they leave it. None if no disc does any of these, or if the method does not report modes.
         final_spin_rad_s: Spins at `end_time_s`, shape ``(n,)``; None if `spins` is None.
-        local_truth: Comparison of every step with PIC, from the method's own states; None if the states were not
-            recorded.
-        looks: States of all discs after some steps: one step from each of several equal intervals. None in a scene of
-            many discs, or in which no disc can come to rest.
+        local_truth: Comparison of every step with PIC from the method's own state; None if it was not requested.
+        looks: States of all discs after some steps, by which the comparison decides whether discs are at rest. None in
+            a scene of many discs, or in which no disc can come to rest.
 
     Examples:
         >>> trace = carom.solve_pic("paper/missed")
@@ -360,7 +356,7 @@ class Trace(ByValue, Tabular):
 
     @property
     def contact_of_disc(self) -> str:
-        """What a disc does from `contact_s` on, as a predicate for a sentence."""
+        """What a disc does from `contact_s` on, as a phrase such as "rolls along a wall"."""
         if self.modes is not None and len(self.modes):
             return _OF_MODE[Mode(int(self.modes["after"][0]))]
         return self.outcome.of_disc

@@ -1,7 +1,6 @@
-"""The walls of a scene: half-planes, chains of straight edges and arcs, and circles. Validated and immutable.
+"""Classes of walls: half-planes, chains of straight edges and arcs, and circles. Instances are immutable.
 
-A half-plane has a point and a normal, a chain has points, and a circle has a radius. `docs/theory/walls.md` describes
-the surface that discs meet.
+`docs/theory/walls.md` describes the surface that discs hit.
 """
 
 from __future__ import annotations
@@ -40,7 +39,7 @@ Radius = Friction
 
 
 class Leg(Model):
-    """One leg of a driven body's path: a velocity, up to the start of the next leg.
+    """One leg of a driven body's path: a velocity that the body has until the start of the next leg.
 
     Attributes:
         from_s: Start of the leg, in seconds since the start of the scene; 0 for the first leg.
@@ -52,7 +51,7 @@ class Leg(Model):
 
 
 def find_leg_problems(legs: tuple[Leg, ...], velocity: Point) -> Iterator[Problem]:
-    """Yield the errors in the legs of a driven body, one or more. The body's own velocity must be (0, 0)."""
+    """Yield the problems of the legs of a driven body. `velocity` is the body's field, which legs replace."""
     if velocity != (0.0, 0.0):
         yield Problem(("velocity_m_s",), f"must be left out if legs contain velocities, got {velocity}")
     if len(legs) > MOST_LEGS:
@@ -84,7 +83,7 @@ class _Common(Model):
     surface_speed_m_s: Number = 0.0
 
     def model_post_init(self, _context: object, /) -> None:
-        """Refuse legs that form no path.
+        """Refuse invalid legs.
 
         Raises:
             SceneError: The first leg does not begin at 0, a leg does not begin after the previous leg, there are too
@@ -109,18 +108,18 @@ class Wall(_Common):
 
     Attributes:
         point_m: Any point on the wall's surface, in metres.
-        normal: Direction into the free side, of any length but zero; stored as a unit vector.
+        normal: Vector from the surface to the discs' side, of any length except 0; stored as a unit vector.
         restitution: Coefficient of restitution between this wall and any disc, 0 to 1; None for the scene's.
         friction: Coulomb's coefficient of friction between this wall and any disc, 0 or more; None for the scene's.
         velocity_m_s: Velocity of a driven wall, which impacts don't change. The other fields give its position at time
             0. A wall with (0, 0) is at rest.
-        legs: Path of a driven wall as a list of velocities, each from a given time on; replaces `velocity_m_s`.
-        surface_speed_m_s: Speed of a belt, in metres per second: the wall's surface moves to the left of the normal
-            into the free side. A belt acts through friction alone.
+        legs: Velocities of a driven wall, each with the time at which it begins; replaces `velocity_m_s`.
+        surface_speed_m_s: Speed of a conveyor, in metres per second: the wall's surface moves to the left of the
+            normal. It acts on discs only by friction.
 
     Examples:
         >>> wall = carom.Wall(point_m=(3.0, 0.0), normal=(-1.0, 0.0))
-        >>> wall.normal  # the discs are on its left
+        >>> wall.normal  # points to the left, where the discs are
         (-1.0, 0.0)
     """
 
@@ -133,20 +132,20 @@ class Chain(_Common):
 
     Attributes:
         points_m: Points at which edges begin and end, in metres.
-        bulges: Tangent of a quarter of each edge's angle: 0 straight, 1 half of a circle, positive counterclockwise.
-            Empty if all edges are straight.
+        bulges: Tangent of a quarter of each arc's angle: 0 for a straight edge, 1 for half of a circle, positive for a
+            counterclockwise arc. Empty if all edges are straight.
         closed: Whether an edge runs from the last point to the first.
         half_width_m: The wall consists of all points within this distance of the line, in metres. Ends and corners are
             therefore round.
         solid: Whether the inside of a closed chain is also part of the wall, so that no disc may begin there.
-        pieces: Number of pieces into which each edge is cut for engines. PIC and PIT ignore this number.
+        pieces: Number of pieces into which adapters divide each edge for engines. PIC and PIT ignore this number.
         restitution: Coefficient of restitution between this wall and any disc, 0 to 1; None for the scene's.
         friction: Coulomb's coefficient of friction between this wall and any disc, 0 or more; None for the scene's.
         velocity_m_s: Velocity of a driven wall, which impacts don't change. The other fields give its position at time
             0. A wall with (0, 0) is at rest.
-        legs: Path of a driven wall as a list of velocities, each from a given time on; replaces `velocity_m_s`.
-        surface_speed_m_s: Speed of a belt, in metres per second: the surface moves to the left of the normal that
-            points to the disc, on either side of the line. A belt acts through friction alone.
+        legs: Velocities of a driven wall, each with the time at which it begins; replaces `velocity_m_s`.
+        surface_speed_m_s: Speed of a conveyor, in metres per second: the surface moves to the left of the normal that
+            points to the disc, on either side of the line. It acts on discs only by friction.
 
     Examples:
         >>> stair = carom.Chain(points_m=[(0.0, 0.0), (2.0, 0.0), (2.0, 1.0)])
@@ -164,7 +163,7 @@ class Chain(_Common):
     pieces: Annotated[int, Strict(), Field(ge=1, le=MOST_WALLS)] = 1
 
     def model_post_init(self, _context: object, /) -> None:
-        """Refuse points that form no line, and a line that crosses or touches itself.
+        """Refuse too few points, edges without length, and a line that crosses or touches itself.
 
         Raises:
             SceneError: The message names the edge, or the two edges and the point where they meet.
@@ -182,7 +181,7 @@ class Chain(_Common):
 
 
 class Ring(_Common):
-    """A circle that no disc may cross: a container for discs inside, a post for discs outside, a point at radius 0.
+    """A circle that no disc may cross. Discs can be inside or outside. With radius 0, it is a point.
 
     Attributes:
         centre_m: Centre, in metres.
@@ -192,9 +191,9 @@ class Ring(_Common):
         friction: Coulomb's coefficient of friction between this wall and any disc, 0 or more; None for the scene's.
         velocity_m_s: Velocity of a driven wall, which impacts don't change. The other fields give its position at time
             0. A wall with (0, 0) is at rest.
-        legs: Path of a driven wall as a list of velocities, each from a given time on; replaces `velocity_m_s`.
-        surface_speed_m_s: Speed of a belt, in metres per second: the surface moves to the left of the normal that
-            points to the disc, on either side of the circle. A belt acts through friction alone.
+        legs: Velocities of a driven wall, each with the time at which it begins; replaces `velocity_m_s`.
+        surface_speed_m_s: Speed of a conveyor, in metres per second: the surface moves to the left of the normal that
+            points to the disc, on either side of the circle. It acts on discs only by friction.
 
     Examples:
         >>> post = carom.Ring(centre_m=(1.0, 2.0), radius_m=0.5)
@@ -214,12 +213,12 @@ class Ring(_Common):
         return Outline((self.centre_m,), (), self.half_width_m, radius=self.radius_m)
 
 
-#: Fields that identify a kind of wall.
+#: Fields by which the kind of a wall in a file is recognised, with this kind.
 _TELLING: Mapping[str, type[Chain | Ring]] = {"points_m": Chain, "centre_m": Ring, "radius_m": Ring}
 
 
 def kind_of_wall(fields: Iterable[str]) -> type[Wall | Chain | Ring]:
-    """Return the kind of wall that has fields with these names; a half-plane by default."""
+    """Return the class of walls that has one of these fields; the half-plane by default."""
     return next((kind for name, kind in _TELLING.items() if name in fields), Wall)
 
 
@@ -288,9 +287,9 @@ Unit = Callable[[float], float]
 
 
 def convert_lengths(wall: AnyWall, length: Unit, speed: Unit, time: Unit) -> AnyWall:
-    """Return a wall with converted lengths, speeds and times.
+    """Return a wall in other units. Each of the functions `length`, `speed` and `time` converts one number.
 
-    `length`, `speed` and `time` each convert one number. The shape is not checked again.
+    The shape is not checked again.
     """
     changed: dict[str, Any] = {
         "velocity_m_s": _map_point(wall.velocity_m_s, speed),
@@ -305,7 +304,7 @@ def convert_lengths(wall: AnyWall, length: Unit, speed: Unit, time: Unit) -> Any
 
 
 def convert_speeds(legs: tuple[Leg, ...], speed: Unit, time: Unit) -> tuple[Leg, ...]:
-    """Return legs with converted velocities and times. `speed` and `time` each convert one number."""
+    """Return legs in other units. Each of the functions `speed` and `time` converts one number."""
     return tuple(
         leg.model_copy(update={"from_s": time(leg.from_s), "velocity_m_s": _map_point(leg.velocity_m_s, speed)})
         for leg in legs
@@ -313,7 +312,7 @@ def convert_speeds(legs: tuple[Leg, ...], speed: Unit, time: Unit) -> tuple[Leg,
 
 
 def shift_legs(body: Any, time_s: float) -> Any:
-    """Return a wall or driven disc with the times of its legs counted from another time, before or after the start."""
+    """Return a wall or driven disc with the times of its legs counted from `time_s` instead of the start."""
     if not body.legs:
         return body
     legs = tuple(Leg(from_s=begin_s, velocity_m_s=velocity) for begin_s, velocity in body.drive.shift_legs(time_s))
@@ -321,7 +320,7 @@ def shift_legs(body: Any, time_s: float) -> Any:
 
 
 def reverse_motion(wall: AnyWall) -> AnyWall:
-    """Return a wall that moves as before the start, but reversed in time: its velocity and its belt are opposite."""
+    """Return a wall that moves backwards in time: with opposite velocity and surface speed."""
     u, v = wall.drive.velocity_at(0.0)
     changed = {"velocity_m_s": (-u, -v), "legs": (), "surface_speed_m_s": -wall.surface_speed_m_s}
     return wall.model_copy(update=changed) if wall.driven or wall.surface_speed_m_s else wall

@@ -34,7 +34,7 @@ def read_data(path: Path, kind: str) -> dict[str, Any]:
     limit, name = MOST_BYTES[kind], kind[1:].upper()
     try:
         with path.open("rb") as file:
-            data = file.read(limit + 1)  # the reported size is not used, since a pipe or a device reports none
+            data = file.read(limit + 1)  # a pipe or a device reports no size
     except OSError as error:
         raise InputError(f"can't be read: {error.strerror or error}") from None
     if len(data) > limit:

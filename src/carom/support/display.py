@@ -1,6 +1,6 @@
-"""Base classes of results that display themselves.
+"""Base classes of results with methods that display them as text, HTML, plot or table.
 
-`carom` registers the display functions, so that this module does not import them.
+The package `carom` registers the functions that do the work, so that this module does not import them.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ _view: Callable[[str], Callable[..., Any]]
 
 
 def set_view_finder(view: Callable[[str], Callable[..., Any]]) -> None:
-    """Register the function that returns a view by name: ``summary``, ``html_of``, ``plot`` or ``to_pandas``."""
+    """Register a function that returns a display function by its name, such as ``summary`` or ``plot``."""
     global _view  # noqa: PLW0603 - set once, by the package when it is imported
     _view = view
 
 
 class Shown:
-    """A result that is displayed as a few lines. Subclasses are dataclasses with ``repr=False``."""
+    """A result whose ``repr`` is a short summary. Subclasses are dataclasses with ``repr=False``."""
 
     def __repr__(self) -> str:
         return escape_controls(_view("summary")(self))

@@ -1,4 +1,4 @@
-"""Equality of results that contain arrays. The default ``==`` of a dataclass raises an error for arrays."""
+"""Compares results that contain arrays, for which the default ``==`` of a dataclass raises an error."""
 
 from __future__ import annotations
 
@@ -10,14 +10,10 @@ import numpy as np
 
 
 class ByValue:
-    """Base of frozen dataclasses with ``eq=False``.
+    """Base class of results that are compared by their fields. Subclasses are frozen dataclasses with ``eq=False``.
 
-    Two results of one class are equal if all of their fields are equal.
-
-    Fields declared with ``compare=False`` are ignored.
-
-    Arrays are equal if their types, shapes and bits are equal. So NaN equals NaN, but 0 does not equal -0. Results
-    can't be hashed, because arrays can be changed in place.
+    Fields declared with ``compare=False`` are ignored. Arrays are equal if their types, shapes and bits are equal. So
+    NaN equals NaN, but 0 does not equal -0. Results can't be hashed, because arrays can be changed in place.
     """
 
     __hash__ = None  # type: ignore[assignment] # disables hashing

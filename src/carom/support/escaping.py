@@ -8,8 +8,8 @@ from collections.abc import Iterable
 #: Start of a line about an error, such as ``TypeError: ...`` or ``Error [ERR_MODULE_NOT_FOUND]: ...``.
 _ERROR = re.compile(r"[\w.]*(error|exception|panic)\b", re.IGNORECASE)
 
-#: Number of last lines that are searched for a program's error: twice the length of the longest stack traces, which are
-#: those of node.
+#: Number of lines at the end of a program's output that are searched for its error. It is twice the length of the
+#: longest stack traces, which Node prints.
 _LAST_LINES = 40
 
 #: Characters that are shown as escapes: control characters except tab and line feed, marks of text direction, unusual
@@ -22,8 +22,8 @@ _HIDDEN = re.compile(
 def escape_controls(text: str) -> str:
     r"""Return the text with each control character replaced by an escape such as ``\u001b``.
 
-    JSON has the same escapes, so JSON text keeps its meaning. In XML, in Markdown and on terminals, readers see the
-    escapes themselves.
+    These are also the escapes of JSON, so a JSON text keeps its content. In XML, in Markdown and on terminals, readers
+    see the escapes themselves.
     """
     return _HIDDEN.sub(lambda found: f"\\u{ord(found[0]):04x}", text)
 
@@ -52,7 +52,7 @@ def format_value(value: object) -> str:
 
 def suggest_name(name: str, known: Iterable[str]) -> str:
     """Return "did you mean ...?" with the known name that is most similar to `name`; empty if none is similar."""
-    import difflib  # few messages need difflib, and an import at the top would make `import carom` slower
+    import difflib  # an import at the top would make `import carom` slower
 
     found = difflib.get_close_matches(name, list(known), n=1)
     return f"did you mean {found[0]!r}?" if found else ""

@@ -59,21 +59,19 @@ def _normalise_vector(vector: tuple[float, float]) -> tuple[float, float]:
     x, y = vector
     if vector == (0.0, 0.0):
         raise ValueError("must not be of length zero")
-    # A vector that this function returned must stay unchanged, so that a saved wall equals the loaded wall. Such a
-    # vector's length differs from 1 by at most 3 * 2^-53: the computed length rounds twice, and the division once. The
-    # computation of the length here rounds twice more.
+    # A vector that is already normalised must stay unchanged, so that a saved wall equals the loaded wall. Its length
+    # differs from 1 by at most 3 * 2^-53 because of rounding, and the computation of the length here rounds too.
     if abs(math.hypot(x, y) - 1.0) <= 6 * 2.0**-53:
         return (x, y)
-    # The vector is first divided by its larger component, so that the length of a very small or large vector can't
-    # under- or overflow.
+    # The length of a very small or large vector could under- or overflow. So the vector is first divided by its larger
+    # component.
     largest = max(abs(x), abs(y))
     x, y = x / largest, y / largest
     length = math.hypot(x, y)
     return (x / length, y / length)
 
 
-# The bounds come before the validator. In the other order, Pydantic enforces the bounds, but omits them from the JSON
-# Schema.
+# The bounds must come before the validator. In the other order, they would be missing in the JSON Schema.
 _Finite = Annotated[float, Strict(), Field(allow_inf_nan=False), BeforeValidator(_to_plain)]
 Number = Annotated[float, Strict(), Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False), BeforeValidator(_to_plain)]
 Vector = Annotated[tuple[Number, Number], BeforeValidator(_to_plain)]
@@ -106,12 +104,9 @@ Direction = Annotated[tuple[_Finite, _Finite], BeforeValidator(_to_plain), After
 
 
 class Model(BaseModel):
-    """Base model. Instances are frozen. Unknown fields are refused.
+    """Base class of scenes and their parts. Instances are immutable, and invalid fields raise a `SceneError`."""
 
-    Errors are SceneErrors instead of Pydantic's errors.
-    """
-
-    #: Names of fields that files and digests omit if the fields have their default values.
+    #: Names of fields that are left out of files and hashes if they have their default values.
     left_out: ClassVar[tuple[str, ...]] = ()
 
     model_config = ConfigDict(frozen=True, extra="forbid", ser_json_inf_nan="strings")
@@ -137,7 +132,7 @@ def _list_problems(items: Iterable[ErrorDetails]) -> Iterator[Problem]:
     for item in items:
         location = tuple(item["loc"])
         cause = item.get("ctx", {}).get("error")
-        if isinstance(cause, SceneError):  # an error of a nested model, to which the outer location is added
+        if isinstance(cause, SceneError):  # an error of a part; the location of the part is added
             for problem in cause.problems:
                 yield problem._replace(field=location + problem.field)
             continue
@@ -157,7 +152,7 @@ def _list_problems(items: Iterable[ErrorDetails]) -> Iterator[Problem]:
 
 
 def describe_error(item: ErrorDetails) -> str:
-    """Return an error of Pydantic about a value in plain words, with the value."""
+    """Return a message in plain words for an error of Pydantic about a value."""
     match item["type"]:
         case "missing":
             return "is required, but missing"

@@ -1,11 +1,11 @@
-"""Output folders. In these folders Carom replaces and removes only its own files.
+"""Writes files into output folders. In these folders Carom replaces and removes only its own files.
 
 A marker file in each folder states the folder's purpose. Carom writes only into folders that are new, empty, or marked
 for the same purpose.
 
-Files of one result are replaced together. New files are written into a temporary folder and synchronised to the disk.
-When this folder is renamed, the files are committed. Then they are moved to their places. After a kill or a power cut,
-the next command completes the move. So there are either all old files or all new files.
+All files of a result are replaced together. New files are first written into a temporary folder and synchronised to the
+disk. Then this folder is renamed, which marks the files as complete, and the files are moved to their places. After a
+kill or a power cut, the next command completes the move. So users find either all old files or all new files.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from carom.support.escaping import escape_controls
 MARKER = ".carom"
 #: First line of a marker. The second line is the folder's purpose, as one word.
 _SAYS = "Carom replaces the files that it wrote here.\n"
-#: Temporary folders. The first contains files that are being written, and the second committed files that are not yet
-#: moved.
+#: Names of temporary folders. The first contains files that are being written. When all are complete, the folder is
+#: renamed to the second name.
 _NEW, _WHOLE = ".carom-new", ".carom-whole"
 
-#: Longer names are cut, so that a name with its endings stays below the limit of most systems: 255 bytes.
+#: Longest file name without endings. Most systems allow 255 bytes in all.
 _LONGEST_NAME = 100
 #: Names of devices on Windows. A name followed by a full stop and any text is also reserved.
 _DEVICES = re.compile(r"(con|prn|aux|nul|com[0-9]|lpt[0-9])(\.|$)")
@@ -50,7 +50,7 @@ def build_file_name(name: str) -> str:
 
 
 def claim(folder: Path, purpose: str, option: str = "") -> None:
-    """Mark a folder as Carom's, and complete an interrupted write into this folder.
+    """Mark a folder as one of Carom's, and complete a write into this folder that was interrupted.
 
     Args:
         folder: The folder. It is created if it does not exist.
@@ -175,7 +175,7 @@ def _is_torn(marker: Path) -> bool:
 
 
 def _finish(folder: Path) -> None:
-    """Move committed files to their places, and remove incomplete files."""
+    """Move the files of a complete write to their places, and remove those of an incomplete write."""
     _remove(folder / _NEW)
     committed = folder / _WHOLE
     if committed.is_dir():
@@ -195,7 +195,7 @@ def _remove(folder: Path) -> None:
 
 
 def _settle(folder: Path) -> None:
-    """Synchronise a folder's entries to the disk. Systems on which folders can't be opened do this automatically."""
+    """Synchronise a folder's list of files to the disk. If the system can't open folders, this is not needed."""
     if hasattr(os, "O_DIRECTORY"):
         descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
         try:

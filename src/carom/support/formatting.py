@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 
-#: Text for NaN, which is the value of a number that was not measured.
+#: Text that is shown for NaN. Numbers that were not measured are NaN.
 ABSENT = "n/a"
 
 

@@ -2,10 +2,10 @@
 
 - A physical quantity is at most `LARGEST` in magnitude, so that its square does not overflow. A radius, edge, mass,
   duration or rate is at least `SMALLEST`.
-- Quantities from ``1 / ORDINARY`` to `ORDINARY` are used without a change of units. The formulas are at most of the
-  fourth degree, so neither their terms nor the terms' rounding errors under- or overflow.
-- PIC raises an error if an impact is so far from the origin that floats can't distinguish the two centres; see
-  `carom.core.resolution`.
+- If all quantities are between ``1 / ORDINARY`` and `ORDINARY`, solvers compute in SI units. The formulas are at most
+  of the fourth degree, so neither their terms nor the terms' rounding errors under- or overflow.
+- PIC raises an error if an impact is so far from the origin that floats can't represent the distance of the centres;
+  see `carom.core.resolution`.
 - The ratio of a scene's largest quantity to its smallest is at most `SPAN` (`carom.model.sizes`). So a change of units
   can bring all of them between ``1 / ORDINARY`` and `ORDINARY`.
 """
@@ -25,16 +25,16 @@ if TYPE_CHECKING:
 LARGEST = 2.0**511
 SMALLEST = 1.0 / LARGEST
 ORDINARY = 2.0**200
-#: A little less than the square of `ORDINARY`. Units are powers of two, so they bring quantities only roughly to the
-#: middle of the range.
+#: Largest allowed ratio of two quantities of a scene. It is a little less than the square of `ORDINARY`, since units
+#: are powers of two and so can't bring the quantities exactly into the middle of the range.
 SPAN = 2.0**396
 
 #: Largest number of steps or frames of a run. A larger number is most likely due to a wrong unit.
 MOST_STEPS = 2**32
 
-#: Default limit of the number of engine steps in a search for one method's step size. For an error of 1 degree, an
-#: engine that checks for overlap once per step needs 240,000 steps in `paper/missed`, and 430,000 steps in the scene of
-#: docs/how-to/which-step.md.
+#: Default limit on the number of engine steps that `carom advise` takes to find a step size. For an error of 1
+#: degree, an engine that checks for overlap once per step needs 240,000 steps in `paper/missed`, and 430,000 steps in
+#: the scene of docs/how-to/which-step.md.
 ADVICE_STEPS = 600_000
 
 #: Largest numbers of discs and walls in a scene file. A file with this number of discs loads in seconds and takes less
@@ -42,28 +42,27 @@ ADVICE_STEPS = 600_000
 MOST_DISCS = 100_000
 MOST_WALLS = 1_000
 
-#: Largest number of legs of a driven body (parts of its motion with constant velocity). PIC examines every leg up to
-#: the next impact.
+#: Largest number of legs of a driven body. A leg is a part of its motion with constant velocity. To predict an impact,
+#: PIC examines every leg up to the impact.
 MOST_LEGS = 10_000
 #: Largest number of discs in one picture. A picture with more discs would be unreadable and take megabytes.
 MOST_DISCS_DRAWN = 64
-#: Largest numbers of bytes and of values in a file, by the ending of the file's name. `count_values` counts the values.
-#: Each line of TOML also counts as a value. The largest scene easily fits into JSON. A value takes up to 100 bytes of
-#: memory. TOML has lower limits, because reading it takes ten times as long. A .jsonl file contains results. Each of
-#: its lines must also meet the limits of JSON. A file of 1e5 lines has 310 MB and half of the allowed values.
+#: Largest numbers of bytes and of values in a file, by the ending of the file's name. `count_values` counts the values,
+#: each of which takes up to 100 bytes of memory. Each line of TOML also counts as a value. Even the largest scene
+#: is within the limits of JSON. TOML has lower limits, because reading it takes ten times as long. A .jsonl file
+#: contains results, and each of its lines must also meet the limits of JSON. A file of 1e5 lines has 310 MB and half of
+#: the allowed values.
 MOST_BYTES = {".json": 40 * 2**20, ".toml": 16 * 2**20, ".jsonl": 512 * 2**20}
 MOST_VALUES = {".json": 2**21, ".toml": 2**19, ".jsonl": 2**25}
 #: Largest number of parts of a dotted key in TOML. The time to read a key grows with the square of this number. Keys of
 #: scenes have only one part.
 MOST_KEY_PARTS = 4
 
-#: Limits of options. A limit is either twenty times what the largest machines can use, or a number that takes at most
-#: an hour.
+#: Limits of options. Each is twenty times what the largest machines can use, or causes at most an hour of work.
 MOST_JOBS = 1024
 MOST_PHASES = 1024
 MOST_ROUNDS = 1024
-#: Largest number of step sizes in a series. In a longer series, successive step sizes would be too similar to cause
-#: different errors.
+#: Largest number of step sizes in a series. In a longer series, neighbouring step sizes would have nearly equal errors.
 MOST_SERIES = 256
 #: Default time limit of an engine, in seconds. An engine that exceeds the limit is terminated.
 DEFAULT_TIME_LIMIT_S = 60.0
@@ -74,7 +73,7 @@ MOST_MB = 1e9
 
 
 def format_limits(lower: float, upper: float) -> str:
-    """Return the requirement that a number is between two limits, for a message."""
+    """Return text for a message that states between which limits a number must be."""
     span = (
         f"between {format_number(lower, 3)} and {format_number(upper, 3)}"
         if lower > 0.0

@@ -1,4 +1,4 @@
-"""Declarations of options: type, default, bounds and help text. Python, command line and journal share them.
+"""Declarations of options: type, default, bounds and help text, for the Python API and for the command line.
 
 A study's options are a frozen dataclass. Each field is declared by `declare_option`. Python and the command line reject
 an invalid value with the same message, except for the option's name. The module imports neither NumPy nor Pydantic, so
@@ -28,12 +28,13 @@ class ValueKind:
     """Kind of an option's values.
 
     Attributes:
-        said: Requirement on a value, as the text after "must be".
-        word: The requirement in one word, for `--help`; empty for a flag.
-        take: Converts a value to the form that a study uses. Raises TypeError, ValueError or OverflowError for an
-            invalid value.
-        read: Converts a command-line text to a value for `take`. A text with several values of a list becomes a tuple.
-        gather: Joins several command-line texts that form one value together.
+        said: Requirement on a value, as the text after "must be" in error messages.
+        word: Word for the type in `--help`, such as NUMBER; empty for a flag.
+        take: Converts a value from Python or `read` to the form that a study uses. Raises TypeError, ValueError or
+            OverflowError for an invalid value.
+        read: Converts a text of the command line to a value for `take`. If the text contains several items of a list,
+            the result is a tuple.
+        gather: Converts all texts of a repeated command-line option to one value.
         range: Short description of the allowed values for `--help`; empty if `word` is enough.
     """
 
@@ -68,8 +69,8 @@ class Option:
     Attributes:
         kind: Kind of the option's value or, for a list, of each item.
         what: Description for `--help`.
-        flags: Names on the command line, beginning with the name that is displayed; empty if the command line lacks
-            this option.
+        flags: Names on the command line, beginning with the name that is displayed; empty for an option that exists
+            only in Python.
         many: Whether the option is a list.
         default: Description of the default for `--help`. If it is empty, `--help` shows the default's value.
     """
@@ -94,14 +95,15 @@ def list_declared_options(options: type[DeclaredOptions] | DeclaredOptions) -> d
 
 
 class DeclaredOptions:
-    """Base of a study's options: a frozen dataclass whose fields are declared by `declare_option`.
+    """Base class of a study's options: a frozen dataclass whose fields are declared by `declare_option`.
 
     Raises:
         InputError: A value is invalid; the message names the field and the value.
     """
 
     __dataclass_fields__: ClassVar[dict[str, dataclasses.Field[Any]]]
-    #: Names of the options that affect results in a journal but are not part of the keys of these results.
+    #: Names of the options that affect results, but are not in the keys by which a journal identifies results. A
+    #: journal can be resumed only with the same values of these options.
     stamped: ClassVar[tuple[str, ...]] = ()
 
     def __post_init__(self) -> None:
@@ -116,9 +118,9 @@ class DeclaredOptions:
         """Parse options of a command line.
 
         Args:
-            texts: By the field's name, the text or list of texts of an option; None or an empty list if the option was
+            texts: Text or list of texts of each option, by the field's name; None or an empty list if the option was
                 not given.
-            before: Prefix that replaces ``--`` in names of options. The pytest plug-in has another prefix.
+            before: Prefix of option names in messages. The pytest plug-in uses another prefix than ``--``.
 
         Raises:
             InputError: A value is invalid. The message contains the option's name on the command line.
@@ -133,7 +135,7 @@ class DeclaredOptions:
     def build_from_arguments(cls, function: str, options: Mapping[str, Any], **fixed: Any) -> Self:
         """Build options from a function's keyword arguments.
 
-        The function `function` sets the options in `fixed` itself, so its callers can't set them.
+        `fixed` contains options that the function `function` sets itself, and that its callers can't set.
 
         Raises:
             InputError: A value is invalid, or an option is unknown.
@@ -147,7 +149,7 @@ class DeclaredOptions:
 
     @property
     def stamp(self) -> dict[str, Any]:
-        """The values of the options in `stamped`. A journal can be resumed only with equal values."""
+        """Names and values of the options in `stamped`."""
         return {name: getattr(self, name) for name in list_declared_options(self) if name in self.stamped}
 
 
@@ -235,7 +237,7 @@ def build_megabytes_kind() -> ValueKind:
 def build_step_kind(read: Callable[[str], Any] | None = None, also: str = "") -> ValueKind:
     """Return the kind of step sizes.
 
-    `read` parses a command-line text, and `also` describes further forms of this text.
+    `read` parses a text of the command line. `also` is added to the description, for texts other than plain numbers.
     """
     limits = f"above 0: from {format_number(SMALLEST, 3)} to {format_number(LARGEST, 3)}"
     description = f"a number of seconds such as 1/240 or 0.004{also}, {limits}"
@@ -260,7 +262,7 @@ def _require_type(kind: type, value: Any) -> Any:
 
 
 def build_name_kind() -> ValueKind:
-    """Return the kind of names. Any text is valid. Whether the name exists is checked elsewhere."""
+    """Return the kind of names, for which any text is valid. The study checks whether the name exists."""
     return ValueKind("a name", "NAME", partial(_require_type, str))
 
 

@@ -1,4 +1,4 @@
-"""Structured NumPy arrays whose rows are records."""
+"""Builds the dtypes of structured NumPy arrays from classes that describe a row."""
 
 from collections.abc import Collection
 from enum import IntEnum
@@ -10,10 +10,10 @@ _FORMATS: dict[Any, str] = {bool: "?", int: "i8", float: "f8", tuple[float, floa
 
 
 def build_dtype(record: type[Any], omitted: Collection[str] = ()) -> np.dtype[np.void]:
-    """Return the dtype of a structured array with a row per record, without the fields named in `omitted`.
+    """Return the dtype of a structured array whose rows have the fields of the class `record`, except for `omitted`.
 
     Raises:
-        KeyError: Another field is no number, flag, integer enumeration or pair of floats.
+        KeyError: The type of a field is not supported: only numbers, flags, integer enumerations and pairs of floats.
     """
     hints = ((name, hint) for name, hint in get_type_hints(record).items() if name not in omitted)
     return np.dtype([(name, _FORMATS[int if _is_enumeration(hint) else hint]) for name, hint in hints])

@@ -1,4 +1,4 @@
-"""Conditions on the version of a release, as users write them: a version such as ``7.1``, or ``>=7``."""
+"""Parses conditions on versions, such as ``7.1`` or ``>=7,<8``, that users give to select releases."""
 
 from __future__ import annotations
 
@@ -13,8 +13,7 @@ from carom.support.escaping import format_value, parse_release_numbers
 #: Function that returns whether the numbers of a release meet a condition.
 VersionCondition = Callable[[tuple[int, ...]], bool]
 
-#: Versions that are safe arguments for a package registry's client, which could read other texts as options, paths or
-#: ranges.
+#: Versions that are safe arguments for pip and npm. They could interpret other texts as options, paths or ranges.
 _VERSION = re.compile(r"[0-9][0-9A-Za-z.+!_-]{0,63}")
 
 _SIGNS: dict[str, Callable[[tuple[int, ...], tuple[int, ...]], bool]] = {
@@ -26,7 +25,7 @@ _SIGNS: dict[str, Callable[[tuple[int, ...], tuple[int, ...]], bool]] = {
 
 
 def require_version(version: str) -> str:
-    """Return the version unchanged if it is safe to pass to a package registry's client.
+    """Return the version unchanged if it is a safe argument for pip and npm.
 
     Raises:
         InputError: The argument is not a version.
@@ -42,7 +41,7 @@ def parse_version_condition(word: str) -> VersionCondition | None:
     """Return the condition of a word such as ">=7" or "3.0..4.0"; None for a plain version.
 
     Raises:
-        InputError: The text after the sign is not a version.
+        InputError: The word contains something other than a version after ``>=``, for example.
     """
     low, dots, high = word.partition("..")
     if dots:
@@ -58,7 +57,7 @@ def parse_version_condition(word: str) -> VersionCondition | None:
 def parse_version_conditions(text: str) -> tuple[VersionCondition, ...]:
     """Return the conditions of a range such as ">=7,<8".
 
-    A plain version such as "7.1" is a condition that only this release meets.
+    A plain version such as "7.1" is also a condition: only this release meets it.
 
     Raises:
         InputError: The text is empty, or a part is neither a condition nor a version.

@@ -1,5 +1,6 @@
-// Exact difference of floats, frexp and ldexp, as in Python. ECMAScript rounds all operations used here correctly.
-// Their order is that of carom/core. So rows for the core have the same bits in every browser.
+// Exact difference of floats, and frexp and ldexp as in Python. ECMAScript prescribes the rounding of all operations
+// used here, and they have the same order as in carom/core. So the numbers for the core are bit-identical in every
+// browser.
 export const twoDiff = (a, b) => {
   const s = a - b,
     p = s - a;

@@ -5,7 +5,7 @@ import { halfBits, less, nearest, over, plus, power4, rational, times } from "./
 
 const HALF = [1n, 2n];
 export const sameEnds = ({ a, b }) => a[0] === b[0] && a[1] === b[1];
-// Returns the exact circle of an edge with a bulge.
+// Returns the exact circle of an edge whose bulge is not 0.
 export function circleOf({ a, b, bulge }) {
   const [ax, ay, bx, by, k] = [...a, ...b, bulge].map(rational),
     across = over(less([1n, 1n], times(k, k)), times([4n, 1n], k));
@@ -69,7 +69,7 @@ class Stretch {
       across = (bx - ax) * (y - ay) - (by - ay) * (x - ax);
     return (x - ax) * (x - bx) + (y - ay) * (y - by) - across * (0.5 * (1 / bulge - bulge));
   }
-  // Whether a point is between an arc and its chord.
+  // Whether a point is between an arc and the straight line that connects the arc's ends.
   bulgesOver(x, y) {
     if (this.centre === null) return false;
     const {

@@ -1,4 +1,4 @@
-// Two charts: the timeline of the first impact, and the share of missed impacts against frames per second.
+// Draws two charts: the timeline of the first impact, and the fraction of missed impacts at different frame rates.
 import { compare, missedShare } from "./compare.js";
 import { chart, chartSaid, left, line, lineSaid, methods } from "./layout.js";
 import { problemOf } from "./scene.js";
@@ -6,7 +6,7 @@ import { runOf } from "./solve_runs.js";
 import { clockOf, digits, overlapOf } from "./drawing.js";
 import { placeOf, rateAt, state } from "./state.js";
 
-// Draws the timeline of the first impact of two discs. It is wide enough to show how long the discs overlap.
+// Draws the timeline of the first impact of two discs, from before their overlap to after it.
 export function drawLine() {
   const pen = line.getContext("2d"),
     { width: w, height: h } = line,
@@ -47,7 +47,7 @@ export function drawLine() {
 }
 const PHASES = 8,
   RATES = 48,
-  SLICE_MS = 12; // time for calculation between two pictures, so that the page stays responsive
+  SLICE_MS = 12; // longest calculation before the page handles other events
 let charted = "",
   rows = {}; // for each method: frames per second, missed share, worst velocity error
 export function drawChart() {
@@ -67,7 +67,7 @@ export function drawChart() {
 function measure(key, runs) {
   if (key !== charted) return; // a newer chart has started
   if (state.drag) {
-    charted = ""; // the run restarts after the drag
+    charted = ""; // the chart is measured again after the drag
     return;
   }
   const began = performance.now();
@@ -135,7 +135,7 @@ function paintChart(s, truth, frame_rate_hz, crowd) {
   const engine = state.method === "pit" ? "" : methods.selectedOptions[0].textContent;
   chartSaid.textContent = `The chart shows ${engine || "PIT"} at different frames per second, with ${PHASES} frame offsets each. The vertical line is your rate. The bars show ${crowd ? "impacts from the first miss on" : "frame offsets at which an impact is missed"}. The line shows the largest velocity error of the first impact, divided by its speed${engine ? "; the thin line is PIT's" : ""}${crowd ? "" : `. The dashed line shows ${engine ? "PIT's" : "the"} bars by formula`}.`;
 }
-// Yields after each run, so that the page can do other work. Phases at which a method can't run do not count.
+// Yields after each run, so that the page can handle events. Phases at which a method can't run are ignored.
 function* measured(method, crowd) {
   const { scene: s, truth } = state,
     own = rows[method];

@@ -1,8 +1,7 @@
-// Shared by the play page and replays: positions of discs, and drawing of discs, walls, paths and marks.
-// A track is [times, xs, ys] of one disc, in seconds and metres. Between two times the disc has a constant
-// acceleration. A track with lasting contacts has a fourth list with these accelerations. Otherwise the acceleration is
-// that of free flight. Colours are CSS variables: --s0 to --s7 for discs, --wall, --ghost (the exact run), --wrong,
-// --surface, --ink.
+// Computes positions of discs, and draws discs, walls, paths and marks, for the play page and for replays in reports.
+// A track describes the path of one disc: [times, xs, ys], in seconds and metres. Between two times, the disc has a
+// constant acceleration: that of free flight or, if the track has a fourth list, the acceleration in this list. Colours
+// are CSS variables: --s0 to --s7 for discs, --wall, --ghost (the exact run), --wrong, --surface, --ink.
 export const make = (name, attributes = {}, ...children) => {
   const e = document.createElement(name);
   for (const [k, v] of Object.entries(attributes))
@@ -61,18 +60,18 @@ const eventsOf = ({ impacts, modes }) => {
   }
   return [...events, ...impacts.slice(k)];
 };
-// Conversion between a time and the equivalent time without damping, in both directions.
+// Converts a time to the time in which a disc would move as far without damping, and back.
 export const flownIn = ({ damping_per_s: c }, t) => (c ? -Math.expm1(-c * t) / c : t);
 export const clockOf = ({ damping_per_s: c }, t) => (!c ? t : c * t < 1 ? -Math.log1p(-c * t) / c : Infinity);
 const piecesOf = ({ damping_per_s: c }, t) => (c ? Math.max(1, Math.min(400, Math.ceil(16 * c * t))) : 1);
-// Returns the acceleration that a table causes, in metres per second squared. stopsAfter returns the time until a disc
-// stops.
+// Returns the acceleration that a table causes, in metres per second squared. stopsAfter returns the time after which
+// the table stops a disc.
 export function slowing({ table_deceleration_m_s2: a = 0 }, velocity) {
   const speed = Math.hypot(...velocity);
   return a && speed ? velocity.map((v) => (-a * v) / speed) : [0, 0];
 }
 export const stopsAfter = ({ table_deceleration_m_s2: a = 0 }, velocity) => (a ? Math.hypot(...velocity) / a : Infinity);
-// Returns the tracks of a run. Discs fly freely between events, except in lasting contacts.
+// Returns the tracks of a run. Between events, discs fly freely or are in lasting contact.
 export const tracksOf = (scene, run) => {
   const pullOf = (i, velocity) =>
       scene.discs[i].mass_kg === "inf" ? [0, 0] : (scene.gravity_m_s2 ?? [0, 0]).map((g, k) => g + slowing(scene, velocity)[k]);
@@ -143,8 +142,8 @@ export const anglesOf = (scene, run) => {
   for (const one of turned) add(one, Math.max(run.end_s, one.times.at(-1)), one.spin);
   return turned.map(({ times, angles }) => [times, angles]);
 };
-// Returns how long two discs would overlap if they flew on without their impact. They approach in the first half of
-// this time.
+// Returns how long two discs would overlap if they flew on without their impact. In the first half of this time they
+// would approach.
 export const overlapOf = (scene, impact) => {
   if (impact.second < 0) return Infinity;
   const [v, w] = impact.before,
@@ -285,7 +284,7 @@ export class Stage {
     const r = radius * this.scale,
       [x, y] = this.at(place);
     if (angle !== undefined) {
-      // two light quarters show rotation and hide no number
+      // two light quarters show the rotation, and leave the disc's number visible
       pen.fillStyle = this.colour("--surface");
       pen.globalAlpha = 0.45;
       for (const a of [0, Math.PI]) {
@@ -319,7 +318,7 @@ export class Stage {
     pen.stroke();
     pen.lineCap = "butt";
   }
-  // Draws a label and a line to its point. Of twelve positions around the point, takes the first at which the label
+  // Draws a label and a line to its point. The label is at the first of twelve positions around the point at which it
   // covers no disc and no other label.
   label(place, text, colour, taken, bold = true) {
     const { pen, dense } = this,

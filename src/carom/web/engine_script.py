@@ -1,7 +1,7 @@
 """Joins an engine's npm package, the engine's adapter and shared code into one script for the play page.
 
-The adapters have few and simple imports. This module replaces these line by line, without a bundler, and refuses any
-other import.
+The adapters contain few and simple ``import`` lines. This module replaces each of these lines, so that no bundler is
+needed. Any other import is refused.
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ class PageEngine:
     Attributes:
         name: Name of the adapter.
         label: The engine's name and version.
-        profiles: Settings of each profile with fixed steps.
-        script: Script for the page.
-        licence: Text of the package's licence. The text must accompany the package.
-        lacks: Features of scenes that the page can show but the engine does not support.
-        shared: Script that all adapters share. The page runs this script once, before the scripts of engines.
+        profiles: Settings of each profile except `located`.
+        script: Script of the engine, with its adapter.
+        licence: Text of the package's licence. The page must contain it.
+        lacks: Features of scenes that the page can show, but that the engine does not support.
+        shared: Script with the functions that all adapters use. The page runs it once, before the scripts of engines.
     """
 
     name: str
@@ -75,7 +75,7 @@ def build_page_engine(name: str, manifest: Path) -> PageEngine | None:
 
 
 def build_shared_script(shared: str) -> str:
-    """Return a script with the functions that adapters share, without the request loop for Node."""
+    """Return a script with the functions of `serve.mjs` that adapters use, except those for the protocol."""
     text = re.sub(r"^export async function serve\(.*?^}\n", "", shared, flags=re.MULTILINE | re.DOTALL)
     exported = ", ".join(_EXPORTED.findall(text))
     helpers = _UNSEEN.sub("", re.sub(r"^export ", "", _IMPORT.sub("", text), flags=re.MULTILINE))
@@ -85,8 +85,7 @@ def build_shared_script(shared: str) -> str:
 def link_script(name: str, *, package: str, package_name: str, module: str) -> str:
     """Return a script that runs an engine's adapter module and exports its class. Imports and comments are removed.
 
-    The module must not contain a string that spans lines, because imports and comments are searched at the start of
-    each line.
+    Imports and comments are recognised by the start of a line. So a string in the module must not span several lines.
     """
 
     def format_binding(match: re.Match[str]) -> str:

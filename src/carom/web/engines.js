@@ -1,6 +1,6 @@
-// Engines in the page. Each engine is a packed block of text that is unpacked when a user chooses the engine. A block
-// contains the adapter's engine.mjs and the engine's package (carom/web/engine_script.py). The adapter passes its World
-// class to this module.
+// Starts engines in the page, and runs scenes on them. Each engine is a packed block of text that is unpacked when a
+// user chooses the engine. A block contains the adapter's engine.mjs and the engine's package
+// (carom/web/engine_script.py). The adapter passes its World class to this module.
 import { isFixed, advanced, bare } from "./scene.js";
 
 const INSTALLED = JSON.parse(globalThis.caromText(document.getElementById("engines")));
@@ -21,7 +21,7 @@ async function start(name) {
   });
 }
 
-// Runs a scene on an engine. A contact that changes a velocity in one or several successive steps is one impact.
+// Runs a scene on an engine. Successive steps in which the contact of two bodies changes a velocity are one impact.
 export function drive(World, settings, scene, phase) {
   const dt = 1 / scene.frame_rate_hz,
     early = phase * dt;
@@ -36,7 +36,7 @@ export function drive(World, settings, scene, phase) {
 // Largest relative change of a velocity that counts as rounding. Some engines have 32-bit floats.
 const UNCHANGED = 1e-5;
 function stepped(world, scene, start, dt, early) {
-  world.observe(); // the harness also observes before the first step
+  world.observe(); // some engines record contacts only after the first observation
   const pullOf = (i) => (i < 0 || isFixed(scene.discs[i]) ? [0, 0] : scene.gravity_m_s2);
   const impacts = [],
     tracks = scene.discs.map((d) => [[0], [d.position_m[0]], [d.position_m[1]]]);
@@ -97,8 +97,8 @@ function stepped(world, scene, start, dt, early) {
   for (const one of impacts) if (one.alone) one.effective_s = effectiveTime(one, pullOf);
   return { impacts, tracks, warning, end_s: early + steps * dt, stepped: true, step_ms: spent / Math.max(1, steps) };
 }
-// Returns when the paths turned: the time at which the free paths before and after the contact are nearest to each
-// other, as in carom/execution/open_contact.py. NaN if they do not turn.
+// Returns the time at which the free paths before and after the contact are nearest to each other, as in
+// carom/execution/open_contact.py; NaN if the velocities did not change.
 function effectiveTime({ first, second, began, ended }, pullOf) {
   const lasted = ended.time_s - began.time_s,
     of = (rows, axis) => (second < 0 ? 0 : rows[second][axis]) - rows[first][axis];

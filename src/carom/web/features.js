@@ -1,6 +1,6 @@
-// Features of a finite wall that a disc can meet: faces, arcs and vertices. They are merged exactly, as in
-// carom/core/wall_features.py. A feature has a kind (face, vertex or arc) and its edges. A pair of floats is [high,
-// low].
+// Computes the features of a finite wall, which are the faces, arcs and vertices that a disc can hit, as in
+// carom/core/wall_features.py. Edges on one line or circle are merged; whether they are is decided without rounding. A
+// feature has a kind (face, vertex or arc) and its edges. A pair of floats [high, low] represents their sum.
 import { twoDiff } from "./arithmetic.js";
 import { circleOf, sameEnds } from "./chain_geometry.js";
 import { alike, cross, dot, less, nearestRoot, negated, pairOf, plus, rational, rootOf, times } from "./rational.js";
@@ -24,7 +24,8 @@ function arcOn({ x, y, radius2 }, ends, halfWidth, inside, edges) {
   return roundOf([pairOf(x), pairOf(y)], rootOf(radius2), halfWidth, inside, sector, edges);
 }
 const PLACES = 2 ** -50;
-// Only discs with a radius below fitsBelow meet the inner side of an arc. Larger discs meet the stops of the arc.
+// A disc with a radius of fitsBelow or more is too large to touch the inner side of an arc, and hits the arc's
+// ends.
 function roundOf(centre, radius, halfWidth, inside, sector, edges) {
   const size = Math.abs(centre[0][0]) + Math.abs(centre[1][0]) + radius[0],
     fitsBelow = inside ? radius[0] - halfWidth - PLACES * size : 0;
@@ -39,7 +40,7 @@ function stopOf(inner, { x, y }, [dx, dy]) {
 const turnOf = ({ bulge }) => (bulge > 0) - (bulge < 0);
 const sameCircle = (one, other) =>
   one === null || other === null ? one === other : ["x", "y", "radius2"].every((name) => alike(one[name], other[name]));
-// Returns the direction of a run of merged edges at one of the run's ends.
+// Returns the direction of merged edges at one of their two ends.
 function tangent({ edge, circle }, point) {
   if (circle === null) {
     const [a, b] = [exactly(edge.a), exactly(edge.b)];
@@ -93,7 +94,7 @@ const quartersOf = ([x, y]) => [
   [y, negated(x)],
 ];
 const NEARLY_HALF = [1n, 1n << 20n];
-// Returns the points at which an arc and its neighbours stop discs that do not fit inside.
+// Returns the features that discs hit if they are too large to touch the inner side of an arc.
 function stopsOf({ edge, circle }, inner, before, after) {
   const [first, last] = [edge.a, edge.b].map((point) => {
       const [x, y] = exactly(point);

@@ -1,10 +1,10 @@
-// Positions of both discs at impacts, for drawing. The core records only one position for each impact.
+// Computes the positions of both discs at impacts, for drawing. The core records only one position for each impact.
 import { legsFrom, legsOf, movedOn } from "./prescribed_motion.js";
 import { num } from "./arithmetic.js";
 import { flownIn, slowing, stopsAfter } from "./drawing.js";
 
-// Adds the centres of both discs to each impact of a run. The recorded velocities are used, so that errors of positions
-// do not grow.
+// Adds the centres of both discs to each impact of a run. Velocities are those that the core has recorded, so rounding
+// errors of positions do not grow from impact to impact.
 export function addCentres(scene, run) {
   const begun = scene.discs.map((disc) => ({
     path: disc.driven ? legsOf(disc) : null,

@@ -1,4 +1,4 @@
-"""Installed engines that can run in the play page."""
+"""Loads the installed engines that can run in the play page."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from carom.model.scene import Need
 from carom.web.engine_script import PageEngine, build_page_engine
 from carom.web.packages import PACKAGES
 
-#: Default engines of the page. They are small and need no WebAssembly.
+#: Engines that the page contains by default. They are small and need no WebAssembly.
 DEFAULT_ENGINES = ("matter", "planck")
 
 #: Features of scenes that an engine may lack, in the order in which the page lists them.

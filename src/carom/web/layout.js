@@ -1,4 +1,4 @@
-// Controls and pictures of the page, in their order on the page. Other modules define what a control does.
+// Creates the controls and pictures of the page, in their order on the page. Other modules define what controls do.
 import { installed } from "./engines.js";
 import { Stage, make } from "./drawing.js";
 import { GALLERY, changed, rateAt, state } from "./state.js";
@@ -64,7 +64,7 @@ export const gravity = make("input", {
   id: "gravity",
   onchange: () => {
     state.scene.gravity_m_s2 = gravity.checked ? [0, -G] : [0, 0];
-    // rolling resistance needs gravity, which excludes damping
+    // a scene with gravity can't have damping, and one without can't have rolling resistance
     state.scene[gravity.checked ? "damping_per_s" : "wall_rolling_resistance"] = 0;
     changed();
   },

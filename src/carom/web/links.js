@@ -1,4 +1,4 @@
-// Buttons that copy a link to the scene, or save it as a file.
+// Handles the buttons that copy a link to the scene, or save the scene as a file.
 import { copy, problem, save } from "./layout.js";
 import { asLink, asToml } from "./scene.js";
 import { make } from "./drawing.js";

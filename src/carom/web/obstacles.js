@@ -1,5 +1,5 @@
-// Rows of numbers for the core, which describe walls and driven bodies, as in carom/core/input_rows.py and
-// carom/solvers/event_driven/obstacles.py.
+// Builds the rows of numbers that describe walls and driven bodies for the core, as carom/core/input_rows.py and
+// carom/solvers/event_driven/obstacles.py do.
 import { isDriven, legsOf } from "./prescribed_motion.js";
 import { featuresOf, sameFeature } from "./features.js";
 import { Outline } from "./chain_geometry.js";
@@ -33,8 +33,8 @@ function rowOf(feature, wall) {
 
 const SQUARES = [1n, 2n, 3n]; // squared cosines of 60, 45 and 30 degrees, times 4
 const wayOf = ({ along }) => along.map(([high, low]) => plus(rational(high), rational(low)));
-// Whether the order of two features does not matter if a disc meets both at one instant. This is `are_decidable` of
-// carom/core/wall_features.py.
+// If a disc hits two features at one instant: whether the order of the two impacts has no effect on the result. This is
+// `are_decidable` of carom/core/wall_features.py.
 function areOrderFree(one, other, elastic) {
   if (sameFeature(one, other)) return true;
   if (one.kind !== "face" || other.kind !== "face") return false;
@@ -45,8 +45,8 @@ function areOrderFree(one, other, elastic) {
   return elastic && inner[0] < 0n && SQUARES.some((part) => 4n * n === part * d);
 }
 
-// Rows for the walls of a scene, for discs up to a largest radius: one row per half-plane, and one row per feature of a
-// finite wall.
+// Rows for the walls of a scene: one row per half-plane, and one row per feature of a finite wall. Features that no
+// disc of the scene can hit, because of its radius, are left out.
 export class Obstacles {
   constructor(walls, widest) {
     this.walls = walls;
@@ -69,8 +69,8 @@ export class Obstacles {
     return areOrderFree(this.features[one], this.features[other], elastic);
   }
   // Returns two arrays. The first has four numbers for each row: whether a disc can stay in contact with the row's
-  // feature, the vertices at the feature's two ends (-1 for none), and the number of features that a disc in this
-  // contact never meets. The second lists these features.
+  // feature, the vertices at the feature's two ends (-1 for none), and a count. The second array lists the features
+  // that the disc can't hit while it stays in contact; the count is the number of these features for the row.
   grounds() {
     const never = [],
       rows = this.rows.map(([, wall], number) => {
@@ -85,8 +85,8 @@ export class Obstacles {
       });
     return [rows, never];
   }
-  // Returns the vertices at the ends of a face, and the features that a disc in contact with the face never meets: the
-  // face and its other side, the vertices, and arcs that continue the wall smoothly.
+  // Returns the vertices at the ends of a face, and the features that a disc can't hit while it is in contact with the
+  // face: the face and its other side, the vertices, and arcs that continue the wall smoothly.
   around(face, wall) {
     const numbers = [...this.features.keys()].filter((n) => this.features[n] && this.rows[n][1] === wall),
       all = (fits) => numbers.filter((n) => fits(this.features[n])),

@@ -20,8 +20,8 @@ class Package:
         exported: Name of the default export, if the script is an ECMAScript module; empty if the script sets
             ``module.exports``.
         binary: WebAssembly file of the package; empty if the package has no such file.
-        closed: Replacement for each piece of code that needs Node or violates the page's security policy. Each piece
-            occurs exactly once in the script.
+        closed: Pieces of code that need Node or violate the page's security policy, with their replacements. Each piece
+            must occur exactly once in the script.
     """
 
     script: str
@@ -30,8 +30,8 @@ class Package:
     closed: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
 
 
-#: Box2D's glue code (embind) compiles functions from source text. The page's security policy forbids this, so these
-#: closures replace the compiled functions.
+#: Box2D's JavaScript (embind) creates functions from source text. The page's security policy forbids this. So this code
+#: is replaced by closures that do the same.
 _BOX2D_CALLERS = {
     "return new Function(args1, invokerFnBody);": """return function (...bound) {
     const [, , invoker, fn, runDestructors, fromRetWire, toClassParamWire, ...rest] = bound;
@@ -66,8 +66,8 @@ _CANNON_CLOCK = {
         "const performance = globalThis.performance;"
     )
 }
-#: Packages by adapter. The page can't run havok and physx, because the adapters of these engines read files through
-#: Node.
+#: Packages by the name of the adapter. The page can't run havok and physx, because their adapters read files by
+#: functions of Node.
 PACKAGES = MappingProxyType(
     {
         "matter": Package("build/matter.min.js"),
@@ -93,8 +93,7 @@ def load_package_script(package: Package, folder: Path) -> str:
         InputError: The package has an unexpected version.
         OSError: A file of the package can't be read.
     """
-    # The file is read as bytes, because strings of a script may contain WebAssembly, and their line ends must not be
-    # converted.
+    # The file is read as bytes, so that line ends are not converted. They may be part of WebAssembly in a string.
     text = (folder / package.script).read_bytes().decode("utf-8")
     ended = {f"export default {package.exported};": _build_default_export(package, folder)} if package.exported else {}
     for old, new in (ended | dict(package.closed)).items():
@@ -109,7 +108,7 @@ def load_package_script(package: Package, folder: Path) -> str:
 def _build_default_export(package: Package, folder: Path) -> str:
     """Return the code that exports a module's default export.
 
-    If the WebAssembly is a separate file, the code contains it.
+    If the package has a separate WebAssembly file, the code contains the content of this file.
     """
     if not package.binary:
         return f"module.exports = {{ default: {package.exported} }};"

@@ -1,4 +1,4 @@
-// The whole page: the first scene, updates after changes, and the clock.
+// Starts the page: shows the first scene, updates the page after changes, and advances the clock of the pictures.
 import { falls, pic, pit } from "./run_methods.js";
 import { drawChart } from "./charts.js";
 import "./dragging.js";
@@ -27,7 +27,7 @@ function take(scene, method) {
   if (method && method !== state.method && [...methods.options].some((o) => o.value === method)) choose(method);
   else changed();
 }
-// Returns a scene as text; empty if the page does not accept one of its numbers.
+// Returns a scene as text; an empty text if one of its numbers is outside the page's limits.
 function written(given) {
   try {
     return JSON.stringify(bare(asPageScene(given)));
@@ -79,8 +79,8 @@ whenChanged(() => {
   }, 150);
   fit();
 });
-// Shows a scene of the gallery. If the page does not accept a number of the scene, it reports this number and keeps the
-// present scene.
+// Shows a scene of the gallery. If a number of the scene is outside the page's limits, reports it and keeps the present
+// scene.
 function shown(name) {
   problem.textContent = "";
   try {

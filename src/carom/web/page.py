@@ -1,4 +1,4 @@
-"""Builds the play page: one HTML file. Its security policy forbids other scripts and all requests."""
+"""Builds the play page: one HTML file. Its security policy forbids scripts from elsewhere and all requests."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ MODULES = (
     *("links", "page"),
 )
 MOST_DISCS = 10
-#: Characters of packed blocks: 91 of ASCII. "<" is excluded, so that a block can't close its HTML element.
+#: The 91 characters in which binary data is encoded. "<" is excluded, so that the data can't end its HTML element.
 _LETTERS = np.frombuffer(bytes(range(35, 126)).replace(b"<", b"!"), np.uint8)
-#: Number of bits of the previous byte that select the probabilities of a literal, as in `unpack_blocks.js`.
+#: Parameter lc of LZMA, which `unpack_blocks.js` also contains.
 _LITERAL_BITS = 3
 #: Scenes of the catalogue that the page offers. The page opens with the first scene.
 GALLERY = (
@@ -51,7 +51,7 @@ def build_page_script() -> str:
 
 
 def strip_comments(script: str) -> str:
-    """Return a script without indents and comments. Comments with a quote are kept. No string may span lines."""
+    """Return a script without indents and comments, except comments that contain a quote. No string may span lines."""
     lines = (_COMMENT.sub("", line).strip() for line in script.splitlines())
     return "\n".join(line for line in lines if line and not line.startswith("//")) + "\n"
 
@@ -79,7 +79,7 @@ def render_page(scenes: Sequence[Scene], engines: Sequence[PageEngine] = ()) -> 
         "style": pack_block((SOURCES / "page.css").read_bytes()),
         "licences": "\n".join(engine.licence for engine in engines).replace("--", "- -"),
         "first": html.escape(scenes[0].name),
-        # The page itself checks each number.
+        # The numbers need no check here, since the page checks them.
         "scenes": _pack_json({scene.name: json.loads(scene.model_dump_json()) for scene in scenes}),
         "engines": _pack_json(about),
         "blocks": "\n".join(
@@ -113,7 +113,7 @@ def _pack_json(value: object) -> str:
 
 
 def pack_block(content: bytes) -> str:
-    """Return length, Adler-32 and LZMA stream of the content as text for `unpack_blocks.js`.
+    """Return content as text that `unpack_blocks.js` converts back: its length, its Adler-32 and its LZMA stream.
 
     Two characters encode 13 bits.
 
@@ -124,7 +124,7 @@ def pack_block(content: bytes) -> str:
         import lzma
     except ImportError as error:
         raise InputError("the page needs Python's module lzma, but this Python was built without it") from error
-    # A dictionary larger than the content would not change the result, but would take longer to clear than the
+    # A dictionary larger than the content would not change the result. But clearing it would take longer than the
     # compression.
     size = max(len(content), 4096)
     filters = [{"id": lzma.FILTER_LZMA1, "preset": 9, "dict_size": size, "lc": _LITERAL_BITS, "lp": 0, "pb": 0}]

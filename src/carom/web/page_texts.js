@@ -1,4 +1,4 @@
-// Texts of the page: the sentence about the run, the boxes below the sentence, the cost of a frame, and the clock.
+// Updates the texts of the page: the sentence about the run, the boxes below it, the cost of a frame, and the clock.
 import { bouncedAt, missedShare } from "./compare.js";
 import { clock, keys, methods, play, problem, says, sentence } from "./layout.js";
 import { pitOf } from "./scene.js";
@@ -75,8 +75,8 @@ function verdict(name, first) {
   if (!Number.isFinite(pair[1].effective_s)) return `${name} reports the impact ${describeLateness(reported)}.`;
   return `${name} lets the bodies bounce ${describeLateness(late)}, and reports the impact ${describeLateness(reported)}.`;
 }
-// Total time, in milliseconds, for which PIT's run is repeated to measure the cost of a frame. It is long enough for a
-// coarse clock.
+// PIT's run is repeated for this time, in milliseconds, to measure the cost of a frame in spite of a browser's coarse
+// clock.
 const MEASURED_MS = 20;
 export function cost() {
   const { scene: s, seen } = state;

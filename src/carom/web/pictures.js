@@ -8,7 +8,7 @@ import { angleAt, digits, placeAt } from "./drawing.js";
 import { state } from "./state.js";
 
 const pulls = () => state.scene.discs.map((d) => (isFixed(d) ? [0, 0] : state.scene.gravity_m_s2));
-// A finite wall is drawn as a polyline. Number of its parts for a whole circle.
+// Arcs are drawn as straight parts. Number of parts of a whole circle.
 const ARC_PARTS = 96,
   drawnLines = new WeakMap();
 function linesOf(wall) {
@@ -32,7 +32,7 @@ const drawnWall = (wall) => ({
 });
 function bounds() {
   const { discs, walls: ws } = state.scene,
-    // positions of discs at the first impact, since a wall may be far away
+    // the picture must contain the discs at their first impact, but not all of a long wall
     met = ws.length ? (state.truth?.impacts[0]?.at ?? []) : [],
     places = [...discs.flatMap((d) => [d.position_m, head(d)]), ...met];
   const [l, b, r, t] = extent(places),
@@ -104,7 +104,7 @@ function drawRun(stage, run) {
     stage.cross(at);
     stage.label(at, "missed", stage.colour("--wrong"), taken);
   }
-  // a smaller lateness is invisible
+  // a smaller delay would be invisible
   if (!score.missed.length && score.late * s.frame_rate_hz > 1e-3)
     stage.label(score.found[0][1].at[0], `${digits(score.late * 1000)} ms late`, stage.colour("--wrong"), taken);
 }

@@ -58,7 +58,7 @@ export function refused(scene) {
     ]),
   ];
 }
-// Returns a scene with the supported fields.
+// Returns a scene for the core. Throws an error if the scene has unsupported fields.
 function whole(scene) {
   const names = refused(scene);
   if (names.length) throw new RangeError(`the page does not support ${names.join(", ")}`);
@@ -104,8 +104,8 @@ function inputOf(scene) {
   };
   return { arrays, numbers, obstacles };
 }
-// Returns rows that only PIC reads. Half-planes with the scene's coefficients need no rows if no body is driven or
-// accelerated.
+// Returns the rows that only PIC reads. If no body is driven or accelerated, half-planes without coefficients of their
+// own need no rows.
 function picArrays(scene, { arrays, numbers, obstacles }) {
   const { discs, walls } = scene,
     { materials, ...others } = arrays,
@@ -118,7 +118,7 @@ function picArrays(scene, { arrays, numbers, obstacles }) {
   return { ...others, features: obstacles.rows, materials, driven, legs, grounds, neverLists };
 }
 
-// Runs a scene in units that avoid overflow.
+// Runs a scene in units in which no computation overflows.
 function inOrdinaryUnits(scene, rate, run) {
   const units = unitsOf(scene, new Obstacles(scene.walls, Infinity).outlines);
   if (units === null) return run(scene, rate);
@@ -138,7 +138,7 @@ export function pic(given, maxImpacts = Infinity) {
     return addCentres(scene, damping ? slowed(run, damping, scene.duration_s) : run);
   });
 }
-// Converts a run without damping to the run with damping.
+// Converts the run of a scene without damping to that of the same scene with damping.
 function slowed(run, damping, duration_s) {
   const by = (part) => (x) => (Array.isArray(x) ? x.map(by(part)) : x * part),
     end_s = run.outcome === "completed" ? duration_s : damped(damping, run.end_s),
@@ -151,7 +151,7 @@ function slowed(run, damping, duration_s) {
   return { ...run, impacts, end_s, velocities: left(run.velocities), spins: run.spins && left(run.spins) };
 }
 
-// Returns the number of frames before the end. Computes it with integers, as carom.model.scene.count_steps does.
+// Returns the number of frames before the end, computed exactly, like count_steps of carom.model.sizes.
 function framesBefore(duration, dt) {
   const [a, e] = frac(duration),
     [c, f] = frac(dt),

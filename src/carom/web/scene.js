@@ -1,4 +1,4 @@
-// The scene of the page: the limits of its numbers, its form as a link, and its form as a file for `carom run`.
+// Checks scenes of the page against its limits, and converts them to links and to files for `carom run`.
 import { kept, undamped } from "./wasm_core.js";
 import { isDriven, legsFrom, legsOf, movedOn } from "./prescribed_motion.js";
 import { pit, refused } from "./run_methods.js";
@@ -33,7 +33,7 @@ const DEFAULTS = {
 };
 export const isFixed = (disc) => disc.mass_kg === "inf";
 
-// Allowed range of each number. These ranges are far within the limits of PIC and PIT.
+// Allowed range of each number. PIC and PIT allow much larger ranges.
 const RANGES = {
   position: [-1e4, 1e4],
   speed: [-1e4, 1e4],
@@ -83,7 +83,7 @@ function path(legs) {
     throw new RangeError("the first leg of a path must begin at 0, and each other leg after the previous one");
   return checkedLegs;
 }
-// Checks of the fields of a wall, in the order in which a link contains the fields.
+// Functions that check the fields of a wall. Links contain the fields in this order.
 const OF_WALL = {
   point_m: (v) => vector("position", v),
   normal: (v) => vector("tangential_restitution", v),
@@ -115,7 +115,7 @@ function asPageWall(given) {
     throw new RangeError("a wall must have a bulge for each of its edges, or none");
   return wall;
 }
-// Returns a scene with all fields that the page uses, including frame rate and phase. Checks each field.
+// Checks each field of a scene, and returns the scene with all fields that the page uses, including `phase`.
 export function asPageScene(given, phase = 0) {
   const names = refused(given);
   if (names.length) throw new RangeError(`the page does not support ${names.join(", ")}`);
@@ -157,14 +157,14 @@ const maySlow = (scene) =>
 // Returns the scene for Carom's solvers and engines, without the fields that only the page uses.
 export const bare = ({ phase, ...scene }) => scene;
 
-// --- a link: "#2=" is the version; numbers as decimals keep every bit ---
+// --- a link: "#2=" is the version; decimal numbers that read back as the same floats follow ---
 const VERSION = "2=",
   BEFORE = "1="; // earlier version with half-planes only, four numbers each
 export function asLink(s, method) {
   const values = [
     s.discs.map((d) => [
       ...[...d.position_m, ...d.velocity_m_s, d.radius_m, d.mass_kg, d.spin_rad_s, d.inertia_factor],
-      ...(d.driven ? [d.legs ?? true] : []), // the legs of the path, or true
+      ...(d.driven ? [d.legs ?? true] : []), // the legs of the path or, without legs, true
     ]),
     s.walls.map((w) => FIELDS_OF_WALL.map((name) => w[name] ?? null)),
     LAWS.map((law) => s[law]),
@@ -174,7 +174,7 @@ export function asLink(s, method) {
     s.phase,
     method,
   ];
-  // JSON.stringify would write -0 as 0
+  // without this, JSON.stringify would write -0 as 0
   const text = JSON.stringify(values, (_, x) => (Object.is(x, -0) ? "-0" : x));
   return VERSION + btoa(text).replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "");
 }
@@ -213,8 +213,7 @@ export function ofLink(text) {
   return { scene: asPageScene(scene, phase), method };
 }
 
-// Advances discs by free flight, and driven walls on their paths, to the phase. Frames that are counted from there are
-// the frames at this phase.
+// Moves all bodies on along their free paths by the phase of a scene, so that PIT's first frame is at this time.
 const legsAfter = (legs, by) =>
   legsFrom(legs, by).map(({ begin, velocity }, k) => ({ from_s: k ? begin - by : 0, velocity_m_s: velocity }));
 function wallOn(wall, by) {
@@ -246,7 +245,7 @@ export function advanced(s, by) {
   return { ...s, duration_s: s.duration_s - by, discs, walls: s.walls.map((wall) => wallOn(wall, by)) };
 }
 
-// Runs PIT at the rate and phase of a scene, from the positions at the first frame.
+// Runs PIT at the frame rate and phase of a scene.
 export function pitOf(s) {
   const rate = s.frame_rate_hz,
     early = s.phase / rate;
@@ -285,7 +284,7 @@ export function asToml(s) {
   ].join("");
 }
 
-// Returns why a scene can't start, which is that bodies overlap. Returns nothing if the scene can start.
+// Returns which bodies overlap, so that the scene can't start; nothing if the scene can start.
 export function problemOf(s) {
   for (const [j, d] of s.discs.entries()) {
     for (const [i, e] of s.discs.slice(0, j).entries())
@@ -302,7 +301,7 @@ function isInWall({ position_m: [x, y], radius_m }, wall) {
     { at } = outline.nearest(x, y);
   return Math.hypot(x - at[0], y - at[1]) < outline.halfWidth + radius_m || (wall.solid && outline.encloses(x, y));
 }
-// Outlines can be cached, because a wall is never changed, only replaced.
+// Outlines of walls. They can be cached, because edits replace a wall instead of changing it.
 const outlines = new WeakMap();
 export function outlineOf(wall) {
   if (!outlines.has(wall)) outlines.set(wall, new Outline(wall));

@@ -1,4 +1,4 @@
-// Changes of the scene by the user: discs, numbers of discs, and walls.
+// Changes the scene for the user: adds and removes discs, and edits the numbers of discs and walls.
 import { more, left, numbers, problem, walls } from "./layout.js";
 import { inRange, isFixed, problemOf } from "./scene.js";
 import { make } from "./drawing.js";

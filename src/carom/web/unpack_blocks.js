@@ -1,8 +1,7 @@
-// Unpacks the blocks of the page and starts the page's script. A block is text in an alphabet of 91 characters. Two
+// Unpacks the blocks of the page and starts the page's script. A block is text of 91 different characters. Two
 // characters encode 13 bits. The bits contain the length of the content in four bytes, the Adler-32 of the content in
-// four bytes, and an LZMA stream without header. This form is a fifth smaller than the formats that browsers can
-// unpack. The stream is defined in Igor Pavlov, "LZMA specification" (2015). The parameters of the stream are in
-// carom/web/page.py.
+// four bytes, and an LZMA stream without header. A block is a fifth smaller than with the formats that browsers can
+// unpack. Igor Pavlov, "LZMA specification" (2015), defines the stream. The parameters are in carom/web/page.py.
 const LITERAL_BITS = 3,
   PLACES = { match: 0, rep: 12, rep0: 24, rep1: 36, rep2: 48, long: 60, slot: 72, far: 328, align: 443, lengths: 459, repeats: 733, literals: 1007 };
 function bytesOf(text) {
@@ -15,7 +14,7 @@ function bytesOf(text) {
     for (held |= (digit(k) + 91 * digit(k + 1)) << bits, bits += 13; bits >= 8; held >>>= 8, bits -= 8) bytes[count++] = held;
   return bytes;
 }
-const DAMAGED = "this page is damaged: a block of it is not what was written";
+const DAMAGED = "this page is damaged: a part of its data has changed";
 function adler32(bytes) {
   let low = 1,
     high = 0;
@@ -35,10 +34,10 @@ function unpacked(bytes) {
     code = header.getUint32(9),
     state = 0,
     count = 0,
-    last = [0, 0, 0, 0]; // distances, each decreased by 1
+    last = [0, 0, 0, 0]; // the last four distances, each minus 1
   const narrow = () => {
     if (range >= 0x1000000) return;
-    if (at >= bytes.length) throw new RangeError(DAMAGED); // otherwise the loop would run up to the stated length
+    if (at >= bytes.length) throw new RangeError(DAMAGED); // damaged data could otherwise keep the loop running
     range = (range << 8) >>> 0;
     code = ((code << 8) | bytes[at++]) >>> 0;
   };

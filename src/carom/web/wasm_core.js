@@ -1,5 +1,5 @@
-// Interface of Carom's core in WebAssembly: the arguments of a run, and the rows of its result. carom/core/wasm has the
-// same names in the same order.
+// Calls Carom's core in WebAssembly: passes the arguments of a run, and reads the rows of its result. The names and
+// their order must be the same as in carom/core/wasm.
 import { exactFall } from "./quartic.js";
 
 const ARRAYS = [
@@ -19,7 +19,7 @@ const QUARTIC_POWERS = 5,
   MOST_PRODUCTS = 36;
 
 let core = null;
-// Callback of the core: whether the order of impacts at a corner does not matter.
+// Function that the core calls: whether the order of two impacts at a corner has no effect.
 const asked = { isOrderFree: () => false };
 export const whenAsked = (answers) => Object.assign(asked, answers);
 
@@ -42,7 +42,7 @@ export async function startCore(bytes) {
   core = instance.exports;
 }
 
-// Converts times between damped and undamped motion, as carom/model/damping.py does; see damping.h.
+// Functions of the core for motion with damping, as in carom/model/damping.py; see damping.h.
 export const kept = (rate, time) => core.kept(rate, time);
 export const undamped = (rate, time) => core.undamped(rate, time);
 export const damped = (rate, time) => core.damped(rate, time);

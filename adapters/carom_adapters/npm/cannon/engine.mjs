@@ -87,7 +87,7 @@ class CannonWorld {
     this.clock.steps++;
   }
 
-  // cannon-es finds and solves contacts at the start of the step. A lasting contact has no impulse.
+  // cannon-es finds and solves contacts at the start of the step. A contact without an impulse has no effect.
   observe() {
     const contacts = [];
     let most = 0;

@@ -5,7 +5,7 @@ import { pathToFileURL } from "node:url";
 import createHavok from "@babylonjs/havok";
 import { barsOf, Clock, contactOf, isDriven, isImmovable, Legs, reach, serve, thicknessOf, velocityOf, wallAt, wallBody } from "../serve.mjs";
 
-// The library would load its WebAssembly file with fetch(), which does not work in node.
+// The WebAssembly file is read here, since the library would load it with fetch(), which does not work in Node.
 const library = pathToFileURL(createRequire(import.meta.url).resolve("@babylonjs/havok"));
 const HK = await createHavok({ wasmBinary: readFileSync(new URL("../esm/HavokPhysics.wasm", library)) });
 const { GEOMETRIC_MEAN, MAXIMUM, MINIMUM } = HK.MaterialCombine;
@@ -67,7 +67,7 @@ class HavokWorld {
     const set = (body) => {
       if (!movable) return;
       const [centre, , inertia, axes] = value(HK.HP_Shape_BuildMassProperties(shape));
-      // the moment of inertia stays that of 1 kg
+      // the disc can't turn, so its moment of inertia stays that of 1 kg
       HK.HP_Body_SetMassProperties(body, [centre, disc.mass_kg, inertia, axes]);
       HK.HP_Body_SetLinearDamping(body, this.asked.linearDamping);
       if (!this.asked.canSleep) HK.HP_Body_SetActivationControl(body, HK.ActivationControl.ALWAYS_ACTIVE);

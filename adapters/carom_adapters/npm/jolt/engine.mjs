@@ -28,7 +28,7 @@ function createInterface(bodies) {
   settings.mObjectLayerPairFilter = pairs;
   settings.mBroadPhaseLayerInterface = layers;
   settings.mObjectVsBroadPhaseLayerFilter = new Jolt.ObjectVsBroadPhaseLayerFilterTable(layers, 2, pairs, 2);
-  return using(settings, (all) => new Jolt.JoltInterface(all)); // now the interface owns the tables
+  return using(settings, (all) => new Jolt.JoltInterface(all)); // the interface now owns the tables and releases them
 }
 
 class JoltWorld {
@@ -48,7 +48,7 @@ class JoltWorld {
     const extent = reach(scene, settings.dt_s);
     scene.walls.forEach((wall, k) => this.addWall(wall, extent, k));
     this.contacts = [];
-    // Jolt uses the larger of two restitutions. Where the wall's is smaller, a listener sets it for the pair.
+    // Jolt uses the larger of two bodies' restitutions. If the wall's is smaller, a listener sets it in each contact.
     if (scene.walls.some(({ restitution = scene.wall_restitution }) => restitution < scene.restitution)) this.listen();
   }
 
@@ -106,7 +106,7 @@ class JoltWorld {
     return [using(plane, (one) => new Jolt.PlaneShape(one, undefined, 2 * size)), point];
   }
 
-  // Return one compound shape for a chain, because Jolt ignores inner edges only within the shape of one body.
+  // Return one compound shape for a chain, since Jolt removes bumps at joints only between parts of one shape.
   capsulesOf(wall) {
     const radius = thicknessOf(this.scene, wall);
     const parts = barsOf(wall).map(({ middle, half, angle }) => [new Jolt.CapsuleShape(half, radius), middle, angle - Math.PI / 2]);

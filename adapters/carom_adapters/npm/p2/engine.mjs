@@ -87,7 +87,7 @@ class P2World {
     this.clock.steps++;
   }
 
-  // p2-es finds and solves contacts at the start of the step. A lasting contact has no impulse.
+  // p2-es finds and solves contacts at the start of the step. A contact without an impulse has no effect.
   observe() {
     const contacts = [];
     for (const { bodyA, bodyB, normalA, multiplier } of this.world.narrowphase.contactEquations) {

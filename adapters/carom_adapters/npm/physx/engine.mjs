@@ -3,7 +3,8 @@ import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { barsOf, Clock, contactOf, isDriven, isImmovable, Legs, reach, serve, summed, thicknessOf, velocityOf, wallAt, wallBody } from "../serve.mjs";
 
-// The build is for browsers, and does not start if it detects node. What it prints must not go to standard output.
+// The build is for browsers, and does not start if it detects Node. Its output must not go to standard output, which
+// contains only answers.
 const library = createRequire(import.meta.url).resolve("physx-js-webidl");
 const { versions } = process;
 Object.defineProperty(process, "versions", { value: { ...versions, node: undefined } });
@@ -48,8 +49,8 @@ class PhysxWorld {
       made.setRestitutionCombineMode(combine);
       return made;
     };
-    // Two bodies can have different rules to combine restitutions. PhysX uses the later rule in the order average,
-    // minimum, multiply, maximum. This is the wall's rule.
+    // If two bodies have different rules to combine restitutions, PhysX uses the later one in the order average,
+    // minimum, multiply, maximum. Here, this is the wall's rule.
     const disc = material(scene.restitution, Combine.eAVERAGE);
     const ofWalls = scene.walls.map(({ restitution = scene.wall_restitution }) =>
       material(restitution, restitution < scene.restitution ? Combine.eMIN : Combine.eMAX),

@@ -34,9 +34,9 @@ class Complaint(CatalogueScene):
         thread: Web address of the thread that contains the report.
         reported: Summary of the report in the thread.
         symptom: Symptom to find in a trace.
-        at_least: Smallest error that counts as the reported error, relative to the scene's speed or energy. The default
-            is one per cent, an error that users notice.
-        made: Which parts of the scene are from the thread, and which were chosen here.
+        at_least: Smallest error that counts as the reported bug, as a fraction of the scene's speed or energy. The
+            default is one per cent, since users notice such an error.
+        made: Which numbers of the scene are from the thread, and which were chosen for the catalogue.
         about: Name of the engine or package that the report is about.
         engine: Name of Carom's adapter of that engine; empty if there is none.
     """
@@ -53,11 +53,11 @@ class Complaint(CatalogueScene):
 def load_complaints() -> Iterator[Complaint]:
     """Yield all bug reports, in the order of ``bug_reports.json``.
 
-    The file groups the reports by the module that builds their scenes. `build` names a function of the module, and a
-    text in `arguments` is a complex number. By default, the function has the name of the scene, and its docstring is
-    the description of the scene.
+    The file groups the reports by the module that builds their scenes. For each report, `build` is the name of a
+    function of this module; by default, it is the name of the scene. The function's docstring is the default
+    description of the scene. Texts in `arguments` are complex numbers.
     """
-    # imported here, because most commands need only the suite
+    # imported here, because most commands don't need these scenes
     from carom.catalogue.bug_reports import driven, falling, pairs, rolling, seams, thin, walled
 
     modules = {

@@ -29,7 +29,7 @@ def matter_js_672() -> Staged:
 
 
 def pymunk_137() -> Staged:
-    """A ball bounces in a moving box. Relative to the box, the ball bounces in a box at rest."""
+    """A ball bounces in a moving box. An observer who moves with the box sees a ball in a box at rest."""
     source = "Galileo: relative to the box, the ball bounces in a box at rest, and its path unfolds to a straight line"
     return stage_in_room(
         0.6875 + 0.4375j, 4.71875 + 3.6328125j, 0.125, 2.0, 1.5, 3.0, drive=-2.5 + 1.25j, source=source
@@ -37,7 +37,7 @@ def pymunk_137() -> Staged:
 
 
 def box2d_130() -> Staged:
-    """A ball falls on a platform that descends at a constant speed, and bounces lower and lower."""
+    """A ball falls on a platform that descends at a constant speed. Each bounce is lower than the one before."""
     return stage_on_lift(-1.5)
 
 
@@ -77,7 +77,7 @@ def escape_space_1() -> Staged:
 
 
 def ball2box_21() -> Staged:
-    """A box pushes a ball towards a wall until the ball has a seventh of a metre of room, and then the box recedes."""
+    """A box moves towards a wall with a ball between them, and recedes when a gap of a seventh of a metre is left."""
     legs = [(Fraction(0), Fraction(-3, 4)), (Fraction(29, 16), Fraction(3))]
     return stage_before_paddle(
         Fraction(-2), Fraction(2), legs, Fraction(35, 16), f"{LAW}; times from a recurrence in rational numbers"

@@ -78,7 +78,7 @@ def box2d_1094() -> Staged:
 
 
 def pooltool_354() -> Staged:
-    """Two pairs of discs touch. The discs of one pair move alike, the others move apart, so there is no impact."""
+    """Two pairs of discs touch. One pair has equal velocities, and the other moves apart, so there is no impact."""
     radius = 0.25
     discs = [
         build_disc(0, 1 + 0.5j, radius),
@@ -92,7 +92,7 @@ def pooltool_354() -> Staged:
 
 def visualchemeng_10() -> Staged:
     """Two discs that overlap by one rounding error at the start approach each other."""
-    # In floats, .3 - .1 is a little less than .2, so the two bodies overlap by one rounding.
+    # In floats, .3 - .1 is a little less than .2, so the two bodies overlap by one rounding error.
     scene = build_scene(
         [build_disc(0.1, 1, 0.1), build_disc(0.3, -1, 0.1), build_disc(0.3 + 0.5j, 0, 0.1)], duration_s=0.5
     )
@@ -121,5 +121,5 @@ def cannon_359() -> Staged:
 
 
 def vrc8ball_85() -> Staged:
-    """A fast cue ball strikes an object ball. The impact parameter is nine tenths of the contact distance."""
+    """A fast cue ball strikes an object ball far off centre, at nine tenths of the offset at which it would miss."""
     return stage_meeting((8, 0), (0.03, 0.03), offset=0.9, time_s=0.103, duration_s=0.25)

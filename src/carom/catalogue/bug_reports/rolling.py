@@ -18,7 +18,7 @@ _HIT_S = 0.25
 
 
 def mbsim_49() -> Staged:
-    """A disc without spin bounces on a rough floor. After the impact its rim speed is that of rolling."""
+    """A disc without spin bounces on a rough floor. After the impact, it spins as if it rolled on the floor."""
     radius, along, down, restitution, k = 0.5, 1.0, 2.0, 0.5, 0.5
     start = Disc(position_m=(0.0, radius + down * _HIT_S), velocity_m_s=(along, -down), radius_m=radius)
     scene = build_scene([start], walls=[FLOOR], wall_friction=0.5, wall_restitution=restitution, duration_s=2 * _HIT_S)
@@ -37,7 +37,10 @@ def tailuge_298() -> Staged:
         Disc(position_m=(2 * radius * nx, 2 * radius * ny), radius_m=radius, inertia_factor=k),
     ]
     scene = build_scene(discs, friction=0.5, duration_s=2 * _HIT_S)
-    normal, tangential = speed * nx, speed * ny / (2 * (1 + 1 / k))  # a seventh of the slip, which is -speed * ny
+    normal, tangential = (
+        speed * nx,
+        speed * ny / (2 * (1 + 1 / k)),
+    )  # a seventh of the slip of -speed * ny
     object_velocity = (normal * nx + tangential * ny, normal * ny - tangential * nx)
     after, spin = ((speed - object_velocity[0], -object_velocity[1]), object_velocity), tangential / k / radius
     hit = KnownImpact(_HIT_S, 0, 1, *after, spin, spin)
@@ -62,7 +65,8 @@ def _stage_on_floor(
 ) -> Staged:
     """Build a scene with a disc on the line y = 0. The disc's position, speed and rim speed at the end are known.
 
-    By default the disc is at rest at the end. Gravity is tilted to make a slope; `fall` is the tangent of the slope.
+    By default, the disc is at rest at the end. For a slope, gravity is tilted instead of the line. `fall` is the
+    tangent of the slope.
     """
     long = math.hypot(1.0, fall)
     fields = {f"wall_{law}": value for law, value in ({"restitution": 0.0} | of_wall).items()}
@@ -80,7 +84,7 @@ def _build_ball(along: float, *, rolls: bool, radius_m: float = 0.5, inertia: fl
 
 
 def rolls_out(along: float, resists: float, friction: float) -> Staged:
-    """Build a scene in which a ball rolls on a level floor until it stops, and then rests for the same time."""
+    """Build a scene in which a ball rolls on a level floor until it stops. The scene lasts twice as long."""
     slower = resists * 9.81 / (1.0 + _SPHERE)
     distance_m, duration_s = along**2 / (2.0 * slower), 2.0 * along / slower
     return _stage_on_floor(

@@ -1,8 +1,8 @@
-"""Bug reports about seams: a ball bumps, stops or bounces off at an angle on floors and walls that consist of pieces.
+"""Bug reports about seams: a ball bumps, stops or bounces off at an angle where two pieces of a floor or wall meet.
 
-A floor that consists of pieces must act like a single floor. Each wall of a scene is one edge with a number of
-`pieces`, into which an engine cuts the edge. A rolling ball has no impacts. So in these scenes the ball comes down
-slowly on the floor near a seam.
+A floor that consists of pieces must act like a single floor. Each wall of a scene is one edge; its field `pieces` is
+the number of pieces that an engine gets. In most reports, a ball rolls over a seam. But only impacts have known
+answers, so in these scenes the ball comes down slowly on the floor near a seam.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _LAW = "Newton's law: an impact reverses the velocity along the normal; a floor 
 def _stage_on_seam(velocity: complex, radius: float, wall: Chain, *, along_m: float = 0.0, turn: complex = 1) -> Staged:
     """Build a scene in which a disc meets a wall once, half a second after the start, `along_m` metres along the wall.
 
-    The wall is a floor at height 0. Floor and disc are rotated about the origin by `turn`.
+    The wall is a floor at height 0. Floor and disc are then rotated about the origin by `turn`, a complex number.
     """
     time = 0.5
     start = along_m + 1j * radius - velocity * time
@@ -84,7 +84,7 @@ def godot_65204() -> Staged:
 
 
 def godot_66778() -> Staged:
-    """A ball comes down on a floor of six pieces next to a seam, with a hundredth of its speed downwards."""
+    """A ball moves nearly along a floor of six pieces, and comes down at a hundredth of its speed next to a seam."""
     return _stage_on_seam(4 - 0.04j, 0.05, edges(-3, 3, pieces=6), along_m=-0.03125)
 
 

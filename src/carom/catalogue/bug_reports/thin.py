@@ -92,7 +92,7 @@ def pymunk_111() -> Staged:
 
 
 def avian_990() -> Staged:
-    """A small ball falls past the corner of a wall without touching it."""
+    """A small ball falls past the corner of a wall and does not touch it."""
     pull, radius, end, start = 9.81, 0.0135, 0.25, 0.05
     start_position = complex(-radius - 0.0005, start)
     walls = [_build_solid(0, 0.1, 0.1 - 1j, -1j)]

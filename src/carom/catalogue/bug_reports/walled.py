@@ -125,7 +125,7 @@ def gama_556() -> Staged:
     discs = [build_disc(first, speed, radius), build_disc(second, speed, radius)]
     scene = build_scene(discs, walls=[upright(wall, -1)], duration_s=0.75)
     at_wall = gap / speed
-    pair_impact_s = at_wall + slit / (2 * speed)  # the balls approach at twice the speed
+    pair_impact_s = at_wall + slit / (2 * speed)  # the balls approach each other at twice their speed
     second_wall_s = pair_impact_s + slit / (2 * speed)  # the first ball returns by half of the slit between the balls
     impacts = [
         build_impact(at_wall, 0, -1, -speed),

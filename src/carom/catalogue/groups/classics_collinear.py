@@ -1,4 +1,4 @@
-"""Classics with discs on one line. The answers follow from unfolding or from the exchange of velocities."""
+"""Scenes of the group `classics` with discs on one line. Answers follow from unfolding or from equal masses."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from carom.catalogue.groups.classics_walled import upright
 
 def _sorting() -> Staged:
     """Five equal discs move on a line, each faster than the next disc: ten impacts sort their velocities."""
-    # Equal masses exchange velocities. So each velocity moves on along a straight line through all discs, as a "ghost".
-    # Ghosts move on the line from which all diameters are removed.
+    # Equal masses exchange velocities. So each velocity is passed from disc to disc, like a point ("ghost") that moves
+    # through all discs at constant speed. From its coordinate, the diameters of all discs on its left are subtracted.
     radius = 0.1
     ghost = [0.0, 0.45, 1.5, 1.85, 3.1]
     velocity = [2.5, 1.6, 0.5, -0.8, -1.9]
@@ -36,7 +36,7 @@ def _sorting() -> Staged:
     impacts = []
     for time, a, b in crossings:
         crossing_x = ghost[a] + velocity[a] * time
-        # The number of the left one of the two meeting discs equals the number of ghosts further to the left.
+        # The left one of the two meeting discs has as many discs on its left as there are ghosts on the left.
         left = sum(ghost[k] + velocity[k] * time < crossing_x for k in range(n) if k not in (a, b))
         impacts.append(build_impact(time, left, left + 1, velocity[b], velocity[a]))
     source = (
@@ -51,15 +51,15 @@ def _galperin_100() -> Staged:
     """A disc of 100 kg drives a disc of 1 kg against a wall, which causes 31 impacts."""
     light, heavy, speed = 1.0, 100.0, 1.5
     radius_light, radius_heavy = 0.1, 0.3
-    # Distances of the discs from the wall, without all radii and diameters in between.
+    # Distances of the discs from the wall, minus all radii and diameters between them and the wall.
     gap_light, gap_heavy = 0.5, 1.2
     discs = [
         build_disc(gap_light + radius_light, 0, radius_light, light),
         build_disc(gap_heavy + 2 * radius_light + radius_heavy, -speed, radius_heavy, heavy),
     ]
     scene = build_scene(discs, walls=[upright(0.0, 1)], duration_s=2.0)
-    # In coordinates that are scaled by the square root of the mass, the pair is a single point. The point moves between
-    # the wall's line, at angle 0, and the line on which the discs touch.
+    # If each coordinate is multiplied by the square root of the mass, the pair moves like a single point. The point
+    # moves between the wall's line, at angle 0, and the line on which the discs touch.
     root_light, root_heavy = math.sqrt(light), math.sqrt(heavy)
     start = complex(root_heavy * gap_heavy, root_light * gap_light)
     bounces = compute_wedge_impacts(start, -root_heavy * speed, math.atan2(root_light, root_heavy))
@@ -81,9 +81,9 @@ def _three_in_line() -> Staged:
     pair, everything = m0 + m1, m0 + m1 + m2
     angle = math.acos(math.sqrt(m0 * m2 / ((m0 + m1) * (m1 + m2))))
     max_crossings = math.ceil(math.pi / angle)
-    # The path must cross `max_crossings` rays, so its final direction is beyond the last ray. The path must also turn
-    # by less than half a turn from the start, which is within the first wedge. Start and direction are the middles
-    # of the ranges that remain.
+    # The path must cross `max_crossings` rays, so its direction must be beyond the last ray. A straight path turns by
+    # less than half a turn, seen from the apex, and it starts within the first wedge. Start and direction are chosen in
+    # the middles of the possible ranges.
     direction = (max_crossings * angle + math.pi + angle) / 2
     start_argument = (direction - math.pi + angle) / 2
     start, velocity = cmath.rect(1.2, start_argument), cmath.rect(1.5, direction)
@@ -138,7 +138,7 @@ def _cradle_gaps() -> Staged:
 
 def _cradle_touching() -> Staged:
     """Newton's cradle with touching discs: four impacts at one instant."""
-    # All numbers are powers of two, so the discs touch exactly, and all four impacts have bit-identical times.
+    # Floats represent all numbers exactly, so the discs touch exactly, and all four impacts have bit-identical times.
     convention = (
         "Four impacts share one instant, and momentum and energy alone allow more than one outcome; impacts are "
         "applied one pair at a time, which is the limit of vanishing gaps: only the last disc leaves"

@@ -1,4 +1,4 @@
-"""Classics of many discs: simultaneous contact, which has no unique answer, and a gas with known invariants."""
+"""Scenes of the group `classics` with many discs: simultaneous contact, and a gas whose energy is known."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ def _one_into_two() -> Staged:
     scene = build_scene(discs, duration_s=1.5)
     time = (-start_x - 2 * radius * cosine) / speed
     up, down = complex(cosine, sine), complex(cosine, -sine)
-    # The masses are equal. So the struck disc takes the component along the normal, which is the speed times cos 30
+    # The masses are equal. So the struck disc gets the component along the normal, which is the speed times cos 30
     # degrees; the striker keeps the rest.
     first_struck = cosine * speed * up
     between = speed - first_struck
-    # The second disc takes the part of the rest along its own normal: cos 30 (1 - 3/4) + sin 30 sqrt(3)/4 = sqrt(3)/4.
+    # The second disc gets the part of the rest along its own normal: cos 30 (1 - 3/4) + sin 30 sqrt(3)/4 = sqrt(3)/4.
     second_struck = math.sqrt(3) / 4 * speed * down
     impacts = [
         build_impact(time, 0, 1, between, first_struck),
@@ -47,8 +47,8 @@ def stage_boxed_gas(side: int, *, radius_m: float, pitch_m: float, speed: float,
     discs = []
     for k in range(side * side):
         row, column = divmod(k, side)
-        # Directions at multiples of the golden angle are spread evenly, and no two are equal. The shifts off the
-        # lattice are multiples of this angle, too.
+        # Multiples of the golden angle are spread evenly, and no two directions are equal. The discs are also shifted
+        # from a regular lattice in such directions.
         direction = cmath.exp(1j * golden_angle * k)
         centre = complex(column + 0.5, row + 0.5) * pitch_m + 0.1 * radius_m * direction**2
         discs.append(build_disc(centre, speed * direction, radius_m))

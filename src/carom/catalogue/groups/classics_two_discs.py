@@ -1,4 +1,4 @@
-"""Classics of two discs with one impact or none, each with an answer in closed form."""
+"""Scenes of the group `classics` with two discs and one impact or none. Formulas give the answers."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ def _head_on() -> Staged:
 
 def _oblique_3_4_5() -> Staged:
     """A disc at 5 m/s strikes an equal disc at rest. The discs leave at 3 and 4 m/s, at a right angle."""
-    # The normal (4, 3)/5 splits 5 m/s into 4 m/s along it, which the struck disc takes, and 3 m/s across it, which the
-    # striker keeps.
+    # The velocity of 5 m/s has a component of 4 m/s along the normal (4, 3)/5, which the struck disc gets, and of 3 m/s
+    # perpendicular to it, which the striker keeps.
     source = "Equal masses exchange the velocities along the normal: 5 m/s splits into 4 and 3 at a right angle"
     return stage_meeting((5, 0), (0.25, 0.25), offset=3 / 5, time_s=0.42, duration_s=1.25, source=source)
 
@@ -31,8 +31,7 @@ def _inelastic_oblique() -> Staged:
 
 def _perfectly_inelastic() -> Staged:
     """A disc hits an equal disc at rest with restitution 0, and both move on together."""
-    # All numbers are powers of two, so the common velocity is exact, and rounding can't make the pair approach once
-    # more.
+    # All numbers are exact floats, so the common velocity is exact. Otherwise rounding could cause a second impact.
     return stage_meeting((4, 0), (0.25, 0.25), restitution=0.0, time_s=0.71875, duration_s=1.5)
 
 
@@ -53,7 +52,7 @@ def _deflection() -> Staged:
 
 @add_tags(Tag.GRAZING)
 def _graze() -> Staged:
-    """A disc grazes another: the impact parameter is 0.999 contact distances, so the overlap is short and shallow."""
+    """A disc grazes another: its path passes the other centre at 0.999 contact distances."""
     return stage_meeting((3, 0), (0.3, 0.2), offset=0.999, time_s=0.61, duration_s=1.25)
 
 

@@ -1,4 +1,4 @@
-"""Classics with walls: unfolding, mirror images, and repeated bounces with restitution."""
+"""Scenes of the group `classics` with walls. Answers follow from unfolding, mirror images and geometric series."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ FLOOR = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))
 
 
 def upright(x_m: float, side: float) -> Wall:
-    """Return an upright wall at a place. The free side is right (1) or left (-1) of the wall."""
+    """Return a vertical wall at `x_m`. Discs are on its right (`side` is 1) or on its left (`side` is -1)."""
     return Wall(point_m=(x_m, 0.0), normal=(side, 0.0))
 
 
@@ -43,11 +43,11 @@ def build_box_walls(width_m: float, height_m: float) -> list[Wall]:
 def compute_box_bounces(
     start: complex, velocity: complex, width_m: float, height_m: float, duration_s: float
 ) -> list[KnownImpact]:
-    """Compute the impacts of a disc with the walls of `build_box_walls`. The unfolded path is one straight line.
+    """Compute the impacts of a disc with the walls of `build_box_walls`, by unfolding the path to a straight line.
 
     Args:
         start: Centre of the disc, relative to the corner of the region in which the centre moves.
-        velocity: Velocity of the disc, to the right and up.
+        velocity: Velocity of the disc. Both components are above 0.
         width_m: Width of that region.
         height_m: Height of that region.
         duration_s: Duration, in seconds.
@@ -57,7 +57,7 @@ def compute_box_bounces(
         (start.real, velocity.real, width_m, 0, True),
         (start.imag, velocity.imag, height_m, 2, False),
     ):
-        # A straight path crosses mirror images of the far wall and of the near wall alternately.
+        # The straight path alternately crosses mirror images of the far wall and of the near wall.
         count = math.floor((place + speed * duration_s) / length)
         events += [((n * length - place) / speed, near + n % 2, is_x) for n in range(1, count + 1)]
     impacts = []
@@ -79,7 +79,7 @@ def stage_in_room(
     drive: complex = 0,
     source: str = "Unfolding: the path is one straight line through a lattice of mirrored boxes",
 ) -> Staged:
-    """Build a scene with a disc in a room of four edges. The room is one body, whose edges may be thick and may move.
+    """Build a scene with a disc in a room: a closed chain of four edges, which may be thick and may move.
 
     Args:
         start: Centre of the disc at the start, relative to the corner of the region in which the centre moves.
@@ -105,7 +105,7 @@ def stage_in_room(
 def _box() -> Staged:
     """A disc bounces in a box. Its path unfolds to one straight line."""
     radius, width, height = 0.2, 2.4, 1.6
-    start, velocity = 0.5 + 0.3j, 5.3 + 3.7j  # relative to the corner of the region of the centre
+    start, velocity = 0.5 + 0.3j, 5.3 + 3.7j  # relative to the corner of the region in which the centre moves
     scene = build_scene(
         [build_disc(start + complex(radius, radius), velocity, radius)],
         walls=build_box_walls(width, height),
@@ -146,7 +146,7 @@ def _restitution_ladder() -> Staged:
 def _slanted_wall() -> Staged:
     """A disc bounces off a slanted wall of restitution 3/4."""
     normal = unit(-3 + 4j)
-    # Any point of the wall is valid; this point is 2 m from the place of impact.
+    # The wall may be given by any of its points. This one is 2 m from the place of impact.
     walls = [Wall(point_m=to_vector(2j * normal), normal=(-3.0, 4.0))]
     source = "Computed backwards from the impact: only the velocity along the normal changes, by the factor -e"
     return stage_at_wall(3 - 2.5j, 0.3, normal, walls, source, restitution=0.75, time_s=0.63, duration_s=1.5)

@@ -1,6 +1,7 @@
-"""Scenes of the group `contact` whose discs slide, roll, rest or slow down, with answers in closed form.
+"""Scenes of the group `contact` in which discs slide, roll, rest or slow down. Formulas give the answers.
 
-Sliding, rolling and resting follow Coulomb's law; see `docs/theory/contact.md`. The group runs only when it is named.
+Sliding, rolling and resting follow Coulomb's law; see `docs/theory/contact.md`. The group runs only if the user names
+it.
 """
 
 from __future__ import annotations
@@ -48,14 +49,14 @@ def _stage_on_wall(
         source: Source of the answer.
         answer: Position along the wall, speed and rim speed at the end, in metres and metres per second.
         duration_s: Duration of the scene.
-        fall: Tangent of the wall's angle, which is an angle of a right triangle with integer sides.
+        fall: Tangent of the wall's slope, such that sine and cosine are also rational.
         along: Speed along the wall at the start.
-        rim: Speed of the disc's rim, counterclockwise.
-        into: Speed into the wall at the start.
+        rim: Rim speed (spin times radius) at the start, counterclockwise.
+        into: Speed towards the wall at the start.
         up: Height at the start, in metres.
         count: Number of impacts.
         inertia: Inertia factor of the disc.
-        laws: Restitution and friction of the wall; by default the restitution is 0.
+        laws: Coefficients of the wall, such as restitution and friction; by default the restitution is 0.
     """
     nx, ny = fall / math.hypot(1.0, fall), 1.0 / math.hypot(1.0, fall)
 
@@ -84,7 +85,7 @@ def _drop() -> Staged:
 
 
 def _bounce_to_roll() -> Staged:
-    """A disc bounces infinitely often, sticks at its fourth bounce, and rolls after 1/5 s."""
+    """A disc bounces infinitely often, stops slipping at its fourth bounce, and rolls after 1/5 s."""
     source = "Geometric series of the bounces that slide, and of the bounces that stick: docs/theory/contact.md"
     answer = (1157 / 3840 + 4 / 3, 4 / 3, -4 / 3)
     return _stage_on_wall(
@@ -101,7 +102,7 @@ def _lands_sliding() -> Staged:
 
 
 def _between_thresholds() -> Staged:
-    """On a slope with enough friction for rolling but not for bouncing, a disc lands sliding, and rolls after 3/8 s."""
+    """On a slope, friction is enough to roll but not to stop the slip in bounces: a disc rolls only after 3/8 s."""
     source = (
         "Bounces stop a slip on slopes up to f (1 + 1/k)(1 + e)/2 = 0.675, and lasting contact up to f (1 + 1/k) = 0.9"
     )
@@ -114,7 +115,7 @@ def _between_thresholds() -> Staged:
 
 
 def _slide_to_roll() -> Staged:
-    """A disc that slides at first rolls after 1/2 s, at two thirds of its speed."""
+    """A disc that slides at first rolls after 1/2 s, at two thirds of its initial speed."""
     return _stage_on_wall(_COULOMB, (17 / 4, 2.0, -2.0), 2.0, along=3.0, wall_friction=0.2)
 
 
@@ -172,7 +173,7 @@ def _rolling_resistance_on_a_slope() -> Staged:
 
 
 def _block() -> Staged:
-    """If rolling resistance exceeds friction, a disc slides without turning, and stops like a block."""
+    """Rolling resistance exceeds friction, so a disc slides without turning, and stops like a block."""
     laws: dict[str, Any] = {"wall_friction": 0.3, "wall_rolling_resistance": 0.4}
     return _stage_on_wall(_ROLLING, (1.5, 0.0, 0.0), 5.0, along=3.0, **laws)
 
@@ -201,7 +202,7 @@ def _struck() -> Staged:
 
 
 def _edge() -> Staged:
-    """A disc rolls over the end of an edge at 3 m/s, and is too fast for gravity to keep it in contact."""
+    """A disc rolls over the end of an edge at 3 m/s, so fast that it flies off instead of turning about the end."""
     speed, end, duration = 3.0, 1.0, 1.0
     flight_s = duration - end / speed
     discs = [build_disc(complex(0.0, _RADIUS_M), speed, _RADIUS_M, spin_rad_s=-6.0)]

@@ -1,8 +1,8 @@
-"""Damped scenes of the group `contact`, with answers in closed form.
+"""Damped scenes of the group `contact`. Formulas give the answers.
 
 With damping, ``v' = -c v``, a disc has at time t the velocity ``v exp(-c t)`` and has moved by ``v s``, where s is ``(1
-- exp(-c t)) / c``. So each answer is computed for constant velocities with the time s, and s is converted to ``t =
--ln(1 - c s) / c``; see `docs/theory/damping.md`. The group runs only when it is named.
+- exp(-c t)) / c``. So each answer is computed as if velocities were constant and s were the time. Then s is converted
+to ``t = -ln(1 - c s) / c``; see `docs/theory/damping.md`. The group runs only if the user names it.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def _damped_box() -> Staged:
             hits.append((since, wall_body(2 * axis + wall)))
 
     def moving(undamped_s: float) -> tuple[complex, complex]:
-        """Return position and velocity of the damped disc just after an undamped time."""
+        """Return position and velocity of the damped disc just after the time at which s is `undamped_s`."""
         current_legs = [max(leg for leg in axis_legs if leg[0] <= undamped_s) for axis_legs in legs]
         kept_fraction = 1.0 - damping * undamped_s
         (x, u), (y, v) = (
@@ -101,10 +101,10 @@ def _damped_pair() -> Staged:
 def _damped_slide() -> Staged:
     """A damped spinning disc hits a floor and slides during the impact. Its spin decays like its velocity."""
     (u, v), spin, friction, restitution, damping, duration = (3.0, -2.0), 4.0, 0.1, 0.5, 0.5, 1.2
-    height = 1.6  # of the centre of a disc with radius 1 and inertia factor 1/2
+    height = 1.6  # height of the centre; the disc has radius 1 and inertia factor 1/2
     undamped_s, end = (height - 1.0) / -v, _to_undamped_time(duration, damping)
     pushed = (1.0 + restitution) * -v
-    # The rim moves to the right, so the floor's friction acts to the left on the centre, and against the spin.
+    # The disc's lowest point moves to the right, so friction accelerates the disc to the left, and reduces its spin.
     u_after, v_after, spin_after = u - friction * pushed, -restitution * v, spin - 2.0 * friction * pushed
     kept_fraction, left = 1.0 - damping * undamped_s, math.exp(-damping * duration)
     discs = [build_disc(complex(0.0, height), complex(u, v), 1.0, spin_rad_s=spin)]

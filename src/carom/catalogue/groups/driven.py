@@ -1,7 +1,7 @@
-"""The group `driven`: paddles, pistons, mallets and moving boxes, each scene with its answer in closed form.
+"""The group `driven`: scenes with paddles, pistons, mallets and moving boxes. Formulas give the answers.
 
-In the frame of a driven body, an impact is like an impact on a body at rest. So each answer is computed in that frame,
-for a wall or an immovable disc: see `docs/theory/walls.md`. The group runs only when it is named.
+For an observer who moves with a driven body, an impact is like an impact on a wall or disc at rest. So each answer is
+computed in the frame of the driven body: see `docs/theory/walls.md`. The group runs only if the user names it.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def _paddle() -> Staged:
 def _racket() -> Staged:
     """A tilted racket without thickness strikes an approaching disc, and their closing speed decreases by a fifth."""
     drive, velocity, time = 3 + 1j, -4 + 0.5j, 0.51
-    normal = 0.8 + 0.6j  # the direction of the racket is (-0.6, 0.8)
+    normal = 0.8 + 0.6j  # the racket itself has the direction (-0.6, 0.8)
     foot = 0.25j  # the point of the racket that the disc touches when they meet
     ends = [foot + offset * 1j * normal - drive * time for offset in (-0.75, 0.5)]
     walls = [edges(*ends, velocity_m_s=to_vector(drive))]
@@ -62,7 +62,7 @@ def _tip_of_a_racket() -> Staged:
 
 
 def _mallet() -> Staged:
-    """A mallet meets a puck off centre, and moves on unchanged."""
+    """A mallet hits a puck off centre, and keeps its velocity."""
     source = f"{LAW}, which is the line of centres"
     normal = complex(0.6, -0.8)
     return stage_at_mallet(0.5 - 1j, -1 + 1j, normal, (0.5, 0.5), source, time_s=0.8125, duration_s=2.0)
@@ -81,7 +81,7 @@ def stage_at_mallet(
 ) -> Staged:
     """Build a scene in which a puck meets a mallet. `velocity` is the puck's velocity, and `drive` is the mallet's.
 
-    `normal` points from puck to mallet when they meet, and `radius_m` has both radii, the puck's first.
+    `normal` points from puck to mallet when they meet. `radius_m` contains the radii of puck and mallet.
     """
     puck, mallet = -velocity * time_s, sum(radius_m) * normal - drive * time_s
     discs = [build_disc(puck, velocity, radius_m[0]), build_disc(mallet, drive, radius_m[1], math.inf, driven=True)]
@@ -93,12 +93,12 @@ def stage_at_mallet(
 def stage_before_paddle(
     speed: Fraction, length: Fraction, legs: Sequence[tuple[Fraction, Fraction]], duration: Fraction, source: str
 ) -> Staged:
-    """Build a scene in which a disc starts a metre from a wall, and bounces between wall and paddle.
+    """Build a scene in which a disc starts a metre from a wall, and bounces between this wall and a paddle.
 
-    All numbers are rational.
+    The answer is computed in rational numbers.
 
     Args:
-        speed: Velocity of the disc along the line, away from the wall.
+        speed: Velocity of the disc away from the wall.
         length: Initial distance of the paddle from the wall.
         legs: For each leg of the paddle, its start time and the paddle's velocity away from the wall.
         duration: Duration of the scene.
@@ -136,7 +136,7 @@ def _piston() -> Staged:
 
 
 def _crush() -> Staged:
-    """After 3 s a piston leaves a disc no room in front of a wall. The disc has infinitely many impacts before that."""
+    """A piston crushes a disc against a wall after 3 s. The disc has infinitely many impacts before that."""
     staged = _stage_in_cylinder(Fraction(-1, 2), Fraction(93, 32))
     source = (
         "Each impact on the piston adds 2 U to the speed (Ulam, 1961), so (v - U) times the disc's room is constant; "
@@ -152,14 +152,14 @@ def _piston_that_recedes() -> Staged:
 
 
 def _moving_box() -> Staged:
-    """A disc bounces in a moving box of four edges. Relative to the box, the disc bounces in a box at rest."""
+    """A disc bounces in a moving box of four edges. An observer who moves with the box sees a box at rest."""
     source = "Galileo: relative to the box, the disc bounces in a box at rest, and its path unfolds to a straight line"
     start, velocity = 1.109375 + 0.765625j, 1.71875 + 0.6328125j
     return stage_in_room(start, velocity, 0.25, 4.0, 3.0, 20.0, drive=3 - 2j, source=source)
 
 
 def _lift() -> Staged:
-    """A ball bounces on a floor that rises at a constant speed. Relative to the floor, the floor is at rest."""
+    """A ball bounces on a floor that rises at a constant speed, as in a lift."""
     return stage_on_lift(1.5)
 
 
@@ -199,7 +199,7 @@ def _paddle_to_and_fro() -> Staged:
 
 
 def _fast_cup() -> Staged:
-    """A ball starts at rest inside a cup that flies at 20 m/s. The cup pushes the ball, which never leaves it."""
+    """A ball starts at rest inside a cup that moves at 20 m/s. The cup carries the ball along."""
     radius, width, drive, place = 0.25, 2.0, 20.0, 1.0
     cup = edges(2j, 0 - 1j, width - 1j, width + 2j, velocity_m_s=(drive, 0.0))
     scene = build_scene([build_disc(place, 0, radius)], walls=[cup], duration_s=0.4)
@@ -212,7 +212,7 @@ def _fast_cup() -> Staged:
 
 
 def _conveyor() -> Staged:
-    """A ball that is dropped on a belt spins and leaves in the belt's direction, because friction ends all slip."""
+    """A ball is dropped on a conveyor. Friction ends the slip, so the ball spins and leaves in the belt's direction."""
     belt = 1.5
     floor = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0), surface_speed_m_s=belt)
     source = (
@@ -226,8 +226,8 @@ def on_a_moving_surface(floor: Wall, speed: float, friction: float, source: str)
     radius, down, time, k = 0.25, 2.0, 0.5, 0.5
     ball = build_disc(complex(0.0, radius + down * time), complex(0.0, -down), radius)
     scene = build_scene([ball], walls=[floor], wall_friction=friction, duration_s=2.0 * time)
-    # If friction is strong enough, it ends the slip, and 1/(1 + 1/k) of the slip becomes velocity. Otherwise friction's
-    # impulse is at its limit.
+    # If friction is strong enough, it ends the slip, and the ball gets 1/(1 + 1/k) of the surface's speed. Otherwise
+    # the impulse of friction has the largest value that Coulomb's law allows.
     change = math.copysign(min(abs(speed) / (1.0 + 1.0 / k), friction * 2.0 * down), speed)
     after, spin = complex(change, down), change / k / radius
     end = complex(0.0, radius) + after * time, after

@@ -1,4 +1,4 @@
-"""Scenes of undocumented behaviour of engines, described in docs/engines. The group runs only when it is named."""
+"""The group `engines`: scenes that show undocumented behaviour of engines. It runs only if the user names it."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def _slow_wall() -> Staged:
 
 
 def _crawl() -> Staged:
-    """Two discs approach at 0.08 m/s: some springs and thresholds of engines act only at such low speeds."""
+    """Two discs approach at 0.08 m/s: at such low speeds, some engines make contacts soft or inelastic."""
     return stage_meeting((0.04, -0.04), (0.25, 0.25), time_s=1.01, duration_s=3.0)
 
 
@@ -72,7 +72,7 @@ def _two_bullets() -> Staged:
 
 
 def _film() -> Staged:
-    """A disc at 20 m/s hits another obliquely: with 24 steps per second, it turns within a step or after the step."""
+    """A disc at 20 m/s hits another obliquely: with 24 steps per second, engines differ in when the disc turns."""
     return stage_meeting((20, 0), (0.25, 0.25), offset=0.6, time_s=0.41, duration_s=1.0, frame_rate_hz=24.0)
 
 

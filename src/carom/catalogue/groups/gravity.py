@@ -1,7 +1,7 @@
-"""The group `gravity`: scenes with uniform gravity, each with its answer in closed form.
+"""The group `gravity`: scenes with uniform gravity. Formulas give the answers.
 
-The first scene has no impact, so its error is the error of the integrator, which samples free fall. The other scenes
-also have errors of collisions; `docs/theory/contact.md` explains how to distinguish the two errors.
+The first scene has no impact, so all errors come from how an engine integrates free fall. In the other scenes, impacts
+also cause errors; `docs/theory/contact.md` explains how to distinguish the two.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ def _bouncing_ball() -> Staged:
 
 
 def _ladder() -> Staged:
-    """A ball of restitution 0.8 bounces lower and lower. The scene ends shortly before the ball would come to rest."""
+    """A ball of restitution 0.8 bounces lower each time. The scene ends shortly before the ball would come to rest."""
     # The fall takes 0.267 s. The infinitely many bounces would end at 9 times this time.
     return _stage_bouncing(0.35, 0.8, 1.93)
 
@@ -113,7 +113,7 @@ def _box() -> Staged:
 
 
 def _falling_pair() -> Staged:
-    """Two discs collide while they fall. In the falling frame, they collide as without gravity."""
+    """Two discs collide while they fall. For an observer who also falls, they collide as without gravity."""
     m1, m2, r1, r2, time, duration, e = 2.0, 3.0, 0.2, 0.3, 0.55, 1.25, 0.9
     v1, v2 = 3 + 1j, -1 + 2.5j  # at the impact, in the falling frame
     normal = compute_normal(v1 - v2, 0.35)

@@ -1,8 +1,7 @@
 """The group `paper`: the four cases of the source paper, figures 2 to 9.
 
-Each scene is computed backwards from its impacts. The frame rate is 24 frames per second, as in a film. The impacts
-have instants within a frame at which periodic interference testing (PIT) fails as in the paper. Impacts are at
-``k + phase`` frames: the phase is the fraction of a frame that has passed when the discs touch.
+Each scene is computed backwards from its impacts. The frame rate is 24 frames per second, as in a film. The instants of
+the impacts are chosen between frames such that the periodic interference test (PIT) fails as in the paper.
 """
 
 from __future__ import annotations
@@ -32,8 +31,8 @@ _seen = partial(stage_meeting, duration_s=1.0, frame_rate_hz=_FILM_HZ, source=_B
 
 def _missed() -> Staged:
     """Two discs meet and separate between two frames, so PIT misses their impact (figures 2 and 3)."""
-    # Half the chord is R sqrt(1 - .8^2) = .3 m long. At 12 m/s, the discs pass the half chord in 0.6 of a frame, which
-    # is less than the rest of the frame.
+    # The discs overlap and approach while they move by R sqrt(1 - .8^2) = .3 m. At 12 m/s this takes 0.6 of a frame.
+    # The impact is 0.2 of a frame after a frame, so that the next frame is too late.
     return _seen((6 + 0.75j, -6 - 0.25j), (0.25, 0.25), offset=0.8, time_s=10.2 / _FILM_HZ)
 
 

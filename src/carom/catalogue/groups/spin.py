@@ -1,8 +1,8 @@
-"""The group `spin`: friction and spin, each scene with its answer from a closed form or a cited source.
+"""The group `spin`: scenes with friction and spin. The answers come from formulas or cited sources.
 
-Unless a scene has other values, discs have radius 1 m, mass 1 kg and k = 1/2, so a spin equals a rim speed. Answers are
-fractions computed by hand from the sources, or linear maps of the sources applied to fractions.
-`docs/theory/friction.md` derives the law. The group runs only when it is named.
+By default, discs have radius 1 m, mass 1 kg and inertia factor k = 1/2, so that spin and rim speed are the same number.
+Answers are fractions that were computed by hand, or by formulas of the sources. `docs/theory/friction.md` derives the
+law. The group runs only if the user names it.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ _CROSS = "Cross, Am. J. Phys. 70 (2002) 1093: sticking gives v' = v/(1 + k); sli
 _ALCIATORE = "Alciatore, billiards TP A.14: tan(throw) is the smaller of f and k/(1 + k) tan(cut)/(1 + e)"
 _GARWIN = "Garwin, Am. J. Phys. 37 (1969) 88: a superball reverses its slip, (v, w) -> (v - 2 w, -4 v - w)/3 for k 1/2"
 
-#: Time of the first impact of most scenes, in seconds. The time is not at a boundary of steps that divide a frame
-#: equally, because rounding would decide there whether the impact is detected at once.
+#: Time of the first impact of most scenes, in seconds. It is not at the boundary of two steps, because rounding would
+#: decide there in which step the impact is detected.
 _FIRST_S = 0.42
-#: A coefficient at which no impact of these scenes slides: the largest one that PyBullet supports.
+#: A coefficient of friction so large that discs never slide in these scenes. PyBullet supports no larger one.
 _GRIP = 10.0
 
 
 def _build_disc(contact: Vector, velocity: Vector, time_s: float = _FIRST_S, **fields: Any) -> Disc:
-    """Return a disc that moves straight and is at the position `contact` at `time_s`."""
+    """Return a disc that moves straight and reaches the position `contact` at `time_s`."""
     start = (contact[0] - velocity[0] * time_s, contact[1] - velocity[1] * time_s)
     return Disc(position_m=start, velocity_m_s=velocity, radius_m=1.0, **fields)
 
@@ -58,7 +58,7 @@ def _stage_two_discs(
 
 
 def _grip() -> Staged:
-    """A disc without spin hits a rough floor, and friction gives its rim the speed of rolling."""
+    """A disc without spin hits a rough floor, and friction makes it spin as if it rolled on the floor."""
     return _stage_on_floor((3.0, -4.0), (2.0, 2.0), -2.0, _CROSS, wall_friction=2.0, wall_restitution=0.5)
 
 
@@ -102,7 +102,7 @@ def _throw_stick() -> Staged:
 
 
 def _gearing() -> Staged:
-    """In a cut shot the spin lets the discs roll on each other, so friction of any size has no effect."""
+    """In a cut shot, the spin makes the rims move at the same speed, so friction of any size has no effect."""
     return _stage_two_discs((0.8, 0.6), (5.0, 0.0), 3.0, ((1.8, -2.4), (3.2, 2.4)), (3.0, 0.0), friction=10.0)
 
 
@@ -119,7 +119,7 @@ def _english_slide() -> Staged:
 def _stage_between_plates(
     states: list[tuple[float, float]], along: float, across: float, gap: float, source: str, **fields: Any
 ) -> Staged:
-    """Build a scene with a disc between two elastic plates. `states` has tangential speed and spin after impacts."""
+    """Build a scene with a disc between two elastic plates. `states` contains speed and spin after each impact."""
     flight = gap / across
     walls = [FLOOR, Wall(point_m=(0.0, 2.0 + gap), normal=(0.0, -1.0))]
     start = Disc(position_m=(0.0, 1.0 + gap / 2), velocity_m_s=(along, -across), radius_m=1.0)
@@ -169,7 +169,7 @@ def _compute_superball_states(states: int) -> list[tuple[float, float]]:
     v, w = Fraction(1), Fraction(0)
     found = []
     for n in range(states):
-        side = -1 if n % 2 else 1  # the table is like a floor upside down, so the spin has the other sign
+        side = -1 if n % 2 else 1  # the table acts like a floor upside down, so spins change their sign
         v, w = (v - side * 2 * w) / 3, (-side * 4 * v - w) / 3
         found.append((float(v), float(w)))
     return found
@@ -215,8 +215,8 @@ def _corner() -> Staged:
     """A disc meets both walls of a right-angled corner at once. With friction, the order of the walls has an effect."""
     walls = [FLOOR, upright(0.0, 1)]
     scene = build_scene([_build_disc((1.0, 1.0), (-3.0, -2.0))], walls=walls, wall_friction=0.25, duration_s=1.0)
-    # The side wall has the lower number, so its impact is first. Its friction can change -2 m/s by up to 6/4 m/s, and
-    # 2/3 m/s are enough for rolling.
+    # The side wall has the lower number, so its impact is applied first. Its friction could change the velocity of -2
+    # m/s along the wall by up to 6/4 m/s, but a change of 2/3 m/s already stops the slip.
     impacts = (
         KnownImpact(_FIRST_S, 0, -2, (3.0, -4 / 3), spin_first_after=-4 / 3),
         KnownImpact(_FIRST_S, 0, -1, (22 / 9, 4 / 3), spin_first_after=-22 / 9),

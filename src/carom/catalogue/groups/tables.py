@@ -1,7 +1,7 @@
-"""The group `tables`: walls that end or bend, each scene with its answer in closed form.
+"""The group `tables`: scenes with walls that end, have corners, or are curved. Formulas give the answers.
 
-The scenes cover bug reports on thin walls, corners, seams and curved tables. `docs/theory/walls.md` derives the surface
-that a disc meets. The group runs only when it is named.
+Many bug reports are about such walls. `docs/theory/walls.md` derives the surface that discs hit. The group runs only if
+the user names it.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def _stage_around_polygon(
 ) -> Staged:
     """Build a scene in which a disc moves along a polygon, from the middle of a side, and meets a wall at each corner.
 
-    No equation is solved: at an impact the velocity takes the direction of the next side.
+    At each impact, the velocity gets the direction of the polygon's next side, so no equation has to be solved.
     """
     sides = [later - place for place, later in zip(places, (*places[1:], places[0]), strict=True)]
     begin, duration = places[0] - sides[-1] / 2, abs(sides[-1]) / 2
@@ -65,7 +65,7 @@ def _bullet() -> Staged:
 
 
 def _stage_at_wall_end(offset: float) -> Staged:
-    """Build a scene in which a disc flies to the upper end of a wall, with its centre `offset` radii above the end."""
+    """Build a scene in which a disc flies to a wall's upper end. Its centre is `offset` radii higher than the end."""
     radius, speed, time = 0.25, 3.0, 0.51
     normal = complex(-math.sqrt(max(1.0 - offset * offset, 0.0)), offset)  # from the end to the centre
     start = complex(0.0, radius * offset) + radius * normal.real - speed * time
@@ -82,7 +82,7 @@ def _end_of_wall() -> Staged:
 
 
 def _end_grazed() -> Staged:
-    """A disc meets the end of a thin wall with its outermost twentieth, and is deflected by 36 degrees."""
+    """A disc grazes the end of a thin wall, and is deflected by 36 degrees."""
     return _stage_at_wall_end(0.95)
 
 
@@ -92,7 +92,7 @@ def _end_missed() -> Staged:
 
 
 def _stage_in_corner(restitution: float) -> Staged:
-    # These numbers are exact, so that the disc meets both sides at one instant.
+    # Floats represent these numbers exactly, so that the disc meets both sides at exactly the same time.
     radius, velocity, time = 0.5, -1 - 1.5j, 65 / 64
     discs = [build_disc(complex(radius, radius) - velocity * time, velocity, radius)]
     scene = build_scene(discs, walls=[edges(9, 0, 9j)], wall_restitution=restitution, duration_s=2.5)
@@ -116,7 +116,7 @@ def _corner_with_losses() -> Staged:
 
 
 def _stage_in_wedge(degrees: float, start: complex, velocity: complex) -> Staged:
-    """Build a scene with a disc in a wedge. `start` and `velocity` refer to the wedge in which the centre moves."""
+    """Build a scene with a disc in a wedge. `start` is relative to the apex of the wedge in which the centre moves."""
     angle, radius = math.radians(degrees), 0.125
     apex = radius * complex(1.0 / math.tan(angle / 2.0), 1.0)
     walls = [edges(64, 0, 64 * cmath.exp(1j * angle))]
@@ -166,7 +166,7 @@ def _whispering_gallery() -> Staged:
         [Disc(position_m=(rho, 0.0), velocity_m_s=(-math.sin(delta), math.cos(delta)), radius_m=radius)],
         walls=[Ring(centre_m=(0, 0), radius_m=rho + radius)],
         duration_s=(count + 0.5) * chord,
-        frame_rate_hz=3000.0,  # six frames from impact to impact
+        frame_rate_hz=3000.0,  # six frames between two impacts
     )
     impacts = [build_impact(k * chord, 0, -1, velocity * cmath.exp(2j * delta * k)) for k in range(1, count + 1)]
     return build_staged(scene, impacts, f"{_CHORDS}: each chord is 2 rho sin(delta) long")
@@ -193,7 +193,7 @@ def _stage_to_and_fro(start: complex, velocity: complex, half_crossing_s: float)
 
 @add_tags(Tag.UNSTABLE)
 def _stadium_rhombus() -> Staged:
-    """A disc moves along a rhombus in a stadium. Each impact on an arc increases an error along the arc."""
+    """A disc moves along a rhombus in a stadium. Each impact on an arc increases errors of the disc's position."""
     return _stage_around_polygon([-1.5j, 3.5, 1.5j, -3.5], 1.25, 0.5, _build_stadium(), _BUNIMOVICH)
 
 
@@ -210,7 +210,7 @@ def _two_posts() -> Staged:
 def _three_posts() -> Staged:
     """A disc moves along a triangle between three round posts. An error grows twelvefold at each impact."""
     centres = [6.0 / math.sqrt(3.0) * cmath.exp(1j * math.pi * (1 / 2 + 2 * k / 3)) for k in range(3)]
-    # At contact, the disc is on the side of the post towards the middle. The sum of both radii is 1 m.
+    # At contact, the disc is 1 m (the sum of both radii) from the post's centre, towards the middle of the triangle.
     places = [centre - unit(centre) for centre in centres]
     side = 6.0 - math.sqrt(3.0)
     begin, direction = (places[0] + places[1]) / 2, unit(places[1] - places[0])

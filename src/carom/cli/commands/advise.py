@@ -25,9 +25,9 @@ def advise(
 ) -> None:
     """Find the largest step size at which each engine misses no impact and meets an accuracy target.
 
-    All step sizes of a grid are tested, beginning with the whole run in one step. Each step size is tested at phases
-    that are spread over a step, and at unfavourable ones. Every tested step of the recommended size or smaller passes.
-    The next larger step size fails.
+    A series of step sizes is tested, beginning with the whole run in one step. Each is tested at phases that are spread
+    over a step, and at phases at which impacts are easily missed. The recommended step size and all smaller ones pass;
+    the next larger one fails.
 
     Examples: `carom advise my-scene.toml --out advice`, `carom advise paper/missed --direction-error 5deg
     --miss-probability 0.1`.
@@ -40,7 +40,7 @@ def advise(
     loaded_scene = common.load_one_scene(scene, "SCENE")
     page = None
     with claim_while_writing(out, PURPOSE, "--out") if out is not None else nullcontext():
-        if out is not None:  # report errors before the search, which takes minutes
+        if out is not None:  # check the folder before the search, which takes minutes
             require_report_extra()
         with options.open_pool() as pool, common.show_progress_bar() as progress:
             advice = find(loaded_scene, options, pool, progress=progress, command=get_command_line())

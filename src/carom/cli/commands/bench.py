@@ -29,21 +29,21 @@ def bench(
         Path | None,
         typer.Option(
             "--baseline",
-            help="Compare with an earlier bench on this machine (its folder or bench.json). Exit code 1 if run time "
-            "or error of a point became worse.",
+            help="Compare with an earlier bench on this machine (its folder or bench.json). Exit code 1 if a run time "
+            "or an error became worse.",
         ),
     ] = None,
     verbose: common.Verbose = False,
     grow: Annotated[
         bool,
-        typer.Option("--grow", help="Measure run time and memory against the number of discs instead. Takes no scene."),
+        typer.Option("--grow", help="Measure how run time and memory grow with the number of discs instead. No scene."),
     ] = False,
     discs: Annotated[list[str] | None, build_typer_option(GrowthOptions, "sizes")] = None,
 ) -> None:
     """Plot error against run time, and find the fastest engine for the accuracy you need.
 
-    Errors and run times are measured in separate passes, and nothing else runs during timing. Each finished job is
-    written to a journal, so --resume continues an interrupted bench.
+    Errors are measured first. Then run times are measured while nothing else runs. Each result is written to a journal,
+    so --resume continues an interrupted bench.
 
     Examples: `carom bench my-scene.toml`, `carom bench paper -e pymunk -e mujoco --dt 1/60..1/10000:8 --out mine`,
     `carom bench my-scene.toml --scheduler tcp://10.0.0.1:8786 --resume`.
@@ -65,7 +65,7 @@ def bench(
         raise InputError("no scene given: name a scene file or catalogue scenes, as in carom bench my-scene.toml")
     loaded_scenes = common.load_plain_scenes(scenes)
     require_report_extra()
-    # report errors before the runs
+    # read the file before the runs, so that its errors are reported at once
     before = read_baseline(baseline, describe_environment()) if baseline is not None else None
     scored, timed = out / "journal.jsonl", out / "timings.jsonl"
     with (

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from carom.execution.job import Progress
     from carom.model.scene import Scene
 
-#: Name of the study in its output folders.
+#: Word that marks output folders of this command.
 PURPOSE = "certified"
 
 
@@ -35,9 +35,9 @@ def certify(
 ) -> None:
     """Compute impacts with proven digits, by ball arithmetic.
 
-    A run ends at the end of its scene, at a limit, or at an event whose outcome can't be proven. The event is named.
-    Sliding, rolling and resting on straight walls are supported. Needs python-flint: `pip install 'carom[certify]'`.
-    Exit code 1: a scene was not certified to its end or limit.
+    A run ends at the end of its scene, at a limit, or at an event whose outcome can't be proven. The command prints
+    this event. Sliding, rolling and resting on straight walls are supported. Needs python-flint: `pip install
+    'carom[certify]'`. Exit code 1: a run ended before the end of its scene or a limit.
 
     Examples: `carom certify classics/gas`, `carom certify my-scene.toml --digits 30 --max-impacts 100`,
     `carom certify my-scene.toml --time-budget 10 --json`.

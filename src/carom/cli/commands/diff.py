@@ -13,8 +13,7 @@ from carom.errors import InputError
 from carom.execution.run_options import FailOn
 from carom.studies.diff.options import DiffOptions
 
-#: Text at the beginning of every written comparison, and the number of bytes at the beginning of a file that are
-#: searched for this text.
+#: Text by which a file is recognised as an earlier comparison, and number of bytes at its beginning that are searched.
 TITLE, MOST_HEAD = "Carom diff", 4096
 
 
@@ -30,7 +29,7 @@ def diff(
     verbose: common.Verbose = False,
     schema: Annotated[bool, typer.Option("--schema", help="Print the JSON Schema of a line of results.jsonl.")] = False,
 ) -> None:
-    """List what got better or worse between two reports, with the reason.
+    """List what got better or worse from an old report to a new one, with the reason.
 
     Examples: `carom diff reports/before reports/after`, `carom diff old new --markdown - --fail-on close`.
     """
@@ -58,7 +57,7 @@ def diff(
 
 
 def _require_own(option: str, path: Path) -> None:
-    """Raise an error if a file exists that is not an earlier comparison but, for example, a scene."""
+    """Raise an error if the file exists, unless it is an earlier comparison, which may be replaced."""
     from carom.support.escaping import format_value
 
     if path.is_file() and (begin := path.read_bytes()[:MOST_HEAD]) and TITLE.encode() not in begin:

@@ -38,7 +38,7 @@ def engines(
         typer.Option("--scene", help="With --show: scene file or catalogue scene (default: two discs and a floor)."),
     ] = None,
 ) -> None:
-    """List engines, describe one in full, or print its settings as code."""
+    """List engines, describe some in full, or print the settings of one as code."""
     from carom.execution.describe_engines import engines as known_engines
     from carom.report.engine_and_scene_lists import build_engine_document, format_engine_lines
 

@@ -43,10 +43,10 @@ def history(
     retry: common.Retry = False,
     verbose: common.Verbose = False,
 ) -> None:
-    """List changes between releases of an engine, with the present adapter and scenes.
+    """List how results changed from release to release of an engine, with the present adapter and scenes.
 
-    Each release is installed into its own folder, by pip from wheels or by npm without scripts. Your installation does
-    not change. The exit code is 1 if the newest release is worse than the previous one.
+    Each release is installed into a folder of its own, so your installation does not change. Pip installs only wheels,
+    and npm runs no scripts. The exit code is 1 if the newest release is worse than the previous one.
 
     Examples: `carom history pymunk`, `carom history rapier2d --versions '>=0.18' --out history`,
     `carom history rapier2d --bisect classics/cradle-gaps:default:1/60`.

@@ -29,7 +29,7 @@ def import_file(
         typer.Option("--pixels-per-metre", show_default=False, help="Length units of the file per metre (default: 1)."),
     ] = 1.0,
 ) -> None:
-    """Convert a pymunk space, an MJCF model or a Planck dump to a scene, and list dropped parts."""
+    """Convert a pymunk space, an MJCF model or a Planck dump to a scene, and list the parts that are left out."""
     from carom.errors import InputError
     from carom.execution.scene_import import import_scene
     from carom.model.scene_file import save_scene

@@ -41,7 +41,8 @@ def run(
     resume: common.Resume = False,
     retry: common.Retry = False,
     explain: Annotated[
-        bool, typer.Option("--explain", help="Print the planned runs and omissions with reasons, and exit.")
+        bool,
+        typer.Option("--explain", help="Print which runs are planned or left out, with the reasons, and exit."),
     ] = False,
     verbose: common.Verbose = False,
     fail_on: Annotated[
@@ -74,7 +75,7 @@ def run(
         folder: AbstractContextManager[None] = nullcontext()
     else:
         require_report_extra()
-        # report errors before the query of engines, which takes seconds
+        # check the folder before the query of engines, which takes seconds
         folder = claim_while_writing(out, PURPOSE, "--out")
     with options.open_pool() as pool, folder:
         plan = build_plan(loaded_scenes, options, pool)
@@ -96,7 +97,7 @@ def run(
 def _carry_out_plan(
     plan: Plan, pool: Pool, report: Path | None, fail_on: Grade | None, *, resume: bool, retry: bool, verbose: bool
 ) -> Results:
-    """Carry out a plan, write its report if requested, and print the table of grades."""
+    """Run the jobs of a plan, write the report if requested, and print the table of grades."""
     from carom.studies.cross_check.document import build_report, cross_check_document
     from carom.studies.cross_check.run import execute, observed_journal
 
@@ -114,13 +115,13 @@ def _carry_out_plan(
         found = execute(plan, pool, notes=journal, progress=progress, command=get_command_line())
         built_report = build_report(found, fail_on)
         page = built_report.write(report)
-        path.unlink(missing_ok=True)  # the report contains all results of the journal
+        path.unlink(missing_ok=True)  # not needed any more: the report contains all results
     common.print_document(built_report.document, full=verbose, report=page)
     return built_report.results
 
 
 def _say_settings(results: Results, scene: str) -> None:
-    """Print the command that shows the settings of the most accurate method as code. Skip methods without code."""
+    """Print a command that prints the settings of the most accurate method as code. Skip methods that have no code."""
     from carom.engines.registry import format_engine_argument
     from carom.studies.cross_check.grid import build_grid, rank_methods
     from carom.support.formatting import format_step_option
@@ -145,7 +146,7 @@ def _choose_exit_code(results: Results, requested: set[str], fail_on: Grade | No
         return common.EXIT_CRASHED
     if any(row.status is Status.UNAVAILABLE and row.job.engine in requested for row in results.rows):
         return common.EXIT_UNAVAILABLE
-    if all(row.score is None for row in results.rows):  # without any score, the command has not succeeded
+    if all(row.score is None for row in results.rows):  # no job has run
         return common.EXIT_UNAVAILABLE
     if fail_on is not None and any(is_violation(row, fail_on) for row in results.rows):
         return common.EXIT_VIOLATION

@@ -28,7 +28,7 @@ def serve(
     Examples: `carom serve pymunk --path old/pymunk-6.4.0 --manifest pymunk-6.4.0 > old.toml`, then
     `carom run classics -e pymunk -e ./old.toml`.
     """
-    # The engine may print. Its output is redirected, so that standard output contains only answers of the protocol.
+    # Anything that the engine prints goes to standard error, so that standard output contains only answers.
     answers = os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8", buffering=1)
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
     if path is not None:

@@ -1,4 +1,4 @@
-"""`carom stress`: find the value of a quantity at which each engine fails, in scenes that are numerically difficult."""
+"""`carom stress`: make scenes harder and harder, and find at which value of a quantity each engine fails."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def stress(
     verbose: common.Verbose = False,
     list_only: Annotated[bool, typer.Option("--list", help="List all stress tests and exit.")] = False,
 ) -> None:
-    """Find the value of a quantity at which each engine fails, in scenes built to break numerics.
+    """Find the value of a quantity, such as a speed, at which each engine fails, in numerically difficult scenes.
 
     Examples: `carom stress --quick`, `carom stress grazing tunnelling -e mujoco`,
     `carom stress --out reports/stress --resume`.

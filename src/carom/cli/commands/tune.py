@@ -32,8 +32,8 @@ def tune(
 ) -> None:
     """Find the most accurate settings of an engine, and print them as a profile.
 
-    The search first minimises the number of wrong scenes, then that of scenes that are neither exact nor close, then
-    the error, then run time.
+    The best settings have the fewest scenes with the grade wrong. Among equals, they have the most exact or close
+    scenes, then the smallest error, and then the shortest run time.
 
     Examples: `carom tune pymunk`, `carom tune box2d classics paper --trials 300`, `carom tune pymunk --resume --trials
     300`.

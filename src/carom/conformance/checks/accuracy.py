@@ -1,9 +1,9 @@
 """Checks of accuracy: impacts, times and velocities of scenes with known answers.
 
-PIT runs the same scene with the same step size. PIT's errors arise because it checks for overlap only once per step. An
-adapter's errors may be as large as PIT's errors plus the errors that the profile declares in `Accuracy`. A profile with
-cut steps finds the instant of contact, so only the declared errors and rounding are allowed. For a profile with a
-contact margin, the errors of `carom.conformance.contact_margin` replace PIT's errors if they are larger.
+PIT runs the same scene with the same step size. All of PIT's errors arise because it checks for overlap only once per
+step. An adapter's errors may be as large as PIT's errors plus the errors that the profile declares in `Accuracy`. The
+profile `located` finds the instant of contact, so only the declared errors and rounding are allowed. If a profile
+declares a contact margin, the errors of `carom.conformance.contact_margin` replace PIT's errors where they are larger.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from carom.support.formatting import format_instant, format_number, format_secon
 def finds_impacts(subject: Subject, profile: str, name: str) -> None:
     """The engine finds every impact that PIT finds.
 
-    Any invented impact is due to a declared contact margin or also PIT's.
+    The engine invents no impacts, except those that PIT also invents or that the declared contact margin explains.
     """
     run = subject.score(profile, name)
     trace, score, due = run.trace, run.score, run.reference.impacts
@@ -46,14 +46,14 @@ def finds_impacts(subject: Subject, profile: str, name: str) -> None:
 
 
 def times_are_right(subject: Subject, profile: str, name: str) -> None:
-    """No impact is earlier than PIT's, or later than PIT's (or one step, if that is more) plus the declared lateness.
+    """No impact is earlier than PIT's impact, or later than PIT's by more than the delay that the profile declares.
 
-    With a declared margin, an impact may also be as early or late as the same impact of bodies that are thicker by the
-    margin.
+    If PIT's impact is less than one step late, a delay of one step is allowed instead. If the profile declares a
+    contact margin, an impact may also be as early or late as an impact of bodies that are thicker by the margin.
     """
     run, described = subject.score(profile, name), subject.adapter.profiles[profile]
     dt_s, promise_s = run.setup.dt_s, described.accuracy.late_steps * run.setup.dt_s
-    # An impact can be at any instant of a step, so sampling can detect it up to a whole step late.
+    # An engine that checks once per step detects an impact up to one step late.
     times = _read_errors(run.pit, "time_s").values()
     sampled_s, early_s = max([dt_s, *times]), max([0.0, *(-time_s for time_s in times)])
     if described.located:
@@ -61,7 +61,7 @@ def times_are_right(subject: Subject, profile: str, name: str) -> None:
     rounding_s = subject.rounding * run.setup.scene.duration_s
     margin = _read_errors(run.margin, "time_s")
     for error in _list_compared_errors(run, "time_s"):
-        # The declared errors of successive impacts add up.
+        # Each impact may add the declared delay to that of the impacts before it.
         shifted_s = margin.get(error.reference, 0.0)
         late_s = max(sampled_s, shifted_s) + promise_s * (error.reference + 1)
         impact, early = run.reference.impacts[error.reference], shifted_s < 0
@@ -79,7 +79,7 @@ def times_are_right(subject: Subject, profile: str, name: str) -> None:
 
 
 class _Allowed(NamedTuple):
-    """Allowed errors of velocities or spins for each cause, relative to the scene's speed."""
+    """Allowed errors of velocities or spins, by their cause, as fractions of the scene's speed."""
 
     sampled: float
     promise: float
@@ -102,7 +102,7 @@ def _compute_allowed_errors(subject: Subject, run: CatalogueRun, kind: str) -> _
 
 
 def velocities_are_right(subject: Subject, profile: str, name: str) -> None:
-    """Errors of velocities, after impacts and at the end, are at most PIT's errors plus the declared errors."""
+    """After impacts and at the end, velocity errors are at most PIT's errors plus the profile's declared errors."""
     run = subject.score(profile, name)
     trace, speed, allowed = run.trace, run.score.scales.speed_m_s, _compute_allowed_errors(subject, run, "velocity")
     for error in _list_compared_errors(run, "velocity"):
@@ -131,7 +131,7 @@ def velocities_are_right(subject: Subject, profile: str, name: str) -> None:
 
 
 def spins_are_right(subject: Subject, profile: str, name: str) -> None:
-    """Errors of spins, after impacts and at the end, are at most PIT's errors plus the declared errors."""
+    """After impacts and at the end, spin errors are at most PIT's errors plus the profile's declared errors."""
     run = subject.score(profile, name)
     trace, speed, allowed = run.trace, run.score.scales.rim_m_s, _compute_allowed_errors(subject, run, "spin")
     why = f"PIT's error {format_number(allowed.sampled, 3)}, declared {format_number(allowed.promise, 3)}"
@@ -156,9 +156,9 @@ def spins_are_right(subject: Subject, profile: str, name: str) -> None:
 
 
 def _list_compared_errors(run: CatalogueRun, field: str) -> list[ImpactError]:
-    """Return the errors of impacts that PIT also finds, since the error of sampling is known only for these.
+    """Return the errors of the impacts that PIT also finds, the largest error first.
 
-    Largest first.
+    For impacts that PIT misses, there is no error of PIT to compare with.
     """
     common = {error.reference for error in run.pit.errors}
     compared = [error for error in run.score.errors if error.reference in common]
@@ -166,7 +166,7 @@ def _list_compared_errors(run: CatalogueRun, field: str) -> list[ImpactError]:
 
 
 def _read_errors(score: Score | None, field: str) -> dict[int, float]:
-    """Return the finite errors of a field, by impact; none if there is no score."""
+    """Return the errors in the field `field`, by the number of the impact, without infinite ones and NaN."""
     all_errors = {error.reference: getattr(error, field) for error in (score.errors if score else ())}
     return {impact: error for impact, error in all_errors.items() if math.isfinite(error)}
 

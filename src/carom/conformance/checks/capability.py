@@ -17,8 +17,8 @@ from carom.model.scene import Scene
 from carom.support.formatting import format_number
 from carom.support.limits import LARGEST
 
-#: Largest tested coordinates and speeds for an engine without a declared limit. They are a thousand times the values of
-#: any catalogue scene, but the rounding of 64-bit floats is still negligible.
+#: Largest tested coordinates and speeds for an engine that declares no limit. They are a thousand times those of any
+#: catalogue scene, but 64-bit floats still represent them precisely enough.
 FAR_M = 1e5
 FAST_M_S = 1e5
 
@@ -26,13 +26,13 @@ FAST_M_S = 1e5
 SMALL_M = 1e-5
 SLOW_M_S = 1e-4
 
-#: Number of phases, each of which starts the fast disc elsewhere within a step. Without continuous detection, the
-#: engine misses the impact at most of these phases.
+#: Number of phases at which the fast disc is tested. Without continuous detection, an engine misses the impact at most
+#: of these phases.
 PHASES = 8
 
 
 def restitution_as_declared(subject: Subject, share: float, wall_share: float) -> None:
-    """Restitutions of discs and of walls can have any values in the declared range, and have the correct effect."""
+    """Speeds after an impact are correct for all restitutions of discs and of walls in the declared range."""
     capabilities = subject.capabilities()
     low, high = capabilities.restitution
     e, wall_e = low + share * (high - low), low + wall_share * (high - low)
@@ -41,13 +41,13 @@ def restitution_as_declared(subject: Subject, share: float, wall_share: float) -
     if not capabilities.walls and wall_share != share:
         raise NotApplicable("walls are not declared, so there is no second coefficient")
     setup = require_supported(subject, scenes.build_bounce_and_pair(e, wall_e, wall=capabilities.walls))
-    # The total momentum 1 * 1 - 2 * 2 = -3 kg m/s is conserved, and the closing speed of 3 m/s is multiplied by e.
+    # The momentum, 1 * 1 - 2 * 2 = -3 kg m/s, is conserved. The discs approach at 3 m/s, and separate at e times 3 m/s.
     expected = [(-1 - 2 * e, 0.0), (-1 + e, 0.0), (0.0, -3 * wall_e)][: len(setup.scene.discs)]
     end_with_velocities(subject, setup, expected, f"restitution {e:g}, walls {wall_e:g}")
 
 
 def immovable_stays(subject: Subject, order: str) -> None:
-    """A disc that hits an immovable disc head-on reverses its velocity, no matter which disc has the lower number."""
+    """A disc that hits an immovable disc head-on bounces straight back, no matter which disc has the lower number."""
     setup = require_supported(subject, scenes.build_post(first=order == "first"))
     expected = [(-3.0, 0.0), (0.0, 0.0)]
     end = end_with_velocities(subject, setup, expected[:: -1 if order == "first" else 1], "an immovable disc")
@@ -79,7 +79,7 @@ def falls_as_declared(subject: Subject) -> None:
 
 
 def slows_as_declared(subject: Subject) -> None:
-    """Velocity and spin of a free damped disc decrease as exp(-c t). First-order integrators are accurate enough."""
+    """Velocity and spin of a damped disc decrease as exp(-c t), within the error of a first-order integrator."""
     setup = require_supported(subject, scenes.build_damped_disc(spins=subject.capabilities().spin))
     scene, end = setup.scene, subject.watch(setup).seen[-1]
     disc, steps = scene.discs[0], scene.step_count(setup.dt_s)
@@ -96,7 +96,7 @@ def slows_as_declared(subject: Subject) -> None:
 
 
 def rolls_as_declared(subject: Subject) -> None:
-    """A disc that rolls with rolling resistance decelerates by c g/(1 + k). The error is at most that of one step."""
+    """A disc that rolls with rolling resistance c decelerates by c g/(1 + k), where k is its inertia factor."""
     setup = require_supported(subject, scenes.build_rolling_disc())
     scene, end = setup.scene, subject.watch(setup).seen[-1]
     rate = scene.wall_rolling_resistance * math.hypot(*scene.gravity_m_s2) / (1.0 + scene.discs[0].inertia_factor)
@@ -109,7 +109,7 @@ def rolls_as_declared(subject: Subject) -> None:
 
 
 def slows_on_a_table_as_declared(subject: Subject) -> None:
-    """A disc on a table slows down by the table's deceleration. The error is at most that of one step."""
+    """A disc on a table slows down by the table's deceleration. The final speed may be wrong by one step's change."""
     setup = require_supported(subject, scenes.build_sliding_disc())
     scene, (u, v) = setup.scene, subject.watch(setup).seen[-1].velocity_m_s[0].tolist()
     left = 1.0 - scene.table_deceleration_m_s2 * scene.duration_s
@@ -121,7 +121,7 @@ def slows_on_a_table_as_declared(subject: Subject) -> None:
 
 
 def _require_velocity_transfer(subject: Subject, scene: Scene, label: str, dt_s: float = scenes.DT_S) -> None:
-    """Check the impact of a disc on an equal disc at rest. The struck disc must get the velocity of the other disc."""
+    """Check that a disc that hits an equal disc at rest head-on stops, and that the other disc gets its velocity."""
     speed = scene.discs[0].velocity_m_s[0]
     end_with_velocities(subject, Setup(scene, dt_s=dt_s), [(0.0, 0.0), (speed, 0.0)], label)
 
@@ -132,12 +132,12 @@ def _require_transfer_at(subject: Subject, speed: float) -> None:
 
 
 def fast_as_declared(subject: Subject) -> None:
-    """At the greatest declared speed, and with a shorter step, a disc passes its velocity on to an equal disc."""
+    """An impact of two discs is correct at the greatest declared speed, with a step that is shorter accordingly."""
     _require_transfer_at(subject, min(subject.capabilities().max_speed_m_s, FAST_M_S))
 
 
 def far_as_declared(subject: Subject) -> None:
-    """At the greatest declared coordinate, a disc passes its velocity on to an equal disc."""
+    """An impact of two discs is correct at the greatest declared distance from the origin."""
     capabilities = subject.capabilities()
     # Beyond this coordinate, the rounding of positions exceeds a thousandth of the disc's radius.
     finest = 0.5e-3 * 2.0 ** MANTISSA_BITS[capabilities.float_bits]
@@ -159,7 +159,7 @@ def moves_as_declared(subject: Subject) -> None:
 
 
 def small_as_declared(subject: Subject) -> None:
-    """At the smallest declared radius, a disc passes its velocity on to an equal disc."""
+    """An impact of two discs with the smallest declared radius is correct."""
     radius = subject.capabilities().min_radius_m or SMALL_M
     # Lengths are scaled by 2 r, and times and speeds by the square root of 2 r, so that accelerations stay the same.
     root = math.sqrt(2 * radius)
@@ -168,19 +168,19 @@ def small_as_declared(subject: Subject) -> None:
 
 
 def large_as_declared(subject: Subject) -> None:
-    """At the greatest declared radius, a disc passes its velocity on to an equal disc."""
+    """An impact of two discs with the greatest declared radius is correct."""
     capabilities = subject.capabilities()
     radius = min(capabilities.max_radius_m, FAR_M, capabilities.max_coordinate_m / 4)
     _require_velocity_transfer(subject, scenes.build_approach(radius_m=radius), f"radius {radius:g} m")
 
 
 def slow_as_declared(subject: Subject) -> None:
-    """At twice the declared threshold of inelastic contacts, a disc passes its velocity on to an equal disc."""
+    """An impact is elastic at twice the closing speed up to which the engine declares impacts to be inelastic."""
     _require_transfer_at(subject, 2 * subject.capabilities().restitution_threshold_m_s or SLOW_M_S)
 
 
 def detects_continuously(subject: Subject) -> None:
-    """A disc that is fast enough to pass through another disc within a step hits this disc at every tested phase."""
+    """A disc that moves in one step by more than another disc's diameter hits this disc at every tested phase."""
     require_declared(subject, "continuous_detection")
     for k in range(PHASES):
         setup = Setup(scenes.build_bullet(k / PHASES), dt_s=1 / 60)
@@ -191,7 +191,7 @@ def detects_continuously(subject: Subject) -> None:
 
 
 def _build_scene_at_twice(limit: float, field: str) -> Scene | None:
-    """Return a disc with a field at twice its upper limit; None for values above 1e150, whose squares overflow."""
+    """Return a disc whose field `field` is twice the limit; None for a value above 1e150, whose square overflows."""
     return None if 2 * limit > 1e150 else scenes.build_single_disc(**{field: 2 * limit})
 
 
@@ -207,7 +207,7 @@ def _build_fast_scene(capabilities: Capabilities) -> Scene | None:
 
 
 def _build_spinning_scene(field: str, capabilities: Capabilities) -> Scene | None:
-    """Return a disc whose spin exceeds the limit `field` but not the other limit, so that the message names `field`."""
+    """Return a disc whose spin exceeds the limit `field`, but not the engine's other limit of spins."""
     limits = {"max_spin_rad_s": capabilities.max_spin_rad_s, "max_turn_rad": capabilities.max_turn_rad / scenes.DT_S}
     spin, other = 2 * limits.pop(field), min(*limits.values(), LARGEST)
     return scenes.build_spinning_disc(spin) if capabilities.spin and spin < other else None
@@ -233,15 +233,18 @@ def _build_bouncing_scene(restitution: float, capabilities: Capabilities) -> Sce
 
 
 def _build_uncombined_scene(capabilities: Capabilities) -> Scene | None:
-    """Return a scene with a wall restitution that the declared combination rule excludes; None if there is none."""
+    """Return a scene whose wall restitution is impossible with the engine's rule for combining two restitutions.
+
+    Return None if the rule allows all restitutions.
+    """
     low, high = capabilities.restitution
     least, greatest = COMBINE_RULES[capabilities.restitution_combine](pair := (low + high) / 2, high)
     beyond = next((wall for wall in (low, high) if not least <= wall <= greatest), None)
     return None if beyond is None or not capabilities.walls else scenes.build_bounce_and_pair(pair, beyond, wall=True)
 
 
-#: For each capability: its field, and a function that returns a scene which needs more than is declared, or None if
-#: there is no such scene. If a capability is True or False, the scene is used only if the capability is False.
+#: For each capability: its field, and a function that returns a scene which needs more than the adapter declares. The
+#: function returns None if no such scene exists. Scenes for capabilities that are True are not used.
 REFUSALS: dict[str, tuple[str, Callable[[Capabilities], Scene | None]]] = {
     "walls": ("walls", lambda _: scenes.build_walled_box()),
     "segments": ("segments", scenes.build_two_sided_edge),
@@ -292,7 +295,7 @@ REFUSALS: dict[str, tuple[str, Callable[[Capabilities], Scene | None]]] = {
 
 
 def refuses(subject: Subject, what: str) -> None:
-    """`prepare` raises an AdapterError for a scene that needs an undeclared capability."""
+    """`prepare` raises an AdapterError for a scene that needs a capability which the adapter does not declare."""
     field, needing_more = REFUSALS[what]
     capabilities, value = subject.capabilities(), getattr(subject.capabilities(), field)
     scene = None if value is True else needing_more(capabilities)

@@ -41,7 +41,7 @@ def end_with_velocities(
 ) -> Observation:
     """Run a scene of head-on impacts, check the velocities at the end, and return the final state.
 
-    Head-on impacts have the same result with any step size.
+    Head-on impacts have the same result with any step size, so no error of PIT is allowed.
 
     Raises:
         Violation: An error exceeds the sum of rounding and the error that the profile declares.

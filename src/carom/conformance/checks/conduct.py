@@ -1,4 +1,4 @@
-"""Checks of conduct: runs are repeatable, observations change nothing, and engines print nothing and leak no memory."""
+"""Checks of side effects: runs are repeatable, observing changes nothing, and nothing is printed or leaked."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from carom.conformance.violation import NotApplicable, Setup, Violation, require
 from carom.engines.api import Observation
 from carom.support.formatting import format_number
 
-#: Number of worlds in a leak check, including those for warm-up. The smallest world (an idle pymunk space) takes 10 kB,
-#: so 180 worlds that are not released leak 1.8 MB.
+#: Number of worlds in each round of the check for memory leaks; the first ten warm up the engine. The smallest world of
+#: any engine takes 10 kB, so 180 worlds that are not released leak 1.8 MB.
 WORLDS = 190
 LEAK_BYTES = 1_800_000
-#: Number of rounds of a leak check. A leak grows in every round. Other memory grows only once or is released later. The
-#: memory of Node stays constant after five rounds.
+#: Number of rounds of the check for memory leaks. A leak grows in every round. Memory that is only cached grows only in
+#: the first rounds: in up to five with engines that run in Node.
 ROUNDS = 10
 
 
 def repeats_to_the_bit(subject: Subject, profile: str) -> None:
-    """If determinism is declared, a repeated run is identical to the bit, even after worlds with other settings."""
+    """If the adapter declares determinism, a repeated run is bit-identical, even after runs with other settings."""
     require_declared(subject, "deterministic")
     setup = Setup(build_crowd(), profile)
     first = subject.watch_cached(setup).seen
@@ -38,7 +38,7 @@ def repeats_to_the_bit(subject: Subject, profile: str) -> None:
 
 
 def looking_changes_nothing(subject: Subject, profile: str) -> None:
-    """Observing twice after each step gives the same run as observing once."""
+    """A run that is observed twice after each step equals a run that is observed once."""
     require_declared(subject, "deterministic")
     setup = Setup(build_crowd(), profile)
     observed_once, observed_twice = subject.watch_cached(setup).seen, subject.watch(setup, observations=2).seen
@@ -46,7 +46,7 @@ def looking_changes_nothing(subject: Subject, profile: str) -> None:
 
 
 def steps_singly_or_together(subject: Subject, profile: str) -> None:
-    """All steps in one call, as in timed runs, end in the same state, to the bit, as single steps with observations."""
+    """All steps in one call, as in timed runs, lead to exactly the same state as single steps with observations."""
     require_declared(subject, "deterministic")
     setup = Setup(build_crowd(), profile)
     watched, at_once = subject.watch_cached(setup).seen[-1], subject.watch(setup, observations=0).seen[-1]
@@ -58,7 +58,7 @@ def steps_singly_or_together(subject: Subject, profile: str) -> None:
 
 
 def cutting_leaves_no_trace(subject: Subject, profile: str) -> None:
-    """Neither a step that is taken and undone nor a query of contacts changes the run."""
+    """A run does not change if a step is taken and undone, or if the touching bodies are queried."""
     require_declared(subject, "deterministic")
     setup = Setup(build_approach(), profile)
     runs = []
@@ -85,7 +85,7 @@ def keeps_what_it_showed(subject: Subject, profile: str) -> None:
 
 
 def is_silent_and_tidy(subject: Subject) -> None:
-    """When the engine is started and runs a scene with each profile, it prints nothing and leaves no files."""
+    """The engine prints nothing and leaves no files when it runs a scene with each profile."""
     with subject.create_fresh_copy() as fresh:
         for profile in subject.adapter.profiles:
             setup = Setup(build_crowd(), profile)
@@ -96,7 +96,7 @@ def is_silent_and_tidy(subject: Subject) -> None:
 
 
 def closes_after_errors(subject: Subject) -> None:
-    """A world that is closed before its first step, or that the adapter refuses, does not change later runs."""
+    """Later runs do not change after a world was closed before its first step, or after a scene was refused."""
     setup = Setup(build_crowd())
     clean = subject.watch_cached(setup).seen
     subject.measure_growth(setup, 2, step=False)
@@ -107,7 +107,7 @@ def closes_after_errors(subject: Subject) -> None:
 
 
 def lets_go_of_worlds(subject: Subject) -> None:
-    """Worlds that take a step and are then closed leak less memory than the same number of small worlds takes."""
+    """Closing a world releases its memory."""
     setup, least_growth = Setup(build_approach()), math.inf
     for _ in range(ROUNDS):
         grown = subject.measure_growth(setup, WORLDS)

@@ -1,4 +1,4 @@
-"""Checks of contacts: they are well formed, have a time within their step, and explain all changes of velocity."""
+"""Checks of reported contacts: fields are valid, times are within the step, and impulses explain velocity changes."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 def _build_setup(subject: Subject, profile: str) -> Setup:
     capabilities = subject.capabilities(profile)
     low, high = capabilities.restitution
-    # If the declared range allows, use a restitution well below 1, so that discs still overlap while they separate.
+    # Prefer a restitution well below 1: discs then separate slowly, and still overlap in the next steps.
     return Setup(build_mixed_contacts(wall=capabilities.walls, restitution=min(max(low, 0.4), high)), profile)
 
 
@@ -37,11 +37,9 @@ def _watch_steps(subject: Subject, setup: Setup) -> Iterator[tuple[int, Observat
 
 
 def contacts_are_well_formed(subject: Subject, profile: str) -> None:
-    """A contact is between a disc and a wall, or a disc and a later disc.
+    """Each contact is between a disc and a wall, or a disc and a disc of a higher number.
 
-    Its unit normal points from first to second body.
-
-    An impulse is 0 or more. An impulse of 0 has no effect.
+    Its normal has length 1 and points from the first body to the second. Its impulse is 0 or more.
     """
     setup = _build_setup(subject, profile)
     discs, walls = len(setup.scene.discs), len(setup.scene.walls)
@@ -64,7 +62,7 @@ def contacts_are_well_formed(subject: Subject, profile: str) -> None:
 
 
 def contacts_are_stamped(subject: Subject, profile: str) -> None:
-    """A contact's time is within the step that reports the contact; if declared, it is the step's start or end."""
+    """A contact's time is within the step that reports the contact, at the start or end if the adapter declares so."""
     if subject.capabilities(profile).contact_times is ContactTimes.NONE:
         raise NotApplicable(f"contact times are declared to be {ContactTimes.NONE.value}")
     setup, stamp = _build_setup(subject, profile), subject.capabilities(profile).stamp
@@ -83,7 +81,7 @@ def contacts_are_stamped(subject: Subject, profile: str) -> None:
 
 
 def contacts_account_for_velocities(subject: Subject, profile: str) -> None:
-    """No velocity changes without a contact. Reported impulses equal the changes of momentum."""
+    """A velocity changes only in a contact, and the reported impulses equal the changes of momentum."""
     setup = _build_setup(subject, profile)
     allowed = subject.rounding * find_greatest_speed(setup.scene)
     for step, before, after in _watch_steps(subject, setup):
@@ -102,13 +100,13 @@ def contacts_account_for_velocities(subject: Subject, profile: str) -> None:
 
 
 def acting_contacts(observation: Observation) -> tuple[list[Contact], set[int]]:
-    """Return the contacts of a step that have an effect, and the bodies of these contacts."""
+    """Return the contacts of a step whose impulse is not 0, and the bodies of these contacts."""
     acting = [contact for contact in observation.contacts if contact.impulse_n_s != 0]
     return acting, {body for contact in acting for body in (contact.first, contact.second)}
 
 
 def require_explained(setup: Setup, change: Array, acting: list[Contact], allowed: float, step: int) -> None:
-    """Compare a step's changes of velocity with the changes that the reported normal and tangential impulses cause."""
+    """Check that a step's changes of velocity are those that the reported normal and tangential impulses cause."""
     mass, reported = list_masses(setup.scene), np.zeros_like(change)
     for contact in acting:
         along, across = contact.impulse_n_s or 0.0, contact.tangential_impulse_n_s or 0.0

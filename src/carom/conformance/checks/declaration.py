@@ -16,7 +16,7 @@ PROFILES = ("default", "tuned")
 
 
 def declares_capabilities(subject: Subject) -> None:
-    """The adapter has all attributes of the interface with valid values, and its name is that of its entry point."""
+    """The adapter has all attributes of the interface, with valid values, and the same name as its entry point."""
     adapter = subject.adapter
     problem = "the adapter's declaration is incomplete or invalid"
     require(isinstance(adapter, Adapter), problem, "the attributes of carom.engines.api.Adapter", type(adapter))
@@ -47,9 +47,9 @@ def declares_capabilities(subject: Subject) -> None:
 
 
 def declares_profiles(subject: Subject) -> None:
-    """Profiles `default` and `tuned` exist.
+    """The profiles `default` and `tuned` exist, and every profile is complete.
 
-    Every profile has a description, settings with `dt_s`, and a declared accuracy.
+    A profile needs a description, settings that include `dt_s`, and a declared accuracy.
     """
     profiles = subject.adapter.profiles
     for name in PROFILES:
@@ -71,7 +71,7 @@ def declares_profiles(subject: Subject) -> None:
 
 
 def imports_no_engine(subject: Subject) -> None:
-    """A new process that finds, loads and reads the adapter does not import the engine."""
+    """Loading the adapter and reading its declarations and settings does not import the engine."""
     module = subject.adapter.engine.module
     if not module:
         return

@@ -14,19 +14,20 @@ from carom.engines.api import Observation
 from carom.model.energy import kinetic_energy
 from carom.support.formatting import format_number
 
-#: Largest allowed relative energy error, as in the comparator. Rounding causes errors of 1e-7 in float32 engines.
+#: Largest change of the energy that is ignored, as a fraction. Rounding changes it by 1e-7 in engines with 32-bit
+#: floats.
 ENERGY = 1e-6
 
 
 def momentum_is_kept(subject: Subject, profile: str) -> None:
-    """The total momentum of a crowd without walls is the same after every step."""
+    """The total momentum of discs in a scene without walls is the same after every step."""
     setup = Setup(build_crowd(), profile)
     observations = subject.watch_cached(setup).seen
     masses = list_masses(setup.scene)
     momenta = [(np.array(masses) @ observation.velocity_m_s).tolist() for observation in observations]
     start = momenta[0]
-    # `rounding` is the rounding error that is allowed for a whole run. The error of nine discs with a few impacts each
-    # is smaller.
+    # The suite allows this rounding error for runs of any length. This run is short: nine discs have a few impacts
+    # each.
     allowed = subject.rounding * sum(masses) * find_greatest_speed(setup.scene)
     for step, found in enumerate(momenta):
         problem = f"momentum is not conserved in step {step}"
@@ -36,11 +37,11 @@ def momentum_is_kept(subject: Subject, profile: str) -> None:
 
 
 def energy_is_kept(subject: Subject, profile: str) -> None:
-    """Elastic impacts conserve kinetic energy, except for the error that the profile declares."""
+    """Elastic impacts change the kinetic energy by no more than the error that the profile declares."""
     setup = Setup(build_crowd(), profile)
     observations = subject.watch_cached(setup).seen
     start = kinetic_energy(setup.scene, observations[0].velocity_m_s)
-    # A soft contact stores energy while it lasts, so the last state without a contact is used.
+    # An engine with soft contacts stores energy in them, so energies are compared while there is no contact.
     last = next((observation for observation in reversed(observations) if not observation.contacts), observations[-1])
     found = kinetic_energy(setup.scene, last.velocity_m_s)
     allowed = max(ENERGY, subject.adapter.profiles[profile].accuracy.energy)

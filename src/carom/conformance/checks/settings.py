@@ -1,4 +1,4 @@
-"""Checks of settings and of the initial state: settings are read back as requested, or refused if they are unknown."""
+"""Checks of settings and of the initial state: a world uses the requested settings, and starts as the scene does."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from carom.model.trace import Setting
 
 UNKNOWN = "carom_no_such_setting"
 
-#: Number of roundings when a value is converted to the engine's units and back: two for a length, and four for a
-#: velocity, because its unit consists of a length and a time.
+#: Number of times that a value is rounded when it is converted to the engine's units and back. A velocity is rounded
+#: more often, because its unit consists of a length and a time.
 ROUNDINGS = {"position_m": 2, "velocity_m_s": 4}
 
 _FLOATS = {32: np.float32, 64: np.float64}
@@ -41,7 +41,7 @@ def _are_equal(requested: Setting, found: Setting, bits: int) -> bool:
 
 
 def refuses_unknown_setting(subject: Subject) -> None:
-    """A setting that does not exist raises an AdapterError that contains the setting's name."""
+    """For a setting that does not exist, `prepare` raises an AdapterError that contains the setting's name."""
     setup = Setup(build_crowd())
     answer = subject.try_to_watch(setup, {UNKNOWN: 1})
     prefix, expected = "an unknown setting is", f"prepare() to raise an AdapterError naming {UNKNOWN!r}"
@@ -54,11 +54,11 @@ def refuses_unknown_setting(subject: Subject) -> None:
 def starts_as_written(subject: Subject, profile: str) -> None:
     """Before its first step, a world is in the scene's initial state, rounded to the declared width of floats.
 
-    An engine may use other units, so the conversion to these units and back may round each number.
+    The conversion to the engine's units and back may round each number a few times.
     """
     setup = Setup(build_crowd(), profile)
     start = subject.watch_cached(setup).seen[0]
-    # The relative error of one rounding at the declared width is half a unit in the last place.
+    # One rounding changes a number by at most half a unit in the last place.
     rounding = 2.0 ** -(MANTISSA_BITS[subject.capabilities().float_bits] + 1)
     for i, disc in enumerate(setup.scene.discs):
         for field, times in ROUNDINGS.items():

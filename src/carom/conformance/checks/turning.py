@@ -1,4 +1,4 @@
-"""Checks of spin and friction: coefficients and inertia factors act correctly, and contacts explain changes of spin."""
+"""Checks of spin and friction: coefficients and inertia factors act correctly, and impulses explain spin changes."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from carom.model.scene import Disc, Scene, Wall
 from carom.support.formatting import format_number
 from carom.support.limits import LARGEST
 
-#: Tested coefficients of friction: both ends of the declared range, and a coefficient so small that the suite's discs
-#: slide throughout an impact.
+#: Tested coefficients of friction: both ends of the declared range, and a coefficient so small that discs still slide
+#: on each other at the end of an impact.
 FRICTIONS = ("least", "sliding", "greatest")
 
-#: Tested inertia factors: the least declared factor (0 in this table), that of a sphere, that of a hoop, and infinity
-#: for a disc that can't turn.
+#: Tested inertia factors, I / (m r^2): the smallest that the adapter declares (0 in this table), those of a sphere and
+#: of a hoop, and infinity for a disc that can't turn.
 INERTIAS = {"least": 0.0, "sphere": 0.4, "hoop": 1.0, "unturnable": math.inf}
 
-#: Inertia factor and spin that are tested for an engine without declared limits. No catalogue scene has so small a
-#: factor or so large a spin.
+#: Inertia factor and spin that are tested for an engine that declares no limits. They are more extreme than those of
+#: any catalogue scene.
 SMALL_INERTIA = 1e-6
 FAST_RAD_S = 1e5
 
@@ -34,7 +34,7 @@ Motion = tuple[tuple[float, float], float]
 
 
 def friction_as_declared(subject: Subject, share: str, wall_share: str) -> None:
-    """Frictions of discs and of walls can have any values in the declared range, and have the correct effect."""
+    """Velocities and spins after an impact are correct for all frictions of discs and walls in the declared range."""
     capabilities = _require_friction(subject)
     if not capabilities.walls and wall_share != share:
         raise NotApplicable("walls are not declared, so there is no second coefficient")
@@ -44,7 +44,7 @@ def friction_as_declared(subject: Subject, share: str, wall_share: str) -> None:
 
 
 def inertia_as_declared(subject: Subject, inertia: str) -> None:
-    """After an impact, a disc has the spin that its inertia factor requires, for all declared factors and infinity."""
+    """Spins after an impact are correct for all declared inertia factors, and for a disc that can't turn."""
     capabilities = _require_friction(subject)
     factor = INERTIAS[inertia] or capabilities.min_inertia_factor or SMALL_INERTIA
     if not capabilities.spin and math.isfinite(factor):
@@ -55,7 +55,7 @@ def inertia_as_declared(subject: Subject, inertia: str) -> None:
 
 
 def spins_as_declared(subject: Subject) -> None:
-    """A free disc keeps its counterclockwise spin, even at the greatest declared spin or rotation per step."""
+    """The spin of a free disc stays constant, even at the greatest declared spin or rotation per step."""
     capabilities = require_declared(subject, "spin")
     spin = min(capabilities.max_spin_rad_s, capabilities.max_turn_rad / DT_S, FAST_RAD_S)
     setup = Setup(build_spinning_disc(spin))
@@ -69,10 +69,9 @@ def spins_as_declared(subject: Subject) -> None:
 
 
 def rubs_as_told(subject: Subject, profile: str) -> None:
-    """Friction does not exceed what the coefficient allows, and impulses explain all changes of velocities and spins.
+    """Friction is at most the coefficient times the normal impulse, and impulses explain all changes of motion.
 
-    The distance from a disc's centre at which friction acts is at most the radius, and at least the radius minus the
-    bodies' overlap.
+    Friction may act at any distance from a disc's centre between the radius and the radius minus the bodies' overlap.
     """
     capabilities = _require_friction(subject, profile)
     friction = _choose_friction(capabilities, "sliding")
@@ -125,7 +124,7 @@ def _read_spins(observation: Observation, setup: Setup) -> list[float]:
 
 
 def _end_by_the_law(subject: Subject, scene: Scene, label: str) -> None:
-    """Run a scene of `build_rubbing`, and compare the final state with the closed form of an impact with friction."""
+    """Run a scene of `build_rubbing`, and compare the final state with the formula of an impact with friction."""
     setup = require_supported(subject, scene)
     first, second, *wall_discs = scene.discs
     expected_motions = [*_compute_motion_after(first, second, (1.0, 0.0), scene.restitution, scene.friction)]
@@ -151,8 +150,8 @@ def _compute_motion_after(
 ) -> tuple[Motion, Motion]:
     """Return the velocities and spins of two bodies after their impact; see docs/theory/friction.md.
 
-    `normal` points from first to second. Newton's restitution gives the normal velocities. The tangential impulse is
-    the impulse that stops the slip, but at most what Coulomb's law allows.
+    `normal` points from the first body to the second. The speed along the normal is multiplied by the restitution and
+    reversed. Friction stops the slip, if Coulomb's law allows an impulse that is large enough.
     """
     (nx, ny), (tx, ty) = normal, (-normal[1], normal[0])
     fixed_disc = Disc(position_m=(0, 0), radius_m=1, mass_kg=math.inf)
@@ -192,7 +191,7 @@ def _require_cone(setup: Setup, acting: list[Contact], friction: float, allowed:
 def _require_spin_explained(
     setup: Setup, before: Observation, after: Observation, acting: list[Contact], allowed: float, step: int
 ) -> None:
-    """Compare a step's changes of spin with the changes that the reported tangential impulses cause."""
+    """Check that a step's changes of spin are those that the reported tangential impulses cause."""
     discs, mass = setup.scene.discs, list_masses(setup.scene)
     explained, arm_short = np.zeros(len(discs)), np.full(len(discs), allowed)
     for contact in acting:

@@ -40,7 +40,7 @@ def posts_as_declared(subject: Subject) -> None:
 
 
 def paddles_as_declared(subject: Subject) -> None:
-    """A disc leaves a driven wall with the wall's velocity plus e times the closing speed."""
+    """After the impact of a disc and a driven wall, the disc separates from the wall at e times the closing speed."""
     capabilities = require_declared(subject, "driven_walls")
     for edge in (False, True) if capabilities.segments else (False,):
         scene = scenes.build_paddle(capabilities, edge=edge)
@@ -48,7 +48,7 @@ def paddles_as_declared(subject: Subject) -> None:
 
 
 def mallets_as_declared(subject: Subject) -> None:
-    """A disc leaves a driven disc, which keeps its velocity, with that velocity plus e times the closing speed."""
+    """A driven disc keeps its velocity in an impact, and separates from the other disc at e times the closing speed."""
     scene = scenes.build_mallet(require_declared(subject, "driven_discs"))
     _end_with(subject, scene, [(1.0, 0.0), (1 + 4 * scene.restitution, 0.0)], "a driven disc")
 
@@ -60,21 +60,21 @@ def legs_as_declared(subject: Subject) -> None:
 
 
 def belts_as_declared(subject: Subject) -> None:
-    """A disc that hits a belt and slips gains a speed along the belt of f (1 + e) times its closing speed."""
+    """A disc that hits a conveyor and slips on it gains f (1 + e) times the closing speed, along the conveyor."""
     scene = scenes.build_belt(require_declared(subject, "belts"))
     e = scene.wall_restitution
     _end_with(subject, scene, [(3 * e, 3 * (1 + e) * scene.wall_friction)], "a belt")
 
 
 def edge_belts_as_declared(subject: Subject) -> None:
-    """A slipping disc gains the same speed along a conveyor edge on either side, but in opposite directions."""
+    """A disc that slips on a conveyor edge gains the same speed on either side, in opposite directions."""
     scene = scenes.build_edge_belt(require_declared(subject, "edge_belts"))
     e, up = scene.wall_restitution, 3 * (1 + scene.wall_restitution) * scene.wall_friction
     _end_with(subject, scene, [(-3 * e, -up), (3 * e, up)], "a conveyor edge")
 
 
 def materials_as_declared(subject: Subject) -> None:
-    """Two walls of one scene can have different restitutions: the least and the greatest possible restitution."""
+    """Impacts are correct in a scene with two walls of different restitutions, the least and the greatest possible."""
     capabilities = require_declared(subject, "wall_materials")
     low, high = capabilities.restitution
     # Between discs, the restitution of the scene is 1.

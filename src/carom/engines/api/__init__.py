@@ -1,9 +1,10 @@
 """Adapter interface: everything that the author of an engine adapter imports from Carom.
 
-An adapter is any object with the attributes of `Adapter`; no base class is needed. The harness finds an adapter by its
-entry point in the group ``carom.adapters``. The harness drives the world that `prepare` returns. It measures the
-world's states, joins the steps of one contact into one impact, derives effective times, and skips scenes that
-`capabilities` excludes. ``docs/reference/adapters.md`` shows how to write an adapter in forty lines.
+An adapter connects an engine to Carom. It is any object with the attributes of `Adapter`; no base class is needed.
+Carom finds an adapter by its entry point in the group ``carom.adapters``. For each scene that `capabilities` allows,
+Carom calls `prepare`, which builds the scene in the engine and returns it as a `World`. Carom then takes steps, reads
+the states, joins a contact of several steps into one impact, and computes the impact's time.
+``docs/reference/adapters.md`` shows how to write an adapter in forty lines.
 """
 
 from carom.engines.api.checks import require_sound, require_supported, unsupported_reason

@@ -1,4 +1,4 @@
-"""Input checks for engines: numbers must be finite, and the adapter must declare to support the scene."""
+"""Checks before a run: numbers must be finite, and the declared capabilities must include all that a scene needs."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from carom.support.formatting import format_number
 #: Largest number of steps, since engines count them in a C int.
 MAX_STEPS = 2**31 - 1
 
-#: Number of bits after the leading bit of a float (IEEE 754), by the width that an adapter declares. A width of 16 bits
-#: can't be declared, because rounding errors of a hundred units in the last place would be a tenth of the value.
+#: Number of bits after the leading bit of a float (IEEE 754), by the width that an adapter declares. Adapters can't
+#: declare 16-bit floats, because rounding errors that add up over a run would be a tenth of a value.
 MANTISSA_BITS = {32: 23, 64: 52}
 
-#: Rules by which an engine combines the coefficients of two bodies. Coefficients are from 0 to a largest value. Given
-#: the combined coefficient of two discs and the largest value, each function returns the smallest and largest possible
-#: combined coefficient of a disc and a wall. "pair" means that pairs have independent coefficients, so every
-#: coefficient is possible.
+#: Rules by which an engine computes the coefficient of a pair from the coefficients of its two bodies. A rule limits
+#: which coefficients for discs and for walls a scene can have together. Each function takes the coefficient of two
+#: discs and the largest value of any coefficient. It returns the smallest and largest possible coefficient of a disc
+#: and a wall. With the rule "pair", each pair has a coefficient of its own, so every value is possible.
 COMBINE_RULES: Mapping[str, Callable[[float, float], tuple[float, float]]] = {
     "pair": lambda _, most: (0.0, most),
     "one": lambda pair, _: (pair, pair),
@@ -50,8 +50,8 @@ def require_sound(
 ) -> None:
     """Refuse scenes that contain invalid numbers, and settings that are unknown or invalid.
 
-    Engines abort on invalid numbers or silently change them, and a scene can be created without validation.
-    `require_supported` and the adapter check the limits of the engine.
+    This check is needed because a scene can be created without validation, and engines abort on invalid numbers or
+    silently change them. The limits of the engine are not checked here, but by `require_supported` and the adapter.
 
     Args:
         engine: Name of the engine in messages.
@@ -60,7 +60,7 @@ def require_sound(
         known: Names of all settings that exist, except ``dt_s``.
         at_least: Smallest values of settings, including ``dt_s``.
         at_most: Largest values of settings, including ``dt_s``.
-        words: Allowed values of settings that are words.
+        words: Allowed values of settings that are strings, by the setting's name.
 
     Raises:
         AdapterError: A field or setting is invalid; the message contains its name and value.
@@ -108,7 +108,7 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
         scene: The scene.
         capabilities: Declared capabilities.
         dt_s: Step size, in seconds.
-        located: Whether steps are cut so that they end at contacts.
+        located: Whether Carom shortens steps so that they end at contacts.
     """
     needs = scene.needs
     for need in Need:
@@ -116,8 +116,8 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
             suffix = " yet: gravity_m_s2 must be [0, 0]" if need is Need.GRAVITY else ""
             return f"the scene has {need.value}, which this method does not support{suffix}"
     if located and Need.GRAVITY in needs and needs & {Need.WALLS, Need.IMMOVABLE}:
-        # The semi-implicit and the explicit Euler method have this error. If steps are not cut, the late detection of
-        # impacts cancels it.
+        # Engines integrate by Euler's method, which can change the speed at an impact by this amount. If steps are
+        # not shortened, impacts are detected late, which cancels this error.
         gained_m_s = math.hypot(*scene.gravity_m_s2) * dt_s
         return (
             "discs fall onto walls or immovable discs, and this profile ends steps at impacts. So the engine's error "
@@ -176,7 +176,7 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
     farthest = max(max(abs(c) for c in disc.position_m) + disc.radius_m for disc in scene.discs)
     if farthest > capabilities.max_coordinate_m:
         return f"a disc reaches to {farthest:g} m, and this method's limit is {capabilities.max_coordinate_m:g} m"
-    # If positions are rounded by more than the radius of a disc, the position of the disc is meaningless.
+    # Far from the origin, floats are so coarse that a position may be wrong by more than the disc's radius.
     rounding, smallest = farthest * 2.0 ** -MANTISSA_BITS[capabilities.float_bits], min(d.radius_m for d in scene.discs)
     if rounding > smallest:
         floats = f"{capabilities.float_bits}-bit floats"
@@ -189,10 +189,7 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
 
 
 def supports(capabilities: Capabilities, need: Need) -> bool:
-    """Whether the capabilities include a feature that a scene needs. A range of restitutions is checked elsewhere.
-
-    Most capabilities have the same name as the feature.
-    """
+    """Whether the capabilities include a feature that a scene needs."""
     match need:
         case Need.IMMOVABLE:
             return capabilities.immovable_discs
@@ -207,7 +204,7 @@ def supports(capabilities: Capabilities, need: Need) -> bool:
 
 
 def _find_combination_problem(rule: str, coefficients: Sequence[tuple[str, float]], max_value: float) -> str:
-    """Return why discs and walls can't have these coefficients in one scene; empty if they can."""
+    """Return why the engine can't give discs and walls these coefficients in one scene; empty if it can."""
     if len(coefficients) < 2 or coefficients[0][0].startswith("wall"):
         return ""
     (name, pair), *of_walls = coefficients
@@ -220,7 +217,7 @@ def _find_combination_problem(rule: str, coefficients: Sequence[tuple[str, float
 
 
 def _compute_greatest_speed(body: Disc | Wall | Chain | Ring) -> float:
-    """Return the greatest speed of a body, in metres per second, among all legs of its motion if it has legs."""
+    """Return the greatest prescribed or initial speed of a body, in metres per second."""
     return body.drive.fastest if body.legs else math.hypot(*body.velocity_m_s)
 
 
@@ -229,10 +226,10 @@ def _can_turn(disc: Disc) -> bool:
 
 
 def require_supported(engine: str, scene: Scene, capabilities: Capabilities, dt_s: float) -> None:
-    """Refuse a scene that the declared capabilities exclude. The reason is the same as in the harness.
+    """Refuse a scene that the declared capabilities exclude.
 
-    Only the harness checks the closing speed up to which contacts are inelastic. This speed belongs to a profile, and
-    `prepare` gets only settings.
+    This is the check that Carom itself makes before a run. One limit is not checked here: the closing speed up to which
+    contacts are inelastic. This speed depends on the profile, which `prepare` does not receive.
 
     Args:
         engine: Name of the engine in messages.

@@ -12,7 +12,7 @@ from carom.model.trace import Setting
 
 
 class ContactTimes(Enum):
-    """Meaning of a contact's time. The value is the phrase for display."""
+    """How precise the time of a reported contact is. The value of a member is the phrase for display."""
 
     SOLVED = "solved for within the step"
     STEP = "reported to the step"
@@ -21,7 +21,7 @@ class ContactTimes(Enum):
 
 
 class Stamp(Enum):
-    """Instant within the step to which a contact's time refers. The value is the phrase for display."""
+    """Instant of the step that an engine reports as a contact's time. A member's value is the phrase for display."""
 
     START = "the start of the step in which the engine resolved the contact"
     END = "the end of the step in which the engine resolved the contact"
@@ -30,7 +30,7 @@ class Stamp(Enum):
 
 @dataclass(frozen=True)
 class Engine:
-    """Description of the engine that an adapter drives. The description does not require the import of the engine.
+    """Description of the engine that an adapter connects to Carom. The engine is not imported for this description.
 
     Attributes:
         name: Common name of the engine.
@@ -40,8 +40,8 @@ class Engine:
         no_wheel_from: First CPython version for which the engine publishes no wheel; empty if there is none.
         oldest: Oldest release that the adapter supports, such as "5.7". An older release counts as unavailable. Empty
             if no release is known to fail.
-        newest_tried: Newest release on which the adapter was run. A newer release is run, and reported as untried.
-            Empty if not known.
+        newest_tried: Newest release with which the adapter was tested. A newer release is also used, but reported as
+            untried. Empty if not known.
     """
 
     name: str
@@ -55,51 +55,50 @@ class Engine:
 
 @dataclass(frozen=True)
 class Capabilities:
-    """Declared capabilities of an engine. The harness skips a scene only because of these declarations.
+    """Capabilities that an adapter declares for its engine. Carom skips scenes that need more than these.
 
     Attributes:
-        walls: Half-plane walls.
-        segments: Walls of straight edges, which discs can hit from both sides.
-        arcs: Walls of arcs and circles, which discs can hit from both sides.
-        posts: Circles, which discs can hit from outside only. `arcs` implies `posts`.
+        walls: Whether half-plane walls are supported.
+        segments: Whether walls of straight edges are supported, which discs can hit from both sides.
+        arcs: Whether walls of arcs and circles are supported, which discs can hit from both sides.
+        posts: Whether circles are supported that discs can hit from outside only. `arcs` implies `posts`.
         wall_materials: Whether each wall can have its own restitution and friction.
-        immovable_discs: Discs of infinite mass.
-        driven_walls: Walls that move at a given velocity.
-        driven_discs: Discs of infinite mass that move and spin at given velocities.
+        immovable_discs: Whether discs of infinite mass are supported.
+        driven_walls: Whether walls are supported that move at a given velocity.
+        driven_discs: Whether discs of infinite mass are supported that move and spin at given velocities.
         legs: Whether the velocity of a driven body can change at given instants.
         belts: Whether walls can be conveyors.
-        edge_belts: Whether edges and circles can also be conveyors. On either side, the surface runs to the left of
-            that side's normal.
-        gravity: Uniform gravity.
-        damping: Linear damping of velocities and spins, as defined for scenes.
-        rolling_resistance: Rolling resistance between discs and walls, as defined for scenes; see
+        edge_belts: Whether edges and circles can also be conveyors. On either side, the surface moves to the left for
+            an observer on the wall who faces the disc.
+        gravity: Whether uniform gravity is supported.
+        damping: Whether velocities and spins are damped in proportion to their size, as defined for scenes.
+        rolling_resistance: Whether rolling resistance between discs and walls is supported; see
             `docs/theory/contact.md`.
-        table_friction: Deceleration of all discs by a table: discs slow down at a constant rate until they stop.
+        table_friction: Whether a table can slow down all discs at a constant rate until they stop.
         restitution: Smallest and largest coefficient of restitution that is simulated exactly.
-        restitution_combine: How the engine combines the restitutions of two bodies: a rule of
-            `carom.engines.api.checks.COMBINE_RULES`. "pair" means that the restitutions of discs and of walls in a
-            scene are independent of each other.
-        restitution_threshold_m_s: Contacts with at most this closing speed are inelastic.
-        spin: Whether discs turn. Their initial spins and moments of inertia are those of the scene.
+        restitution_combine: How the engine computes the restitution of a pair from those of its two bodies: a rule of
+            `carom.engines.api.checks.COMBINE_RULES`. With "pair", each pair has a restitution of its own.
+        restitution_threshold_m_s: Closing speed up to which the engine makes contacts inelastic.
+        spin: Whether discs can spin, with the initial spins and moments of inertia of the scene.
         min_inertia_factor: Smallest inertia factor of a disc that can turn.
         friction: Smallest and largest coefficient of Coulomb friction that is simulated exactly; 0 is always possible.
-        friction_combine: How the engine combines the coefficients of friction, as `restitution_combine`.
+        friction_combine: How the engine computes the friction of a pair; see `restitution_combine`.
         tangential_restitution: Whether the scene's tangential restitution is supported.
-        max_turn_rad: Largest angle by which a disc can turn in one step, even if its spin is larger.
+        max_turn_rad: Largest angle by which the engine turns a disc in one step, even if the disc spins faster.
         max_spin_rad_s: Largest spin that is simulated exactly.
-        contact_times: Meaning of a reported contact time.
-        stamp: Instant of the step to which a reported contact time refers.
+        contact_times: How precise a reported contact time is.
+        stamp: Instant of the step that is reported as the contact time.
         continuous_detection: Whether the engine can prevent a body from passing through another body within one step.
         max_speed_m_s: Largest speed that is simulated exactly.
-        max_coordinate_m: Largest distance from the origin that is simulated.
-        max_move_m: Largest distance by which a body can move in one step, even if its velocity is larger.
+        max_coordinate_m: Largest distance of a disc from the origin that is simulated exactly.
+        max_move_m: Largest distance by which the engine moves a body in one step, even if its velocity is larger.
         min_radius_m: Smallest radius of a disc.
         max_radius_m: Largest radius of a disc.
         min_mass_kg: Smallest mass of a disc.
         max_mass_kg: Largest mass of a movable disc.
         float_bits: Width of the engine's floating-point numbers, 32 or 64. Declare 32 also for narrower numbers.
-        dimensions: 3 if discs are bodies in space, even if the engine keeps them in a plane; otherwise 2.
-        deterministic: Whether two runs in one process are identical to the bit.
+        dimensions: 3 if the engine simulates three-dimensional bodies, even if they stay in a plane; otherwise 2.
+        deterministic: Whether two runs of a scene in one process are bit-identical.
     """
 
     walls: bool = True
@@ -144,9 +143,9 @@ class Capabilities:
 
 @dataclass(frozen=True)
 class Accuracy:
-    """Errors that a profile declares to have in addition to PIT's errors. The conformance suite tests these limits.
+    """Largest errors in addition to PIT's errors that a profile declares. The conformance suite tests these limits.
 
-    The defaults describe a method that has only PIT's errors.
+    The defaults are for a method that has only PIT's errors.
 
     Attributes:
         late_steps: Largest number of steps by which an impact may be later than PIT's impact with the same step size.
@@ -154,8 +153,8 @@ class Accuracy:
             largest speed.
         energy: Largest fraction of the kinetic energy that elastic impacts gain or lose. A fraction below a millionth
             is ignored.
-        margin_m: Largest distance at which bodies already collide, in metres, for example because of speculative
-            contacts. Then the results of bodies that are thicker by this distance are accepted; see
+        margin_m: Largest distance at which bodies already collide, in metres. Engines with speculative contacts have
+            such a margin. The suite then accepts results of bodies that are thicker by this distance; see
             `carom.conformance.contact_margin`.
     """
 
@@ -173,11 +172,11 @@ class Profile:
         description: One sentence: the purpose of this profile and the source of its settings.
         settings: Function that returns all settings by name, including ``dt_s``, for a step size in seconds.
         accuracy: Declared accuracy with these settings.
-        located: Whether the harness cuts the steps so that they end when bodies begin to touch. `prepare` must then
-            return a `CuttableWorld`.
+        located: Whether Carom shortens steps so that they end when bodies begin to touch. If so, `prepare` must return
+            a `CuttableWorld`.
         capabilities: Capabilities with these settings, if they differ from the adapter's.
-        changed: For a profile of default settings: why a setting differs from the engine's default, by the engine's
-            name of the setting.
+        changed: For the profile `default`: why a setting differs from the engine's default nevertheless, by the
+            setting's name in the engine.
     """
 
     description: str
@@ -190,7 +189,7 @@ class Profile:
 
 @dataclass(frozen=True)
 class Knob:
-    """A setting that ``carom tune`` may change: a range or a list of choices.
+    """Values of a setting that ``carom tune`` may try: a range or a list of choices.
 
     Attributes:
         low: Smallest value; a whole number if the setting is a whole number.

@@ -12,12 +12,12 @@ from carom.model.scene import Disc, Scene
 
 Vector = tuple[float, float]
 
-#: A coefficient whose square underflows to 0 in 64-bit floats. Their least positive number is 2**-1074. The coefficient
-#: is a power of two, so multiplication and division by it are exact.
+#: A coefficient whose square underflows to 0 in 64-bit floats, since their least positive number is 2**-1074. It is a
+#: power of two, so multiplication and division by it are exact.
 VANISHING = 2.0**-600
 
-#: Long walls replace half-planes. The walls are long enough for discs that have at most this number of impacts on
-#: driven bodies. A paddle or a piston causes few such impacts. If a disc is crushed, no number is enough.
+#: In engines without half-planes, long walls replace them. Each impact on a driven body, such as a paddle, can make a
+#: disc faster. The walls are long enough for a disc that has this number of such impacts.
 DRIVEN_IMPACTS = 32
 
 
@@ -45,7 +45,7 @@ class AliasedProfiles(dict[str, Profile]):
 
 
 class StepClock:
-    """Computes the time of a world from the number of its steps. Steps have equal lengths until they are cut.
+    """Computes the time of a world from the number of its steps. All steps are equal until `cut` sets another size.
 
     Attributes:
         dt_s: Size of the following steps, in seconds.
@@ -80,12 +80,12 @@ class StepClock:
 
 
 def factored_restitutions(scene: Scene) -> tuple[float, float]:
-    """Return the restitutions of each disc and of each wall. Their products are the coefficients of the scene."""
+    """Return restitutions of a disc and of a wall, for an engine that multiplies the restitutions of two bodies."""
     return _factor(scene.restitution, scene.wall_restitution)
 
 
 def factored_frictions(scene: Scene) -> tuple[float, float]:
-    """Return the frictions of each disc and of each wall. Their products are the coefficients of the scene."""
+    """Return frictions of a disc and of a wall, for an engine that multiplies the frictions of two bodies."""
     return _factor(scene.friction, scene.wall_friction)
 
 
@@ -103,10 +103,10 @@ def _factor(pair: float, wall: float) -> tuple[float, float]:
 def reach(scene: Scene, dt_s: float) -> tuple[Vector, float]:
     """Return the middle of a scene, and an upper bound for a disc's distance from the middle, in metres.
 
-    The distance is measured to the farthest point of the disc. Adapters of engines without half-planes choose the size
-    of their walls by this distance. Impacts on bodies that are not driven add no energy. So the total energy of the
-    scene limits a disc's speed. It includes the energy of spins and of falling. An impact on a driven body adds up to
-    twice that body's speed. `DRIVEN_IMPACTS` such impacts are included.
+    The distance is measured to the farthest point of the disc. In engines without half-planes, walls must extend to
+    this distance. The bound follows from the scene's energy, including the energy of spins and of
+    falling. Only impacts on driven bodies add energy. Each can add up to twice the speed of the driven body, and
+    `DRIVEN_IMPACTS` such impacts are included.
     """
     x, y = zip(*(disc.position_m for disc in scene.discs), strict=True)
     centre = (min(x) / 2 + max(x) / 2, min(y) / 2 + max(y) / 2)
@@ -128,7 +128,7 @@ def reach(scene: Scene, dt_s: float) -> tuple[Vector, float]:
 
 
 def is_fast(disc: Disc, dt_s: float) -> bool:
-    """Whether a disc moves by more than its radius in a step. Such a disc needs continuous detection."""
+    """Whether a disc moves by more than its radius in a step, so that it needs continuous detection."""
     return disc.drive.fastest * dt_s > disc.radius_m
 
 
@@ -141,8 +141,8 @@ def pair_of(a: int, b: int) -> tuple[int, int]:
 def flattened(normal: Vector, impulse_n_s: float) -> tuple[Vector, float]:
     """Project an impulse in space onto the plane. Return the unit normal and the size of the projected impulse.
 
-    Engines need this function for bodies that lean out of the plane. `normal` consists of the first two components of a
-    unit vector. For an impulse perpendicular to the plane, `normal` is (0, 0), and the returned size is 0.
+    In three-dimensional engines, bodies can lean out of the plane. `normal` consists of the x and y components of a
+    unit vector in space. For an impulse perpendicular to the plane, `normal` is (0, 0), and the returned size is 0.
     """
     length = math.hypot(*normal)
     if length == 0.0:

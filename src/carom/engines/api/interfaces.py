@@ -1,4 +1,4 @@
-"""Types of the adapter interface: adapters, the worlds that they prepare, and observations of a world."""
+"""Types of the adapter interface: adapters, the worlds that they build in engines, and the observed states."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ class Contact:
         impulse_n_s: Impulse along the normal, in newton seconds; 0 for a contact without effect, None if the engine
             reports no impulse.
         velocities: Velocities just before and after the contact, ``(first before, second before, first after, second
-            after)``. With velocities, the contact is an impact by itself. If None, the harness reads the velocities
-            from the states before and after the contact.
-        tangential_impulse_n_s: Impulse of friction on `second`, newton seconds, along the normal turned by +90 degrees.
-            `first` receives the opposite impulse. The number does not depend on the order of the bodies. None if the
-            engine reports no such impulse.
+            after)``. If they are given, the contact becomes one impact with these velocities. If None, Carom uses the
+            velocities of the states before and after the contact.
+        tangential_impulse_n_s: Impulse of friction on `second`, in newton seconds, along the normal turned by +90
+            degrees. `first` receives the opposite impulse. The sign stays the same if the bodies are exchanged. None if
+            the engine reports no such impulse.
         spins_rad_s: Spins of the two bodies, in the order of `velocities`; 0 for a wall. None if no disc turns.
     """
 
@@ -68,7 +68,7 @@ class Observation:
 
 
 class World(Protocol):
-    """One scene that is built in an engine. A new world is at time 0."""
+    """A scene that an adapter has built in an engine. A new world is at time 0."""
 
     @property
     def settings(self) -> Mapping[str, Setting]:
@@ -77,7 +77,7 @@ class World(Protocol):
     def advance(self, steps: int) -> None:
         """Take `steps` steps.
 
-        Steps are timed. So the implementation should add as little as possible to the engine's own loop.
+        Carom measures the run time of this call. So the adapter should add little to the engine's own steps.
         """
 
     def observe(self) -> Observation:
@@ -89,7 +89,7 @@ class World(Protocol):
 
 @runtime_checkable
 class TimedWorld(World, Protocol):
-    """A world that times its own steps, so that the cost of communication is excluded."""
+    """A world that measures the run time of its steps itself, so that communication with a program is not included."""
 
     @property
     def seconds(self) -> float:
@@ -98,7 +98,7 @@ class TimedWorld(World, Protocol):
 
 @runtime_checkable
 class QuietWorld(World, Protocol):
-    """A world that takes many steps without contacts in one call. Worlds need not support this."""
+    """A world that can take many steps without contacts in one call. This is optional, and saves run time."""
 
     def take_quiet_steps(
         self, position_m: NDArray[np.float64], velocity_m_s: NDArray[np.float64], spin_rad_s: NDArray[np.float64]
@@ -113,7 +113,7 @@ class QuietWorld(World, Protocol):
 
 @runtime_checkable
 class CuttableWorld(World, Protocol):
-    """A world whose steps can be cut and undone, for profiles with ``located``."""
+    """A world whose steps can be shortened and undone, as profiles with ``located`` require."""
 
     def cut(self, dt_s: float) -> None:
         """Set the size of the next steps, in seconds. Contact times are still measured from the start of the run."""
@@ -121,7 +121,7 @@ class CuttableWorld(World, Protocol):
     def touching(self) -> frozenset[tuple[int, int]]:
         """Return the pairs of bodies that now touch by the engine's own contact test.
 
-        Bodies are numbered as in `Contact`.
+        Bodies have the numbers that `Contact` describes.
 
         Carom calls this method after `advance`. The call must not change the state or the contacts that `observe`
         returns.
@@ -136,7 +136,7 @@ class CuttableWorld(World, Protocol):
 
 @runtime_checkable
 class Adapter(Protocol):
-    """Connects an engine to the harness. A read of the attributes must not import the engine."""
+    """Connects an engine to Carom. Reading the attributes must not import the engine."""
 
     @property
     def name(self) -> str:
@@ -144,7 +144,7 @@ class Adapter(Protocol):
 
     @property
     def engine(self) -> Engine:
-        """The engine that the adapter drives."""
+        """The engine that the adapter connects to Carom."""
 
     @property
     def capabilities(self) -> Capabilities:
@@ -155,22 +155,22 @@ class Adapter(Protocol):
         """Profiles by name: at least ``default`` and ``tuned``."""
 
     def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> World:
-        """Build a scene with settings of one of the profiles. Building is timed separately from the steps."""
+        """Build a scene in the engine, with the settings of a profile. Carom measures this time separately."""
 
 
 @runtime_checkable
 class CodedAdapter(Adapter, Protocol):
-    """An adapter that can write a world as code of its engine, ready to paste, for ``carom engines NAME --show``."""
+    """An adapter that can write a scene as a program for its engine, for ``carom engines NAME --show``."""
 
     def code(self, scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
-        """Return a program or a model that gives the same digits as the world from `prepare`, and does not need Carom.
+        """Return a program or a model file that computes exactly what the world from `prepare` computes, without Carom.
 
-        This method must not import the engine. A program takes the steps of the scene, and then prints one line ``x y
+        This method must not import the engine. The program takes the steps of the scene, and then prints one line ``x y
         vx vy spin`` for each disc.
 
         Args:
             scene: The scene.
-            settings: The settings, as for `prepare`. Profiles with ``located`` have no code, since their steps are cut.
+            settings: The settings, as for `prepare`. Carom does not call this method for profiles with ``located``.
             heading: Text for the first comment of the code.
 
         Raises:

@@ -1,7 +1,8 @@
 """Converts scenes to an engine's units, and the engine's observations back to metres and seconds.
 
-Engines contain constant lengths and speeds: a slop, a margin, a speed below which nothing bounces. If these constants
-can't be set, other units avoid their effect. Units are powers of two, so that the conversion does not round.
+Engines contain constant lengths and speeds, such as a contact margin, or a speed below which nothing bounces. If users
+can't change such a constant, it can still be made negligible: in smaller units, all numbers of the scene are larger.
+Units are powers of two, so that the conversion does not round.
 """
 
 from __future__ import annotations
@@ -16,11 +17,9 @@ from carom.model.walls import convert_lengths, convert_speeds
 
 
 def scaled(scene: Scene, *, length: float = 1.0, time: float = 1.0) -> Scene:
-    """Return a scene in other units. A metre has `length` new units, and a second has `time` new units.
+    """Return a scene in other units. One metre is `length` new units, and one second is `time` new units.
 
-    Masses stay the same.
-
-    The caller must also multiply the step size by `time`.
+    Masses stay the same. The caller must also multiply the step size by `time`.
 
     Raises:
         AdapterError: A unit is not a power of two.
@@ -68,7 +67,7 @@ def unscaled(seen: Observation, *, length: float = 1.0, time: float = 1.0) -> Ob
         return seen
 
     def convert_contact(one: Contact) -> Contact:
-        # `velocities` and `spins_rad_s` are not converted, since only methods that use the scene's units report them.
+        # `velocities` and `spins_rad_s` are None here: the engines that report them use the scene's units.
         normal, tangential = one.impulse_n_s, one.tangential_impulse_n_s
         return replace(
             one,
@@ -92,7 +91,7 @@ def _scale_vector(vector: Vector, factor: float) -> Vector:
 
 
 def _compute_speed_unit(length: float, time: float) -> float:
-    """Return one metre a second in the scaled units of speed."""
+    """Return one metre per second in the new unit of speed."""
     for name, unit in (("length", length), ("time", time)):
         if not (math.isfinite(unit) and math.frexp(unit)[0] == 0.5):
             raise AdapterError(f"{name} must be a power of two, to avoid rounding, got {unit}")

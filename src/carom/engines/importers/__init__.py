@@ -1,1 +1,1 @@
-"""Importers: read worlds in the formats of engines as scenes."""
+"""Importers: read files of engines as scenes."""

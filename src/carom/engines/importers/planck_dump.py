@@ -15,7 +15,7 @@ from carom.support.limits import MOST_VALUES, count_values
 
 Point = tuple[float, float]
 
-#: Default collision filter of a fixture.
+#: Default collision filter of a fixture, by which Planck decides which bodies collide.
 _FILTER = {"filterGroupIndex": 0, "filterCategoryBits": 0x0001, "filterMaskBits": 0xFFFF}
 
 
@@ -60,7 +60,7 @@ class _Body:
 
 
 class _Reading:
-    """Reads a dump. Discs are read first, since their positions determine which side of a face becomes a wall."""
+    """Reads a dump. Discs are read first, since their positions determine which face of a body becomes a wall."""
 
     def __init__(self, entries: Any) -> None:
         self.world = entries[0]
@@ -144,9 +144,9 @@ class _Reading:
             self.dropped.append(f"{label}: only its face towards the discs is kept, without its ends and its skin")
 
     def _find_coefficients(self) -> dict[str, float]:
-        """Return the coefficients of pairs of bodies.
+        """Return the restitution and friction of pairs of discs, and of pairs of a disc and a wall.
 
-        Box2D combines two restitutions to the larger of them, and two frictions to the root of their product.
+        Box2D uses the larger of the restitutions of two bodies, and the square root of the product of their frictions.
         """
         discs, walls = [fixture for fixture, _ in self.discs], [fixture for fixture, _ in self.walls]
         pairs = [*itertools.combinations(discs, 2)] or [(disc, disc) for disc in discs]
@@ -186,7 +186,7 @@ def _list_face_groups(body: _Body, shape: Any) -> Iterator[list[tuple[Point, Poi
 
 
 def _find_face(a: Point, b: Point) -> Iterator[tuple[Point, Point]]:
-    """Yield the right side of the line from a to b, as a point and a unit normal.
+    """Yield the face on the right side of the line from a to b: a point, and the unit normal to the right.
 
     Yield nothing for a line without length.
     """

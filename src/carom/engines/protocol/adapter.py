@@ -1,4 +1,4 @@
-"""Adapter of an engine that is a program. It implements `carom.engines.api.Adapter` over two pipes."""
+"""Adapter of an engine that is a separate program. It communicates with the program over two pipes."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ from carom.model.trace import Setting
 
 
 class ProgramWorld:
-    """A world in the program, timed by the program's own clock.
+    """A world in the program, which measures its run time by its own clock.
 
     Attributes:
         settings: The settings in use, as reported by the program.
-        seconds: Total seconds of all steps so far, measured by the program, so the time of the pipes is not included.
+        seconds: Total run time of all steps so far, measured by the program. Communication is not included.
     """
 
     def __init__(self, program: Program, scene: Scene, settings: Mapping[str, Setting]) -> None:
@@ -89,7 +89,7 @@ class ProgramAdapter:
         engine: The engine.
         capabilities: Capabilities of the engine.
         profiles: Profiles of the engine, by name.
-        knobs: Settings that may be searched, with their ranges, by name.
+        knobs: Settings that ``carom tune`` may change, with their ranges, by name.
     """
 
     def __init__(self, manifest: Manifest, folder: Path) -> None:
@@ -155,7 +155,7 @@ def _build_profile(profile: ProgramProfile) -> Profile:
 
 
 def program_adapter(path: Path | str) -> ProgramAdapter:
-    """Return the adapter of the engine that a manifest describes. A package of such an engine needs no other code.
+    """Return the adapter of the engine that a manifest describes. The package of an adapter needs no other code.
 
     Args:
         path: Path of the manifest.

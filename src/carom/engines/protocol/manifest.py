@@ -22,17 +22,16 @@ from carom.support.fields import describe_error
 
 #: Name of a manifest file.
 MANIFEST = "engine.toml"
-#: Reference to the document that explains the fields.
+#: Hint in error messages: the document that explains the fields.
 PAGE = "see docs/reference/engine-protocol.md#the-manifest"
-#: If a setting has a wrong type, Pydantic appends the name of the first type that it tried to the location of the
-#: error.
+#: Pydantic appends one of these to the location of an error if a setting has a wrong type. Messages leave it out.
 _KINDS = (["float"], ["int"], ["bool"], ["str"])
 #: Larger files are refused. A manifest is a page of text, which is far smaller.
 MOST_BYTES = 2**20
 
 
 def _check_known_fields(kind: type[Any]) -> Any:
-    """Return a validator that checks that a table has only fields of a dataclass."""
+    """Return a validator that refuses a table with fields that the dataclass `kind` does not have."""
 
     def check(table: object) -> object:
         if isinstance(table, Mapping) and (unknown := sorted(table.keys() - {field.name for field in fields(kind)})):
@@ -43,7 +42,7 @@ def _check_known_fields(kind: type[Any]) -> Any:
 
 
 def _read_enums(table: object) -> object:
-    """Replace the values of ``contact_times`` and ``stamp``.
+    """Replace the texts of ``contact_times`` and ``stamp`` by members of their enumerations.
 
     A manifest contains the lower-case names of the enum members, because the members' values are sentences.
     """
@@ -76,9 +75,10 @@ class _Table(BaseModel):
 
 
 class ProgramProfile(_Table):
-    """A named set of settings, to which ``dt_s`` is added. The fields are those of `carom.engines.api.Profile`.
+    """A profile in a manifest. Its fields are those of `carom.engines.api.Profile`.
 
-    `capabilities` contains only values that differ from those of the engine.
+    The step size ``dt_s`` is not among the settings, since Carom adds it. `capabilities` contains only values that
+    differ from those of the engine.
     """
 
     description: str
@@ -90,13 +90,13 @@ class ProgramProfile(_Table):
 
 
 class Manifest(_Table):
-    """Manifest: describes an engine, so that its program need not be started.
+    """Manifest: describes an engine that is a program, so that the program need not be started for queries.
 
     Attributes:
         protocol: Version of the protocol that the program uses.
         name: Name for ``--engine``.
         engine: Name of the engine for display; by default `name`.
-        version: The engine's version, if it is known without a start of the program.
+        version: The engine's version; empty if only the running program reports it.
         oldest: Oldest supported release. An older release counts as unavailable.
         newest_tried: Newest tested release.
         package: Path of the ``package.json`` of the npm package that the program needs, relative to the manifest.
@@ -108,8 +108,7 @@ class Manifest(_Table):
             are resolved like those of `command`.
         capabilities: Capabilities of the engine.
         profiles: Profiles by name: at least ``default`` and ``tuned``.
-        knobs: Settings that ``carom tune`` may change, with their ranges, by name. Profiles need not have these
-            settings.
+        knobs: Settings that ``carom tune`` may change, with their ranges, by name. They need not be in a profile.
     """
 
     protocol: int = PROTOCOL

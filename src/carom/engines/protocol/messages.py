@@ -1,8 +1,8 @@
 """Messages of the engine protocol, version 1: requests on standard input, answers on standard output.
 
-A message is a JSON object on one line. Both sides ignore unknown fields, so that fields can be added. A new request
-needs a new version of the protocol. A number is written as the shortest text that reads back as the same double, and
-NaN as ``null``.
+A message is a JSON object on one line. Both sides ignore unknown fields, so that new fields don't need a new version of
+the protocol. A new kind of request needs a new version. A number is written as the shortest text that reads back as the
+same double, and NaN as ``null``.
 """
 
 from __future__ import annotations
@@ -108,7 +108,7 @@ class Failure(_Message):
 
 
 class Reply(_Message):
-    """Base of all answers. An error may replace all other fields of an answer."""
+    """Base class of all answers. If the request failed, an answer contains only `error`."""
 
     error: Failure | None = None
 
@@ -174,7 +174,7 @@ Request = Hello | Prepare | Step | Look | Cut | Touching | Save | Restore | Clos
 
 
 def build_protocol_schema() -> dict[str, Any]:
-    """Return the JSON Schema of a line of the protocol, which contains any one of the messages."""
+    """Return the JSON Schema of a line of the protocol. A line is one of the messages."""
     answers = Welcome | Prepared | Stepped | Seen | Touched | Saved | Done | Reply
     lines: TypeAdapter[Any] = TypeAdapter(Request | answers)
     return {"title": f"Carom's engine protocol, version {PROTOCOL}", **lines.json_schema()}

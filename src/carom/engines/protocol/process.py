@@ -1,4 +1,4 @@
-"""Runs the program of an engine: sends requests, receives answers, and reports how the program failed."""
+"""Runs the program of an engine: sends requests, receives answers, and describes how the program has failed."""
 
 from __future__ import annotations
 
@@ -125,7 +125,7 @@ class Program:
                 if file == self._requests.fileno():
                     try:
                         unsent = unsent[os.write(file, unsent) :]
-                    # the program has closed its input or ended, which is handled when the answer is read
+                    # the program has closed its input or ended; the missing answer shows this
                     except BrokenPipeError:
                         unsent = unsent[:0]
                     if not unsent:
@@ -144,7 +144,7 @@ class Program:
         return line
 
     def _read_printed(self) -> bool:
-        """Read standard error and keep the last bytes. Return whether more may come."""
+        """Read standard error and keep the last bytes. Return False at the end of the stream."""
         try:
             chunk = os.read(self._printed.fileno(), CHUNK_BYTES)
         except BlockingIOError:
@@ -153,10 +153,10 @@ class Program:
         return bool(chunk)
 
     def _describe_last_output(self) -> str:
-        """Return a phrase with the last output that followed the last request; empty if there is none."""
+        """Return a phrase with the last line that the program printed since the last request; empty if none."""
         while self._read_printed():
             pass
-        # The path of the worker's folder is removed, so that equal reasons have equal texts.
+        # Remove the path of the worker's temporary folder, so that the same failure always has the same text.
         last_output = find_last_message(self._words.decode(errors="replace").replace(f"{Path.cwd()}{os.sep}", ""))
         return f"it last printed {last_output!r}" if last_output else ""
 
@@ -180,7 +180,7 @@ class Program:
         return self._popen.poll() is not None
 
     def end(self) -> None:
-        """End the program by closing its input. If this does not work, kill the program."""
+        """Close the program's input, after which it should end. If it does not end, kill it."""
         self._stop()
         for pipe in (self._answers, self._printed):
             pipe.close()

@@ -1,7 +1,7 @@
-"""Serves a Python adapter over standard input and output, using the engine protocol.
+"""Serves a Python adapter over standard input and output: it answers the requests of the engine protocol.
 
-So an adapter can run in another interpreter with another release of its engine. `carom history` uses this to compare
-many releases of an engine.
+So an adapter can run in another interpreter, with another release of its engine. `carom history` uses this to compare
+releases of an engine.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from carom.engines.api import Accuracy, Adapter, Capabilities, Contact, Cuttable
 from carom.engines.protocol import messages
 from carom.errors import AdapterError, CaromError
 
-#: Name of the only setting in the manifest of a served adapter. Its value is the name of a profile. A manifest can't
-#: contain settings that depend on the step size, so the program gets the settings from its adapter.
+#: Name of the only setting in the manifest of a served adapter. Its value is the name of a profile. The program reads
+#: the actual settings from its adapter, since they can depend on the step size, and those in a manifest can't.
 PROFILE = "profile"
 
 W = TypeVar("W")
@@ -43,7 +43,7 @@ class Server:
     def __init__(self, adapter: Adapter, version: str) -> None:
         self._adapter, self._version = adapter, version
         self._worlds: dict[int, World] = {}
-        # saved states can be objects of the engine, which can't be sent
+        # saved states stay here, because they can be objects of the engine, which can't be sent
         self._saved: dict[tuple[int, int], object] = {}
         self._numbers = count(1)
 
@@ -58,7 +58,7 @@ class Server:
             return self._carry_out(request)
         except CaromError as error:
             return _build_error("refused" if isinstance(request, messages.Prepare) else "failed", str(error))
-        except Exception as error:  # noqa: BLE001 - an exception of the engine becomes the answer
+        except Exception as error:  # noqa: BLE001 - an engine can raise anything
             return _build_error("failed", f"{type(error).__name__}: {error}")
 
     def close(self) -> None:
@@ -112,7 +112,7 @@ class Server:
 
 
 def serve(server: Server, requests: Iterable[str], write: Callable[[str], object]) -> None:
-    """Write one line of answer to each line of requests, until the requests end."""
+    """Answer each line of requests with one line, until the requests end."""
     try:
         for line in requests:
             write(json.dumps(server.answer(line)) + "\n")
@@ -160,7 +160,7 @@ def _to_json(value: Any) -> Any:
 
 
 def build_manifest(adapter: Adapter, name: str, version: str, command: Sequence[str]) -> str:
-    """Return the manifest, as TOML, of an adapter that a command serves.
+    """Return a manifest, as TOML, for an adapter that is served by a command.
 
     Args:
         adapter: The adapter; its engine is not imported.
@@ -205,7 +205,7 @@ def _build_knob(knob: Knob) -> dict[str, Any]:
 
 
 def _find_differing(found: _Declared, usual: _Declared) -> dict[str, Any]:
-    """Return the fields of `found` that differ from those of `usual`, in the spelling of a manifest."""
+    """Return the fields of `found` that differ from those of `usual`, as they are written in a manifest."""
     pairs = ((field.name, getattr(found, field.name), getattr(usual, field.name)) for field in fields(found))
     return {name: _to_toml_value(value) for name, value, other in pairs if value != other}
 

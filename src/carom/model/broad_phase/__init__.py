@@ -1,13 +1,13 @@
 """Broad phase: finds the pairs of discs that are near each other, for any radii, in linear time and memory.
 
-The discs are split into halves again and again, along the longer side of the box around their centres. The halves form
-a tree. Each node stores the box of its discs, their largest reach and their lowest number. The search for one disc goes
-down the tree and skips every node that is out of reach or contains only higher numbers. So the search is fast for every
-arrangement of discs, also for columns, lines, far outliers and radii of all sizes. Immovable discs may overlap each
-other without cost: a movable disc that is near none of them visits only the root of their tree.
+The discs are split into halves repeatedly, along the longer side of the box around their centres. The halves form a
+tree. Each node stores the box of its discs, their largest reach and their lowest number. The search for one disc starts
+at the root, and skips every node that is out of reach or contains only higher numbers. So the search is fast for every
+arrangement of discs, such as lines or a few far discs, and for radii of all sizes. Immovable discs have a tree of their
+own. Overlaps among them cost no time, since the search starts only from movable discs.
 
-A single comparison of floats decides whether two discs are near. Rounding is monotone, so if a node fails the
-comparison, all of its discs fail it. So the result is exactly the pairs that a comparison of all pairs finds.
+Two discs are near if a comparison of floats is true. Rounding is monotone, so if the comparison is false for a node, it
+is false for all of its discs. So exactly those pairs are found that a comparison of all pairs would find.
 """
 
 from __future__ import annotations
@@ -21,16 +21,15 @@ Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Pairs = tuple[NDArray[np.intp], NDArray[np.intp]]
 
-#: Number of distances between discs and walls that are computed at once. A few arrays of this size take tens of
-#: megabytes.
+#: Number of distances between discs and walls that are computed together. More would take too much memory.
 _DISTANCES = 2**20
 
 
 def find_near_pairs(position_m: Floats, reach_m: Floats, movable: Flags) -> Iterator[Pairs]:
-    """Yield pairs of discs whose distance is at most the sum of their reaches, and of which at least one is movable.
+    """Yield all pairs of discs whose distance is at most the sum of their reaches. At least one of the two is movable.
 
-    The pairs come in blocks. The number of pairs in a block exceeds the number of discs by at most 65,536. Blocks are
-    ordered by the second disc, so a caller that needs only the first pairs can stop early. A pair whose sum of reaches
+    The pairs are yielded in blocks. A block has at most 65,536 pairs more than there are discs. Blocks are ordered by
+    the second disc, so a caller that needs only the first pairs can stop early. A pair whose sum of reaches
     is negative is never near. The test is ``dx * dx + dy * dy <= reach * reach``, in floats.
 
     Args:
@@ -52,7 +51,7 @@ def find_near_pairs(position_m: Floats, reach_m: Floats, movable: Flags) -> Iter
 
 
 def find_near_walls(position_m: Floats, reach_m: Floats, movable: Flags, walls: Floats) -> Iterator[Pairs]:
-    """Yield the pairs of a movable disc and a wall within the disc's reach. Discs behind a wall count as near.
+    """Yield the pairs of a movable disc and a half-plane wall within its reach. Discs behind a wall are also near.
 
     Args:
         position_m: Centres, in metres, shape ``(n, 2)``.
@@ -61,7 +60,7 @@ def find_near_walls(position_m: Floats, reach_m: Floats, movable: Flags, walls: 
         walls: A point and the unit normal of each wall, shape ``(w, 4)``.
 
     Yields:
-        Number of the disc and of the wall of each pair, in the order of the discs, then of the walls.
+        Numbers of the disc and the wall of each pair, sorted by disc and then by wall.
     """
     if not len(walls):
         return

@@ -273,7 +273,7 @@ def test_scene_with_too_many_impacts_is_unsupported(monkeypatch: pytest.MonkeyPa
     )
     row = run_cross_check([endless], ["pit"]).rows[0]
     assert row.status is Status.UNSUPPORTED
-    assert "100 impacts come before" in row.reason
+    assert "100 impacts happen before" in row.reason
 
 
 def test_failing_profile_is_a_row_with_reason(scene: Scene) -> None:
