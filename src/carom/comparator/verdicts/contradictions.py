@@ -1,4 +1,4 @@
-"""Verdicts on contradictions within a run: its own states, velocities, stamps and normals."""
+"""Verdicts on contradictions between a run's own states, velocities, reported times and normals."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from carom.comparator.measure.measured_run import MeasuredRun
 from carom.comparator.verdict import Finding, Verdict
 from carom.support.formatting import format_instant, format_number, format_seconds, format_steps
 
-#: If the lever arm of friction differs from the radius by less than this fraction, their quotient is 1 to four digits.
-#: So the difference is shown instead.
+#: If the lever arm of friction differs from the radius by less than this fraction, their quotient would be shown as 1.
+#: So their difference is shown instead.
 _NEAR_THE_RIM = 5e-4
 
 
 def report_drifts(run: MeasuredRun) -> Iterator[Finding]:
-    """Report positions and angular momenta that do not follow from a run's own impacts."""
+    """Report positions and angular momenta that do not agree with a run's own impacts."""
     consistency = run.consistency
     if consistency is None:
         return
@@ -43,7 +43,7 @@ def report_drifts(run: MeasuredRun) -> Iterator[Finding]:
 
 
 def report_contradictions(run: MeasuredRun) -> Iterator[Finding]:
-    """Report contradictions of a run's states, velocities, stamps and normals."""
+    """Report contradictions between a run's states, velocities, reported times and normals."""
     consistency, rounding = run.consistency, run.rounding
     if consistency is None:
         return
