@@ -41,7 +41,7 @@ from carom.model.trace import Setting, Trace
 from carom.support.limits import DEFAULT_TIME_LIMIT_S, MOST_DISCS_DRAWN
 from carom.support.options import build_step_kind, check_value
 
-#: The form of a job that stores states for drawing; see `carom.execution.cache_key.JobKey`.
+#: Marks the key of a job that stores states for pictures; see `carom.execution.cache_key.JobKey`.
 DRAWN = "drawn"
 
 #: Opens the journal of a cross-check. Callers pass `Options.stamp` as the stamp. The journal contains no run times,

@@ -1,4 +1,4 @@
-"""Document of `carom history`: a row per release, the changed cells with their numbers, and errors by release."""
+"""Document of `carom history`: a table of releases, a table of changed runs, and a diagram of errors."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ RULE = (
     "A change is attributed to the engine if the settings read back are equal and the motion differs. The motion is "
     "compared at {phases} phases of the step and at the scene's own phase. The motion differs if the ranges of one "
     "number (a final velocity error, a position error at one of eight instants, or one coordinate) do not overlap. The "
-    "gap between the ranges must exceed rounding, and the distance from the last value of a range to its neighbour. "
+    "gap between the ranges must exceed rounding, and the gaps between the outermost two values of each range. "
     "Differences of reported contacts do not count. 'Same bits' means that impacts and final states are bit-identical "
     "at the scene's own phase."
 )
@@ -50,14 +50,14 @@ _HEADINGS = {
 
 
 class _Row(NamedTuple):
-    """A release, and the changes since the previous release that ran (None for the first release)."""
+    """A table row with a release, and the changes since the previous release that ran (None for the first release)."""
 
     release: Release
     since: Transition | None
 
 
 class _Changed(NamedTuple):
-    """A cell that changed from one release to the next."""
+    """A scene, profile and step size for which the result changed from one release to the next."""
 
     step: Transition
     cell: RunCell
@@ -99,7 +99,7 @@ def describe_listing(origin: Origin, versions: tuple[str, ...]) -> Iterator[str]
         notes = []
         if is_older(version, origin.oldest):
             notes.append(f"older than {origin.oldest}, the oldest supported release")
-        # A test with release "7.3" also covers 7.3.1.
+        # A test with release "7.3" also counts for 7.3.1.
         newest_tested = parse_release_numbers(origin.newest_tried)
         if newest_tested and parse_release_numbers(version)[: len(newest_tested)] > newest_tested:
             notes.append(f"newer than {origin.newest_tried}, the newest tested release")
@@ -160,7 +160,7 @@ def _build_release_columns(found: History) -> tuple[Column, ...]:
 
 
 def _count_changes(kind: ChangeKind, row: _Row) -> str:
-    """Return the number of cells with this kind of change since the previous release; an empty text for 0."""
+    """Return the number of runs with this kind of change since the previous release; an empty text for 0."""
     return "" if row.since is None else str(row.since.count(kind) or "")
 
 
@@ -169,7 +169,7 @@ def _format_same_bits(row: _Row) -> str:
 
 
 def _count_grade(grade: Grade, row: _Row) -> str:
-    """Return the number of cells with a grade; an empty text for 0, or if the release was not run."""
+    """Return the number of runs with a grade; an empty text for 0, or if the release was not run."""
     results = [seen_cell.own.value for seen_cell in row.release.seen.values() if seen_cell.own.value is not None]
     return "" if row.release.not_run else str(sum(one.grade == grade.name for one in results) or "")
 
@@ -181,7 +181,7 @@ def _release_note(release: Release) -> str:
 
 
 def _describe_settings(found: History) -> Iterator[Lines]:
-    """Yield the settings that differ between consecutive releases, and the cells that a release could not run."""
+    """Describe the settings that differ between consecutive releases, and the runs that failed."""
     setting_changes = dict.fromkeys(
         f"Different settings: {step.old.version} → {step.new.version}, {cell.profile}: {change.why}"
         for step in found.transitions
@@ -213,10 +213,10 @@ _CHANGE_COLUMNS = (
 
 
 def render_error_chart(found: History) -> str:
-    """Return a chart of the median and the largest velocity error by release for each profile, as SVG.
+    """Draw the median and the largest velocity error of each profile against the release, as SVG.
 
-    Only cells with a known error in every release are included. A vertical line shows each release in which a bit of a
-    result changed.
+    Only scenes and step sizes with a known error in every release are included. A vertical line marks a release in
+    which a bit of a result changed.
     """
     with use_drawing_style():
         figure, axes = build_framed_figure(_WIDTH_IN, _HEIGHT_IN, f"{found.origin.engine}: velocity error by release")
@@ -241,7 +241,7 @@ def render_error_chart(found: History) -> str:
 
 
 def _list_errors(releases: list[Release], profile: str) -> list[list[float]]:
-    """Return each release's velocity errors in those cells of a profile that have an error in every release."""
+    """Return each release's velocity errors in those runs of a profile that have an error in every release."""
 
     def read_error(release: Release, cell: RunCell) -> float:
         seen_cell = release.seen.get(cell)
