@@ -171,7 +171,7 @@ def _has_pit_results(judged: JudgedRun) -> bool:
 
 
 def _is_consistent(judged: JudgedRun, *, allow_sampling: bool = True) -> bool:
-    """Whether the states and impacts of a run agree with each other to rounding.
+    """Whether the states and impacts of a run agree with each other except for rounding.
 
     With `allow_sampling`, deviations that follow from checking once per step are ignored.
     """

@@ -93,7 +93,7 @@ def horizon(
         scene: The scene, or its name in the catalogue.
         tolerance: Largest relative error of an impact that agrees. `Horizon` explains how errors are divided.
         max_impacts: Largest number of impacts to compare; None for no limit.
-        time_budget_s: Seconds for the certified run; None for no limit.
+        time_budget_s: Largest number of seconds that the certified run may take; None for no limit.
 
     Raises:
         InputError: The tolerance is not above 0, or the scene has immovable discs under gravity.
@@ -244,7 +244,7 @@ def estimate_horizon(reference: Trace) -> float | None:
 def _nudge(scene: Scene, *, positions: bool) -> Scene:
     """Change every velocity, and with `positions` every position, by one unit in the last place.
 
-    Zeros stay zero, because rounding does not break a symmetry that makes a number zero.
+    Zeros stay zero, because a number that is 0 by symmetry has no rounding error.
     """
     rng, start = np.random.default_rng(0), scene.arrays
     signs = rng.choice([-math.inf, math.inf], size=(len(scene.discs), 4))

@@ -97,7 +97,7 @@ def shift_start(scene: Scene, by_s: float) -> Scene:
 def _is_free_of_impacts(scene: Scene, shift_s: float) -> bool:
     """Whether no bodies meet between the start and the time `shift_s`, which may be before the start."""
     slowing = Slowing.of(scene)
-    if slowing.table_m_s2 and shift_s < 0.0:  # a table can't be solved backwards
+    if slowing.table_m_s2 and shift_s < 0.0:  # motion on a table can't be solved backwards
         try:
             return _is_free_of_impacts(_shift_scene(scene, shift_s), -shift_s)
         except SceneError:  # bodies overlap at the earlier start
@@ -135,7 +135,7 @@ def _shift_scene(scene: Scene, shift_s: float) -> Scene:
 def _replace_states(
     scene: Scene, states: Iterable[tuple[Vector, Vector, float, tuple[Leg, ...]]], walls: list[AnyWall], **fields: float
 ) -> Scene:
-    """Return the scene with new walls, new fields, and new positions, velocities, spins and legs of moving discs."""
+    """Return the scene with new walls and fields, and new positions, velocities, spins and motions of discs."""
     discs = [
         disc
         if disc.immovable and not disc.driven

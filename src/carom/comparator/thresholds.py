@@ -21,8 +21,8 @@ class Thresholds:
             PIT's. A method that only checks for overlap would need a hundred checks per step to reach this. So a close
             method computes the instant of impact, or shortens its steps.
         phases: Number of evenly spread phases of a step at which PIT's errors are measured. At one of 16 phases, PIT is
-            within a sixteenth of a step of its largest possible lateness. An impact that PIT misses in more than a
-            sixteenth of a step is missed at one of these phases.
+            within a sixteenth of a step of its largest possible lateness. If PIT misses an impact in more than a
+            sixteenth of all phases, it misses it at one of these, too.
         ratio_known: Rounding error of the quotient of an error and PIT's error. In 64-bit floats, 1e-13 was observed.
         ratio_known_32: Rounding error of this quotient for a method with 32-bit floats: 5e-4 was observed.
         direction_rad: Largest error of a direction that is ignored: a degree, which is just visible in a picture.

@@ -311,7 +311,7 @@ class Document:
 
     Attributes:
         title: The title.
-        answer: The first sentences.
+        answer: The headline.
         sections: The sections.
         about: A description of the method in two sentences, for new readers. A terminal does not show it.
         watch: Link to the replay that a reader should watch first; None for none.

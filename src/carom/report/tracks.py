@@ -34,8 +34,8 @@ class Track:
     Attributes:
         time_s: Times at which flights begin, and the time at which the last flight ends; shape ``(k,)``, ascending.
         position_m: Positions of the disc at these times, shape ``(k, 2)``.
-        pull_m_s2: Acceleration in all flights, shape ``(2,)``. If the disc sometimes slides, rolls or rests: in each
-            flight, shape ``(k - 1, 2)``.
+        pull_m_s2: Acceleration in all flights, shape ``(2,)``. If the disc sometimes slides, rolls or rests, this is
+            the acceleration in each flight, shape ``(k - 1, 2)``.
     """
 
     time_s: Array

@@ -79,7 +79,7 @@ PLAIN = RunOptions()
 
 
 def require_goal(time_s: float, max_impacts: int | None) -> None:
-    """Check the goal of a run: a time, which may be infinite, and a number of impacts.
+    """Check the time and the number of impacts at which a run must stop. The time may be infinite.
 
     NaN is refused, because a run up to such a time would never end.
 

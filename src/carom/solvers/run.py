@@ -27,7 +27,7 @@ class Start(Protocol):
 
     @property
     def arrays(self) -> DiscArrays:
-        """Discs and walls."""
+        """The discs and walls as arrays."""
 
     @property
     def gravity_m_s2(self) -> tuple[float, float]:
@@ -85,7 +85,7 @@ class Run(Protocol):
 
     @property
     def counts(self) -> dict[str, int]:
-        """Work so far, by name."""
+        """Counts of the work so far, by name."""
 
     def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:
         """Apply every impact up to and including `time_s`.
@@ -103,10 +103,10 @@ class Run(Protocol):
         """Return the current velocities, in metres per second, shape ``(n, 2)``."""
 
     def spins(self) -> NDArray[np.float64] | None:
-        """Return the current spins, in radians per second, shape ``(n,)``; None if nothing in the scene turns."""
+        """Return the current spins, in radians per second, shape ``(n,)``; None if no disc in the scene turns."""
 
     def impacts_per_disc(self) -> NDArray[np.int64]:
-        """Return the number of impacts of each disc so far, with discs and walls, shape ``(n,)``."""
+        """Return the number of impacts that each disc has had with discs and walls, shape ``(n,)``."""
 
 
 class SeenRun:
@@ -123,11 +123,11 @@ class SeenRun:
 
     @property
     def counts(self) -> dict[str, int]:
-        """Work so far, by name."""
+        """Counts of the work so far, by name."""
         return self._run.counts
 
     def impacts_per_disc(self) -> NDArray[np.int64]:
-        """Return the number of impacts of each disc so far, with discs and walls, shape ``(n,)``."""
+        """Return the number of impacts that each disc has had with discs and walls, shape ``(n,)``."""
         return self._run.impacts_per_disc()
 
     def positions(self) -> NDArray[np.float64]:

@@ -162,7 +162,7 @@ class RunInUnits(SeenRun):
         return self._run.counts["frames"]
 
     def advance_frames(self, frames: int) -> None:
-        """Pass this many frames of a PIT run, and advance to the time of the next frame."""
+        """Run this number of frames of a PIT run, and advance to the time of the next frame."""
         self._of_frames.advance_frames(frames)
 
     @property

@@ -44,23 +44,24 @@ class Consistency:
     A size is 0 if nothing can be checked.
 
     Attributes:
-        velocity: Largest change of a velocity between impacts, or after the last one, divided by the scene's speed.
-        spin: Largest change of a spin times its radius between impacts, divided by the scene's rim speed; 0 if no disc
-            spins.
-        position: Largest distance of a disc from the position that its own velocities imply, divided by the scene's
-            length.
+        velocity: Largest change of a velocity between impacts, or after the last one, divided by the scene's greatest
+            speed.
+        spin: Largest change of a spin times its radius between impacts, divided by the scene's greatest disc or rim
+            speed; 0 if no disc spins.
+        position: Largest distance of a disc from the position that its own velocities imply, divided by the largest
+            radius.
         excess: The part of `position` that remains if the engine moved overlapping bodies apart at both ends of the
             flight, by at most the overlap that they gain in a step.
         stamp_s: Largest time, in seconds, by which the time stamp of an impact is outside of the run or of the step
             that reported the impact.
-        across: Largest velocity change perpendicular to the normal at an impact, divided by the scene's speed. If the
-            velocity change has the wrong sign along the normal, the whole change counts.
+        across: Largest velocity change perpendicular to the normal at an impact, divided by the scene's greatest speed.
+            If the velocity change has the wrong sign along the normal, the whole change counts.
         normal_rad: Largest angle between the normal of an impact and its velocity change, in radians.
         normal_length: Largest difference between a normal's length and 1.
         momentum: Largest change of the velocity of two discs' centre of mass at their impact, divided by the scene's
-            speed.
+            greatest speed.
         angular: Largest change of a disc's angular momentum about the point of contact at an impact, divided by its
-            mass, its radius and the scene's rim speed; 0 if no disc spins.
+            mass, its radius and the scene's greatest disc or rim speed; 0 if no disc spins.
         angular_excess: The part of `angular` that is not explained by the overlap gained in a step.
         arm: The distance from the disc's centre at which friction seems to act, divided by the disc's radius, at the
             impact with the change `angular`. NaN if there was no friction.
@@ -248,12 +249,12 @@ def _measure_stamp_error(trace: Trace) -> float:
 
 
 def _measure_normal_error(trace: Trace, scales: Scales) -> tuple[float, float]:
-    """Return the largest error of a velocity change perpendicular to the normal, and the largest angle between the two.
+    """Return the largest unexplained velocity change perpendicular to the normal, and the largest wrong angle.
 
-    The error is divided by the scene's speed. Without friction and gravity, the relative velocity changes only along
-    the normal. Friction adds a perpendicular change of at most its coefficient times the normal change. Gravity adds a
-    change if it acts on only one of the bodies. If a disc has several contacts in one step, their velocity changes
-    can't be separated.
+    The result is a fraction of the scene's greatest speed, and an angle between velocity change and normal. Without
+    friction and gravity, the relative velocity changes only along the normal. Friction adds a perpendicular change of
+    at most its coefficient times the normal change. Gravity adds a change if it acts on only one of the bodies. If a
+    disc has several contacts in one step, their velocity changes can't be separated.
     """
     impacts, second, movable = trace.impacts, trace.impacts["second"], trace.scene.arrays.movable
     changes = velocities(impacts, "after") - velocities(impacts, "before")

@@ -26,7 +26,8 @@ _NOT_CONSERVED = frozenset(
     {Need.RESTITUTION, Need.GRAVITY, Need.DAMPING, Need.FRICTION, Need.DRIVEN_DISCS, Need.DRIVEN_WALLS}
 )
 
-#: A body that is slower than this fraction of the scene's speed counts as resting, so its direction is not compared.
+#: A body that is slower than this fraction of the scene's greatest speed counts as resting, so its direction is not
+#: compared.
 AT_REST = 1e-12
 
 
@@ -43,12 +44,13 @@ class ImpactError:
         effective_time_s: Error of the instant at which the straight paths before and after the impact meet, in seconds;
             NaN if that instant is unknown.
         along_normal: Component of the velocity error along the reference's normal, for the body with the larger error,
-            divided by the scene's speed.
+            divided by the scene's greatest speed.
         across_normal: Component of the velocity error perpendicular to that normal, for the body with the larger error,
-            divided by the scene's speed.
-        velocity: Magnitude of the velocity error, for the body with the larger error, divided by the scene's speed.
-        spin: Error of the spin times the radius, for the body with the larger error, divided by the scene's rim speed;
-            NaN if no disc spins.
+            divided by the scene's greatest speed.
+        velocity: Magnitude of the velocity error, for the body with the larger error, divided by the scene's greatest
+            speed.
+        spin: Error of the spin times the radius, for the body with the larger error, divided by the scene's greatest
+            disc or rim speed; NaN if no disc spins.
         direction_rad: Angle between observed and reference velocity after the impact, for the body with the larger
             angle. A body that rests in one of the traces is ignored.
         normal_rad: Angle between observed and reference normal.
@@ -102,10 +104,11 @@ class Errors:
         energy: Error of the final kinetic energy, with its sign, divided by the larger of two energies: the energy at
             the start, and the work of driven bodies in the reference. 0 if both are 0.
         momentum: Magnitude of the error of the movable discs' final momentum, divided by their mass and the scene's
+            greatest speed.
+        final_position: Largest error of a disc's final position, divided by the largest radius.
+        final_velocity: Largest error of a disc's final velocity, divided by the scene's greatest speed.
+        final_spin: Largest error of a disc's final spin times its radius, divided by the scene's greatest disc or rim
             speed.
-        final_position: Largest error of a disc's final position, divided by the scene's length.
-        final_velocity: Largest error of a disc's final velocity, divided by the scene's speed.
-        final_spin: Largest error of a disc's final spin times its radius, divided by the scene's rim speed.
     """
 
     time_s: float = _declare_metric("time error")
@@ -128,7 +131,7 @@ _LARGEST_OF_IMPACTS = ("reported_time_s", "velocity", "spin", "along_normal", "a
 
 @dataclass(frozen=True)
 class Measured:
-    """Errors of a trace against a reference.
+    """Errors of a trace relative to a reference.
 
     If a number of the trace is NaN or infinite, its error is infinite.
 

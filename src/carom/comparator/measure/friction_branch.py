@@ -36,8 +36,8 @@ class WrongBranches:
 def find_wrong_branches(trace: Trace, scales: Scales, rounding: float) -> WrongBranches:
     """Find the impacts in which bodies stick although they should slide, or slide although they should stick.
 
-    Differences below `rounding` times the scene's speed are ignored. If a disc has several contacts in one step, they
-    are not checked, because their effects can't be separated.
+    Differences below `rounding` times the scene's greatest speed are ignored. If a disc has several contacts in one
+    step, they are not checked, because their effects can't be separated.
     """
     impacts = trace.impacts
     if not trace.scene.arrays.rubs or not len(impacts):

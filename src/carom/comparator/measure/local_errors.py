@@ -43,16 +43,17 @@ class LocalErrors:
         time_s: Instant at which the paths before and after the impact meet (or the reported time, if that instant is
             unknown) minus the exact time of the impact, in seconds.
         velocity: Magnitude of the velocity error after the impact, for the body with the larger error, divided by the
-            scene's speed.
+            scene's greatest speed.
         restitution: Ratio of the speeds of separation and approach along the exact normal, minus the scene's
             coefficient of restitution.
         spin: Error of the rim speed (spin times radius) after the impact, for the body with the larger error, divided
-            by the scene's rim speed; all NaN if no disc spins.
+            by the scene's greatest disc or rim speed; all NaN if no disc spins.
         energy: Kinetic energy of the two bodies after the impact minus the exact kinetic energy, divided by the energy
             at the start of the scene.
         sampling_velocity: Velocity error of PIT from the same state with the same step size; NaN if PIT finds no
             impact, or the run has no steps.
-        solver_velocity: Velocity difference between the run and PIT from the same state, divided by the scene's speed.
+        solver_velocity: Velocity difference between the run and PIT from the same state, divided by the scene's
+            greatest speed.
         sampling_spin: Spin error of PIT from the same state.
         solver_spin: Spin difference between the run and PIT from the same state.
         spurious: Indices of the run's impacts that do not happen if PIC starts from the run's own state.

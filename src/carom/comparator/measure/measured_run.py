@@ -99,7 +99,7 @@ class MeasuredRun(AlignedRun):
 
 
 def measure_run(aligned: AlignedRun) -> MeasuredRun:
-    """Measure the errors of a run: against the reference, against its own states, and step by step."""
+    """Measure the errors of a run relative to the reference, its contradictions, and the errors of each step."""
     reference, observed, pit, scales = aligned.reference, aligned.observed, aligned.pit, aligned.scales
     measured = measure_errors(reference, observed, aligned.alignment, scales)
     sampled = against_pit = cost = None

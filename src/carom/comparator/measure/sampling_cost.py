@@ -1,8 +1,8 @@
 """The cost of sampling: the largest errors that PIT has because it checks for overlap only once per step.
 
 The phase of an impact is a matter of chance: PIT may find the impact at once, or a step late, or not at all. So a run
-is compared with PIT at `THRESHOLDS.phases` phases of the step. For each phase, the scene is shifted along its own
-motion. The run is also compared with PIT at the phases at which PIT is as late as the run.
+is compared with PIT at `THRESHOLDS.phases` phases of the step. For each phase, the scene starts slightly later or
+earlier on the same paths. The run is also compared with PIT at the phases at which PIT is as late as the run.
 """
 
 from __future__ import annotations
@@ -41,8 +41,8 @@ class SamplingCost:
     """Errors of PIT with one step size, either at one phase of the step or as the largest errors over several phases.
 
     Arrays have shape ``(2, m)``, with a column for each reliable impact of the reference. The first row has velocity
-    errors after the impact, divided by the scene's speed. The second row has errors of spin times radius, divided by
-    the scene's rim speed. The second row is 0 if no disc spins.
+    errors after the impact, divided by the scene's greatest speed. The second row has errors of spin times radius,
+    divided by the scene's greatest disc or rim speed. The second row is 0 if no disc spins.
 
     Attributes:
         dt_s: The step size, in seconds.
@@ -52,11 +52,12 @@ class SamplingCost:
             such phase.
         found_off_s: The largest error of the impact's time over those phases, in seconds, shape ``(m,)``.
         energy: Error of the final kinetic energy, divided by the kinetic energy at the start. For several phases, this
-            error and the final errors below are the largest over the scene's own phase and all phases at which PIT has
-            no missed or spurious impact.
-        final_position: Largest error of a final position, divided by the scene's length; 0 if not measured.
-        final_velocity: Largest error of a final velocity, divided by the scene's speed; 0 if not measured.
-        final_spin: Largest error of a final spin times its radius, divided by the scene's rim speed; 0 if not measured.
+            error and the final errors below are the largest over phase 0 and all phases at which PIT has no missed or
+            spurious impact.
+        final_position: Largest error of a final position, divided by the largest radius; 0 if not measured.
+        final_velocity: Largest error of a final velocity, divided by the scene's greatest speed; 0 if not measured.
+        final_spin: Largest error of a final spin times its radius, divided by the scene's greatest disc or rim speed; 0
+            if not measured.
         late_s: Largest error of a time at any of the phases, in seconds; infinite if an impact is missed or spurious.
         phases: Number of phases at which PIT was run.
         close_phases: Number of phases at which all of PIT's impacts deserve the grade *close*.
@@ -92,7 +93,7 @@ class SamplingCost:
     def combine(cls, costs: Sequence[SamplingCost]) -> SamplingCost:
         """Return the largest errors over several phases.
 
-        The first item must contain the errors at the scene's own phase.
+        The first item must contain the errors at phase 0.
         """
         errors, found, off_s = (
             np.maximum.accumulate(np.max([getattr(cost, name) for cost in costs], axis=0), axis=-1)
@@ -117,7 +118,7 @@ def measure_sampling_cost(aligned: AlignedRun, pit: Trace, measured: Measured, m
     Args:
         aligned: The compared traces.
         pit: PIT's run.
-        measured: The errors of PIT's run, at the scene's own phase.
+        measured: The errors of PIT's run at phase 0, at which the scene is not shifted.
         measured_run: The errors of the run that is compared with PIT. If these errors are larger than PIT's errors at
             evenly spread phases, PIT also runs at the phases at which it is as late as the run.
     """

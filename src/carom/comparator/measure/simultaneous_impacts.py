@@ -44,7 +44,7 @@ Motions = NDArray[np.float64]
 
 
 class TouchingBodies(NamedTuple):
-    """Two bodies that touch at a shared instant.
+    """Two bodies that touch at the instant of simultaneous impacts.
 
     Attributes:
         first: A disc.
@@ -98,8 +98,8 @@ class ConventionMatch:
         group: The simultaneous impacts.
         outcomes: The admissible outcomes; empty if there are too many to list.
         nearest: Index of the outcome that is nearest to the trace's result; None if none is listed.
-        distance: Largest difference from that outcome: of a velocity divided by the scene's speed, or of a rim speed
-            divided by the scene's rim speed.
+        distance: Largest difference from that outcome: of a velocity divided by the scene's greatest speed, or of a rim
+            speed divided by the scene's greatest disc or rim speed.
         matches: Whether this distance is explained by rounding, or is at most that of PIT with the same step size.
     """
 

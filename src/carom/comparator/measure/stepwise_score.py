@@ -51,9 +51,9 @@ class LocalScore:
         spin: Largest error of a rim speed, divided by the greatest speed or rim speed of the window's own bodies; 0 if
             no disc spins.
         ratio: Median and largest quotient of the velocity or spin error and PIT's largest error from the same state.
-            PIT runs at several phases of the step, and at the phase at which it is as late as the run. Infinite if only
-            PIT has no error.
-        worse_than_pit: Number of windows whose ratio is above 1.
+            PIT runs at several phases of the step, and at the phase at which it is as late as the run. Infinite if the
+            run has an error and PIT has none.
+        worse_than_pit: Number of windows in which the run's error is larger than PIT's.
         judged: Number of windows of one impact that were compared.
         restitution: Median and largest absolute error of the coefficient of restitution; NaN if there is none.
         energy: Energy that the run gains or loses in addition to PIT's gains and losses from the same states, divided
@@ -62,11 +62,11 @@ class LocalScore:
             Changes that `invented` counts are excluded.
         drifts: Number of steps, summed over all discs, in which the change of a disc's position did not follow from the
             disc's velocity.
-        drift: The largest of these deviations of a position, divided by the scene's length.
+        drift: The largest of these deviations of a position, divided by the largest radius.
         resting_steps: Number of steps, summed over all discs, in which a disc rested on another body.
         sunk_radii: The largest depth to which a resting body sank into another, divided by the distance of two centres
             (or of a centre and a wall) in contact.
-        sinks: Whether a resting body sank deeper than by falling from rest in each step.
+        sinks: Whether a body sank deeper than if it fell from rest in each step.
         polygon: Whether falling discs move along polygons instead of parabolas.
         agrees: Whether all windows agree with PIC except for rounding.
         agrees_alone: Whether all windows with one impact agree with PIC except for rounding, and `slipped`, `drift` and
@@ -264,7 +264,10 @@ def _drop_continuations(meetings: NDArray[np.void]) -> NDArray[np.void]:
 
 
 def _find_inventions(truth: LocalTruth) -> tuple[int, tuple[str, float | None], float]:
-    """Return the number of steps that turn a disc without cause, the first one, and the largest uncounted turn."""
+    """Count the steps in which a disc turns without a cause.
+
+    Return their number, the first one, and the largest turn that is too small to count.
+    """
     turns: list[tuple[float, float, str]] = []  # time, size and disc of each turn
     for row in truth.windows[truth.windows["turned"]]:
         size = max(float(row["velocity"]), float(row["spin"])) / (float(row["rim"]) or 1.0)

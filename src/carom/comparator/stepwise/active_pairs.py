@@ -34,8 +34,8 @@ _AT_ONCE = 64
 #: than the disc.
 _TOGETHER = 16
 
-#: Largest number of distances that are computed together. This limit is used for scenes with so few pairs that boxes
-#: are not worth their time.
+#: Largest number of distances that are computed together. It is used for scenes with so few pairs that it would take
+#: longer to compute boxes.
 _DISTANCES = 2**12
 
 

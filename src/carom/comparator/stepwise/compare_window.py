@@ -283,8 +283,8 @@ def _find_turn_time(window: Window, pair: Pair) -> float:
     squared = slope[0] ** 2 + slope[1] ** 2
     if squared == 0.0:
         return math.nan
-    # The time from this point to the window's end is the distance of the two paths at the end, divided by their
-    # relative velocity. With damping, paths are straight lines if time is replaced by undamped time.
+    # The paths are nearest at some time before the window's end: their distance at the end, divided by their relative
+    # velocity. With damping, paths are straight lines if time is replaced by undamped time.
     free_offset, offset_after = compute_offset(window.free), compute_offset(window.now)
     ago_s = ((free_offset[0] - offset_after[0]) * slope[0] + (free_offset[1] - offset_after[1]) * slope[1]) / squared
     return duration_s + window.bodies.slowing.damping.to_damped(-ago_s)

@@ -88,7 +88,7 @@ def find_pairs_near_in_step(block: Block, together: Sequence[NearPairs], step: i
 
 
 def find_disc_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
-    """Yield the pairs of discs that are near in some steps."""
+    """Yield the pairs of discs that are near each other in the steps from `begin` to `end`."""
     arrays, bodies = block.scene.arrays, block.bodies
     centre, reach = _bound_paths(block, begin, end)
     p, v = block.states.position_m[begin : end + 1], block.states.velocity_m_s[begin : end + 1]
@@ -120,7 +120,7 @@ def find_disc_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
 
 
 def find_wall_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
-    """Yield the discs and walls that are near in some steps."""
+    """Yield the pairs of a disc and a wall that are near each other in the steps from `begin` to `end`."""
     moving = defaultdict[Drive, list[int]](list)
     for k, drive in enumerate(block.bodies.wall_drives):
         moving[drive].append(k)

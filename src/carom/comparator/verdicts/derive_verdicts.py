@@ -35,7 +35,7 @@ _OTHER_ENDINGS = {Outcome.GLIDES: ", gliding along a wall", Outcome.CRUSHED: ", 
 def derive_verdicts(run: MeasuredRun, grade_before_tie: Grade | None) -> JudgedRun:
     """Derive all verdicts on a run.
 
-    `grade_before_tie` is the run's grade up to the first instant without a unique answer.
+    `grade_before_tie` is the run's grade before the first instant at which several impacts have no unique result.
     """
     judged = JudgedRun.of(
         run,

@@ -26,7 +26,7 @@ def report_divergence(judged: JudgedRun) -> Iterator[Finding]:
     alignment = judged.alignment
     yield Finding(
         Verdict.DIVERGED,
-        f"at {format_instant(judged.diverged_s)}{pit}; it lacks {len(alignment.missed)} of {judged.compared.impacts} "
+        f"at {format_instant(judged.diverged_s)}{pit}; it misses {len(alignment.missed)} of {judged.compared.impacts} "
         f"impacts and has {len(alignment.spurious)} others; {_describe_steps(local)}",
     )
 

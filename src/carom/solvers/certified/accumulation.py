@@ -28,9 +28,8 @@ if TYPE_CHECKING:
     from carom.solvers.certified.disc_states import BallBodies
     from carom.solvers.certified.recording import Recording
 
-#: Impacts whose times differ by at most one unit in the last place count as a collapse if there are very many. The
-#: limit is this factor times the square of the number of their bodies. Three equal discs that do not collapse have at
-#: most some 600 impacts.
+#: Many impacts whose times differ by at most one unit in the last place count as a collapse. The limit is this factor
+#: times the square of the number of their bodies. Three equal discs that do not collapse have at most some 600 impacts.
 _COLLAPSE = 20
 #: A disc between two approaching bodies counts as crushed after this many impacts.
 _CRUSH = 256

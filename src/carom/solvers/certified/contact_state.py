@@ -89,7 +89,7 @@ class BallMode(NamedTuple):
 
 
 class End(NamedTuple):
-    """End of sliding, rolling or rest without an impact: the wait until the end, the time, and the cause.
+    """End of sliding, rolling or rest without an impact: the time until the end, the instant, and the cause.
 
     With the cause `slip`, the disc stops slipping. With `rim`, the rim speed becomes 0. With `over`, the disc's centre
     reaches the end of its surface. With `undecided`, the cause is unknown, and the run can only be certified up to this
@@ -176,7 +176,7 @@ class ContactStates:
         self.barred: list[frozenset[int]] = [frozenset()] * discs
 
     def clear(self, i: int) -> None:
-        """Delete the contact state of disc `i`."""
+        """Delete all stored data on the contact of disc `i`."""
         self.gliding[i] = self.bounces[i] = self.landings[i] = self.stops[i] = self.launched[i] = None
         self.barred[i] = frozenset()
 

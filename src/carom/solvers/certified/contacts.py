@@ -1,9 +1,9 @@
 """Contact in certified runs: discs that slide, roll and rest on straight walls below them.
 
-The module is a copy of `core/wall_contact_law.h` and `core/pic/lasting_contact.h` in interval arithmetic. Quantities
-that must be 0 by the contact law are exactly 0. The state of a disc in contact is relative to the disc's wall. The
-contact determines the disc's acceleration. Before an impact, a disc is released from its wall. After the impact, the
-disc returns to the wall or stays free.
+The module is a copy of `core/wall_contact_law.h` and `core/pic/lasting_contact.h` in interval arithmetic. If the
+contact law makes a quantity 0, it is stored as exactly 0. The state of a disc in contact is relative to the disc's
+wall. The contact determines the disc's acceleration. Before an impact, a disc is released from its wall. After the
+impact, the disc returns to the wall or stays free.
 
 Bounces are applied one by one until all remaining bounces take less time than the last requested digit. The remaining
 bounces are summed as a geometric series if the disc certainly slips in one direction in all of them, or certainly
@@ -53,7 +53,7 @@ class BallContacts:
         return Meeting(i, i, max(instant_s, min(float_below(time), float_above(time))), time, float_above(time))
 
     def gap_on_same_ground(self, i: int, j: int, instant_s: float, reach: arb) -> list[arb] | None:
-        """Return the gap of two discs on one surface as a polynomial of time since `instant_s`, else None."""
+        """Return the gap of two discs on one surface as a polynomial of time since `instant_s`, otherwise None."""
         one, other = self._states.gliding[i], self._states.gliding[j]
         if one is None or other is None or one.ground.body != other.ground.body:
             return None
@@ -355,7 +355,7 @@ class BallContacts:
         if tolerance is not None and not window <= tolerance * bounce.time:
             return False
         state = sum_bounces(bodies, i, ground, bounce, hop, tolerance)
-        known = tolerance is None or window.is_zero()  # whether no other event can come before the end of the bounces
+        known = tolerance is None or window.is_zero()  # no other event can come before the last bounce
         if state is None or not (known or meets_only_ground(bodies, i, ground, bounce.time, window)):
             return False
         self._states.landings[i] = Landing(bounce.time + window, ground, state)
@@ -391,7 +391,7 @@ def stretch_of(shape: Plane | Round) -> tuple[Exact, Exact]:
 
 
 def _is_part_of(other: Obstacle, face: Obstacle) -> bool:
-    """Whether an obstacle is the back of a face, or a vertex at one of the face's ends."""
+    """Whether an obstacle is the other side of an edge, or a vertex at one of its ends."""
     if other.wall != face.wall:
         return False
     begin, end = stretch_of(face.shape)

@@ -71,7 +71,8 @@ class BallBodies:
         fastest_drive: A bound on the speeds of bodies with a prescribed motion, in metres per second.
         turns: Whether spins are stored: see `carom.DiscArrays.turns`.
         spin: Spin of each disc, in radians per second.
-        inverse_inertia_ratio: Inverse inertia factor 1/k of each disc; 0 for a disc that does not turn.
+        inverse_inertia_ratio: One over the inertia factor k of each disc, whose moment of inertia is k m R^2; 0 for a
+            disc that does not turn.
         inverse_mass: One over the mass of each disc; 0 for a disc that impacts do not move.
         met: For each disc, the times of its last impacts with each obstacle (key: body number) and with any disc (key:
             0), oldest first.
@@ -235,7 +236,7 @@ class BallBodies:
         return ends if leg is None else ends.min(arb(leg.end_s) - instant_s)
 
     def is_curved(self, body: int) -> bool:
-        """Return whether a body's path is curved or changes direction in the falling reference frame."""
+        """Return whether a body's path has a curve or a corner in the falling reference frame."""
         fixed = body < 0 or not self.movable[body]
         if body >= 0 and self.acceleration[body] is not None:
             return True
@@ -303,7 +304,7 @@ class BallBodies:
     def velocity(self, i: int, time: arb, instant_s: float) -> tuple[arb, arb]:
         """Return the velocity of disc `i` at `time` relative to the walls.
 
-        A prescribed velocity is that at `instant_s`.
+        For a prescribed motion, return the velocity at `instant_s`.
         """
         if not self.movable[i] and (leg := self.legs_after(i, instant_s)[0]) is not None:
             return leg.vx, leg.vy

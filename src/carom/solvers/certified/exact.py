@@ -1,7 +1,9 @@
 """Tests in exact rational arithmetic: whether impacts are simultaneous, discs only graze, or bodies touch at the start.
 
 For bodies on their initial paths, times of impact have the form ``(P - sqrt(Q)) / A`` with rational P, Q and A > 0. For
-two discs ``P = -b, Q = D, A = a``. For a wall ``P = (p - q).n, Q = r^2 n.n, A = -v.n``.
+two discs, ``P = -b, Q = b^2 - a c, A = a``, where ``a t^2 + 2 b t + c`` is their squared distance minus the squared sum
+of their radii. For a disc of radius r, centre p and velocity v, and a wall through q with normal n, ``P = (p - q).n, Q
+= r^2 n.n, A = -v.n``.
 """
 
 from __future__ import annotations
@@ -98,7 +100,7 @@ def _sign(number: Fraction) -> int:
 
 
 def _pair_polynomial(scene: Scene, i: int, j: int) -> tuple[Fraction, Fraction, Fraction]:
-    """Return the coefficients of ``a t^2 + 2 b t + c`` for two discs at the start."""
+    """Return the coefficients of ``a t^2 + 2 b t + c`` (see the module's docstring) for two discs."""
     p, q = scene.discs[i], scene.discs[j]
     dx, dy = (Fraction(q.position_m[k]) - Fraction(p.position_m[k]) for k in (0, 1))
     (ui, vi), (uj, vj) = p.drive.velocity_at(0.0), q.drive.velocity_at(0.0)

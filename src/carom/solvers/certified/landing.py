@@ -68,10 +68,11 @@ def _sum_reversing_bounces(
 ) -> GlideState | None:
     """Return the state after bounces in which friction may reverse the slip; None if the final slip is undecided.
 
-    Let r be the slip speed divided by the speed of approach. A bounce and its hop change r to ``(g(r) + A) / e``. With
-    b the tangential restitution and ``C = f (1 + e)(1 + y)``, g(r) is ``-b r`` up to ``|r| = C / (1 + b)``, and ``r -
-    C`` above this. So r stays within ``R = (C - |A|) / (1 - e)`` if ``|b| C / (1 + b) + |A|`` is at most ``e R``. Then
-    the slip and the speed of approach go to 0 together, whether the disc slides or sticks. The speed follows from ``y u
+    Let e be the restitution, f the coefficient of friction, and r the slip speed divided by the speed of approach. A
+    bounce and its hop change r to ``(g(r) + A) / e``. With b the tangential restitution and ``C = f (1 + e)(1 + y)``,
+    g(r) is ``-b r`` up to ``|r| = C / (1 + b)``, and ``r - C`` above this. So r stays within ``R = (C - |A|) / (1 -
+    e)`` if ``|b| C / (1 + b) + |A|`` is at most ``e R``. Then the slip and the speed of approach go to 0 together,
+    whether the disc slides or sticks. The speed follows from ``y u
     - q``, which friction does not change.
 
     Otherwise some slip remains if it is larger than the amount that all these impacts can remove. The remaining slip is

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 class PairLaw(NamedTuple):
     """Constants of a pair of discs, as intervals of the present precision.
 
-    A `share` is the part of the change of relative velocity by which the velocity of this disc changes.
+    The change of a disc's velocity is its `share` times the relative velocity along the normal.
     """
 
     reach: arb

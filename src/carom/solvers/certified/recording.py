@@ -194,8 +194,8 @@ class Recording:
         time, *after = +impact.time, *(+v for v in impact.after)
         t, t_radius = round_to_float(time)
         velocities = [to_vector(*after[:2]), to_vector(*after[2:])]
-        # These error bounds include float rounding. If they exceed the limit, only compare the widths of the intervals
-        # with it.
+        # These error bounds include float rounding. If they exceed the limit, compare the limit with the widths of the
+        # intervals instead.
         widest = max(velocities[0].radius + velocities[1].radius)
         if self._speed_tolerance < widest and not all(v.rad() <= self._speed_tolerance for v in after):
             return False

@@ -111,7 +111,7 @@ class CertifiedTrace(ByValue, Drawn):
         commuted: Pairs of indices of impacts whose order is unknown and does not affect the result.
         precision_bits: Precision at the start of the last attempt, in bits.
         bits_lost: Number of bits of accuracy that the least accurate disc lost until the end.
-        replays: Number of restarts at a higher precision.
+        replays: Number of restarts with a higher precision.
         elapsed_s: Elapsed seconds; ignored when two traces are compared.
 
     Examples:

@@ -58,7 +58,7 @@ class CertifiedRun:
         ending: How the last call of `advance_to` ended; None before the first call.
         degeneracy: The event that could not be decided with any precision; None without such an event.
         replays: Number of restarts at a higher precision.
-        precision_bits: Initial precision of the last attempt, in bits.
+        precision_bits: Precision at the start of the last attempt, in bits.
     """
 
     def __init__(self, scene: Scene, *, digits: int, max_precision_bits: int, tie_bits: int) -> None:
@@ -87,7 +87,7 @@ class CertifiedRun:
 
     @property
     def outcome(self) -> Outcome:
-        """How the run ended, as a trace states it."""
+        """The outcome that a trace of this run contains."""
         if self.degeneracy is not None and self.degeneracy.kind in _ENDLESS:
             return _ENDLESS[self.degeneracy.kind]
         return _GOES_ON.get(self.ending, Outcome.STOPPED)
@@ -123,7 +123,7 @@ class CertifiedRun:
         attempt = self._attempt
         while stop.ending is None:
             stop = self._judge(attempt.advance(goal), attempt)
-            if attempt.has_replayed:  # the estimate from the previous attempt is no longer needed
+            if attempt.has_replayed:  # the previous attempt is no longer needed
                 self._attempt = attempt
             if stop.ending is None:
                 self.precision_bits = self._next_bits(attempt, stop, goal)

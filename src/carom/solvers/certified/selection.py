@@ -176,7 +176,7 @@ class Selection:
         """Return whether two discs are too far apart to meet in the time `window`, whatever the impacts' results are.
 
         By an impact with a body of speed s, a disc of speed v becomes at most as fast as ``v + 2 (v + s)``. Friction
-        adds at most twice the slip speed, which is at most ``2 (v + s)`` plus both rim speeds. No speed is larger than
+        adds at most twice the slip speed, which is at most ``2 (v + s)`` plus both rim speeds. Both v and s are at most
         the greatest speed of all bodies.
         """
         bodies = self.bodies

@@ -15,12 +15,12 @@ from flint import arb, arb_poly, ctx
 
 from carom.solvers.certified.ball_arithmetic import ZERO
 
-#: The ends of the first pieces are the end of the searched time times powers of two, with exponents from minus this
-#: number to 0.
+#: The first pieces end at the end of the searched time, at half of it, at a quarter, and so on. This is the number of
+#: halvings.
 _FIRST = 8
 #: A piece stays undecided after _HALVINGS + p / 2 halvings, where p is the precision in bits. This number of halvings
 #: suffices to find a double zero. A piece also stays undecided if the polynomial changes in it by at most _BLUR times
-#: the radius of its intervals.
+#: the uncertainty of its coefficients.
 _HALVINGS, _BLUR = 60, 4
 _INFINITY = float("inf")
 
@@ -185,7 +185,7 @@ def _refine_zero(polynomial: arb_poly, low: arb, high: arb) -> arb:
         slope_change = _bound_change([k * expansion[k] for k in range(1, len(expansion))], half)
         slope = expansion[1] + (arb(0) - slope_change).union(slope_change)
         if slope < 0:
-            zero = middle - expansion[0] / slope  # a very wide ball if the slope is nearly 0 at one end
+            zero = middle - expansion[0] / slope  # a very wide interval if the slope is nearly 0 at one end
             first, last = first.max(zero.lower()), last.min(zero.upper())
         if not first <= last:
             return low.union(high)

@@ -1,6 +1,6 @@
 """Deceleration of discs in certified runs, by damping or by a table.
 
-With damping, the scene is run without damping, and times are converted: see `carom.model.damping`. On a table, each
+A scene with damping is run without it, and times are converted afterwards: see `carom.model.damping`. On a table, each
 disc has the same constant deceleration until it stops.
 """
 

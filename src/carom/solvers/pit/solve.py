@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from carom.solvers.run import Progress, Start
     from carom.solvers.units import RunInUnits, Units
 
-#: PIT searches around each disc to find frames at which no bodies can touch, and skips them. It stops searching when
-#: these searches have cost more time than they saved, by this many searches around all discs. The number is a guess
-#: that has not been tuned.
+#: PIT searches around each disc to find frames at which no bodies can touch, and skips them. When the searches have
+#: cost more work than they saved, PIT stops skipping. The limit of this loss is the work of this many searches around
+#: all discs. The number is a guess that has not been tuned.
 MOST_WASTE = 2.0
 #: Number of overlap tests per call of the compiled code. A call takes some hundredths of a second. Between calls,
 #: progress is reported and Ctrl-C is handled.
@@ -40,13 +40,13 @@ _EDGE_KINDS = 4
 class FrameRun:
     """A PIT run in progress; implements `carom.solvers.run.Run`.
 
-    The stored state is that of the last passed frame. States at other times are computed from this state. So it does
+    The stored state is that of the last frame so far. States at other times are computed from this state. So it does
     not change the result if the run is advanced in pieces that end between frames.
 
     Args:
         loop: The compiled loop over the frames.
-        clock: Instants of the frames.
-        edges_of: Function that finds the edges of recorded impacts; None without finite walls.
+        clock: Times of the frames. edges_of: Function that finds the edges of recorded impacts; None without finite
+            walls.
         damping: Damping of the discs.
     """
 
@@ -75,9 +75,9 @@ class FrameRun:
         return self._loop.counts
 
     def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:
-        """Pass every frame before `time_s`, or stop after the frame with impact number `max_impacts`.
+        """Run every frame before `time_s`, or stop after the frame with impact number `max_impacts`.
 
-        A frame at `time_s` itself is not passed. All impacts of a frame are applied, so there may be slightly more than
+        A frame at `time_s` itself is not run. All impacts of a frame are applied, so there may be slightly more than
         `max_impacts`.
 
         Args:
@@ -94,7 +94,7 @@ class FrameRun:
         return outcome
 
     def advance_frames(self, frames: int) -> None:
-        """Pass this many frames, and advance to the time of the next frame."""
+        """Run this number of frames, and advance to the time of the next frame."""
         self._advance(self.frames + frames, None, None)
         self.time_s = max(self.time_s, self.clock.time_s(self.frames))
 

@@ -124,8 +124,8 @@ def write_advice(advice: Advice, folder: Path, scene_word: str = "") -> Path:
     """Write ``index.html`` into a folder and return its path. `scene_word` is as in `build_advice_document`.
 
     Raises:
-        MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed.
-        InputError: The folder is not writable, or contains foreign files.
+        MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed. InputError: The folder is not
+        writable, or contains files that Carom did not write.
     """
     require_report_extra()
     return write_files(folder, PURPOSE, {"index.html": render_html(build_advice_document(advice, scene_word))})
@@ -173,7 +173,7 @@ def _describe_longest_step(advice: Advice, question: Callable[[Advised], StepRan
 
 
 def _passes_at_any_step(answer: Advised, found: StepRange) -> bool:
-    """Whether every step size of the grid passes, including the whole run in one step."""
+    """Whether every tested step size passes, including the whole run in one step."""
     return found.passes is not None and found.fails is None and answer.refused_s is None
 
 
@@ -248,7 +248,7 @@ def _describe_pit_steps(advice: Advice) -> str:
 
 
 def _build_notes(advice: Advice) -> Iterator[str]:
-    """Yield notes on the hardest impact, on unfinished searches, and on methods that fail with a smaller step only."""
+    """Yield notes on the hardest impact, unfinished searches, and methods that fail below a passing step size."""
     for answer in advice.answers:
         never_misses = answer.never_misses
         for found, result in ((never_misses, "misses none"), (answer.demand, "meets the target")):

@@ -57,7 +57,7 @@ class Unable:
 
 @dataclass(frozen=True)
 class ClosedForm:
-    """The largest step sizes for PIT with two smooth discs, in seconds, by formulas.
+    """The largest step sizes for PIT with two discs without friction, in seconds, computed by formulas.
 
     Attributes:
         never_misses_s: Largest step size with which PIT finds the impact at every phase.
@@ -75,21 +75,21 @@ class Advice:
     Attributes:
         scene: The scene. It is shortened if rounding makes its later impacts unreliable.
         demand: Required accuracy.
-        impacts: Number of impacts of the reference.
+        impacts: Number of impacts in the searched part of the scene.
         hardest: Some of the hardest impacts, beginning with the hardest one.
         closed_form: The largest step sizes for PIT; None if no formula exists.
         sampling: Search result of PIT for comparison, if no formula exists.
-        answers: One entry per engine and profile.
+        answers: The search result of each engine and profile.
         unable: Engines and profiles that can't run the scene.
         phases: Number of evenly spread phases at which each step size was tested.
-        budget_steps: Budget of each search, in engine steps.
+        budget_steps: Largest number of engine steps in each search.
         swept: Methods with continuous collision detection, so that no fast body passes through another in a step.
         located: Methods whose steps Carom shortens so that they end at impacts. No setting of the engine does this.
         code: For each method, the engine's code for one frame with the recommended step size, if the adapter can write
             code.
         environment: Description of the machine, and versions of packages.
         command: The command that repeats the study; empty if it was called from Python.
-        elapsed_s: Elapsed seconds.
+        elapsed_s: Duration of the whole study, in seconds.
         cut: Reason why the scene was shortened; None if it was not.
     """
 

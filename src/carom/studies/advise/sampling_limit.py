@@ -4,9 +4,10 @@ A method that checks once per step finds the impact of two discs at the first ch
 approach, while the discs overlap and still approach. If the step dt is at most as long as this interval, the method
 finds the impact at every phase, with a delay of less than dt. The direction error that a delay causes follows from
 geometry. As the discs move into each other, the line between their centres turns. As a function of the delay, the
-velocity of each disc after the impact is a point on a circle. Let u be the relative velocity, ``k = (1 + e) mu / m``,
-and n the unit line of centres. Then a disc's velocity changes by ``k (u . n) n = (k / 2) (u + |u| w)``. Here w is the
-unit vector whose angle is twice the angle of n, minus the angle of u.
+velocity of each disc after the impact is a point on a circle. Let u be the relative velocity, n the unit vector along
+the line of centres, e the restitution, m the disc's mass, mu the reduced mass, and ``k = (1 + e) mu / m``. Then a
+disc's velocity changes by ``k (u . n) n = (k / 2) (u + |u| w)``. Here w is the unit vector whose angle is twice the
+angle of n, minus the angle of u.
 """
 
 from __future__ import annotations

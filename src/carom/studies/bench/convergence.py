@@ -33,7 +33,7 @@ class ConvergenceOrder:
     """A fitted power law ``error = factor * dt_s ** exponent``.
 
     Attributes:
-        verdict: Conclusion from the exponent's confidence interval.
+        verdict: Whether the method converges, according to the exponent's confidence interval.
         exponent: The slope on logarithmic axes; NaN if there are too few points.
         low: Lower end of the exponent's confidence interval.
         high: Upper end of this interval.

@@ -60,8 +60,8 @@ def write_bench(
         The page.
 
     Raises:
-        MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed.
-        InputError: The folder is not writable, or contains foreign files.
+        MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed. InputError: The folder is not
+        writable, or contains files that Carom did not write.
     """
     require_report_extra()
     scenes = [{**fields_of(scene), "scene": scene.scene.name} for scene in bench.scenes]

@@ -82,7 +82,7 @@ class GrowthTask:
         return self.method.engine
 
     def carry_out(self) -> Grown:
-        """Return the cost of the run.
+        """Run the gas, and return the run time and the memory.
 
         Raises:
             UnsupportedError: The method does not support a feature of the gas.
@@ -109,7 +109,7 @@ class GrowthKey:
     Attributes:
         discs: Number of discs.
         method: Engine and profile.
-        versions: Names and versions of all packages that affect the cost.
+        versions: Names and versions of all packages that affect run time or memory.
         machine: See `carom.execution.environment.Environment.machine`.
         gravity: Whether the discs fall.
         steps: Number of steps. Runs in journals of an earlier version have 30 steps.
@@ -188,14 +188,14 @@ class GrowthCurve:
 
 @dataclass(frozen=True)
 class Growth:
-    """A finished growth bench.
+    """Result of a growth bench.
 
     Attributes:
         curves: Two curves per engine: without and with gravity.
-        environment: Machine and versions.
+        environment: Description of the machine, and versions of packages.
         budget_s: Time limit for all runs of each gas, in seconds.
         command: The command that repeats the bench.
-        elapsed_s: Elapsed seconds.
+        elapsed_s: Duration of the whole study, in seconds.
     """
 
     curves: tuple[GrowthCurve, ...]
@@ -218,8 +218,8 @@ def measure_growth(
         options: Options of the bench.
         notes: Journal of finished runs, to which new runs are added. Runs that were omitted for lack of time are tried
             again.
-        progress: Called with the number of finished runs, the number of all runs, and a description.
-        command: The command line to print.
+        progress: Function that is called with the number of finished runs, the number of all runs, and a description.
+        command: The command that the report shows.
 
     Raises:
         UnknownNameError: An engine does not exist.
@@ -306,7 +306,7 @@ def select_same_method(points: Sequence[GrowthPoint]) -> list[GrowthPoint]:
     """Return the points after the last decrease of the run time, because these were run by one algorithm.
 
     If the run time decreases with more discs, the engine has changed its algorithm. For example, PIC solves two discs
-    by a closed form. A single power law would fit neither of the two algorithms.
+    by a closed form. One power law can't describe both algorithms.
     """
     falls = [k for k in range(1, len(points)) if points[k].advance_s < points[k - 1].advance_s]
     return list(points[falls[-1] if falls else 0 :])

@@ -229,8 +229,8 @@ def write_growth(growth: Growth, folder: Path) -> Path:
     """Write `growth.html`, `growth.json` and the diagrams as SVG and PNG, and return the path of the page.
 
     Raises:
-        MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed.
-        InputError: The folder is not writable, or contains foreign files.
+        MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed. InputError: The folder is not
+        writable, or contains files that Carom did not write.
     """
     require_report_extra()
     foot = format_stamp_lines(growth.environment, growth.command)

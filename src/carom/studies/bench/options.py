@@ -1,4 +1,4 @@
-"""Options of a bench and of a growth bench; see `carom.support.options`."""
+"""Options of `carom bench`; see `carom.support.options`."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def declare_own_methods() -> Any:
 
 @dataclass(frozen=True)
 class BenchPlan(LimitOptions):
-    """Options of a bench.
+    """Options of `carom bench`, except for growth benches.
 
     Attributes:
         engines: Names of adapters; None for all.
@@ -121,7 +121,7 @@ class BenchPlan(LimitOptions):
 
 @dataclass(frozen=True)
 class GrowthOptions(LimitOptions):
-    """Options of a growth bench.
+    """Options of `carom bench --grow`, a growth bench.
 
     Attributes:
         engines: Names of adapters; None for all.

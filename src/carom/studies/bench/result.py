@@ -152,12 +152,12 @@ class SceneBench:
 
 @dataclass(frozen=True)
 class Bench:
-    """A finished bench.
+    """Result of `carom bench`.
 
     Attributes:
         scenes: One entry per scene.
         plan: Options of the bench.
-        environment: Machine and versions.
+        environment: Description of the machine, and versions of packages.
         command: The command that repeats the bench.
         elapsed_s: Wall-clock seconds.
     """

@@ -49,8 +49,8 @@ def measure_work_precision(
         pool: Pool of worker processes for measuring errors. It is closed before run times are measured.
         notes: Journal of measured errors, to which new results are added.
         timings: Journal of measured run times, to which new results are added.
-        progress: Called with the number of finished tasks, the number of all tasks, and a description.
-        command: The command line to print.
+        progress: Function that is called with the number of finished tasks, the number of all tasks, and a description.
+        command: The command that the report shows.
 
     Raises:
         InputError: There is no scene, or two scenes have the same name.

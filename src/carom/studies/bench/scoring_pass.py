@@ -25,9 +25,9 @@ class ScoringPass:
         jobs: Every job of the scene.
         methods: Descriptions of the jobs' methods.
         budget_s: Time limit of the pass, in seconds. The largest step size is always run.
-        pool: Worker pool, which stays open.
+        pool: Pool of worker processes, which is not closed.
         notes: Journal of results, to which new results are added.
-        progress: Called with the number of finished jobs, the number of all jobs, and a description.
+        progress: Function that is called with the number of finished jobs, the number of all jobs, and a description.
         before: Number of finished jobs of other scenes.
         total: Number of jobs of all scenes.
     """

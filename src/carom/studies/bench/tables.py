@@ -152,7 +152,10 @@ class _Method(NamedTuple):
         return statistics.median(known) if known else math.nan
 
     def build_sort_key(self, targets: Sequence[float]) -> tuple[list[int], list[float]]:
-        """Return a sort key: first the numbers of scenes within each target, then the costs, smallest target first."""
+        """Return a sort key: the numbers of scenes within each target error, then the run times.
+
+        The smallest target is first.
+        """
         median_costs = [self.compute_median_cost(target) for target in reversed(targets)]
         reached = [-len(self.list_scenes_within(target)) for target in reversed(targets)]
         return reached, [math.inf if math.isnan(cost) else cost for cost in median_costs]

@@ -47,7 +47,7 @@ def cross_check_document(results: Results) -> Document:
 
 
 def rebuild_document(summary: Summary, lines: Sequence[RowLine]) -> Document:
-    """Build the report of a cross-check from its records, without running engines."""
+    """Build the report of a cross-check from its results.jsonl, without running engines."""
     return _build_document("Carom cross-check, from its records", f"{ABOUT} {FROM_RECORDS}", read_grid(summary, lines))
 
 
@@ -80,7 +80,8 @@ class Report:
     """A report before it is written.
 
     Attributes:
-        results: The reported results. If a result can't be written or replayed, it is replaced by a failure.
+        results: The results on which the report is based. If a result can't be written or replayed, it is replaced by a
+            failure.
         document: The content of `index.html` and `report.md`.
         files: Content of the files by name: `index.html`, `report.md`, `results.jsonl`, `junit.xml`, and `play.html`
             with the scenes that the play page can show.

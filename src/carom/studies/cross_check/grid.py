@@ -128,7 +128,7 @@ class GridCell:
 
     @property
     def invented(self) -> int:
-        """Number of spurious impacts."""
+        """Number of impacts that the run invents."""
         return len(self.line.spurious or ())
 
     @property
@@ -272,7 +272,7 @@ def build_grid(results: Results) -> Grid:
 
 
 def read_grid(summary: Summary, lines: Sequence[RowLine]) -> Grid:
-    """Build the grid of a cross-check from its records, which contain neither traces nor references."""
+    """Build the grid of a cross-check from its results.jsonl, which contains neither traces nor references."""
     results = Results((), {}, {}, (), summary.environment, summary.command, summary.elapsed_s)
     return _assemble_grid(summary, lines, [None] * len(lines), results)
 

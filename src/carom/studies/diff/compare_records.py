@@ -1,4 +1,4 @@
-"""Changes between the records of two cross-checks, cell by cell. Differences within rounding are no changes."""
+"""Changes between the results.jsonl files of two cross-checks. Differences within rounding do not count."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from carom.studies.diff.read_cells import DiffCell, read_cells
 
 
 class Kind(Enum):
-    """Kinds of changes of a cell, beginning with the worst."""
+    """Kinds of changes of a run, beginning with the worst."""
 
     WORSE = "worse"
     MIXED = "mixed"
@@ -125,8 +125,8 @@ class Change:
     def badness(self) -> tuple[float, ...]:
         """Sort key that is largest for the worst change.
 
-        The key contains whether the change is graded, its kind, the new and the old grade, the growth of missed and
-        spurious impacts, and the largest growth of an error.
+        Changes are compared by these values in turn: whether they are graded, their kind, the new and the old grade,
+        the growth of missed and spurious impacts, and the largest growth of an error.
         """
         impacts = sum(measure.growth for measure in self.measures if measure.counts)
         # Only errors without a unit are compared, because seconds and degrees are not comparable.
@@ -177,7 +177,7 @@ class Diff:
 
 
 def compare_records(old: Path, new: Path, match: Sequence[tuple[str, str]] | None = None) -> Diff:
-    """Compare the records of two cross-checks.
+    """Compare the results.jsonl files of two cross-checks.
 
     Args:
         old: Folder of the old report, or its `results.jsonl`.

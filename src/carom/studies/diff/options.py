@@ -23,7 +23,7 @@ _PAIRS = ValueKind(_SAID, "OLD=NEW", _parse_two_names, lambda text: text.split("
 
 @dataclass(frozen=True)
 class DiffOptions(DeclaredOptions):
-    """Options of a comparison, except for the two reports.
+    """Options of `carom diff`, except for the two reports.
 
     Attributes:
         match: Pairs of old and new engines ("pymunk") or methods ("pymunk/tuned") to compare. Other engines and methods

@@ -54,7 +54,7 @@ class ReleaseRun:
         expected: Number of impacts of the reference.
         found: Number of impacts that were found from the contacts that the engine reports.
         lost: Number of missed and invented impacts.
-        velocity: Largest velocity error divided by the scene's speed; NaN if no impact was matched.
+        velocity: Largest velocity error divided by the scene's greatest speed; NaN if no impact was matched.
         late_steps: Largest time error, in steps; NaN if no impact was matched.
         off_m: Errors of positions at `PLACES` evenly spread instants up to the end: x and y of each disc, in metres. An
             error is infinite if the run or the reference ends before the instant.
@@ -170,19 +170,19 @@ history_journal = partial(Journal[JobKey, ReleaseRun], "releases", JournalEntry[
 
 @dataclass(frozen=True)
 class SeenCell:
-    """Results of one release for a scene, profile and step size, at the scene's own phase and at other phases."""
+    """Results of one release for a scene, profile and step size, at phase 0 and, if requested, at other phases."""
 
     own: Answer[ReleaseRun]
     phases: tuple[Answer[ReleaseRun], ...] = ()
 
     @property
     def ran(self) -> tuple[ReleaseRun, ...]:
-        """Results at all phases, including the scene's own."""
+        """Results at all phases, including phase 0."""
         return tuple(answer.value for answer in (self.own, *self.phases) if answer.value is not None)
 
 
 class ChangeKind(Enum):
-    """Change of a cell from one release to the next. The value is the phrase that the report shows."""
+    """Change of a run from one release to the next. The value is the phrase that the report shows."""
 
     NOTHING = "same bits"
     ROUNDING = "other bits, but equal to rounding at this phase"

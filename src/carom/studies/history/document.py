@@ -28,11 +28,11 @@ _WIDTH_IN, _HEIGHT_IN = 8.6, 4.2
 
 RULE = (
     "A change is attributed to the engine if the settings read back are equal and the motion differs. The motion is "
-    "compared at {phases} phases of the step and at the scene's own phase. The motion differs if the ranges of one "
-    "number (a final velocity error, a position error at one of eight instants, or one coordinate) do not overlap. The "
-    "gap between the ranges must exceed rounding, and the gaps between the outermost two values of each range. "
-    "Differences of reported contacts do not count. 'Same bits' means that impacts and final states are bit-identical "
-    "at the scene's own phase."
+    "compared for the unshifted scene, and for the scene shifted to {phases} phases of the step. The motion differs if "
+    "the ranges of one number (a final velocity error, a position error at one of eight instants, or one coordinate) "
+    "do not overlap. The gap between the ranges must exceed rounding, and the gaps between the outermost two values of "
+    "each range. Differences of reported contacts do not count. 'Same bits' means that impacts and final states are "
+    "bit-identical for the unshifted scene."
 )
 
 
@@ -86,8 +86,7 @@ def write_history(found: History, folder: Path) -> Path:
     """Write ``history.md`` and ``history.svg`` into a folder, and return the path of ``history.md``.
 
     Raises:
-        InputError: The folder contains foreign files.
-        OSError: The files can't be written.
+        InputError: The folder contains files that Carom did not write. OSError: The files can't be written.
     """
     files = {"history.md": render_markdown(build_history_document(found)), "history.svg": render_error_chart(found)}
     return write_files(folder, PURPOSE, files)
@@ -109,7 +108,7 @@ def describe_listing(origin: Origin, versions: tuple[str, ...]) -> Iterator[str]
 
 
 def describe_bisection(found: Bisection | None) -> Iterator[str]:
-    """Yield the result of a bisection."""
+    """Yield sentences with the result of a bisection."""
     if found is None:
         yield "The oldest and the newest release agree in this run within the range over phases."
         return

@@ -32,7 +32,7 @@ FEWEST_PHASES = 8
 
 @dataclass(frozen=True)
 class HistoryOptions(LimitOptions):
-    """Options of a history, except for its engine and scenes.
+    """Options of `carom history`, except for its engine and scenes.
 
     Attributes:
         versions: Releases to run: versions, and conditions such as ">=6" or "3.0..4.0" (default: all).

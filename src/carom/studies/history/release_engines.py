@@ -56,7 +56,7 @@ class OriginTask(AdapterTask):
     """Task that finds the registry and package of an adapter's engine, without importing the engine."""
 
     def carry_out(self) -> Origin:
-        """Return the origin."""
+        """Return the registry and package."""
         adapter = load_adapter(self.engine)
         known, version = adapter.engine, find_version(adapter, distribution_of(self.engine))
         registry, package, manifest = "pip" if known.distribution else "", known.distribution, ""

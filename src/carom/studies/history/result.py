@@ -74,7 +74,7 @@ class Transition:
 
     @property
     def compared(self) -> int:
-        """Number of scenes, profiles and step sizes that both releases ran."""
+        """Number of runs (scenes with a profile and step size) that both releases completed."""
         return len(self.changes) - self.count(ChangeKind.NOT_RUN)
 
     def count(self, kind: ChangeKind) -> int:
@@ -88,12 +88,12 @@ class History:
 
     Attributes:
         engine: Name of the adapter.
-        origin: Origin of the engine's releases.
+        origin: Registry and package of the engine's releases.
         options: Options of the study.
         releases: Releases from the oldest to the newest.
-        environment: Machine and versions.
+        environment: Description of the machine, and versions of packages.
         command: The command that repeats the history; empty if it was called from Python.
-        elapsed_s: Elapsed seconds.
+        elapsed_s: Duration of the whole study, in seconds.
     """
 
     engine: str

@@ -216,8 +216,8 @@ def run_history(
         cache: The cache of releases, into which missing releases are installed.
         options: Options of the history.
         notes: Journal of results, to which new results are added.
-        progress: Called with the number of finished jobs, the number of all jobs, and a description.
-        command: The command that repeats the history, for the result.
+        progress: Function that is called with the number of finished jobs, the number of all jobs, and a description.
+        command: The command that repeats the study, which is stored in the result.
 
     Raises:
         UnknownNameError: The engine, a profile or a release does not exist.
@@ -247,7 +247,7 @@ def run_history(
 def _select_releases(
     engine: str, options: HistoryOptions, cache: ReleaseCache, pool: Pool
 ) -> tuple[Origin, tuple[str, ...]]:
-    """Return the origin of an engine, and the releases to run.
+    """Return an engine's registry and package, and the releases to run.
 
     Raises:
         UnknownNameError, InputError, UnavailableError: As in `run_history`.

@@ -1,4 +1,4 @@
-"""Stress tests: scenes in which one quantity varies from harmless to absurd values, and checks of their traces."""
+"""Stress tests: scenes in which one quantity varies from harmless to extreme values, and checks of their traces."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class CheckResult:
         error: Error of the trace, as the stress test defines it; NaN if there is nothing to measure.
         broken: Reason why the method fails; empty if it passes.
         note: Additional text about the trace, for the report.
-        status: Status of the run.
+        status: How the run ended: completed, or with which kind of failure.
     """
 
     error: float
@@ -190,7 +190,7 @@ def build_closed_form_check(
 ) -> TraceCheck:
     """Return a function that checks final velocities, and rim speeds if known.
 
-    Errors are divided by the change by impacts.
+    Each error is divided by the velocity change that impacts cause.
 
     Args:
         final_velocity_m_s: The known velocities, in metres per second.

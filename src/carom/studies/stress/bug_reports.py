@@ -20,8 +20,8 @@ from carom.model.trace import Outcome, Trace
 from carom.studies.stress.result import CellEnding, CellResult, UnsavedResult
 from carom.support.formatting import format_number
 
-#: Smallest deviation that is mentioned, relative to the scene's speed or energy. Users notice an error of a per cent.
-#: It is larger than rounding errors in 32-bit floats.
+#: Smallest deviation that is mentioned, relative to the scene's greatest speed or energy. Users notice an error of a
+#: per cent. It is larger than rounding errors in 32-bit floats.
 NOTICED = 0.01
 
 

@@ -71,8 +71,8 @@ def write_stress(results: StressResults, folder: Path) -> Path:
     """Write `stress.html`, `stress.md` and `stress.json` into a folder, and return the path of the page.
 
     Raises:
-        MissingExtraError: jinja2, of the extra `report`, is not installed.
-        InputError: The folder is not writable, or contains foreign files.
+        MissingExtraError: jinja2, of the extra `report`, is not installed. InputError: The folder is not writable, or
+        contains files that Carom did not write.
     """
     document = build_stress_document(results)
     pages = {"stress.html": render_html(document), "stress.md": render_markdown(document)}
@@ -300,7 +300,7 @@ def _describe_results(results: StressResults, kinds: Mapping[str, list[StressTes
         yield _describe_complaints(results, kinds["complaint"])
     methods, form = formatting.format_count(len(results.methods), "method"), "quick" if results.quick else "full"
     spent = formatting.format_seconds(results.elapsed_s)
-    yield f"This campaign ran {methods} on {formatting.join_words(test_counts)} in the {form} form, in {spent}."
+    yield f"This {form} campaign ran {methods} on {formatting.join_words(test_counts)}, and took {spent}."
 
 
 def _describe_ranking(results: StressResults, kind: str, lines: list[StressTest], good: CellEnding) -> Iterator[str]:
@@ -331,7 +331,7 @@ def _name_methods(methods: list[str]) -> str:
 
 
 def _describe_complaints(results: StressResults, complaints: list[StressTest]) -> str:
-    """Describe how many reported bugs the engines that they concern still have."""
+    """Describe how many reported bugs still occur in the engines for which they were reported."""
     endings = {
         line.name: {result.ending for method, result in _list_cells(results, line) if method.engine == line.about}
         for line in complaints

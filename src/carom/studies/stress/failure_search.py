@@ -25,7 +25,7 @@ class NotRunError(Exception):
     """The method can't be tested: it is unavailable, or does not support the scene.
 
     Attributes:
-        status: Status of the run: unavailable or unsupported.
+        status: Why there is no run: unavailable or unsupported.
     """
 
     def __init__(self, answer: Answer[Any]) -> None:

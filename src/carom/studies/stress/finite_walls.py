@@ -20,7 +20,7 @@ from carom.studies.stress.attack import Trial, attack_at_phases, build_closed_fo
 from carom.studies.stress.pairs import DT_S, RADIUS_M, RATE_HZ, SPEED_M_S, STEPS_BEFORE, build_trial
 from carom.support.formatting import format_metres, format_number
 
-#: Half the length of a wall. Only in stress tests on the ends of walls do discs reach them.
+#: Half the length of a wall. Discs only reach the ends in stress tests on ends of walls.
 _HALF_LENGTH_M = 4.0
 #: Initial distance of a disc from a corner, and the disc's speed. The disc returns after 30 steps. It moves an eighth
 #: of its radius in each step.

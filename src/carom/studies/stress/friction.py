@@ -104,7 +104,7 @@ def _rolling(value: float) -> Iterator[Trial]:
     speed, pull, drop_s, k = 1.0, 10.0, 0.1, 0.5
     fall = pull * drop_s
     # All bounces together have a normal impulse of (1 + e)/(1 - e) times the momentum before the first bounce. The
-    # coefficient of friction is a fifth larger than the disc needs to roll in the end.
+    # coefficient of friction is a fifth larger than necessary for the disc to roll in the end.
     needed = speed / (1.0 + 1.0 / k)
     friction = 1.2 * needed / fall * (1.0 - value) / (1.0 + value)
     bounces_s = 2.0 * drop_s * value / (1.0 - value)

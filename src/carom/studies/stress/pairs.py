@@ -40,9 +40,9 @@ def build_trial(
     Args:
         description: Description of the scene.
         discs: The discs.
-        check: Check of the traces.
+        check: Function that checks a trace.
         duration_s: Duration of the scene, in seconds.
-        fields: Further fields of the scene.
+        fields: Values of further fields of the scene, by name.
     """
     fields = {"frame_rate_hz": RATE_HZ, "duration_s": duration_s, **fields}
     scene = Scene(name="stress test", description=description, discs=discs, **fields)

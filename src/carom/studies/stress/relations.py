@@ -28,9 +28,9 @@ from carom.studies.stress.failure_search import NotRunError, rename_scene
 from carom.studies.stress.result import CellEnding, CellResult, UnsavedResult
 from carom.support.formatting import format_number
 
-#: Largest deviation that does not count as a violation. Three impacts multiply rounding errors by a few hundred, and a
-#: few hundred steps add as many. The effect of an engine's absolute lengths and speeds is larger by orders of
-#: magnitude.
+#: Largest deviation that does not count as a violation. Rounding errors are multiplied by a few hundred in three
+#: impacts, and again by adding up over a few hundred steps. The effect of an engine's absolute lengths and speeds is
+#: larger by orders of magnitude.
 HOLDS = 1e-9
 
 #: A coefficient of friction with which superballs never slide. Every engine supports this coefficient.
@@ -139,7 +139,7 @@ def _compute_deviation(base: Scene, found: State, expected: State) -> float:
 
 
 def _final_state_of(trace: Trace) -> State:
-    spin = trace.final_spin_rad_s  # a trace without spins was rejected before if a disc turns
+    spin = trace.final_spin_rad_s  # if a disc turns, a trace without spins was rejected before
     resting = np.zeros(len(trace.scene.discs))
     return State(trace.final_position_m, trace.final_velocity_m_s, resting if spin is None else spin)
 
@@ -147,7 +147,7 @@ def _final_state_of(trace: Trace) -> State:
 def _build_invariance(
     name: str, states: str, change: Callable[[Scene], Scene], undo: Callable[[State], State]
 ) -> Relation:
-    """Build the invariance that the result of a changed scene is changed correspondingly.
+    """Build an invariance: if a scene is changed by `change`, its result changes in a known way.
 
     Args:
         name: Name of the invariance.
@@ -202,7 +202,7 @@ def _build_units_relation(
 def _build_motion_invariance(
     name: str, states: str, change: Callable[[State], State], undo: Callable[[State], State]
 ) -> Relation:
-    """Build the invariance that a change of the starting state changes the final state correspondingly."""
+    """Build an invariance: if the starting state is changed by `change`, the final state changes in the same way."""
     return _build_invariance(
         name, states, lambda scene: _build_scene_at_state(scene, change(_start_state_of(scene))), undo
     )

@@ -74,12 +74,12 @@ class CellResult:
         ending: Outcome of the test.
         value: The value at which the method fails, or the most extreme tested value if it passes. For an invariance or
             a reported bug, this is the deviation. None if there is no number.
-        stands_at: The most extreme value at which the method passes; None if there is none.
+        stands_at: The most extreme value up to which the method passes; None if there is none.
         error: The error at `stands_at`, as the stress test defines it; None if there is none.
         reason: Reason why the method fails, or why there is no number.
         scenes: Files with the scenes that reproduce the number, in the folder of results.
         runs: Number of runs that were needed for the result.
-        status: Status of the run that determined the result, or that could not start.
+        status: How the run that determined the result ended, or why it could not start.
     """
 
     kind: str
@@ -170,10 +170,10 @@ class StressResults:
         methods: The methods, which are the columns of the table.
         engines: Descriptions of the methods' engines, by name.
         cells: The results, by name of the test and method.
-        environment: Machine and versions.
+        environment: Description of the machine, and versions of packages.
         command: The command that repeats the campaign.
         quick: Whether this is a quick campaign.
-        elapsed_s: Elapsed seconds. If the campaign was resumed, only the time since then.
+        elapsed_s: Duration of the whole study, in seconds. If the campaign was resumed, only the time since then.
     """
 
     lines: tuple[StressTest, ...]

@@ -63,7 +63,7 @@ class TrueMotion:
 
 
 def compute_true_motion(scene: Scene, *, most_impacts: int = 1000) -> TrueMotion:
-    """Return the true motion of a scene.
+    """Compute the exact motion of a scene.
 
     Raises:
         UndecidedError: The scene has gravity or friction, there are more than `most_impacts` impacts, or their order is

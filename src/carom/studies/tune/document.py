@@ -57,7 +57,7 @@ class _Line(NamedTuple):
 
 
 def build_tune_document(found: Tuning, scene_words: Sequence[str]) -> Document:
-    """Return the document of a search. `scene_words` are the command-line arguments that name the scenes."""
+    """Return the document of `carom tune`. `scene_words` are the command-line arguments that name the scenes."""
     better = found.best is not found.first
     rows = zip(found.scenes, found.first.results, found.best.results, strict=True)
     lines = [_Line(scene.name, first, best) for scene, first, best in rows]
@@ -84,8 +84,7 @@ def write_tune(found: Tuning, scene_words: Sequence[str], folder: Path) -> Path:
     """Write ``tune.md`` into a folder, and return its path. `scene_words` is as in `build_tune_document`.
 
     Raises:
-        InputError: The folder contains foreign files.
-        OSError: The file can't be written.
+        InputError: The folder contains files that Carom did not write. OSError: The file can't be written.
     """
     return write_files(folder, PURPOSE, {"tune.md": render_markdown(build_tune_document(found, scene_words))})
 

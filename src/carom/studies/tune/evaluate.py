@@ -86,7 +86,7 @@ class Evaluator:
         steps: The scenes, with a step size for each, in seconds.
         horizons: Time up to which a scene's reference is reliable, by the scene's name. References of other scenes are
             reliable to their end.
-        pool: Worker pool, which stays open.
+        pool: Pool of worker processes, which is not closed.
         notes: Journal of results, to which new results are added.
         timed: Whether steps are timed. If so, only one job runs at a time.
     """

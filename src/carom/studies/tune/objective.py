@@ -52,7 +52,7 @@ class SceneResult:
 
     @property
     def wrong(self) -> bool:
-        """Whether the result is wrong. A scene that did not run counts as wrong."""
+        """Whether the grade is wrong. A scene that did not run counts as wrong."""
         return self.grade in {Grade.WRONG, None}
 
     @property

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class TuneOptions(LimitOptions):
-    """Options of a search, except for its engine and scenes.
+    """Options of `carom tune`, except for its engine and scenes.
 
     Attributes:
         profile: The profile from which the search starts.

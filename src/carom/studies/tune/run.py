@@ -36,7 +36,7 @@ SCENES = "classics"
 
 @dataclass(frozen=True)
 class Tuning:
-    """Result of a search.
+    """Result of `carom tune`.
 
     Attributes:
         engine: Name of the adapter.
@@ -58,9 +58,9 @@ class Tuning:
             timed.
         trials: Number of tried settings.
         given_up: Number of tried settings that were abandoned before the last scene.
-        environment: Machine and versions.
+        environment: Description of the machine, and versions of packages.
         command: The command that repeats the search; empty if it was called from Python.
-        elapsed_s: Elapsed seconds.
+        elapsed_s: Duration of the whole study, in seconds.
     """
 
     engine: str
@@ -101,7 +101,8 @@ def tune(
         scenes: Scenes of the search.
         options: Options of the search.
         notes: Journal of results, to which new results are added.
-        progress: Called after each trial with the number of trials, the expected number of trials, and a description.
+        progress: Function that is called after each trial with the number of trials, the expected number of trials, and
+            a description.
         on_improvement: Function that is called with the best settings so far, whenever they improve.
         command: The command that repeats the search, which is stored in the result.
 

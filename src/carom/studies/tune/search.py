@@ -6,7 +6,7 @@
 3. Starting from the best trial, one setting at a time is set back to its default or to another value, until nothing
    improves. So every setting of the result has an effect.
 4. Step 3 is repeated from other trials, except trials that another trial *dominates*: the other one is better in one
-   criterion and worse in none. This finds some pairs of settings that only help together.
+   criterion and worse in none. In this way, some pairs of settings are found that only help together.
 """
 
 from __future__ import annotations
@@ -78,8 +78,9 @@ class KnobSearch:
         space: The settings and values that may be tested.
         scenes: Scenes of the search.
         evaluator: Object that evaluates methods on scenes.
-        progress: Called after each trial with the number of trials, the expected number of trials, and a description.
-        on_improvement: Called with the best settings so far, whenever they improve.
+        progress: Function that is called after each trial with the number of trials, the expected number of trials, and
+            a description.
+        on_improvement: Function that is called with the best settings so far, whenever they improve.
 
     Attributes:
         trials: Number of different tested settings, without the first profile.
@@ -183,7 +184,7 @@ class KnobSearch:
 
     @property
     def best(self) -> Found:
-        """The best settings so far."""
+        """The best settings that were found so far."""
         return min(self._whole, key=lambda one: one.rank)
 
     def evaluate(self, point: Point) -> tuple[Merit, bool]:
