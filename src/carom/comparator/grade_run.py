@@ -173,7 +173,7 @@ def _has_pit_results(judged: JudgedRun) -> bool:
 def _is_consistent(judged: JudgedRun, *, allow_sampling: bool = True) -> bool:
     """Whether the states and impacts of a run agree with each other except for rounding.
 
-    With `allow_sampling`, deviations that follow from checking once per step are ignored.
+    If `allow_sampling` is true, deviations are ignored that any method has which checks for impacts once per step.
     """
     consistency = judged.consistency
     if consistency is None:
@@ -301,8 +301,8 @@ def _compute_price_paid(judged: JudgedRun) -> float:
             ratios.append(largest_error / largest_cost if largest_cost > THRESHOLDS.rounding else math.inf)
     step_s = judged.observed.dt_s or cost.dt_s
     if max(largest_costs) <= THRESHOLDS.rounding and max(ratios) == 0.0 and step_s:
-        # In this scene, finding an impact late does not change velocities. So times are compared. PIT is late by up to
-        # a step per impact, and these delays add up.
+        # In this scene, an impact that is found late changes velocities in the right way. So times are compared. PIT is
+        # late by up to a step per impact, and these delays add up.
         late_s = abs(find_largest([error.time_s for error in errors], default=0.0))
         return 0.0 if late_s <= judged.rounding_s else late_s / max(step_s, cost.late_s)
     return max(ratios)

@@ -100,8 +100,8 @@ def match_impacts(reference: Trace, observed: Trace, compared: ComparisonRange |
 def _has_passed(impact: np.void, observed: Trace) -> bool:
     """Whether the two bodies of an unobserved impact separate in the observed final state.
 
-    If the bodies separate, they have passed through each other, and no later step would find the impact. So the impact
-    is missed. Nothing can pass through a half-plane wall.
+    If the bodies separate, they have passed through each other. The impact then counts as missed, because no later step
+    would find it. Nothing can pass through a half-plane wall.
     """
     first, second = int(impact["first"]), int(impact["second"])
     if second < 0 or impact["time_s"] > observed.end_time_s:

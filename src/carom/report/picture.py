@@ -257,7 +257,8 @@ def _draw_number(axes: Axes, disc: int, centre: NDArray[np.float64]) -> None:
 def draw_walls(axes: Axes, scene: Scene, limits: Limits, *, ends: bool = True) -> list[list[Artist]]:
     """Set the limits and equal scales of a picture, draw the walls, and return the artists of each wall.
 
-    Walls are drawn at their initial position. With `ends`, moving walls are also drawn faintly at their final position.
+    Walls are drawn at their initial position. If `ends` is true, moving walls are also drawn faintly at their final
+    position.
     """
     low, high = limits
     axes.set_xlim(low[0], high[0])

@@ -33,7 +33,7 @@ _IMPACTS_PER_DISC = np.frombuffer(np.array([[0, 0], [1, 1]]).tobytes(), np.int64
 def start_pic_run(scene: Scene, options: RunOptions = PLAIN, *, all_pairs: bool = False) -> Run:
     """Return a PIC run of a scene, which can be advanced in pieces.
 
-    With `all_pairs`, all pairs are computed at each event. This does not change the result.
+    If `all_pairs` is true, the next impact of each pair is computed at each event. This does not change the result.
     """
     from carom.solvers.event_driven.run import EventDrivenRun  # imported here, because the closed form does not need it
     from carom.solvers.units import run_in_ordinary_units

@@ -2,9 +2,9 @@
 
 The run's states are compared with the reference's states at the same instants. PIT has no lasting contact: its discs
 bounce whenever it checks for overlap. Errors of at most PIT's size are allowed, and three further errors. First, an
-integrator may move a disc at a constant speed for a whole step. It then has a position error of ``dt / 2`` times the
-change of that speed. Second, its velocities may be off by the change that gravity and friction cause in a step, ``g dt
-(1 + f)``. Third, an impact may be late by a step.
+integrator may move a disc at a constant speed for a whole step. The disc then has a position error of ``dt / 2`` times
+the change of its speed in the step. Second, its velocities may be off by the change that gravity and friction cause in
+a step, ``g dt (1 + f)``. Third, an impact may be late by a step.
 """
 
 from __future__ import annotations
@@ -68,9 +68,8 @@ class ContactScore:
         frozen: Whether a disc stands still at the end although it should move.
         quality: Gaps, overlaps and hops of discs that should stay on their walls.
         late: How late the bounces and the sliding of discs end.
-        late_allowed: Largest allowed errors of these end times. They have two causes. A method can't show hops that are
-            shorter than its step, so its bounces may end early by ``dt / (1 - e)``. Compared states may also be several
-            steps apart.
+        late_allowed: Largest allowed errors of these end times. A method can't show hops that are shorter than its
+            step, so its bounces may end early by ``dt / (1 - e)``. Compared states may also be several steps apart.
         grade: The grade of the contact.
     """
 
@@ -132,8 +131,8 @@ def score_contact(run: AlignedRun) -> ContactScore | None:
         late_allowed = _compute_allowed_lateness(reference, pit_late, looks.time_s, dt_s)
         # In PIT, no disc rests: it hops, and it hops higher on a wall with larger restitution.
         fast = float(np.fmax.reduce([slow, pit_rest_m_s, pit_quality.hop_m_s]))
-        # Rounding may explain at most a hundredth of a step's displacement. The position of a disc that never moves is
-        # not rounded at each step.
+        # Rounding may explain at most a hundredth of a step's displacement. If a disc never moves, its position is not
+        # rounded at each step.
         step_m = dt_s * _find_greatest_length(truth.velocity_m_s)
         place = min(place, THRESHOLDS.close * step_m if step_m else run.rounding * scales.reach_m)
     moves = rest_m_s > fast or quality.hop_m_s > fast

@@ -183,7 +183,7 @@ def measure_local_errors(trace: Trace, scales: Scales) -> LocalErrors:
 
 
 def _find_belt_speeds(trace: Trace) -> Array:
-    """Return the surface speed that a conveyor wall adds, for both bodies of each impact."""
+    """Return the speed of the surface of a conveyor wall, for both bodies of each impact; 0 for other bodies."""
     start, second = trace.scene.arrays, trace.impacts["second"]
     speeds = np.zeros((2, len(second)))
     if start.belts_m_s is not None:

@@ -83,8 +83,8 @@ class MeasuredRun(AlignedRun):
     def compute_end_rounding(self, measured: Measured, *, exactly: bool) -> NDArray[np.float64]:
         """Return the rounding errors of final positions, velocities and rim speeds, in the rows of `Measured.ends`.
 
-        In 32-bit floats, the rounding error of a position grows with each step. With `exactly`, this error is at most a
-        hundredth of the displacement in a step, as grade *exact* requires.
+        In 32-bit floats, the rounding error of a position grows with each step. If `exactly` is true, this error is
+        limited to a hundredth of the displacement in a step, as grade *exact* requires.
         """
         own_scales = measured.own
         place = self.place_rounding * own_scales.reach_m

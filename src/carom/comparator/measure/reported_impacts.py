@@ -77,8 +77,8 @@ def compare_reports_with_states(trace: Trace, truth: LocalTruth, until_s: float 
         crowded = [span for span in pair_spans if not has_one_pair[span[2]]]
         lonely = [span for span in pair_spans if has_one_pair[span[2]]]
         # The first matching gives each report its own window, except near windows with several impacts. The second
-        # matching gives a report to each window that requires one. If both matchings exist, there is also a matching
-        # that does both (Mendelsohn and Dulmage, 1958).
+        # matching gives a report to each window that requires one. If both matchings exist, a single matching can meet
+        # both conditions (Mendelsohn and Dulmage, 1958).
         bound = [time_s for time_s in sorted(times) if not any(begin <= time_s <= end for begin, end, _ in crowded)]
         bound = [time_s for time_s in bound if not _is_within(time_s, contact_spans.get(bodies, ()), away_s)]
         left, _ = _match_times(bound, lonely)

@@ -190,7 +190,7 @@ def _measure_costs_at_phases(
 ) -> tuple[SamplingCost, ...]:
     """Return PIT's errors at each given phase, for the first impacts that the shifted scene shares with the scene.
 
-    With `cut`, only the impacts up to a horizon are compared, so final states are not.
+    If `cut` is true, only the impacts up to a horizon are compared, and final states are not compared.
     """
     reference = solve_pic(scene, max_impacts=reliable_impacts if cut else None)
     scales, costs = compute_scales(scene, reference), list[SamplingCost]()

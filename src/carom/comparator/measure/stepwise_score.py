@@ -59,14 +59,14 @@ class LocalScore:
         energy: Energy that the run gains or loses in addition to PIT's gains and losses from the same states, divided
             by the scene's energy.
         slipped: Largest change of a velocity or rim speed with no other body near, divided by the disc's own speed.
-            Changes that `invented` counts are excluded.
+            Changes that are counted in `invented` are excluded.
         drifts: Number of steps, summed over all discs, in which the change of a disc's position did not follow from the
             disc's velocity.
         drift: The largest of these deviations of a position, divided by the largest radius.
         resting_steps: Number of steps, summed over all discs, in which a disc rested on another body.
         sunk_radii: The largest depth to which a resting body sank into another, divided by the distance of two centres
             (or of a centre and a wall) in contact.
-        sinks: Whether a body sank deeper than if it fell from rest in each step.
+        sinks: Whether a body sank into another body by more than it would if it fell from rest in each step.
         polygon: Whether falling discs move along polygons instead of parabolas.
         agrees: Whether all windows agree with PIC except for rounding.
         agrees_alone: Whether all windows with one impact agree with PIC except for rounding, and `slipped`, `drift` and

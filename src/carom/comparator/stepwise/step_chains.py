@@ -115,7 +115,7 @@ class Chains:
         ]
 
     def take_settled(self, *, ends: bool = False) -> list[StepChain]:
-        """Remove and return the complete chains, sorted by their ends. With `ends`, all chains count as complete."""
+        """Remove and return the complete chains, sorted by their ends; all chains if `ends` is true."""
         done = self._settled + [chain for chain in self.open_chains if ends or chain.end <= self.settled_to]
         self.open_chains, self._settled = [chain for chain in self.open_chains if chain not in done], []
         return sorted(done, key=lambda chain: (chain.end, chain.begin, chain.discs))

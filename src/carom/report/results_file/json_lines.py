@@ -45,7 +45,7 @@ _LATER = frozenset({"ends"})
 
 
 def format_line(line: Summary | RowLine, *, spins: bool = True) -> str:
-    """Return a line as strict JSON without a line break. With `spins`, it includes the fields about spins."""
+    """Return a line as strict JSON without a line break. If `spins` is true, it has the fields about spins."""
     leave_out = {} if spins else {part: set(OF_SPINS) for part in ("total", "against_pit", "consistency")}
     if isinstance(line, RowLine) and line.timing and line.timing.ends is None:
         leave_out["timing"] = set(_LATER)

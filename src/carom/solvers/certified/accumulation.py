@@ -2,8 +2,8 @@
 
 Both are inferred from many past impacts, without a proof. Not only a single disc but also a row of discs can be
 crushed, in any direction. By symmetry, the discs stay on a line if their centres and velocities are exactly on this
-line, and no force or friction acts sideways. They are crushed when the distance between the bodies at both ends becomes
-equal to the sum of the discs' diameters.
+line, and no force or friction acts sideways. Discs in a row are crushed when the gap between the bodies at both ends of
+the row becomes equal to the sum of the discs' diameters.
 """
 
 from __future__ import annotations

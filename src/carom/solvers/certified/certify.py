@@ -28,8 +28,8 @@ def certify(
 
     The 64-bit floats of the scene are the exact input. All numbers are intervals that contain the true value. If two
     intervals overlap that must be compared, the run is repeated with a higher precision. The run ends early at an event
-    that no precision decides, or at an interrupt (Ctrl-C). The result then contains everything that was certified so
-    far.
+    that is undecided with the greatest precision, or at an interrupt (Ctrl-C). The result then contains everything that
+    was certified so far.
 
     Args:
         scene: The scene, or its name in the catalogue.

@@ -91,9 +91,9 @@ class BallMode(NamedTuple):
 class End(NamedTuple):
     """End of sliding, rolling or rest without an impact: the time until the end, the instant, and the cause.
 
-    With the cause `slip`, the disc stops slipping. With `rim`, the rim speed becomes 0. With `over`, the disc's centre
-    reaches the end of its surface. With `undecided`, the cause is unknown, and the run can only be certified up to this
-    time.
+    If the cause is `slip`, the disc stops slipping. If it is `rim`, the rim speed becomes 0. If it is `over`, the
+    disc's centre reaches the end of its surface. If it is `undecided`, the cause is unknown, and the run can only be
+    certified up to this time.
     """
 
     wait: arb

@@ -340,7 +340,7 @@ class BallContacts:
         Return False if it is undecided in which bounces the disc slips or sticks, or if another event may come before
         their end.
 
-        The remaining bounces must last at most `tolerance` times the time of the last impact. With a tolerance of None,
+        The remaining bounces must last at most `tolerance` times the time of the last impact. If the tolerance is None,
         neither this time nor other events are checked, because both checks were done before.
         """
         bodies, bounce = self._bodies, self._states.bounces[i]

@@ -80,7 +80,7 @@ class Degeneracy:
 class Undecided(Exception):  # noqa: N818 - not an error: a signal that a higher precision may be needed
     """Signal that a higher precision may be needed to decide which event is next.
 
-    `degeneracy` is reported if no precision decides the event.
+    `degeneracy` is reported if the event is undecided with the greatest precision.
     """
 
     def __init__(self, degeneracy: Degeneracy) -> None:

@@ -215,7 +215,7 @@ class CertifiedRun:
             return undamped_time_of(self.scene.damping_per_s, arb(time_s))
 
     def _judge(self, stop: Stop, attempt: Attempt) -> Stop:
-        """Decide after an attempt whether a higher precision may help. If so, the returned ending is None."""
+        """Decide after an attempt whether a higher precision may help. The returned ending is None if it may help."""
         trouble = stop.degeneracy
         if stop.ending is not None:
             return stop

@@ -102,7 +102,7 @@ def _find_parabola_falls(c: arb, b: arb, a: arb = ZERO) -> tuple[Fall, ...] | No
 
 
 def _find_fall(polynomial: arb_poly, sign: int, pending: list[_Piece], at_end: int) -> Fall | None:
-    """Return the fall on consecutive pieces, if any, from the signs before and after them. A sign of 0 is unknown."""
+    """Return the fall on consecutive pieces, if any, from the signs before and after them; 0 is unknown."""
     slopes = {piece.slope for piece in pending}
     if slopes <= {1} or (at_end > 0 and 0 not in slopes) or (sign < 0 and 0 not in slopes):
         return None

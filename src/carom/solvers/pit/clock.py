@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 class FrameClock:
     """Times of frames: frame k, counted from 0, is at ``k * step_s / rate_hz``.
 
-    Either the length of a frame in seconds or the number of frames per second is given. The other number is 1, so that
-    a time is rounded only once.
+    Either the length of a frame in seconds or the number of frames per second is given. The other number keeps its
+    value of 1, so that each time is rounded only once.
     """
 
     step_s: float = 1.0

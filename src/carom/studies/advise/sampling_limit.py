@@ -135,7 +135,7 @@ def _find_circle_ray_points(centre: Vector, radius: float, heading: float) -> li
 
 @dataclass(frozen=True)
 class PairLimit:
-    """The largest step sizes of a method that checks for overlap once per step, for one impact.
+    """Largest step sizes with which checks for overlap once per step find one impact accurately enough.
 
     Attributes:
         window: The two discs at contact; None for a wall.

@@ -70,7 +70,7 @@ class BenchPlan(LimitOptions):
         error: Kind of error.
         target: The document names the fastest engine with at most this error.
         rounds: Number of rounds of the timing pass.
-        seed: Seed of the random order within a round.
+        seed: Seed of the random order of runs in a round of timing.
         budget_s: Time limit for a scene, in seconds: half of it for errors, half for run times. Runs that would take
             longer are omitted with a reason.
         timing: Whether to measure run times.

@@ -148,7 +148,7 @@ class TimingKey:
         asked: Timed methods and step sizes, in order.
         versions: Versions of the engines and of all packages that affect their numbers.
         machine: See `carom.execution.environment.Environment.machine`.
-        seed: Seed of the order of visits.
+        seed: Seed of the random order of runs in a round.
     """
 
     scene: str
@@ -206,7 +206,7 @@ class TimeScene(DependentTasks[SceneTiming]):
         scene: The scene.
         asked: Methods and step sizes to time.
         rounds: Largest number of rounds. If the time is short, there are fewer rounds, but at least three.
-        seed: Seed of the order of visits.
+        seed: Seed of the random order of runs in a round.
         budget_s: Time limit of the pass, in seconds. Methods that would take longer are omitted with a reason.
         progress: Function that is called with the number of finished runs, the number of all runs, and a description.
     """

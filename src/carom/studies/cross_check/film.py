@@ -38,8 +38,9 @@ _SLOWEST = 1.0 / 8.0
 #: Flashes of the discs at each step of the run, as in the page: duration in seconds, largest number at once, and the
 #: number of discs above which only discs with a missed impact flash.
 _FLASH_S, _MOST_FLASHES, _CROWD = 0.45, 3, 4
-#: The magnifying inset, as in the page: half the side of the magnified region in disc radii, the inset's largest side
-#: relative to the picture's width and height, and its smallest magnification.
+#: Sizes of the magnifying inset, which are those of the page. The first is half the side of the magnified region, in
+#: disc radii. The next two are the inset's largest size, divided by the picture's width and height. The last is its
+#: smallest magnification.
 _REACH, _ASIDE, _MAGNIFIES = 2.5, (0.42, 0.56), 1.4
 #: Colours of exact positions and of missed impacts, as in the page.
 _GHOST, _WRONG = "#74777c", "#d5452f"

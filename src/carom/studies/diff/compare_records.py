@@ -140,7 +140,7 @@ class Change:
 
         If the run became worse, a number that became worse is preferred, and vice versa. Missed and spurious impacts
         are more important than errors without a unit. Errors with a unit follow, and verdicts are last. Among equally
-        important numbers, the first is returned, because errors of impacts cause the later errors.
+        important numbers, the first is returned. Errors of impacts are first, because they cause the other errors.
         """
         direction = -1.0 if self.kind is Kind.BETTER else 1.0
 

@@ -10,7 +10,7 @@ from carom.report import formatting
 from carom.report.document import Cell, Column, Document, Headline, Media, Section, Table, Text
 from carom.studies.diff.compare_records import Change, Diff, Kind
 
-#: Largest number of rows. They must fit into a comment on a pull request, whose length is limited.
+#: Largest number of rows. The whole table must fit into a comment on a pull request, whose length is limited.
 MOST_ROWS = 50
 #: Largest numbers of groups of similar changes on a terminal, so that 25 lines suffice. There are three numbers: for
 #: worse, mixed or vanished runs; for other changes; and for runs without a grade. A group takes two lines if there is

@@ -99,7 +99,7 @@ class Attack:
     def build_ladder(self, quick: bool) -> list[float]:
         """Return the values to try, beginning at the harmless end.
 
-        With `quick` there are half as many, but at least 4.
+        If `quick` is true, there are half as many values, but at least 4.
         """
         end = self.absurd if self.quick_absurd is None or not quick else self.quick_absurd
         decades = abs(math.log10(end / self.harmless))

@@ -41,7 +41,7 @@ def summarise_score(score: Score) -> SceneResult:
 
 @dataclass(frozen=True)
 class EvaluationTask(JobTask):
-    """Runs a job in a worker process and evaluates the run.
+    """Task that runs an engine in a worker process, and evaluates the run.
 
     Attributes:
         horizon_s: Time up to which the reference is reliable; None for the whole reference.
