@@ -147,8 +147,8 @@ def _find_own_phases(measured_run: Measured, cost: SamplingCost, known: float) -
         is_worse = error.velocity > velocity or error.spin > spin or abs(error.time_s) > cost.found_off_s[impact]
         if is_worse and error.time_s > 0.0:
             steps = (float(measured_run.reference.impacts["time_s"][impact]) + error.time_s) / cost.dt_s
-            # At this phase, a check that finds the impact exactly a step late comes after a check that finds it at
-            # once. So a slightly smaller phase is returned.
+            # If a step ended exactly at the impact, PIT might find it at once instead of a whole step late. So a
+            # slightly smaller phase is returned.
             just_before = (steps - 0.1 * known) % 1.0
             # Merge phases that differ by rounding only.
             phases[round(just_before, 11)] = None

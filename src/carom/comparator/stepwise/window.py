@@ -100,7 +100,7 @@ class Window:
 
     @property
     def meets_at_rest(self) -> bool:
-        """Whether a resting disc meets another disc. PIC's run in a window does not cover this case."""
+        """Whether a disc that comes to rest meets another disc. PIC's run ends at the rest, before this impact."""
         return self.resting is not None and any(pair != self.resting for pair in self.chain.pairs)
 
     def is_ahead(self, state: BodyStates, impact: Met) -> bool:

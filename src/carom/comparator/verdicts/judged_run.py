@@ -20,9 +20,9 @@ class JudgedRun(MeasuredRun):
         grade_before_tie: The run's grade before the first instant at which several impacts have no unique result. None
             if there is no such instant, or no impact before it.
         drifts: Positions and angular momenta that do not agree with the run's own impacts. Checking once per step may
-            explain them.
+            cause such disagreements.
         contradictions: Contradictions between the run's own states, velocities, reported times and normals. Checking
-            once per step can't explain them.
+            once per step can't cause them.
         findings: All verdicts, each with its reason.
     """
 

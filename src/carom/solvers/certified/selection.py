@@ -6,8 +6,8 @@ increases the bound. The event with the smallest bound is solved until the small
 certainly comes before each rival, or if their order does not matter. Otherwise the next impact is undecided.
 
 The first bound of an event can be much earlier than the impact, for example the start of both paths. A solution that
-starts from such a bound is inaccurate, and is only used as a better bound. When this bound is the smallest one, the
-event is solved again.
+starts from such a bound is inaccurate, and is only used as a better bound. When this bound is the smallest of all
+events, the event's time is computed again, starting from the bound.
 """
 
 from __future__ import annotations

@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from carom.solvers.units import RunInUnits, Units
 
 #: PIT searches around each disc to find frames at which no bodies can touch, and skips them. When the searches have
-#: cost more work than they saved, PIT stops skipping. The limit of this loss is the work of this many searches around
-#: all discs. The number is a guess that has not been tuned.
+#: cost more work than they saved, PIT stops skipping frames. The limit of this loss is the work of this many searches
+#: around all discs. The number is a guess that has not been tuned.
 MOST_WASTE = 2.0
 #: Number of overlap tests per call of the compiled code. A call takes some hundredths of a second. Between calls,
 #: progress is reported and Ctrl-C is handled.

@@ -166,8 +166,8 @@ class StepSearch:
         phases: Number of evenly spread phases at which each step size is tested.
         aimed: Number of additional phases, at which a check comes just before a hard impact.
         budget_steps: Largest number of engine steps in the search. A step size is tested only if its estimated number
-            of steps is not more than the rest. The estimate assumes that runs end as early as with the previous step
-            size.
+            of steps is not more than what remains of this budget. The estimate assumes that runs end as early as with
+            the previous step size.
         refusal: Function that returns the reason why the method refuses a step size; an empty text if it accepts the
             step size.
     """

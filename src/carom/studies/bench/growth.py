@@ -123,7 +123,7 @@ class GrowthKey:
     steps: int = 30
 
 
-#: Opens the journal of a growth bench.
+#: Function that opens the journal of a growth bench.
 growth_journal = partial(Journal[GrowthKey, Grown], "growth", JournalEntry[GrowthKey, Grown])
 
 

@@ -191,7 +191,7 @@ def build_timing_key(scene: Scene, method_steps: Iterable[At], seed: int) -> Tim
     return TimingKey(scene.name, compute_scene_hash(scene), ordered, versions, describe_environment().machine, seed)
 
 
-#: Opens the journal of a timing pass.
+#: Function that opens the journal of a timing pass.
 timing_journal = partial(Journal[TimingKey, SceneTiming], "timings", JournalEntry[TimingKey, SceneTiming])
 
 

@@ -44,8 +44,8 @@ from carom.support.options import build_step_kind, check_value
 #: Marks the key of a job that stores states for pictures; see `carom.execution.cache_key.JobKey`.
 DRAWN = "drawn"
 
-#: Opens the journal of a cross-check. Callers must pass `Options.stamp` as its stamp. The journal contains no run
-#: times, because only times of one session can be compared.
+#: Function that opens the journal of a cross-check. Callers must pass `Options.stamp` as its stamp. The journal
+#: contains no run times, because only times of one session can be compared.
 observed_journal = partial(Journal[JobKey, Trace], "traces", JournalEntry[JobKey, CarriedTrace])
 
 

@@ -164,7 +164,7 @@ def _compute_digest(trace: Trace) -> str:
     return hashlib.sha256(b"".join((trace.outcome.name.encode(), *parts))).hexdigest()
 
 
-#: Opens the journal of a history.
+#: Function that opens the journal of a history.
 history_journal = partial(Journal[JobKey, ReleaseRun], "releases", JournalEntry[JobKey, ReleaseRun])
 
 

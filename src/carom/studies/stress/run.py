@@ -41,7 +41,7 @@ JOURNAL = "journal.jsonl"
 #: Identity of a result: kind and name of the test, and the method.
 CellKey = tuple[str, str, str]
 
-#: Opens the journal of a campaign.
+#: Function that opens the journal of a campaign.
 stress_journal = partial(Journal[CellKey, CellResult], "spots", JournalEntry[CellKey, CellResult])
 
 #: A test, and the function that computes its result for a method.

@@ -74,8 +74,8 @@ class EvaluationTask(JobTask):
 #: Marks the key of a job that is also timed; see `carom.execution.cache_key.JobKey`.
 _TIMED = "timed"
 
-#: Opens the journal of a search. If a search is continued, it requests the same jobs again, and finds their results in
-#: the journal.
+#: Function that opens the journal of a search. If a search is continued, it requests the same jobs again, and finds
+#: their results in the journal.
 tune_journal = partial(Journal[JobKey, SceneResult], "judgements", JournalEntry[JobKey, SceneResult])
 
 

@@ -159,7 +159,7 @@ class KnobSearch:
                 study.tell(trial, number)
 
     def _refine(self, max_trials: int) -> Found:
-        """Change one setting at a time, starting from the best trial and from each trial that no trial dominates."""
+        """Change one setting at a time, starting from the best trial and then from each trial of `_find_front`."""
         done: set[SettingOverrides] = set()
         while todo := [found for found in self._find_front() if found.tried not in done]:
             if todo[0] is not self.best and self.trials >= max_trials:
@@ -170,7 +170,7 @@ class KnobSearch:
         return self.best
 
     def _find_front(self) -> list[Found]:
-        """Return the trials that no other trial dominates, best first."""
+        """Return the trials that no other trial dominates (see the module's docstring), best first."""
         first_of: dict[tuple[int, int, int], Found] = {}
         for found in sorted(self._whole, key=lambda one: one.rank):
             first_of.setdefault(found.merit.respects, found)
