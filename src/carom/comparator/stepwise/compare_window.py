@@ -115,7 +115,7 @@ def compare_window(
 def _compare_nothing_due(window: Window, comparison: Comparison) -> Comparison:
     """Compare a window in which PIC has no impact.
 
-    If a velocity changes, it does so without a cause, or a resting body is held.
+    If a velocity changes, either the change has no cause, or a resting body is held by another one.
     """
     velocity, spin, place = window.compute_difference(window.now, window.free)
     bodies, chain = window.bodies, window.chain

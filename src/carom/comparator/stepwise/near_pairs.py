@@ -214,7 +214,8 @@ def _compute_relative_motion(block: Block, begin: int, end: int, drive: Drive) -
 def _bound_paths(block: Block, begin: int, end: int, drive: Drive = STANDS) -> tuple[Array, Array]:
     """Return the centre and radius of a circle around each disc's path, relative to a wall with the motion `drive`.
 
-    If two discs may meet or push, their circles overlap. If a disc and a wall may do so, the circle overlaps the wall.
+    If two discs may meet or push each other, their circles overlap. If a disc may meet a wall, its circle overlaps the
+    wall.
     """
     p, _ = _compute_relative_motion(block, begin, end, drive)
     own_speed = block.own_speed[begin:end] + drive.fastest

@@ -27,7 +27,7 @@ def report_drifts(run: MeasuredRun) -> Iterator[Finding]:
             reason += f"; {format_number(consistency.excess.size, 3)} more than the overlap gained in a step explains"
         yield Finding(Verdict.DRIFTS, reason)
     if consistency.angular > run.rounding:
-        reason = f"by up to {format_number(consistency.angular, 3)} times the scene's rim speed"
+        reason = f"by up to {format_number(consistency.angular, 3)} times the scene's greatest disc or rim speed"
         if math.isfinite(consistency.arm):
             distance, excess = f"{format_number(consistency.arm, 4)} times its radius", consistency.arm - 1.0
             if abs(excess) < _NEAR_THE_RIM:
@@ -48,8 +48,8 @@ def report_contradictions(run: MeasuredRun) -> Iterator[Finding]:
     if consistency is None:
         return
     speed, rims, degrees = (
-        "times the scene's speed",
-        "times the scene's rim speed",
+        "times the scene's greatest speed",
+        "times the scene's greatest disc or rim speed",
         math.degrees(consistency.normal_rad),
     )
     for verdict, size, reason in (

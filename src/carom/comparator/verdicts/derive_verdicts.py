@@ -127,10 +127,10 @@ def _report_convention(judged: JudgedRun) -> Iterator[Finding]:
         reason += "; there are too many admissible outcomes to list"
     else:
         which = f"admissible outcome {match.nearest + 1} of {count} ({match.outcomes[match.nearest].how})"
-        matched = f"{which}, except for {format_number(match.distance)} of the scene's speed"
+        matched = f"{which}, except for {format_number(match.distance)} of the scene's greatest speed"
         missed = (
             f"none of the {count} admissible outcomes; the run differs by {format_number(match.distance, 3)} of the "
-            f"scene's speed from {which}"
+            f"scene's greatest speed from {which}"
         )
         reason += f"; matches {matched if match.matches else missed}"
     if (before := judged.grade_before_tie) is not None:
@@ -201,7 +201,7 @@ def _report_velocities(judged: JudgedRun) -> Iterator[Finding]:
     ]
     worst = max(wrong_errors, key=lambda error: error.velocity, default=None)
     if worst is not None:
-        reason = f"by up to {format_number(worst.velocity, 3)} times the scene's speed"
+        reason = f"by up to {format_number(worst.velocity, 3)} times the scene's greatest speed"
         if own_speeds[worst.reference] < 0.5 * scales.speed_m_s:
             part = worst.velocity * scales.speed_m_s / own_speeds[worst.reference]
             reason += f", or {format_number(part, 3)} times the greatest speed that led to the impact"
@@ -238,7 +238,9 @@ def _report_spins(judged: JudgedRun) -> Iterator[Finding]:
     ]
     if wrong_spins:
         worst = max(wrong_spins)
-        yield Finding(Verdict.WRONG_SPIN, f"by up to {format_number(worst, 3)} times the scene's rim speed")
+        yield Finding(
+            Verdict.WRONG_SPIN, f"by up to {format_number(worst, 3)} times the scene's greatest disc or rim speed"
+        )
     for verdict, wrong in ((Verdict.SLID, judged.branches.slid), (Verdict.STUCK, judged.branches.stuck)):
         if wrong:
             yield Finding(verdict, f"{len(wrong)} of {len(impacts)}, {_format_first(wrong, impacts)}")
@@ -252,8 +254,8 @@ def _report_end_state(judged: JudgedRun) -> Iterator[Finding]:
     worst = judged.measured.largest
     rules = (
         (Verdict.MISPLACED, worst.final_position, "the largest radius"),
-        (Verdict.WRONG_END, worst.final_velocity, "the scene's speed"),
-        (Verdict.WRONG_LAST_SPIN, worst.final_spin, "the scene's rim speed"),
+        (Verdict.WRONG_END, worst.final_velocity, "the scene's greatest speed"),
+        (Verdict.WRONG_LAST_SPIN, worst.final_spin, "the scene's greatest disc or rim speed"),
     )
     for row, (verdict, error, scale) in zip(beyond, rules, strict=True):
         if np.any(row):

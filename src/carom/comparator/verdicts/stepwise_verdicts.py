@@ -75,7 +75,7 @@ def report_polygons(judged: JudgedRun) -> Iterator[Finding]:
     deviation = format_metres(0.5 * bends * dt_s * dt_s)
     if slowing:
         bend = "c |v|" if scene.damping_per_s else "a"
-        size = f"half of {bend} dt^2 off its path, {deviation} at the scene's speed"
+        size = f"half of {bend} dt^2 off its path, {deviation} at the scene's greatest speed"
         reason = f"each step ends up to {size}; these errors add up"
         yield Finding(Verdict.DAMPED_POLYGON, reason)
     else:

@@ -264,7 +264,7 @@ class BallContacts:
         if not first:
             return None
         end = first[0]
-        for other in first[1:]:  # this precision does not decide which end comes first
+        for other in first[1:]:  # with this precision it is unknown which end comes first
             end = end._replace(wait=end.wait.union(other.wait), undecided=True)
         return end._replace(time=gliding.since + end.wait)
 

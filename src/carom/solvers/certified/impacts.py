@@ -54,7 +54,7 @@ def apply_meeting(bodies: BallBodies, meeting: Meeting) -> BallEvent:
     """Apply an impact that certainly happens to its bodies, and return the event.
 
     Raises:
-        Undecided: The precision does not decide the contact after the impact.
+        Undecided: With this precision it is unknown whether the disc is in contact after the impact.
     """
     contacts, (first, second) = BallContacts(bodies), meeting[:2]
     if first == second:

@@ -80,7 +80,7 @@ class Selection:
         """Return the impact that certainly comes next; None if there is certainly none up to `end_s`.
 
         Raises:
-            Undecided: This precision does not decide which impact is next. OutOfTime: The deadline has passed.
+            Undecided: With this precision it is unknown which impact is next. OutOfTime: The deadline has passed.
         """
         bounds, meetings = self.bounds, self._meetings
         while True:

@@ -37,7 +37,7 @@ def start_deceleration(bodies: BallBodies, i: int, time: arb, instant_s: float) 
     """Let the table decelerate disc `i`, whose velocity has changed at `time`.
 
     Raises:
-        Undecided: The precision does not decide whether the disc moves.
+        Undecided: With this precision it is unknown whether the disc moves.
     """
     vx, vy = bodies.velocity(i, time, instant_s)
     if vx.is_zero() and vy.is_zero():

@@ -54,7 +54,7 @@ class PhaseResult:
 
 @dataclass(frozen=True)
 class StartTask(JobTask):
-    """Runs an engine in a worker process, and compares its impacts up to the scene's end with PIC's."""
+    """Task that runs an engine, and compares its impacts up to the scene's end with those of PIC."""
 
     def carry_out(self) -> PhaseResult:
         """Return the result of the run.

@@ -60,7 +60,7 @@ class ReleaseRun:
             error is infinite if the run or the reference ends before the instant.
         off_m_s: Errors of final velocities: x and y of each disc, in metres per second.
         place_rounding_m: Rounding error of a position, in metres.
-        speed_m_s: The scene's speed, in metres per second.
+        speed_m_s: The scene's greatest speed, in metres per second.
         float_bits: Width of the floats that the adapter declares.
     """
 
@@ -92,7 +92,7 @@ class ReleaseRun:
 
 @dataclass(frozen=True)
 class HistoryTask(JobTask):
-    """Runs an engine on a scene, shifted to the job's phase, in a worker process, and scores the run."""
+    """Task that runs an engine on a scene, shifted to the job's phase, and scores the run."""
 
     def carry_out(self) -> ReleaseRun:
         """Return the stored result.

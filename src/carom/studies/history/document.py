@@ -233,7 +233,7 @@ def render_error_chart(found: History) -> str:
                 axes.axvline(k, linewidth=0.6, alpha=0.4, zorder=0)
         axes.set_yscale("symlog", linthresh=1e-9)
         axes.set_xticks(list(places), [release.version for release in releases], rotation=45, ha="right")
-        axes.set_ylabel("velocity error / scene's speed")
+        axes.set_ylabel("velocity error / scene's greatest speed")
         if axes.lines:
             finish(axes)
         return to_separate_svg(render(figure, f"Velocity error of {found.origin.engine} by release"))

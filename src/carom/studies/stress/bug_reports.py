@@ -57,7 +57,7 @@ def find_symptom(complaint: Complaint, trace: Trace) -> tuple[bool, float, str]:
         return symptom is Symptom.NEVER_ENDS, math.inf, "; ".join((trace.outcome.value, *trace.notes))
     velocity, energy = _compute_velocity_error(trace, known, scene), _compute_energy_error(trace, known, scene)
     of_energy = symptom in {Symptom.GAINS_ENERGY, Symptom.LOSES_ENERGY} or math.isnan(velocity)
-    figure, quantity = (energy, "energy") if of_energy else (velocity, "speed")
+    figure, quantity = (energy, "energy") if of_energy else (velocity, "greatest speed")
     threshold, is_seen, reason = complaint.at_least, False, ""
     if symptom is Symptom.MISSES:
         missed = _count_missed(trace, known)
@@ -78,7 +78,7 @@ def find_symptom(complaint: Complaint, trace: Trace) -> tuple[bool, float, str]:
         is_seen, reason = energy < -threshold, f"{format_number(-energy)} of the energy is lost"
     elif symptom in {Symptom.WRONG_VELOCITY, Symptom.NEVER_RESTS}:
         is_seen = velocity > threshold
-        reason = f"velocities are wrong by {format_number(velocity)} times the scene's speed"
+        reason = f"velocities are wrong by {format_number(velocity)} times the scene's greatest speed"
     if is_seen:
         return True, figure, reason
     return (
