@@ -1,4 +1,4 @@
-"""Second stage of a comparison: matches the impacts of both traces and compares their order."""
+"""Second stage of a comparison: matches the impacts of a run with those of the reference, and compares their order."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from carom.comparator.match_impacts import LATEST_STAMP_STEPS, Alignment, Pair, 
 from carom.model.step_windows import LocalTruth
 from carom.model.trace import Trace
 
-#: Largest edit distance that is computed. Sequences that differ more are unrelated.
+#: Largest number of edits that is counted. Two sequences of impacts that need more edits are unrelated.
 MOST_EDITS = 64
 
 
 @dataclass(frozen=True)
 class AlignedRun(ComparedRun):
-    """Alignments of the compared traces within the range.
+    """Matches between the impacts of the run, the reference and PIT, within the compared part of the run.
 
     Attributes:
         alignment: Matches of the run's impacts with the impacts of the reference.
         pit_alignment: Matches of PIT's impacts with the impacts of the reference; None without PIT.
         against_pit: Matches of the run's impacts with PIT's impacts; None without PIT.
-        edits: Smallest number of insertions, deletions and swaps of neighbours that turn one sequence of pairs into the
-            other; at most `MOST_EDITS`.
-        inverted: Pairs of matched impacts in the wrong order, as indices of the reference's impacts. The earlier impact
-            comes first.
+        edits: Edit distance between the order of impacts in the reference and in the run; see `compute_edit_distance`.
+        inverted: Pairs of impacts that the run has in the wrong order. An impact is given by its index in the
+            reference. The impact that is earlier in the reference comes first.
         diverged_s: Time in seconds of the first impact that is missed, spurious or out of order; None if there is none.
-        pit_diverged_s: The same time for PIT with this step size.
+        pit_diverged_s: Time in seconds of PIT's first impact that is missed, spurious or out of order, with the same
+            step size; None if there is none.
     """
 
     alignment: Alignment
@@ -44,7 +44,7 @@ class AlignedRun(ComparedRun):
 
 
 def align_impacts(compared: ComparedRun) -> AlignedRun:
-    """Align the impacts of the compared traces within the comparison range."""
+    """Match the impacts of the run, the reference and PIT, up to the end of the compared part of the run."""
     reference, observed, pit = compared.reference, compared.observed, compared.pit
     alignment = match_impacts(reference, observed, compared.compared)
     visible_in_states = _find_shown_by_states(reference, alignment.missed, compared.truth, observed.dt_s)
@@ -84,9 +84,10 @@ def _find_divergence(
 def _find_shown_by_states(
     reference: Trace, missed: Sequence[int], truth: LocalTruth | None, dt_s: float
 ) -> frozenset[int]:
-    """Return those unreported impacts that the run's states show in windows with several impacts.
+    """Return the impacts that the engine did not report, but whose effect is visible in its states.
 
-    An engine may report only the combined outcome if a disc has several impacts in one step.
+    Only windows of steps with several impacts are searched. If a disc has several impacts in one step, an engine may
+    report only their combined outcome.
     """
     if truth is None or not missed:
         return frozenset()
@@ -108,9 +109,10 @@ def _sort_bodies(rows: NDArray[np.void]) -> NDArray[np.int64]:
 
 
 def _drop_contact_starts(reference: Trace, observed: Trace, invented: Sequence[int]) -> tuple[int, ...]:
-    """Remove the spurious impacts that are the start of a lasting contact in the reference.
+    """Remove the spurious impacts at which a lasting contact begins in the reference.
 
-    An engine reports the start of such a contact as an impact. The time stamp may be the start of the engine's step.
+    An engine reports the start of such a contact as an impact. It may report the start of its step as the time of this
+    impact.
     """
     if reference.modes is None:
         return tuple(invented)
@@ -123,11 +125,11 @@ def _drop_contact_starts(reference: Trace, observed: Trace, invented: Sequence[i
 
 
 def compare_order(reference: Trace, observed: Trace, alignment: Alignment) -> tuple[int, tuple[tuple[int, int], ...]]:
-    """Return the edit distance and the inverted impacts of an alignment. The alignment may end at a horizon.
+    """Return the edit distance of the two sequences of impacts, and the pairs of impacts in the wrong order.
 
-    A method that checks once per step can't order impacts within a step, and its time stamps are up to two steps late.
-    So two impacts with the same time stamp are never out of order. Two impacts without a common body are never out of
-    order if they are at most two steps apart.
+    A method that checks for overlap once per step can't order the impacts within a step. The times that it reports are
+    up to two steps late. So two impacts with the same reported time are never out of order. Two impacts without a
+    common body are never out of order if they are at most two steps apart.
     """
     to_reference = {o: r for r, o in alignment.matched}
     sequence = sorted([*to_reference, *alignment.spurious])
@@ -140,11 +142,12 @@ def compare_order(reference: Trace, observed: Trace, alignment: Alignment) -> tu
 def _sort_by_reference(
     sequence: list[int], to_reference: dict[int, int], reference: Trace, observed: Trace
 ) -> set[tuple[int, int]]:
-    """Sort observed impacts into the reference's order where `compare_order` allows it.
+    """Sort the run's impacts into the reference's order, but swap only impacts whose order `compare_order` ignores.
 
-    Return the pairs that stay inverted.
+    Return the pairs of impacts that are still in the wrong order.
 
-    An insertion sort is used, because nearly all impacts are in order. An impact that is in order needs one comparison.
+    An insertion sort is used, because nearly all impacts are already in order, and such an impact needs only one
+    comparison.
     """
     slack = LATEST_STAMP_STEPS * observed.dt_s
     stamp, time = observed.impacts["time_s"], reference.impacts["time_s"]
@@ -178,8 +181,9 @@ def compute_edit_distance(a: Sequence[Pair], b: Sequence[Pair]) -> int:
     """Return the smallest number of insertions, deletions and swaps of neighbours that turn `a` into `b`.
 
     This is the restricted Damerau-Levenshtein distance without replacements (G. Navarro, A guided tour to approximate
-    string matching, ACM Computing Surveys 33(1), 2001). The distance is computed in a band around the diagonal. The
-    width of the band is doubled until the result fits (E. Ukkonen, 1985). The result is at most `MOST_EDITS`.
+    string matching, ACM Computing Surveys 33(1), 2001). Only a band around the diagonal of the distance table is
+    computed. The width of the band is doubled until the result is at most this width (E. Ukkonen, 1985). The result is
+    at most `MOST_EDITS`.
     """
     start = 0
     while start < min(len(a), len(b)) and a[start] == b[start]:

@@ -1,4 +1,4 @@
-"""Comparison of a run with a reference in five stages: range, alignment, errors, verdicts, grade."""
+"""Comparison of a run with a reference trace in five stages."""
 
 from __future__ import annotations
 
@@ -22,20 +22,20 @@ from carom.support.checks import check_instance
 
 
 def compare(reference: Trace, observed: Trace, *, sampling: Trace | None = None, horizon: float | None = None) -> Score:
-    """Score an observed trace against a reference of the same scene.
+    """Compare a run's trace with a reference trace of the same scene, and return a score.
 
     Args:
-        reference: The reference, usually from `carom.solve_pic`.
+        reference: The trace to compare with, usually from `carom.solve_pic`.
         observed: The trace to score.
-        sampling: The trace of PIT with the same step size. With this trace, the cost of sampling is separated from
-            other errors.
+        sampling: The trace of PIT with the same step size. With this trace, the score separates the errors of checking
+            once per step from other errors.
         horizon: The part of the reference that is reliable: a number of impacts (an int) or a time in seconds (a
-            float). Later steps are only compared one by one, each from the trace's own state. None if the whole
-            reference is reliable.
+            float). Later steps are compared one by one, each with PIC started from the trace's own state. None if the
+            whole reference is reliable.
 
     Raises:
         InputError: The traces are of different scenes, a trace is impossible in its scene (see
-            `require_possible_trace`), `sampling` has another step than the observed trace, the horizon is
+            `require_possible_trace`), `sampling` has another step size than the observed trace, the horizon is
             negative, or the reference contains NaN or an infinity.
 
     Examples:
@@ -48,7 +48,7 @@ def compare(reference: Trace, observed: Trace, *, sampling: Trace | None = None,
 
 
 class Scorer:
-    """Scores many runs against one reference and one PIT run. The arguments are those of `compare`."""
+    """Compares many runs with one reference and one PIT run. The arguments are those of `compare`."""
 
     def __init__(self, reference: Trace, sampling: Trace | None, horizon: float | None) -> None:
         check_instance("reference", reference, Trace)
@@ -74,7 +74,7 @@ class Scorer:
                 f"the step size of the observed trace is {step_s:g} s, but that of sampling is {pit_s:g} s: run PIT "
                 "with the step size of the observed trace"
             )
-        # A verdict reports NaN and infinities, so NumPy's warnings are not needed.
+        # NumPy's warnings are not needed, because a verdict reports NaN and infinite numbers.
         with np.errstate(all="ignore"):
             return _run_stages(self._baseline, observed, self._horizon)
 
@@ -87,7 +87,7 @@ def _require_scene(reference: Trace, trace_name: str, trace: Trace) -> None:
 
 
 def _run_stages(baseline: Baseline, observed: Trace, horizon: float | None) -> Score:
-    """Run the five stages of a comparison. Each stage extends the result of the previous one."""
+    """Run the five stages of a comparison in turn."""
     compared = find_range(baseline, observed, horizon)
     aligned = align_impacts(compared)
     measured = measure_run(aligned)
@@ -96,7 +96,7 @@ def _run_stages(baseline: Baseline, observed: Trace, horizon: float | None) -> S
 
 
 def _grade_before_tie(compared: ComparedRun) -> Grade | None:
-    """Return the grade up to the first instant without a unique answer, because faults before that instant count."""
+    """Return the grade of the run before the first instant at which several impacts have no unique result."""
     if compared.before_tie_s is None:
         return None
     before = find_range(compared.baseline.unique, compared.observed, compared.before_tie_s)

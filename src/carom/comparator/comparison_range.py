@@ -2,7 +2,7 @@
 
 The range ends at the earliest of three times: the horizon, the time when a disc starts to rest, slide or roll, and the
 time when a disc is crushed. Before a disc rests or is crushed, it may bounce infinitely often. In such a run, the range
-ends as soon as a step can no longer separate the bounces.
+ends as soon as two bounces follow each other within a step or two.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ Result = TypeVar("Result")
 class Baseline:
     """The reference, and PIT's run with one step size.
 
-    Values that depend only on these two are computed once for all runs.
+    Values that depend only on these two traces are computed once for all runs.
 
     Attributes:
         reference: The reference.
@@ -46,16 +46,16 @@ class Baseline:
 
     @cached_property
     def scales(self) -> Scales:
-        """The scales of the scene."""
+        """The speed, length, time and energy that errors in this scene are divided by."""
         return compute_scales(self.reference.scene, self.reference)
 
     @cached_property
     def unique(self) -> Baseline:
-        """This baseline with a reference in which all impacts count as unique."""
+        """A copy of this baseline, in which the result of each impact of the reference counts as unique."""
         return Baseline(replace(self.reference, ambiguous=()), self.pit)
 
     def compute_once(self, key: Hashable, compute: Callable[[], Result]) -> Result:
-        """Return the result of a function of this baseline and the key. The result is cached."""
+        """Return the result of `compute`, or the cached result of an earlier call with this key."""
         if key not in self._known:
             self._known[key] = compute()
         result: Result = self._known[key]
@@ -64,18 +64,19 @@ class Baseline:
 
 @dataclass(frozen=True)
 class ComparedRun:
-    """Traces to compare, and the range in which they are compared.
+    """Traces to compare, and the part of the run in which they are compared.
 
-    Each stage of a comparison extends the result of the stage before.
+    Each stage of a comparison adds fields to the result of the previous stage.
 
     Attributes:
-        baseline: The reference and PIT, with results that runs share.
-        pit: PIT with the same step size; None if it was not given.
-        compared: The range in which the run is compared with the reference.
-        pit_range: The range in which the run is compared with PIT; None without PIT.
-        truth: Each step of the run compared with PIC from the run's own state; None if states were not checked.
-        before_tie_s: End of the range before the first instant without a unique answer; None if the range has no such
-            instant, or no impact before that instant.
+        baseline: The reference and PIT's run. They are the same for all runs that are compared.
+        pit: The run of PIT with the same step size; None if it was not given.
+        compared: The part of the run that is compared with the reference.
+        pit_range: The part of the run that is compared with PIT; None without a PIT run.
+        truth: Comparison of each step of the run with PIC, which starts from the run's own state at the beginning of
+            the step. None if no states were recorded.
+        before_tie_s: Time just before the first instant at which several impacts have no unique result. None if there
+            is no such instant, or no impact before it.
     """
 
     baseline: Baseline
@@ -90,32 +91,32 @@ class ComparedRun:
 
     @classmethod
     def of(cls, before: ComparedRun, **new_fields: Any) -> Self:
-        """Return the result of a stage: the result of the previous stage and additional fields."""
+        """Return a stage's result, which consists of the previous stage's fields and the new fields."""
         return cls(**{field.name: getattr(before, field.name) for field in fields(before)}, **new_fields)
 
     @property
     def has_nothing_compared(self) -> bool:
-        """Whether there is a horizon, and the reference has no impact before it."""
+        """Whether the reference has no impact before the horizon, so that no impact is compared."""
         return not self.compared.is_whole_run and not self.compared.impacts
 
     @property
     def is_cut_short(self) -> bool:
-        """Whether the run ended before the scene's end, even if the run reports to be complete."""
+        """Whether the run ended before the scene's end. The run may nevertheless report that it is complete."""
         completed = self.observed.outcome is Outcome.COMPLETED
         return not completed or self.observed.end_time_s < self.scales.time_s * (1.0 - THRESHOLDS.rounding)
 
     @property
     def has_other_ending(self) -> bool:
-        """Whether the run ended differently from the reference.
+        """Whether the run did not end in the same way as the reference, for example because it was interrupted.
 
-        If the reference ends in contact, the run must be complete.
+        If discs rest or slide at the end of the reference, the run only has to be complete.
         """
         expected = Outcome.COMPLETED if self.reference.contact_s < math.inf else self.reference.outcome
         return self.observed.outcome is not expected or (expected is Outcome.COMPLETED and self.is_cut_short)
 
     @property
     def rounding(self) -> float:
-        """Rounding error in the floats that the method declares."""
+        """Relative rounding error of the floats in which the method computes: 32 or 64 bits."""
         return THRESHOLDS.rounding_of(self.observed.float_bits)
 
     @property
@@ -125,7 +126,7 @@ class ComparedRun:
 
     @property
     def place_rounding(self) -> float:
-        """Rounding error of a position, summed over all steps of the run, relative to the largest coordinate."""
+        """Rounding error of a position after all steps of the run, relative to the largest coordinate."""
         steps = self.scales.time_s / self.observed.dt_s if self.observed.dt_s else 0.0
         return THRESHOLDS.place_rounding_of(self.observed.float_bits, steps)
 
@@ -148,7 +149,7 @@ def find_range(baseline: Baseline, observed: Trace, horizon: float | None) -> Co
         truth = truth.clip_to(compared.until_s)
     if reference.ambiguous:
         times = reference.impacts["time_s"]
-        # Impacts this close to the instant without a unique answer may belong to that instant.
+        # Impacts shortly before this instant may also be part of it.
         tie_s = float(times[min(reference.ambiguous)]) - RELIABLE_ERROR * reference.scene.duration_s
         if not (tie_s < compared.until_s and np.any(times < tie_s)):
             tie_s = None
@@ -157,7 +158,7 @@ def find_range(baseline: Baseline, observed: Trace, horizon: float | None) -> Co
 
 
 def comparison_range(reference: Trace, horizon: float | None) -> ComparisonRange:
-    """Return the range up to a horizon. The horizon is given as in `carom.compare`.
+    """Return the part of a run up to a horizon, which is given as in `carom.compare`.
 
     Raises:
         InputError: The horizon is negative or not a number.
@@ -175,12 +176,12 @@ def comparison_range(reference: Trace, horizon: float | None) -> ComparisonRange
 def clip_before_rest(
     reference: Trace, compared: ComparisonRange, dt_s: float, pit: Trace | None = None
 ) -> ComparisonRange:
-    """End a range where steps of a given size can no longer distinguish a disc from one that rests, slides or rolls.
+    """End the compared range where a bouncing disc becomes so slow that steps of this size can't show its bounces.
 
-    Often a disc has infinitely many impacts just before it rests. In the last impacts, the closing speed is at most
-    the speed that a disc gains by falling for a step or two. A method that checks once per step can't distinguish such
-    a disc from a resting one. PIT misses or invents bounces a few hops earlier. If PIT is given, the range ends at the
-    first of these bounces, because no method with these steps can show more.
+    Often a disc has infinitely many impacts just before it rests. In the last impacts, the disc is at most as fast as
+    after falling for a step or two. A method that checks once per step can't distinguish such a disc from a resting
+    one. PIT misses or invents bounces even earlier. If PIT's run is given, the range ends at its first missed or
+    invented bounce.
     """
     impacts, times = reference.impacts, reference.impacts["time_s"]
     if reference.scene.gravity_m_s2 == (0.0, 0.0) and reference.contact_s == math.inf:
@@ -204,11 +205,12 @@ def clip_before_rest(
 
 
 def _find_crush_limit(reference: Trace, dt_s: float, pit: Trace | None) -> float:
-    """Return the time after which steps can't separate the impacts of a disc on two walls that crush it.
+    """Return the time after which a disc between two closing walls has impacts too often for steps of this size.
 
-    The times between these impacts become ever shorter. From some time on, each impact follows the previous one within
-    two steps. A method that checks once per step then finds at most one of these impacts, and finds it late. If PIT is
-    given and misses or invents an earlier impact of the disc, the result is one step before that impact.
+    As the walls crush the disc, the times between impacts become ever shorter. From some time on, each impact follows
+    the previous one within two steps. A method that checks once per step then finds at most one of these impacts, and
+    finds it late. If PIT's run is given and misses or invents an earlier impact of the disc, the result is one step
+    before that impact.
     """
     impacts, times = reference.impacts, reference.impacts["time_s"]
     disc = int(impacts["first"][-1])
@@ -225,7 +227,7 @@ def _find_crush_limit(reference: Trace, dt_s: float, pit: Trace | None) -> float
 
 
 def _find_last_bounces(reference: Trace) -> dict[Pair, list[int]]:
-    """Return, by pair, the last impacts of each disc whose hops on a fixed body become ever lower under gravity."""
+    """Find discs that hop lower and lower on a fixed body. Return the impacts of these hops by pair of bodies."""
     scene, impacts = reference.scene, reference.impacts
     found = {}
     for disc in np.flatnonzero(scene.arrays.movable).tolist():
@@ -246,9 +248,9 @@ def _find_last_bounces(reference: Trace) -> dict[Pair, list[int]]:
 def _find_end_of_pit_bounces(reference: Trace, pair: Pair, first_row: int, pit: Trace, alignment: Alignment) -> float:
     """Return the time up to which PIT finds the final bounces of a pair; infinity if PIT finds all of them.
 
-    PIT finds each bounce late, so the following hops are slightly shorter or longer. Hops get ever shorter. So at some
-    time, PIT is ahead by a whole hop. The impact of this hop is spurious. Or PIT finds the disc so deep in the body
-    that gravity pulls the disc back before it has left the body.
+    PIT finds each bounce late, so its following hops are slightly shorter or longer. These differences add up to a
+    whole hop at some time, and PIT then has a spurious impact. PIT may also find the disc so deep in the body that
+    gravity pulls it back before it has left the body.
     """
     expected_s, found_s = reference.impacts["time_s"], pit.impacts["time_s"]
     expected = group_by_pair(reference.impacts)[pair]
@@ -261,7 +263,7 @@ def _find_end_of_pit_bounces(reference: Trace, pair: Pair, first_row: int, pit: 
         if k in alignment.spurious:
             return float(found_s[k]) - pit.dt_s
         if stuck[nth] and nth + 1 < len(expected):
-            # This impact counts unless PIT has missed or invented an earlier impact.
+            # PIT finds this impact if it has not missed or invented an earlier one.
             is_matched = reference_of.get(k) == expected[nth] and expected_s[expected[nth]] <= found_s[k]
             is_before_next = found_s[k] < expected_s[expected[nth + 1]]
             return float(found_s[k]) - (0.0 if is_matched and is_before_next else pit.dt_s)

@@ -1,4 +1,4 @@
-"""Conditions of verdicts and grades, shown by ``carom explain`` and in `docs/theory/scoring.md`.
+"""Conditions for each verdict and grade, as ``carom explain`` and `docs/theory/scoring.md` show them.
 
 A test compares ``explanations.json`` with the tables of that page.
 """

@@ -1,4 +1,4 @@
-"""Fifth stage of a comparison: the grade of a run, and the run's errors relative to the cost of sampling."""
+"""Fifth stage of a comparison: grades a run, and compares its errors with those of PIT."""
 
 from __future__ import annotations
 
@@ -57,14 +57,15 @@ def grade_run(judged: JudgedRun) -> Score:
 
 
 def grade_trajectory(judged: JudgedRun) -> Grade:
-    """Return the grade from the reference's trajectory alone; DIVERGED if the run has diverged from that trajectory."""
+    """Grade a run by its differences to the reference; DIVERGED if small errors have grown with each impact."""
     return Grade.DIVERGED if judged.has_diverged else _grade_by_trajectory(judged)
 
 
 def _add_phase_dependence(found: tuple[Finding, ...], as_right: int, phases: int) -> tuple[Finding, ...]:
-    """Add the finding that the run has PIT's results, and that PIT is this accurate only at some phases of the step.
+    """Report that the run equals PIT, and that PIT is this accurate only at some phases of the step.
 
-    If the run conforms, the existing reason is extended instead, because nothing is wrong with the run.
+    If the run agrees with the reference, this note is added to that verdict instead, because nothing is wrong with the
+    run.
     """
     note = f"PIT is equally accurate at {as_right} of {phases} phases of the step"
     if not any(finding.verdict is Verdict.CONFORMS for finding in found):
@@ -76,11 +77,11 @@ def _add_phase_dependence(found: tuple[Finding, ...], as_right: int, phases: int
 
 
 def _grade_flight_and_contact(judged: JudgedRun) -> Grade:
-    """Grade a run by its impacts and by its contacts, in which discs slide, roll and rest. The worse grade counts.
+    """Grade the impacts of a run and the contacts in which its discs slide, roll and rest. Return the worse grade.
 
-    If the impacts give no grade, the grade of the contacts is returned. If the trajectory diverged before the contact,
-    the contacts are ignored. A single disc on a single wall is an exception, because its bounces do not change its
-    final motion.
+    If the impacts can't be graded, the grade of the contacts is returned. If the trajectory diverged before the
+    contact, the contacts are ignored. A single disc on a single wall is an exception, because its bounces do not change
+    its final motion.
     """
     flight_grade, contact = _grade_flight(judged), judged.contact
     if contact is None:
@@ -94,7 +95,7 @@ def _grade_flight_and_contact(judged: JudgedRun) -> Grade:
 
 
 def _grade_flight(judged: JudgedRun) -> Grade:
-    """Grade by the reference's trajectory as far as it is reliable, and by stepwise accuracy to the end."""
+    """Grade the trajectory as far as the reference is reliable, and grade each single step to the end of the run."""
     trajectory_grade, local = _grade_by_trajectory(judged), judged.local_truth
     if local is None:
         return trajectory_grade
@@ -111,7 +112,7 @@ def _grade_flight(judged: JudgedRun) -> Grade:
 
 
 def _grade_undecided(judged: JudgedRun, local: LocalScore) -> Grade:
-    """Grade a run by its steps if its trajectory gives no grade."""
+    """Grade a run by its single steps, for a run whose trajectory can't be graded."""
     ambiguous = judged.reference.ambiguous
     tie_s = float(judged.reference.impacts["time_s"][ambiguous[0]]) if ambiguous else math.inf
     if (local.missed_own and local.first_missed_s < tie_s - judged.observed.dt_s) or (local.invented and not ambiguous):
@@ -122,7 +123,7 @@ def _grade_undecided(judged: JudgedRun, local: LocalScore) -> Grade:
 
 
 def _grade_by_trajectory(judged: JudgedRun) -> Grade:
-    """Grade by the reference's trajectory. The worst certain fault sets the grade; undecidable runs are UNGRADED."""
+    """Grade a run by its largest differences to the reference. The result is UNGRADED if these can't be determined."""
     if judged.non_finite or judged.observed.outcome is Outcome.NON_FINITE:
         return Grade.WRONG
     is_wrong = judged.alignment.missed or judged.alignment.spurious or judged.inverted or judged.has_other_ending
@@ -149,8 +150,8 @@ def _grade_by_trajectory(judged: JudgedRun) -> Grade:
         return Grade.UNGRADED
     if close and _has_good_end(judged, judged.sampling_cost, THRESHOLDS.close):
         return Grade.CLOSE
-    # If all steps are *sampled* or better, sampling alone explains the final state, and the limit is PIT's error at
-    # PIT's worst phase.
+    # If all steps are graded *sampled* or better, checking once per step explains the final state. The limit is then
+    # PIT's error at its worst phase.
     local = judged.local_truth
     is_only_sampled = local is not None and find_worst_grade(local.grade, Grade.SAMPLED) is Grade.SAMPLED
     has_good_end = _has_good_end(judged, judged.sampling_cost if is_only_sampled else judged.sampling.largest)
@@ -158,7 +159,7 @@ def _grade_by_trajectory(judged: JudgedRun) -> Grade:
 
 
 def _has_pit_results(judged: JudgedRun) -> bool:
-    """Whether a run has the same impacts and final state as PIT, to rounding."""
+    """Whether a run has the same impacts and final state as PIT, except for rounding."""
     if judged.measured_against_pit is None:
         return False
     alignment = judged.measured_against_pit.alignment
@@ -170,9 +171,9 @@ def _has_pit_results(judged: JudgedRun) -> bool:
 
 
 def _is_consistent(judged: JudgedRun, *, allow_sampling: bool = True) -> bool:
-    """Whether the states and impacts of a run agree with each other to rounding.
+    """Whether the states and impacts of a run agree with each other except for rounding.
 
-    With `allow_sampling`, deviations that sampling explains are ignored.
+    If `allow_sampling` is true, deviations are ignored that any method has which checks for impacts once per step.
     """
     consistency = judged.consistency
     if consistency is None:
@@ -187,7 +188,7 @@ def _is_consistent(judged: JudgedRun, *, allow_sampling: bool = True) -> bool:
 def _is_within_rounding(judged: JudgedRun, measured: Measured, rounding_s: float) -> bool:
     """Whether all measured errors are within rounding.
 
-    Errors that are not measured are NaN: those of final states beyond a horizon, and those of spins if no disc spins.
+    An error that is not measured is NaN and is ignored: for example, a spin error if no disc spins.
     """
     errors, largest = measured.errors, measured.largest
     return (
@@ -198,7 +199,7 @@ def _is_within_rounding(judged: JudgedRun, measured: Measured, rounding_s: float
 
 
 def _has_close_impacts(judged: JudgedRun, cost: SamplingCost) -> bool:
-    """Whether time errors are at most a small fraction of a step, and other errors at most this fraction of PIT's."""
+    """Whether all time errors are below a hundredth of a step, and all other errors below a hundredth of PIT's."""
     step_s = judged.observed.dt_s or cost.dt_s
     scale_of_impacts, scales = judged.measured.own, judged.scales
     reliable_impacts = judged.compared.impacts
@@ -216,9 +217,10 @@ def _has_close_impacts(judged: JudgedRun, cost: SamplingCost) -> bool:
 def _has_sampled_impacts(judged: JudgedRun, sampling: Measured, cost: SamplingCost) -> bool:
     """Whether the error of each impact is at most PIT's error at that impact or at an earlier one.
 
-    Errors propagate from impact to impact. So the limit is PIT's largest error up to this impact: at this phase, at
-    another phase, or at the phase at which PIT is as late as the run. If PIT misses an impact at this phase, both discs
-    keep their old paths. PIT's velocity error is then the whole change of velocity in the impact.
+    Errors propagate from impact to impact, so the limit is PIT's largest error up to this impact. PIT's errors are
+    measured at several phases of the step, and at the phase at which PIT is as late as the run. If PIT misses an impact
+    at this phase, both discs keep their old paths. PIT's velocity error is then the whole change of velocity in the
+    impact.
     """
     own_scales, scales, rounding_s = judged.measured.own, judged.scales, judged.rounding * judged.scales.time_s
     known_ratio, dt_s = 1.0 + THRESHOLDS.ratio_known_of(judged.observed.float_bits), judged.observed.dt_s
@@ -227,7 +229,7 @@ def _has_sampled_impacts(judged: JudgedRun, sampling: Measured, cost: SamplingCo
     for error in sampling.errors:
         is_found[error.reference] = True
         pit[:, error.reference] = error.time_s, error.velocity, 0.0 if math.isnan(error.spin) else error.spin
-    # The phase of an impact is a matter of chance, so sampling makes an impact up to a whole step late.
+    # Depending on the phase, a check once per step finds an impact up to a whole step late.
     late_s, early_s = (
         np.maximum.accumulate(np.maximum(times, least_time_s))
         for times, least_time_s in ((pit[0], dt_s), (-pit[0], 0.0))
@@ -235,11 +237,11 @@ def _has_sampled_impacts(judged: JudgedRun, sampling: Measured, cost: SamplingCo
     at_worst = np.maximum.accumulate(np.maximum(pit[1:], known_ratio * cost.found), axis=1)
     for error in judged.measured.errors:
         impact, local_s = error.reference, float(judged.local.time_s[error.observed])
-        # If PIT misses the impact, there is no lateness to compare with.
+        # If PIT misses the impact, PIT's lateness is unknown.
         latest_s, earliest_s = (late_s[impact], early_s[impact]) if is_found[impact] else (math.inf, math.inf)
         if local_s <= known_ratio * dt_s:
-            # From the run's own state, the impact is at most a step late. Earlier impacts caused the remaining
-            # lateness.
+            # Relative to the run's own state before the impact, the impact is at most a step late. Earlier impacts
+            # caused the remaining lateness.
             latest_s = max(latest_s, known_ratio * cost.found_off_s[impact])
         velocity, spin = at_worst[:, impact]
         velocity += judged.rounding * own_scales.speed_m_s[impact] / scales.speed_m_s
@@ -247,8 +249,8 @@ def _has_sampled_impacts(judged: JudgedRun, sampling: Measured, cost: SamplingCo
         if not (error.velocity <= velocity and error.time_s <= latest_s + rounding_s) or error.spin > spin:
             return False
         if error.time_s < -rounding_s:
-            # From the run's own state, sampling never finds an impact before it happens. If an impact is early only
-            # relative to the reference, previous impacts were late. The impact is early by at most their lateness.
+            # A check once per step never finds an impact before it happens in the run's own state. But it may be
+            # earlier than in the reference, because previous impacts were late. It is early by at most their lateness.
             forward_s = earliest_s if math.isnan(local_s) else max(latest_s, earliest_s)
             if local_s < -rounding_s or not -error.time_s <= forward_s + rounding_s:
                 return False
@@ -256,10 +258,10 @@ def _has_sampled_impacts(judged: JudgedRun, sampling: Measured, cost: SamplingCo
 
 
 def _has_good_end(judged: JudgedRun, cost: SamplingCost | Errors, part: float = 1.0) -> bool:
-    """Whether the final errors are at most a fraction of PIT's, or the final state follows from the run's own impacts.
+    """Whether the final errors are at most `part` of PIT's, or the final state follows from the run's own impacts.
 
-    An energy error of a millionth is always allowed. If a final error of PIT was not measured, it is NaN, and no error
-    of the run is allowed.
+    An energy error of a millionth is always allowed. Where PIT's final error is NaN because it was not measured, no
+    error of the run is allowed.
     """
     found, consistency = judged.measured.largest, judged.consistency
     if not abs(found.energy) <= max(part * abs(cost.energy) + judged.rounding, THRESHOLDS.energy):
@@ -281,7 +283,7 @@ def _has_good_end(judged: JudgedRun, cost: SamplingCost | Errors, part: float = 
 
 
 def _compute_price_paid(judged: JudgedRun) -> float:
-    """Return the run's largest error divided by the largest error of sampling."""
+    """Return the run's largest error divided by PIT's largest error."""
     cost, errors = judged.sampling_cost, judged.measured.errors
     if cost is None or judged.convention is not None:
         return math.nan
@@ -294,13 +296,13 @@ def _compute_price_paid(judged: JudgedRun) -> float:
     ratios, largest_costs = [], cost.errors[:, -1].tolist()
     for largest_error, largest_cost in zip(np.max(judged.impact_errors, axis=1).tolist(), largest_costs, strict=True):
         if largest_error <= judged.rounding:
-            ratios.append(0.0)  # an error within rounding gives 0, even if sampling costs nothing
-        else:  # the ratio is infinite if sampling costs nothing
+            ratios.append(0.0)  # the ratio is 0 for an error within rounding, even if PIT has no error
+        else:  # the ratio is infinite if PIT has no error
             ratios.append(largest_error / largest_cost if largest_cost > THRESHOLDS.rounding else math.inf)
     step_s = judged.observed.dt_s or cost.dt_s
     if max(largest_costs) <= THRESHOLDS.rounding and max(ratios) == 0.0 and step_s:
-        # In this scene, late detection changes times, but no velocities. PIT is late by up to a step per impact, and
-        # these delays add up.
+        # In this scene, an impact that is found late changes velocities in the right way. So times are compared. PIT is
+        # late by up to a step per impact, and these delays add up.
         late_s = abs(find_largest([error.time_s for error in errors], default=0.0))
         return 0.0 if late_s <= judged.rounding_s else late_s / max(step_s, cost.late_s)
     return max(ratios)

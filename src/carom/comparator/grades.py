@@ -1,11 +1,11 @@
-"""The grades, from best to worst."""
+"""The grades of a run, from best to worst."""
 
 from __future__ import annotations
 
 from enum import Enum
 
-#: Words of earlier versions for a diverged run, each with the present word: two grades and a verdict. Files of earlier
-#: versions contain these words, and programs may use them.
+#: The words by which earlier versions named a diverged run, with today's words. Results files of these versions contain
+#: the old words.
 EARLIER_WORDS = {
     "parted": "diverged",
     "parted inaccurate": "diverged inaccurate",
@@ -29,7 +29,7 @@ class Grade(Enum):
     UNGRADED = "not graded"
 
     def is_at_least_as_bad_as(self, other: Grade) -> bool:
-        """Whether this grade is no better than another. UNGRADED is neither better nor worse than any grade."""
+        """Whether this grade is equal to another or worse. False if one of them is UNGRADED."""
         order = list(Grade)
         return self is not Grade.UNGRADED and order.index(self) >= order.index(other)
 

@@ -1,6 +1,7 @@
-"""Horizons: the part of a run in which a reference is reliable.
+"""Horizons: how many impacts of a PIC trace are reliable in spite of rounding.
 
-A horizon is certified, or estimated by a slight change of the starting state.
+A horizon is either proven by interval arithmetic, or estimated from a second run that starts in a slightly different
+state.
 """
 
 from __future__ import annotations
@@ -20,27 +21,26 @@ from carom.solvers.certified.certify import certify
 from carom.solvers.certified.result import CertifiedTrace
 from carom.solvers.pic import solve_pic
 
-# Largest error of a reliable reference. Errors of times are divided by the scene's duration, errors of velocities by
-# the scene's speed. The value is a thousand times the rounding threshold of the verdicts, and a thousandth of the cost
-# of sampling at any usual step. So verdicts and costs do not depend on the exact value.
+# Largest relative error of a reliable reference. A time error is divided by the scene's duration, and a velocity error
+# by the scene's greatest speed. The value is a thousand times the rounding threshold of the verdicts, and at most a
+# thousandth of PIT's errors at usual step sizes. So the results do not depend on the exact value.
 RELIABLE_ERROR = 1e-9
 
 
 @dataclass(frozen=True)
 class Horizon:
-    """The number of impacts for which a float64 trace agrees with the certified trace.
+    """The number of impacts for which a PIC trace agrees with a certified trace, whose error bounds are proven.
 
     Attributes:
-        tolerance: Largest error: of a time divided by the scene's duration, and of a velocity or rim speed divided by
-            the greatest speed. The greatest speed includes speeds at the start and, under gravity, speeds after
-            impacts.
-        agreed: Number of impacts, counted from the first, that agree to the tolerance.
-        order_differs: Index of the first impact whose bodies differ from those of the certified impact; None if there
-            is none.
-        certified: Number of certified impacts.
+        tolerance: Largest relative error of an impact that agrees. A time error is divided by the scene's duration, and
+            an error of a velocity or rim speed by the scene's greatest speed.
+        agreed: Number of impacts before the first one that does not agree within the tolerance.
+        order_differs: Index of the first impact that has other bodies than the certified impact with this index; None
+            if there is none.
+        certified: Number of impacts whose error bounds are proven.
         complete: Whether all impacts of the scene were certified.
-        end_s: Time up to which the reference is reliable: the end of the scene, or the last impact that agrees. Later
-            errors against the reference are not scored.
+        end_s: Time up to which the reference is reliable: the end of the scene, or the last impact that agrees. A run
+            is not compared with the reference after this time.
 
     Examples:
         >>> found = carom.horizon("paper/late")
@@ -71,7 +71,7 @@ class Horizon:
 
 
 def describe_certified_impacts(count: int, *, complete: bool) -> str:
-    """Return how many impacts of a scene are certified, as a clause."""
+    """Describe in words how many impacts of a scene are certified."""
     if count == 0:
         return "no impact is certified"
     which = "all" if complete else "the first"
@@ -87,13 +87,13 @@ def horizon(
     max_impacts: int | None = None,
     time_budget_s: float | None = None,
 ) -> Horizon:
-    """Return the part of a scene in which float64 PIC agrees with the certified run.
+    """Return the number of impacts for which PIC agrees with a certified run, whose error bounds are proven.
 
     Args:
         scene: The scene, or its name in the catalogue.
-        tolerance: Largest error of an impact that agrees, as in `Horizon`.
+        tolerance: Largest relative error of an impact that agrees. `Horizon` explains how errors are divided.
         max_impacts: Largest number of impacts to compare; None for no limit.
-        time_budget_s: Seconds for the certified run; None for no limit.
+        time_budget_s: Largest number of seconds that the certified run may take; None for no limit.
 
     Raises:
         InputError: The tolerance is not above 0, or the scene has immovable discs under gravity.
@@ -105,16 +105,16 @@ def horizon(
     """
     scene = to_scene(scene)
     trace = solve_pic(scene, max_impacts=max_impacts)
-    if trace.outcome is Outcome.CRUSHED:  # limits the certified run, which may not end there by itself
+    if trace.outcome is Outcome.CRUSHED:  # without this limit, the certified run may not end
         max_impacts = len(trace.impacts)
     certified = certify(scene, max_impacts=max_impacts, time_budget_s=time_budget_s)
     return compute_horizon(certified, trace, tolerance=tolerance)
 
 
 def compute_horizon(certified: CertifiedTrace, trace: Trace, *, tolerance: float = RELIABLE_ERROR) -> Horizon:
-    """Return the part of a trace that agrees with a certified run of the same scene.
+    """Return the number of impacts for which a trace agrees with a certified run of the same scene.
 
-    Two impacts may be in either order if the order does not change their results.
+    Two impacts may be in either order if the order provably does not change their results.
 
     Raises:
         InputError: The traces are of different scenes, or the tolerance is not above 0.
@@ -132,7 +132,7 @@ def compute_horizon(certified: CertifiedTrace, trace: Trace, *, tolerance: float
     order_differs = int(is_same_pair.argmin()) if not is_same_pair.all() else None
     if order_differs is None and len(found) != len(truth) and complete:
         order_differs = common
-    # The error includes the radii of the certified numbers, so an impact agrees only if the agreement is proven.
+    # The error includes the error bounds of the certified numbers. So an impact agrees only if the agreement is proven.
     speed = max([1e-300, *(math.hypot(*disc.velocity_m_s) for disc in scene.discs)])
     if scene.gravity_m_s2 != (0.0, 0.0) or scene.arrays.driven:  # discs that start at rest can gain speed
         speed = find_largest([speed, *np.hypot(*velocities(truth, "after").reshape(-1, 2).T)])
@@ -158,7 +158,10 @@ def compute_horizon(certified: CertifiedTrace, trace: Trace, *, tolerance: float
 def _compute_largest_differences(
     one: NDArray[np.void], two: NDArray[np.void], time_s: float, speed_m_s: float, radii: NDArray[np.void] | None = None
 ) -> NDArray[np.float64]:
-    """Return the largest relative difference of times and later velocities for each two impacts. NaN stays NaN."""
+    """Return, for each impact, the largest relative difference of its time and the velocities after it.
+
+    NaN stays NaN.
+    """
     found = np.zeros(len(one))
     for name, scale in (("time_s", time_s), ("velocity_first_after", speed_m_s), ("velocity_second_after", speed_m_s)):
         difference = np.abs(one[name] - two[name]) + (0.0 if radii is None else radii[name])
@@ -167,9 +170,11 @@ def _compute_largest_differences(
 
 
 def _sort_as_certified(certified: CertifiedTrace, trace: Trace, alike_s: float) -> NDArray[np.intp]:
-    """Return the indices of a trace's impacts in the certified run's order. Only impacts that commute are swapped.
+    """Return the indices of a trace's impacts in the certified run's order.
 
-    Bounces that the certified run replaces by a landing at nearly the same time are omitted.
+    Impacts are swapped only if the certified run proves that their order does not matter.
+
+    If a disc lands and stays on a wall in the certified run, bounces of the trace at nearly the same time are omitted.
     """
     truth, order = certified.trace.impacts, np.flatnonzero(~_find_landing_bounces(certified.trace, trace, alike_s))
     found = trace.impacts[order]
@@ -182,7 +187,7 @@ def _sort_as_certified(certified: CertifiedTrace, trace: Trace, alike_s: float) 
 
 
 def _find_landing_bounces(certified: Trace, trace: Trace, alike_s: float) -> NDArray[np.bool_]:
-    """Return, for each impact of a trace, whether the certified run has a landing instead at nearly the same time."""
+    """Find the impacts of a trace at which the disc begins to stay on the wall in the certified run."""
     parts = np.zeros(len(trace.impacts), bool)
     for mode in () if certified.modes is None else certified.modes[certified.modes["before"] == Mode.FLIGHT]:
         theirs, ours = (
@@ -220,7 +225,7 @@ def estimate_horizon(reference: Trace) -> float | None:
     for pair, indices in group_by_pair(one).items():
         found = other_rows.get(pair, [])[: len(indices)]
         matching_rows[indices[: len(found)]] = found
-    # An impact whose time equals the end to rounding may be missing from one run.
+    # An impact at the end of the scene may be missing from one run because of rounding.
     last = times > scene.duration_s * (1.0 - RELIABLE_ERROR)
     speed = float(np.max(np.abs([velocities(one, "before"), velocities(one, "after")])))
     # NaN counts as a difference.
@@ -239,7 +244,7 @@ def estimate_horizon(reference: Trace) -> float | None:
 def _nudge(scene: Scene, *, positions: bool) -> Scene:
     """Change every velocity, and with `positions` every position, by one unit in the last place.
 
-    Zeros stay zero, because rounding does not break a symmetry that makes a number zero.
+    Zeros stay zero, because a number that is 0 by symmetry has no rounding error.
     """
     rng, start = np.random.default_rng(0), scene.arrays
     signs = rng.choice([-math.inf, math.inf], size=(len(scene.discs), 4))

@@ -1,11 +1,11 @@
-"""Matching of the impacts of two traces: matched, missed and spurious impacts.
+"""Matching of the impacts of a run with those of a reference. Impacts without a match are missed or spurious.
 
-The impacts of each pair of bodies are aligned separately and in order, so an alignment never crosses. The alignment has
-as many matches as possible and, among such alignments, the smallest sum of time differences. An observed impact can
-match a reference impact only within that impact's *window*, which extends between the neighbouring reference impacts of
-its bodies. Outside of this window, the bodies are on other paths in the reference. A frame-sampled method stamps an
-impact up to two steps late: one step until the method notices the impact, and one more if the stamp is the end of the
-step. So the window is two steps longer at each end.
+The impacts of each pair of bodies are matched separately, and in their order. There are as many matches as possible.
+Among such matchings, the one with the smallest sum of time differences is used. An observed impact can match a
+reference impact only within that impact's *window*, which extends between the neighbouring reference impacts of its
+bodies. Outside of this window, the bodies are on other paths in the reference. A method that checks once per step
+reports an impact up to two steps late. It may notice the impact one step late, and may then report the end of the next
+step as its time. So the window is two steps longer at each end.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ from numpy.typing import NDArray
 
 from carom.model.trace import Trace
 
-#: Largest lateness of a time stamp: one step to notice an overlap, and one more if the engine stamps the end of its
-#: step.
+#: Largest lateness, in steps, of the time that an engine reports for an impact. An engine may notice an overlap one
+#: step late, and may then report the end of the next step.
 LATEST_STAMP_STEPS = 2
 
 Pair = tuple[int, int]
 
 
 class ComparisonRange(NamedTuple):
-    """The part of a run that is compared with its reference: up to the horizon, or all of it.
+    """The part of a run that is compared with its reference: the whole run, or its part up to the horizon.
 
     Attributes:
         impacts: Number of the reference's impacts in this part.
@@ -50,12 +50,12 @@ class Alignment:
     """Matching of the impacts of a reference with those of an observed trace.
 
     Attributes:
-        matched: Index pairs ``(reference, observed)`` in order of reference time.
-        missed: Reference impacts that were not observed.
-        spurious: Observed impacts that the reference does not have.
-        undecided: Reference impacts that were not observed, but are so close to the end of the run that a method with
-            this step may not have been able to report them.
-        is_whole_run: Whether the whole run was aligned, not only a part.
+        matched: Index pairs ``(reference, observed)`` of matched impacts, sorted by the time in the reference.
+        missed: Indices of the reference's impacts that have no match in the run.
+        spurious: Indices of the run's impacts that have no match in the reference.
+        undecided: Indices of unmatched impacts of the reference that are so close to the end of the run that the method
+            had no further step in which to report them.
+        is_whole_run: Whether the impacts of the whole run were matched, not only those before a horizon.
     """
 
     matched: tuple[tuple[int, int], ...]
@@ -66,7 +66,7 @@ class Alignment:
 
 
 def match_impacts(reference: Trace, observed: Trace, compared: ComparisonRange | None = None) -> Alignment:
-    """Align the impacts of two traces of one scene: those within a range, or all of them if no range is given."""
+    """Match the impacts of two traces of one scene. If a range is given, only impacts within this range are matched."""
     slack = LATEST_STAMP_STEPS * observed.dt_s
     windows = _compute_time_windows(reference, slack)
     timed = np.isfinite(observed.impacts["time_s"])  # an impact without a time matches nothing
@@ -100,8 +100,8 @@ def match_impacts(reference: Trace, observed: Trace, compared: ComparisonRange |
 def _has_passed(impact: np.void, observed: Trace) -> bool:
     """Whether the two bodies of an unobserved impact separate in the observed final state.
 
-    Bodies that separate have passed through each other. No later step would find the impact, so it is missed.
-    Nothing can pass through a half-plane wall.
+    If the bodies separate, they have passed through each other. The impact then counts as missed, because no later step
+    would find it. Nothing can pass through a half-plane wall.
     """
     first, second = int(impact["first"]), int(impact["second"])
     if second < 0 or impact["time_s"] > observed.end_time_s:
@@ -120,10 +120,10 @@ def group_by_pair(impacts: NDArray[np.void]) -> dict[Pair, list[int]]:
 
 
 def _compute_time_windows(reference: Trace, slack: float) -> list[tuple[float, float]]:
-    """Return the earliest and latest time at which each reference impact may be observed."""
+    """Return the earliest and the latest time that a run may report for each impact of the reference."""
     impacts = reference.impacts
     rows = list(zip(impacts["time_s"].tolist(), impacts["first"].tolist(), impacts["second"].tolist(), strict=True))
-    # An impact does not end the path of a body that it does not move.
+    # An immovable body keeps its path, so its other impacts do not limit the window.
     second_changes = impacts["velocity_second_before"] != impacts["velocity_second_after"]
     times: dict[int, list[float]] = defaultdict(list)
     bodies: list[list[int]] = []
@@ -151,10 +151,10 @@ def _align_pair(
     observed_time: NDArray[np.float64],
     windows: list[tuple[float, float]],
 ) -> list[tuple[int, int]]:
-    """Align one pair's impacts in order by dynamic programming. The cost is (unmatched impacts, sum of time errors).
+    """Match one pair's impacts in order by dynamic programming. The cost is (unmatched impacts, sum of time errors).
 
-    ``cost(r, c)`` is the smallest cost for the reference's impacts from r on and the observed impacts from c on.
-    Windows begin and end in the order of the impacts. So each row is computed only for the columns in its window.
+    ``cost(r, c)`` is the smallest cost for the reference's impacts from r on and the observed impacts from c on. Later
+    impacts have later windows. So each row of the cost table is computed only for the columns in its window.
     """
     rows, columns = len(expected), len(found)
     times = observed_time[found]
@@ -179,7 +179,7 @@ def _align_pair(
     for r in range(rows - 1, -1, -1):
         row: list[tuple[int, float]] = [(0, 0.0)] * (high[r] - low[r])
         match, time_s = cost(r + 1, high[r]), float(reference_time[expected[r]])
-        next_cost = (match[0] + 1, match[1])  # beyond its window, this impact is missed
+        next_cost = (match[0] + 1, match[1])  # observed impact high[r] is after the window of impact r, so r is missed
         for c in range(high[r] - 1, low[r] - 1, -1):
             missed = cost(r + 1, c)
             best = min((missed[0] + 1, missed[1]), (next_cost[0] + 1, next_cost[1]))

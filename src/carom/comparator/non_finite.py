@@ -1,4 +1,4 @@
-"""NaN and infinite numbers in a trace, which must be found before a comparison, because `max` ignores NaN."""
+"""Search for NaN and infinite numbers in a trace. A comparison would overlook them, because `max` ignores NaN."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def find_finite_impacts(trace: Trace) -> NDArray[np.bool_]:
     """Return whether all numbers of each impact are finite, shape ``(m,)``."""
     numbers = [trace.impacts[name] for name in _NUMBERS]
     numbers += [] if trace.spins is None else [trace.spins[name] for name in _SPINS]
-    if all(np.isfinite(values).all() for values in numbers):  # the usual case
+    if all(np.isfinite(values).all() for values in numbers):  # fast path for the usual case
         return np.ones(len(trace.impacts), dtype=np.bool_)
     sound: NDArray[np.bool_] = np.all([_find_finite_rows(values) for values in numbers], axis=0)
     return sound
@@ -31,7 +31,8 @@ def find_turned_impacts(before: NDArray[np.float64], after: NDArray[np.float64],
     Args:
         before: Velocities of the two bodies before the impacts, shape ``(2, m, 2)``.
         after: Velocities of the two bodies after the impacts, shape ``(2, m, 2)``.
-        float_bits: Width of the method's floats. Velocities are rounded relative to the pair's greatest speed.
+        float_bits: Width of the method's floats. Rounding errors of velocities are relative to the pair's greatest
+            speed.
     """
     greatest = np.max(np.linalg.norm([before, after], axis=-1), axis=(0, 1))
     change = np.max(np.linalg.norm(after - before, axis=-1), axis=0)
@@ -42,8 +43,8 @@ def find_turned_impacts(before: NDArray[np.float64], after: NDArray[np.float64],
 def find_non_finite(trace: Trace) -> str:
     """Describe the first number of a trace that is NaN or infinite; return an empty string if all are finite.
 
-    NaN has a meaning in two places. If all positions before an impact are NaN, the state before it is unknown. If an
-    effective time is NaN, the state before the impact is unknown, or the impact changed no path.
+    NaN is allowed in two places. If the state before an impact is unknown, all its positions are NaN. An effective time
+    is NaN if the state before the impact is unknown, or if the impact changed no path.
     """
     return next(_iterate_non_finite(trace), "")
 

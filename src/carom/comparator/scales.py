@@ -1,4 +1,7 @@
-"""Scales of a scene: its own length, speed and time. Errors are divided by these scales to be independent of units."""
+"""Scales of a scene: its own length, speed and time.
+
+Errors are divided by these, so that they do not depend on units.
+"""
 
 from __future__ import annotations
 
@@ -17,18 +20,20 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Scales:
-    """The scales by which errors of one scene are divided.
+    """A length, speeds, a time and an energy by which the errors in one scene are divided.
 
     Attributes:
         length_m: Radius of the largest disc.
-        speed_m_s: Greatest speed of any disc in the reference; 1 m/s if nothing moves.
-        rim_m_s: Scale of errors of spin times radius: the greatest speed of any disc, or, if larger, of any rim
-            relative to the disc's centre. The slip of a contact is the sum of both speeds, so the rounding error of a
-            spin follows from the larger speed. The speed of a rim does not reduce the accuracy of velocities.
-        time_s: The scene's duration.
-        energy_j: The larger of two energies: the kinetic energy of the movable discs at the start, including rotation;
-            and the work of driven bodies, whose magnitude is summed over the reference's impacts.
-        reach_m: Upper bound on the magnitude of a coordinate. The rounding of positions is proportional to this bound.
+        speed_m_s: Greatest speed of any disc in the reference; 1 m/s if no disc moves.
+        rim_m_s: Scale for errors of spin times radius. This is the greatest speed of any disc's centre, or of any rim
+            relative to its centre, whichever is larger. In a contact both speeds are added, so the larger one
+            determines the rounding error of a spin.
+        time_s: The scene's duration in seconds.
+        energy_j: The larger of two energies. The first is the kinetic energy of the movable discs at the start,
+            including rotation. The second is the work of bodies with a prescribed motion, summed over the reference's
+            impacts as absolute values.
+        reach_m: Upper bound on the magnitude of a coordinate. Rounding errors of positions are proportional to this
+            bound.
     """
 
     length_m: float
@@ -63,18 +68,18 @@ def compute_scales(scene: Scene, reference: Trace) -> Scales:
 
 @dataclass(frozen=True)
 class OwnScales:
-    """Scales of rounding for each impact and for each disc's final state.
+    """Speeds and coordinates to which rounding errors are relative, for each impact and for each disc's final state.
 
-    The scale of a body is its greatest speed, or the greatest speed of any body whose errors may have propagated to it
-    by impacts. A disc may be slow because two speeds cancel. The rounding of those two speeds is then the error of the
-    disc's velocity. Bodies without such a link are ignored.
+    The speed of a body is the greatest speed that it had, or that any body had whose errors may have propagated to it
+    by impacts. A slow disc may be slow because two large speeds cancelled. The rounding errors of these speeds are then
+    errors of the disc's velocity.
 
     Attributes:
-        speed_m_s: Speed scale of each impact of a trace, shape ``(m,)``.
-        rim_m_s: Scale of speeds and rim speeds of each impact, shape ``(m,)``.
-        final_speed_m_s: Speed scale of each disc at the end, shape ``(n,)``.
-        final_rim_m_s: Scale of speeds and rim speeds of each disc at the end, shape ``(n,)``.
-        reach_m: Upper bound on the magnitude of a coordinate of each disc's rim, shape ``(n,)``.
+        speed_m_s: Largest speed that influences each impact, shape ``(m,)``.
+        rim_m_s: Largest speed or rim speed that influences each impact, shape ``(m,)``.
+        final_speed_m_s: Largest speed that influences each disc's final velocity, shape ``(n,)``.
+        final_rim_m_s: Largest speed or rim speed that influences each disc's final state, shape ``(n,)``.
+        reach_m: Upper bound on the magnitude of the coordinates of each disc's rim, shape ``(n,)``.
     """
 
     speed_m_s: Array
@@ -85,7 +90,7 @@ class OwnScales:
 
 
 def compute_own_scales(trace: Trace) -> OwnScales:
-    """Compute the scales of rounding for each impact of a trace, and for each of its discs."""
+    """Compute the speeds to which rounding errors are relative, for each impact and each disc of a trace."""
     start, impacts = trace.scene.arrays, trace.impacts
     impact_velocities = np.stack([velocities(impacts, "before"), velocities(impacts, "after")])
     rims = np.stack([rim_speeds(trace, "before"), rim_speeds(trace, "after")])
@@ -96,7 +101,7 @@ def compute_own_scales(trace: Trace) -> OwnScales:
     of_impacts = np.zeros((2, len(impacts)))
     movable = start.movable.tolist()
     for k, pair in enumerate(zip(impacts["first"].tolist(), impacts["second"].tolist(), strict=True)):
-        # A body that never moves propagates nothing.
+        # A body that never moves passes no errors on.
         bodies = [body for body in pair if body >= 0 and movable[body]]
         greatest_speed = max([fastest[k], *(speed[body] for body in bodies)])
         most_rim = max([greatest_speed, rims_fastest[k], *(rim[body] for body in bodies)])
@@ -115,7 +120,10 @@ def compute_own_scales(trace: Trace) -> OwnScales:
 
 
 def compute_median(values: Array) -> float:
-    """Return the median of one or more values; NaN if a value is NaN. NumPy's median would import masked arrays."""
+    """Return the median of values; NaN if a value is NaN.
+
+    NumPy's median is not used, because it imports masked arrays.
+    """
     ordered = np.sort(values)  # NaN is last
     one, other = ordered[[(len(ordered) - 1) // 2, len(ordered) // 2]].tolist()
     return math.nan if math.isnan(ordered[-1]) else one if one == other else (one + other) / 2

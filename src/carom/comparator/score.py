@@ -21,47 +21,49 @@ from carom.support.display import Shown
 
 @dataclass(frozen=True, repr=False)
 class Score(Shown):
-    """Result of comparing an observed trace with the reference.
+    """Result of the comparison of a run's trace with the reference.
 
     Attributes:
-        expected: Number of impacts in the reference, up to the horizon.
-        errors: One entry per matched impact.
-        missed: Indices of missed reference impacts.
-        spurious: Indices of observed impacts that the reference does not have.
-        undecided: Indices of reference impacts that are so close to the end of the run that they may not have been
-            reported yet.
-        total: The largest error of each kind against the reference.
-        sampling: The largest errors of PIT with the same step size against the reference. These errors are
-            the cost of sampling at this phase. None without PIT.
-        against_pit: Errors of the observed trace against that PIT run. None without PIT.
-        pit_missed: Indices of reference impacts that PIT misses; None without PIT.
+        expected: Number of the reference's impacts up to the horizon.
+        errors: The errors of each matched impact.
+        missed: Indices of the reference's impacts that the run misses.
+        spurious: Indices of the run's impacts that the reference does not have.
+        undecided: Indices of the reference's impacts that are so close to the end of the run that the run may not have
+            reported them yet.
+        total: The run's largest error of each kind, relative to the reference.
+        sampling: The largest errors of PIT with the same step size, relative to the reference. None without a PIT run.
+        against_pit: The run's largest errors, relative to that PIT run. None without a PIT run.
+        pit_missed: Indices of the reference's impacts that PIT misses; None without a PIT run.
         price_paid: The run's largest velocity error, divided by PIT's largest velocity error over the phases of the
-            step. If the ratio of the spin errors is larger, that ratio is used. The error of a missed impact is
-            the whole change that the impact causes. The value is 0 for an exact run, 1 for a run as inaccurate as PIT,
-            and above 1 for a worse run. If sampling changes no velocity or spin, and the run's velocities and spins are
-            exact, times are compared instead. In this case, the run's largest time error is divided by PIT's largest
-            time error, or by one step if one step is longer. NaN without PIT, without an impact, or if the scene has no
-            unique answer. Infinite if the run has an error and PIT has none, if a number of the run is not finite, or
-            if the run ended before its last impact.
+            step. If the ratio of the spin errors is larger, that ratio is used. The error of a missed impact is the
+            whole change that the impact causes. The value is 0 for an exact run, 1 for a run as inaccurate as PIT, and
+            above 1 for a worse run. If all velocities and spins of both PIT and the run are exact, times are compared
+            instead. In this case, the run's largest time error is divided by PIT's largest time error, or by one step
+            if one step is longer. NaN without a PIT run, without an impact, or if simultaneous impacts have no unique
+            result. Infinite if the run has an error and PIT has none, if a number of the run is not finite, or if the
+            run ended before its last impact.
         findings: At least one verdict, each with its reason.
         grade: The grade.
-        float_bits: Width of the floats that the method declares. *Exact* means exact to their rounding.
-        scales: The scales that errors are divided by.
+        float_bits: Width of the floats in which the method computes, as it declares. Errors within the rounding of
+            these floats count as exact.
+        scales: The length, speeds, time and energy that errors are divided by.
         equals_pit: Whether the run finds the same impacts as PIT, and differs from PIT only by rounding.
-        edits: Edit distance of the two sequences of impacts.
+        edits: Edit distance between the order of impacts in the run and in the reference.
         beyond_horizon: Number of the reference's impacts beyond the horizon, which were not compared.
-        horizon_s: The horizon, in seconds: when the reference stops being reliable, or when a disc first starts to
-            rest, slide or roll, whichever is earlier. None if the whole run is compared.
-        local: Errors of each impact against the analytic answer from the trace's own state before that impact.
-        convention: The admissible outcome that the trace took if the scene has no unique answer; otherwise None.
+        horizon_s: End of the compared part of the run, in seconds. It ends at the horizon, or when a disc first starts
+            to rest, slide or roll. None if the whole run is compared.
+        local: Errors of each impact, relative to the exact impact that follows from the trace's own state before it.
+        convention: The possible outcome that the trace took if simultaneous impacts have no unique result; otherwise
+            None.
         consistency: Contradictions between the trace's own impacts and states; None if one of its numbers is NaN or
             infinite.
         branches: The impacts in which bodies stuck instead of sliding, or slid instead of sticking.
-        local_truth: Each step compared with PIC from the run's own state, to the end of the run; None if states were
-            not checked.
-        diverged_s: Time at which the trajectory diverged from the reference's. None if it did not diverge, or if a step
-            missed or invented an impact before.
-        pit_diverged_s: The same time for PIT; None if PIT did not diverge or was not given.
+        local_truth: Score of the single steps, each compared with PIC from the run's own state; None if states were not
+            stored.
+        diverged_s: Time in seconds at which the trajectory diverged from the reference's. None if it did not diverge,
+            or if a single step missed or invented an impact before.
+        pit_diverged_s: Time in seconds at which PIT's trajectory diverged; None if it did not diverge, or without a PIT
+            run.
         contact: Score of the time in which discs slide, roll or rest. None if there is no such time, or if states were
             not stored.
         lucky_phase: Number of phases of the step at which PIT is as accurate as the run, and number of phases that were
@@ -105,10 +107,9 @@ class Score(Shown):
 
     @property
     def own_velocity(self) -> float | None:
-        """The velocity error that sampling does not explain: the smaller of the errors against PIT and the reference.
+        """The velocity error that sampling does not explain: the smaller of the errors relative to PIT and to PIC.
 
-        A method that is better than PIT differs from PIT because it is more accurate. Such a difference is not an
-        error.
+        The smaller error is used, because a method that is more accurate than PIT also differs from PIT.
         """
         if self.against_pit is None:
             return None
@@ -120,7 +121,7 @@ class Score(Shown):
         """The verdicts, without their reasons."""
         return tuple(finding.verdict for finding in self.findings)
 
-    # Aliases of the errors in `total`, for version 0.1.
+    # Names of version 0.1 for errors in `total`.
     time_error_s = property(attrgetter("total.time_s"))
     velocity_error = property(attrgetter("total.velocity"))
     direction_error_rad = property(attrgetter("total.direction_rad"))

@@ -1,6 +1,6 @@
-"""Scenes shifted along their own motion. A shift changes only the phase of the step at which the first impact comes.
+"""Scenes that start slightly later or earlier on the same paths, so that impacts come at another phase of the step.
 
-A method may be lucky or unlucky at a single phase of the step, so methods are compared at several phases.
+At a single phase of the step, a method may be accurate by chance. So methods are compared at several phases.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def list_even_phases(count: int) -> tuple[float, ...]:
 
 
 def build_shifted_scenes(reference: Trace, dt_s: float, phases: Iterable[float]) -> Iterator[Scene]:
-    """Yield a scene shifted along its own motion to each phase, except for phases to which it can't be shifted.
+    """Yield the scene with a later or earlier start for each phase. Phases for which this is impossible are omitted.
 
     All discs are advanced by ``phase * dt`` along their paths, and the duration is shortened by the same time. If an
     impact prevents this, the discs are instead moved back by ``(1 - phase) * dt``.
@@ -40,7 +40,7 @@ def build_shifted_scenes(reference: Trace, dt_s: float, phases: Iterable[float])
     Args:
         reference: The scene's PIC trace.
         dt_s: The step size, in seconds.
-        phases: Parts of a step, 0 to 1.
+        phases: Fractions of a step by which the start is shifted, from 0 to 1.
     """
     scene = reference.scene
     first = float(reference.impacts["time_s"][0]) if len(reference.impacts) else math.inf
@@ -53,10 +53,10 @@ def build_shifted_scenes(reference: Trace, dt_s: float, phases: Iterable[float])
 
 
 def solve_shifted_references(reference: Trace, dt_s: float, phases: Iterable[float]) -> tuple[Trace, ...]:
-    """Return the references of the scenes of `build_shifted_scenes`.
+    """Solve the scenes of `build_shifted_scenes` with PIC, and return the traces.
 
-    Shifts that change the impacts of the scene are omitted. For example, a disc that is moved back may pass through
-    another body, or the last impact may come after the end.
+    A shifted scene is omitted if it has other impacts. For example, a disc that is moved back may pass through another
+    body, or the last impact may come after the end.
     """
     bodies = ["first", "second"]
     traces = (
@@ -73,12 +73,12 @@ def solve_shifted_references(reference: Trace, dt_s: float, phases: Iterable[flo
 def shift_start(scene: Scene, by_s: float) -> Scene:
     """Return the scene with a start `by_s` seconds earlier and the same end: every disc is moved back along its path.
 
-    The same impacts follow, each later by `by_s`. Bodies may meet on the way back, such as the discs of a cradle, which
-    touch at the start. If so, the scene begins later instead, unless an impact prevents this.
+    The scene then has the same impacts, each later by `by_s`. But if bodies would meet on the way back, the scene
+    begins later instead. For example, the discs of a cradle touch at the start.
 
     Args:
         scene: The scene.
-        by_s: Seconds, 0 or more.
+        by_s: Time of the shift in seconds, 0 or more.
 
     Raises:
         InputError: Bodies meet within `by_s` both before the start and after it.
@@ -95,16 +95,16 @@ def shift_start(scene: Scene, by_s: float) -> Scene:
 
 
 def _is_free_of_impacts(scene: Scene, shift_s: float) -> bool:
-    """Whether no bodies meet between the start and the time `shift_s`, which may be negative."""
+    """Whether no bodies meet between the start and the time `shift_s`, which may be before the start."""
     slowing = Slowing.of(scene)
-    if slowing.table_m_s2 and shift_s < 0.0:  # not solvable backwards, so solve forwards from the earlier start
+    if slowing.table_m_s2 and shift_s < 0.0:  # motion on a table can't be solved backwards
         try:
             return _is_free_of_impacts(_shift_scene(scene, shift_s), -shift_s)
         except SceneError:  # bodies overlap at the earlier start
             return False
-    # A damped disc moves along a part of its undamped path, so this path can also be solved backwards.
+    # A damped disc moves along a part of its undamped path. So the undamped path is solved.
     flown_s, scene = shift_s if slowing.table_m_s2 else slowing.damping.to_undamped(shift_s), scene.undamped
-    if flown_s < 0:  # solve the path before the start backwards; parabolas are symmetric in time
+    if flown_s < 0:  # solve the path before the start backwards: reverse all velocities
         start_velocities = [(disc, disc.drive.velocity_at(0.0)) for disc in scene.discs]
         reversed_states = [(disc.position_m, (-u, -v), disc.spin_rad_s, ()) for disc, (u, v) in start_velocities]
         scene = _replace_states(scene, reversed_states, [reverse_motion(wall) for wall in scene.walls])
@@ -135,7 +135,7 @@ def _shift_scene(scene: Scene, shift_s: float) -> Scene:
 def _replace_states(
     scene: Scene, states: Iterable[tuple[Vector, Vector, float, tuple[Leg, ...]]], walls: list[AnyWall], **fields: float
 ) -> Scene:
-    """Return the scene with new walls, new fields, and new positions, velocities, spins and legs of moving discs."""
+    """Return the scene with new walls and fields, and new positions, velocities, spins and motions of discs."""
     discs = [
         disc
         if disc.immovable and not disc.driven

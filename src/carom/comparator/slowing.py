@@ -1,6 +1,6 @@
-"""Slowing of discs between impacts without a change of direction: linear damping, or a table.
+"""Slowing of discs between impacts, by linear damping or by friction with a table.
 
-After some time, a disc of initial velocity v has the velocity ``kept v`` and has moved by ``flown v``. With damping,
+After a time t, a disc of initial velocity v has the velocity ``kept v`` and has moved by ``flown v``. With damping,
 both factors are the same for all discs (see `carom.model.damping`). A table decelerates a disc at the rate a until the
 disc stops. On a table ``kept`` and ``flown`` depend on the disc's speed s: ``1 - a t / s`` and ``t - a t^2 / (2 s)``.
 """
@@ -24,10 +24,10 @@ _Speed = TypeVar("_Speed", float, Array)
 
 @dataclass(frozen=True, slots=True)
 class Slowing:
-    """The law by which the discs of a scene slow down.
+    """The way in which the discs of a scene slow down between impacts.
 
     Attributes:
-        damping: The scene's damping; no damping on a table.
+        damping: The scene's damping. A scene with a table has no damping.
         table_m_s2: Deceleration by the scene's table; 0 without a table.
     """
 
@@ -36,11 +36,11 @@ class Slowing:
 
     @classmethod
     def of(cls, scene: Scene) -> Slowing:
-        """Return the law of a scene."""
+        """Return the slowing of a scene."""
         return cls(Damping(scene.damping_per_s), scene.table_deceleration_m_s2)
 
     def __bool__(self) -> bool:
-        """Whether anything slows discs down."""
+        """Whether the scene has damping or a table."""
         return bool(self.damping.per_s or self.table_m_s2)
 
     def compute_kept_fraction(self, seconds: float, speed: float) -> float:
@@ -52,9 +52,9 @@ class Slowing:
         return 0.0 if seconds >= self.compute_stop_time(speed) else 1.0 - self.table_m_s2 * seconds / speed
 
     def compute_flown_time(self, seconds: float, speed: float) -> float:
-        """Return the displacement in some seconds, divided by the velocity.
+        """Return the displacement of a disc in some seconds, divided by its initial velocity.
 
-        Negative seconds lead to earlier positions.
+        For negative seconds, this is the displacement to an earlier position.
         """
         if not self.table_m_s2:
             return self.damping.to_undamped(seconds)
@@ -75,7 +75,10 @@ class Slowing:
         return fractions
 
     def compute_flown_times(self, seconds: Array, speed: Array) -> Array:
-        """Return the results of `compute_flown_time` for arrays that broadcast. With damping, times must be >= 0."""
+        """Return the results of `compute_flown_time` for arrays that broadcast.
+
+        With damping, times must not be negative.
+        """
         if not self.table_m_s2:
             return self.damping.to_undamped_array(seconds)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -89,18 +92,19 @@ class Slowing:
         return self.damping.per_s * speed + self.table_m_s2
 
 
-#: Number of Gauss-Newton steps. On paths that meet, each step squares the remaining error.
+#: Number of iterations of Gauss-Newton's method. If the paths meet, each iteration squares the remaining error.
 _NEWTON = 6
 
 
 def find_nearest_time(compute_offset: Callable[[float], tuple[Array, Array]], begin_s: float) -> float:
-    """Return the time at which two paths are nearest, by least squares; NaN if they do not separate.
+    """Return the time at which two bodies on two paths are nearest; NaN if their distance never changes.
 
-    Paths that meet are nearest when they meet.
+    If the bodies meet, this is the time of their meeting.
 
     Args:
-        compute_offset: Returns the vector between the two paths at a time, in metres, and its derivative.
-        begin_s: A time near the result.
+        compute_offset: A function that returns the vector between the two bodies at a time, in metres, and its time
+            derivative.
+        begin_s: A time near the result, in seconds.
     """
     time_s = begin_s
     for _ in range(_NEWTON):

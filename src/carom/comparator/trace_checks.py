@@ -1,4 +1,4 @@
-"""Checks that a trace is possible in its scene, independently of its accuracy."""
+"""Checks that a trace is possible in its scene. Its accuracy is not checked."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from carom.model.trace import Trace, body_name, wall_body, wall_index
 
 
 def require_possible_trace(trace: Trace) -> None:
-    """Raise an error for a trace that is impossible in its scene, independently of its accuracy.
+    """Raise an error for a trace that is impossible in its scene. Inaccurate traces are accepted.
 
     Raises:
-        InputError: The trace declares floats of other than 32 or 64 bits. An impact has a body that the scene does not
-            have. A wall turns or moves differently than in the scene. Spins are missing although discs turn. The run
-            continues beyond the scene.
+        InputError: The trace's `float_bits` is neither 32 nor 64. An impact has a body that the scene does not have. A
+        wall turns, or moves in another way than in the scene. Spins are missing although discs turn. The run continues
+        after the scene's end.
     """
     scene, impacts, spins = trace.scene, trace.impacts, trace.spins
     source = f"the trace of {trace.method!r} of scene {scene.name!r}"
@@ -66,7 +66,8 @@ def require_possible_trace(trace: Trace) -> None:
 def _expected_wall_velocities(trace: Trace) -> dict[str, NDArray[np.float64]]:
     """Return, by field name, the velocity that the second body of each impact has in the scene; 0 for a disc.
 
-    If a wall's velocity changes within the step of the impact, the value nearer to the reported velocity is returned.
+    If a wall's velocity changes within the step of the impact, the one that is nearer to the reported velocity is
+    returned.
     """
     start, impacts = trace.scene.arrays, trace.impacts
     due = {name: np.zeros((len(impacts), 2)) for name in ("velocity_second_before", "velocity_second_after")}

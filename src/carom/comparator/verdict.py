@@ -1,4 +1,4 @@
-"""Verdicts on a run, and a finding: one verdict with its reason."""
+"""Verdicts on a run, and findings, which consist of a verdict and its reason."""
 
 from __future__ import annotations
 
@@ -7,7 +7,10 @@ from enum import Enum
 
 
 class Verdict(Enum):
-    """A verdict on a run. The value is the sentence shown. The first four are the source paper's cases."""
+    """A verdict on a run.
+
+    The value is the sentence that reports show. The first four are the cases of the paper by which Carom is inspired.
+    """
 
     MISSED = "an impact is missed"
     LATE = "an impact is found late"
@@ -58,7 +61,7 @@ class Verdict(Enum):
 
 @dataclass(frozen=True)
 class Finding:
-    """One verdict, and its reason: a sentence with the numbers behind it."""
+    """A verdict with its reason, which is a sentence with numbers."""
 
     verdict: Verdict
     reason: str

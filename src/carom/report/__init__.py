@@ -1,1 +1,1 @@
-"""Documents of all studies: their parts, words, marks, figures and records, and renderers for each medium."""
+"""Reports of all studies: their parts, texts, figures and files, and renderers for HTML, Markdown and a terminal."""

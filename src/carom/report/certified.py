@@ -33,7 +33,7 @@ def format_scene_file(entry: CatalogueScene) -> str:
 
 
 def build_certified_document(certified: CertifiedTrace, max_rows: int) -> Document:
-    """Return a document with the first impacts, their proven digits, and a description of the certified part."""
+    """Return a document with the proven digits of the first impacts. It also describes how far the run is certified."""
     left_out = len(certified) - max_rows
     columns = [
         Column("#", str, number=True),
@@ -56,7 +56,7 @@ def build_certified_document(certified: CertifiedTrace, max_rows: int) -> Docume
 
 
 def _build_modes_table(certified: CertifiedTrace, modes: NDArray[np.void], max_rows: int) -> Table:
-    """Return a table of the first changes of contact mode."""
+    """Return a table of the first changes of discs between flight, sliding, rolling and rest."""
     from carom.solvers.certified.result import proven_decimal
 
     def format_proven_number(k: int, field: str, *part: int) -> str:

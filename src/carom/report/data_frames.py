@@ -1,4 +1,4 @@
-"""Results as pandas data frames: one row per impact or run, with units in the column names."""
+"""Results as pandas data frames, with one row for each impact or run, and with units in the column names."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def to_pandas(result: object) -> DataFrame:
-    """Return the impacts of a trace, or the runs of results.
+    """Return the impacts of a trace, or the runs of a cross-check, as a data frame.
 
     Raises:
         MissingExtraError: pandas is not installed.
@@ -38,7 +38,7 @@ def to_pandas(result: object) -> DataFrame:
 
 
 def _format_error_column(metric: str) -> str:
-    """Return the column name of a metric. An error without a unit is relative to a scale of the scene."""
+    """Return the column name of a metric. A metric without a unit is divided by a scale, such as the greatest speed."""
     name, _, unit = metric.rpartition("_")
     return f"{name}_error_{unit}" if unit in {"s", "rad"} else f"{metric}_error"
 

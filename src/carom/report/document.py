@@ -1,7 +1,7 @@
-"""Document model of reports, independent of the medium: sections, tables, figures and lines.
+"""Parts of reports, such as sections, tables and figures, without their appearance.
 
 The modules of `carom.studies` build documents, and `carom.report.render` shows them as HTML, as Markdown and on a
-terminal. The attribute `only` of a block contains the media that show the block.
+terminal. The attribute `only` of a part contains the media (page, Markdown or terminal) that show it.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ class Media(Flag):
     PAGE = auto()
     MARKDOWN = auto()
     TERMINAL = auto()
-    DETAIL = auto()  # a terminal that shows the whole document
+    DETAIL = auto()  # a terminal on which the user requests the whole document
     ON_PAPER = PAGE | MARKDOWN  # files
-    IN_FULL = ON_PAPER | DETAIL  # media that show the evidence for a result: all except the summary on a terminal
+    IN_FULL = ON_PAPER | DETAIL  # all media except a terminal on which the user only requests a summary
     EVERYWHERE = IN_FULL | TERMINAL
 
 
 @dataclass(frozen=True)
 class Share:
-    """A part of a bar: its CSS class on a page, its size, and its sign and style on a terminal."""
+    """A part of a bar: its size, its CSS class on a page, and its sign and style on a terminal."""
 
     css: str
     size: int
@@ -40,16 +40,16 @@ class Cell:
 
     Attributes:
         text: The text.
-        note: A note in smaller letters after the text, such as a number that explains the text.
+        note: A note in smaller letters after the text, such as a number that belongs to it.
         short: Shorter text for a terminal, instead of text and note.
         title: The full explanation, which a page shows as a tooltip.
         css: CSS class for colours on a page.
         symbol: A sign before the text, so that colours are not the only difference between cells.
         style: Colours on a terminal.
         link: Link target of the text on a page; empty for none.
-        shares: Parts of a bar below the text. A terminal shows the bar instead of the text.
-        part: Length of a meter below the text, relative to the longest meter; None for no meter.
-        anchor: Name within a page for links to the cell; empty for none.
+        shares: The parts of a bar below the text; empty for no bar. A terminal shows the bar instead of the text.
+        part: Length of a coloured line (meter) below the text, relative to the longest one; None for no line.
+        anchor: Name to which links on the page refer; empty for none.
         corner: A sign in the corner of the cell on a page; empty for none.
     """
 
@@ -103,7 +103,7 @@ class Column:
 
 @dataclass(frozen=True)
 class Table:
-    """A table. Each item is a row. The first column contains the names of the items.
+    """A table with a row for each item. The first column contains the names of the items.
 
     Attributes:
         columns: The columns.
@@ -127,7 +127,7 @@ class Table:
     packed: bool = False
 
     def select_for(self, medium: Media) -> tuple[list[Column], list[list[Cell]]]:
-        """Return columns and rows as a medium shows them."""
+        """Return the columns and rows that a medium shows."""
         columns = [column for column in self.columns if medium in column.only]
         return columns, [[column.build_cell(item) for column in columns] for item in self.items]
 
@@ -172,7 +172,7 @@ class Facts:
 
 @dataclass(frozen=True)
 class Legend:
-    """Legend of a table: pairs of a mark and its meaning. The mark is a cell with symbol and word."""
+    """Legend of a table: pairs of a mark and its meaning. The mark is a cell with a symbol and a word."""
 
     items: tuple[tuple[Cell, str], ...]
     only: Media = Media.EVERYWHERE
@@ -188,7 +188,7 @@ class Code:
 
 @dataclass(frozen=True)
 class Figure:
-    """A drawing that is made as SVG when a page needs it.
+    """A drawing as SVG, which is only made when a page needs it.
 
     Attributes:
         draw: Function that returns the drawing. If its argument is True, it returns the version for a phone.
@@ -205,7 +205,8 @@ class Figure:
 class Figures:
     """Drawings.
 
-    Large drawings are one below the other, other drawings are side by side. Media without drawings show tables.
+    Large drawings are placed one below the other, and other drawings side by side. Media without drawings show tables
+    instead.
     """
 
     items: tuple[Figure, ...]
@@ -218,8 +219,8 @@ class Pair:
     """Two drawings to the same scale.
 
     Attributes:
-        heading: The subject.
-        badge: The outcome.
+        heading: The subject of both drawings.
+        badge: The outcome of the run.
         sides: The content of each drawing, in a few words.
         draw: Function that returns both drawings.
         caption: Sentences below the drawings.
@@ -242,16 +243,16 @@ class Pairs:
 
 @dataclass(frozen=True)
 class Replays:
-    """Data for the replay script of a page: pairs of a scene's name and its packed runs.
+    """Data for the replays of a page: the name of each scene, and the packed data of its runs.
 
-    `pack` is called when a page needs the data.
+    The function `pack` is called when a page needs the data.
     """
 
     pack: Callable[[], Iterable[tuple[str, str]]]
     only: Media = Media.PAGE
 
 
-#: Label that opens a folded text.
+#: Label on which a reader clicks to open a folded text.
 QUESTION = "How is this computed?"
 
 Block = Table | Text | Lines | Facts | Legend | Code | Figures | Pairs | Replays
@@ -282,10 +283,10 @@ class Section:
 
 @dataclass(frozen=True)
 class Headline:
-    """The first sentences of a document, which answer the study's question.
+    """The first sentences of a document, which state the main result.
 
     Attributes:
-        sentence: The answer, which a terminal prints on the first line.
+        sentence: The main result, which a terminal prints on the first line.
         more: Further sentences, which a terminal prints last, so that they stay visible.
     """
 
@@ -294,7 +295,7 @@ class Headline:
 
     @classmethod
     def of(cls, sentences: Iterable[str]) -> Headline:
-        """Return a headline from one or more sentences. The first sentence is the answer."""
+        """Build a headline from one or more sentences. The first sentence must state the main result."""
         first, *further = sentences
         return cls(first, tuple(further))
 
@@ -310,10 +311,10 @@ class Document:
 
     Attributes:
         title: The title.
-        answer: The first sentences.
+        answer: The headline.
         sections: The sections.
-        about: The method in two sentences, for first-time readers. A terminal does not show this text.
-        watch: Link to the replay to watch first; None for none.
+        about: A description of the method in two sentences, for new readers. A terminal does not show it.
+        watch: Link to the replay that a reader should watch first; None for none.
     """
 
     title: str
@@ -324,7 +325,7 @@ class Document:
 
     @property
     def lead(self) -> tuple[str, ...]:
-        """The sentences of the answer."""
+        """The sentences of the headline."""
         return self.answer.sentences
 
     def select_for(self, medium: Media) -> Iterable[Section]:

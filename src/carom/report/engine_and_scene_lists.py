@@ -14,17 +14,17 @@ from carom.report.document import Block, Cell, Column, Document, Facts, Headline
 
 
 def format_engine_lines(infos: Sequence[EngineInfo]) -> list[str]:
-    """Return a table with one line per engine."""
+    """Return the lines of a table with one line for each engine."""
     rows = {info.name: _build_engine_row(info, info.capabilities) for info in infos if info.capabilities is not None}
     heading, *lines = _align_columns([("name", "version", "swept in", "friction", "spin", "floats"), *rows.values()])
     line_of = dict(zip(rows, lines, strict=True))
-    # An adapter without capabilities has only the reason why it is unavailable.
+    # If an engine is unavailable, its adapter has no capabilities, and only the reason is shown.
     return [heading, *(line_of.get(info.name, f"{info.name}  unavailable: {info.unavailable}") for info in infos)]
 
 
 def _build_engine_row(info: EngineInfo, capabilities: Capabilities) -> tuple[str, ...]:
     version = info.version or "unavailable"
-    # The adapter's general capabilities are those of the profile `tuned`.
+    # The profile `tuned` has the adapter's general capabilities.
     kinds = {"tuned": capabilities, **info.own}
     return (
         info.name,
@@ -51,7 +51,7 @@ _GROUPS = {
 
 
 def format_group_lines(entries: Sequence[CatalogueScene]) -> list[str]:
-    """Return a table of groups and their numbers of scenes, and below it the commands that list scenes."""
+    """Return a table of groups with their numbers of scenes, and the commands that list scenes."""
     counts = Counter(entry.group for entry in entries)
     rows = [("group", "scenes", "content"), *((name, str(n), _GROUPS.get(name, "")) for name, n in counts.items())]
     return [
@@ -62,7 +62,7 @@ def format_group_lines(entries: Sequence[CatalogueScene]) -> list[str]:
 
 
 def format_scene_lines(entries: Sequence[CatalogueScene]) -> list[str]:
-    """Return a table of scenes. The topic is the last column, because a terminal may cut it."""
+    """Return a table of scenes. Their descriptions are in the last column, because a terminal may cut it off."""
     rows = [("name", "discs", "impacts", "topic")]
     for entry in entries:
         count = entry.known.count
@@ -122,7 +122,7 @@ def _list_facts(info: EngineInfo) -> Iterator[tuple[str, str]]:
         yield "settings to paste", f"carom engines {info.name} --show tuned"
 
 
-#: The displayed fields of `Capabilities`, each with its displayed name and its unit.
+#: Fields of `Capabilities` that are displayed, each with its displayed name and its unit.
 _SAID = {
     "walls": ("walls", ""),
     "segments": ("walls of straight edges", ""),

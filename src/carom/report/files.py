@@ -1,4 +1,4 @@
-"""Files of reports: format versions, required packages, and conversion of results to JSON."""
+"""Helpers for the files of reports: format versions, required packages, and conversion of results to JSON."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from carom.errors import MissingExtraError
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
-#: Format version by kind of file. The version increases if a field changes its meaning or is removed, but not for a new
-#: field.
+#: Format version of each kind of file. A version increases if a field is removed or changes its meaning, but not if a
+#: field is added.
 FORMATS = {"results": 3, "bench": 1, "growth": 1, "stress": 2}
 
 
@@ -51,17 +51,20 @@ def to_json_types(value: object) -> object:
         return {str(key): to_json_types(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
         return [to_json_types(item) for item in value]
-    number = value.item() if hasattr(value, "item") else value  # a NumPy scalar
+    number = value.item() if hasattr(value, "item") else value  # convert a NumPy scalar
     return None if isinstance(number, float) and not math.isfinite(number) else number
 
 
 def fields_of(result: DataclassInstance) -> dict[str, object]:
-    """Return the fields of a result by name, without conversion."""
+    """Return the fields of a result by name. Their values are not converted."""
     return {field.name: getattr(result, field.name) for field in dataclasses.fields(result)}
 
 
 def format_json(kind: str, result: DataclassInstance, leave_out: Sequence[str] = (), **content: object) -> str:
-    """Return the text of a strict JSON file: the fields of a result except `leave_out`, and further content."""
+    """Return the text of a strict JSON file.
+
+    It contains the fields of a result except those in `leave_out`, and `content`.
+    """
     result_fields = {name: value for name, value in fields_of(result).items() if name not in leave_out}
     fields = to_json_types({"format": FORMATS[kind], **result_fields, **content})
     return json.dumps(fields, ensure_ascii=False, allow_nan=False, indent=1) + "\n"

@@ -14,7 +14,7 @@ __all__ = ["ABSENT", "format_instant", "format_metres", "format_number", "format
 K = TypeVar("K")
 V = TypeVar("V")
 
-#: Largest relative difference between 1/n and a number that is written as 1/n.
+#: A number is written as 1/n if its relative difference from 1/n is at most this number.
 WHOLE = 1e-9
 
 
@@ -26,29 +26,29 @@ def format_step(dt_s: float) -> str:
 
 
 def format_time_left(left_s: float) -> str:
-    """Format the rest of a time budget for a progress line; empty if there is no limit or the budget is used up."""
+    """Format the remaining time for a progress line; empty if there is no time limit, or if no time is left."""
     return f", at most {left_s:.0f} s left" if 0.5 < left_s < math.inf else ""
 
 
 def format_fraction(share: float) -> str:
-    """Format a part of a whole, as a fraction where possible, such as 1/16."""
+    """Format a number from 0 to 1, as a fraction where possible, such as 1/16."""
     inverse = round(1.0 / share)
     return f"1/{inverse}" if inverse > 1 and math.isclose(share * inverse, 1.0, rel_tol=WHOLE) else format_number(share)
 
 
 def format_percent(share: float) -> str:
-    """Format a fraction in per cent. NaN becomes the sign for an absent number."""
+    """Format a number from 0 to 1 in per cent. NaN becomes the sign for an absent number."""
     return ABSENT if math.isnan(share) else f"{format_number(100.0 * share)} %"
 
 
 def format_percent_or_blank(part: float) -> str:
-    """Format a fraction in per cent. NaN becomes an empty text."""
+    """Format a number from 0 to 1 in per cent. NaN becomes an empty text."""
     return "" if math.isnan(part) else format_percent(part)
 
 
 def format_ratio(value: float | None) -> str:
-    """Format a ratio of times. None becomes the sign for an absent number."""
-    return ABSENT if value is None else f"{format_number(value)} ×"  # noqa: RUF001 - the multiplication sign is meant
+    """Format a quotient of two run times. None becomes the sign for an absent number."""
+    return ABSENT if value is None else f"{format_number(value)} ×"  # noqa: RUF001 - this is the multiplication sign
 
 
 def format_count(n: int, one: str, many: str = "") -> str:

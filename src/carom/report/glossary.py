@@ -11,7 +11,7 @@ from carom.comparator.grades import EARLIER_WORDS
 from carom.errors import UnknownNameError
 from carom.report.outcome_marks import GRADED, Mark
 
-#: Common terms and words of earlier versions, each with the word that reports use instead.
+#: Other common words, and words of earlier versions. For each, this is the word that reports use instead.
 _ALSO = {"tunnelling": "missed", "tunneling": "missed", "invented": "spurious", **EARLIER_WORDS}
 
 
@@ -37,7 +37,7 @@ class Meaning:
 
 
 def list_meanings() -> Iterator[Meaning]:
-    """Yield all words: grades from best to worst, then other marks of tables, then verdicts."""
+    """Yield the meanings of all words: grades from best to worst, other outcomes of runs, and verdicts."""
     for mark in Mark:
         grade = GRADED.get(mark)
         condition = "" if grade is None else GRADE_CONDITIONS[grade].replace("*", "")

@@ -14,14 +14,14 @@ from carom.report.results_file.lines_from_rows import build_line, list_reasons
 
 _SKIPPED = {Mark.UNSUPPORTED, Mark.UNAVAILABLE, Mark.UNGRADED, Mark.UNSCORED}
 
-#: Characters that are forbidden in XML 1.0, even as escapes. An engine's message may contain them.
+#: Characters that an engine's message may contain, but that are forbidden in XML 1.0, even as escapes.
 _FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
 def render_junit(results: Results, fail_on: Grade | None = Grade.INACCURATE) -> str:
-    """Return JUnit XML with one test case per row, and one suite per engine and profile.
+    """Return JUnit XML with a test case for each run, and a test suite for each engine and profile.
 
-    A case fails if its grade is `fail_on` or worse. With None, no grade fails.
+    A test case fails if the run's grade is `fail_on` or worse. With None, no grade is a failure.
     """
     suites = formatting.group_by((row.job.method, row) for row in results.rows)
     root = ET.Element("testsuites", {"name": "carom", **_count_outcomes(results.rows, fail_on)})
@@ -36,7 +36,7 @@ def render_junit(results: Results, fail_on: Grade | None = Grade.INACCURATE) -> 
 
 
 def _classify_row(row: Row, fail_on: Grade | None) -> str:
-    """Return the name of JUnit's element for the outcome of a row; an empty text if the row passes."""
+    """Return the name of the JUnit element for the outcome of a run; an empty text if the test passes."""
     if fail_on is not None and is_violation(row, fail_on):
         return "failure"
     mark = mark_of(row)

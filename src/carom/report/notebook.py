@@ -1,4 +1,4 @@
-"""HTML of results for notebooks, and drawings by `plot`."""
+"""Results as HTML for notebooks, and the function `plot`, which draws results."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ _OTHER = SERIES[7]
 
 
 def html_of(result: object) -> str | None:
-    """Return a result as HTML: its lines, and its picture if it has one; None if the extra `report` is missing.
+    """Return a result as HTML: its text, and its picture if it has one; None if the extra `report` is not installed.
 
     Names are escaped, and the HTML contains no script.
     """
@@ -139,7 +139,7 @@ def _require_finite(trace: Trace) -> None:
 def _draw_results(result: Results, axes: Axes) -> None:
     """Draw one bar per method.
 
-    Each part of a bar is the number of runs with one mark. The best mark is on the left.
+    Each part of a bar shows the number of runs with one outcome. The best outcome is on the left.
     """
     marks = [mark_of(row) for row in result.rows]
     methods = list(dict.fromkeys(row.job.method.name for row in result.rows))

@@ -1,4 +1,4 @@
-"""Results of studies in notebooks: a drawing above the text that a terminal shows."""
+"""Results of studies in notebooks, which show a drawing above the text of the terminal."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class ShownResult:
 
     @classmethod
     def of(cls, found: Any) -> Self:
-        """Return an instance of this class with the fields of a study's result."""
+        """Copy the fields of a study's result to an instance of this class."""
         return cls(**{field.name: getattr(found, field.name) for field in fields(found)})
 
     def __repr__(self) -> str:
@@ -40,7 +40,7 @@ class ShownResult:
         return render_plain_text(self._show()[0])
 
     def _repr_html_(self) -> str | None:
-        """Return the result as HTML, with a picture; None if the extra `report` is missing."""
+        """Return the result as HTML, with a picture; None if the extra `report` is not installed."""
         try:
             require_report_extra()
         except MissingExtraError:

@@ -1,4 +1,4 @@
-"""Marks of the outcomes of runs: each has a word, a symbol, a colour and a one-line definition."""
+"""Outcomes of runs. Each is shown by a word, a symbol and a colour, and has a definition."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from carom.report.document import Cell
 
 
 class Mark(Enum):
-    """The outcome of a cell. Symbols distinguish the marks without colours, except for two pairs of similar marks."""
+    """The outcome of a run: its grade, or the kind of failure. Two pairs of similar outcomes share a symbol."""
 
     EXACT = ("exact", "✓", "equal to PIC except for rounding", "green")
     EXACT_32 = ("exact (float32)", "✓", "equal to PIC except for rounding of 32-bit floats", "green")
@@ -53,22 +53,22 @@ class Mark(Enum):
 
     @property
     def css(self) -> str:
-        """Class of the mark in the HTML report."""
+        """CSS class of the outcome in the HTML report."""
         return self.word.partition(" (")[0].replace(" ", "-")
 
     @property
     def sentence(self) -> str:
-        """The word of the mark and its meaning."""
+        """The word of the outcome and its meaning."""
         return f"{self.word}: {self.meaning}"
 
     @property
     def cell(self) -> Cell:
-        """A table cell with the word, and with the meaning as a tooltip."""
+        """A table cell that shows the word, with the meaning as a tooltip."""
         return Cell(self.word, title=self.sentence, css=self.css, symbol=self.symbol, style=self.style)
 
     @property
     def rank(self) -> int | None:
-        """The rank of a grade, from 0 (exact) to 6 (wrong); None for other marks."""
+        """The rank of a grade, from 0 (exact) to 6 (wrong); None for other outcomes."""
         return _RANKS.get(self)
 
     @property
@@ -79,29 +79,29 @@ class Mark(Enum):
 
 _OF_GRADE = {grade: Mark[grade.name] for grade in Grade}
 
-#: The grade of each mark that has a grade.
+#: The outcomes that are grades, each with its grade.
 GRADED = {mark: grade for grade, mark in _OF_GRADE.items()} | {Mark.EXACT_32: Grade.EXACT}
 _RANKS = {mark: list(Grade).index(grade) for mark, grade in GRADED.items() if grade is not Grade.UNGRADED}
-#: Marks of runs that avoid the errors of checking once per step.
+#: Outcomes of runs that do not have the errors of checking once per step.
 RIGHT = frozenset({Mark.EXACT, Mark.EXACT_32, Mark.CLOSE})
-#: Marks of runs in which the engine returned no complete result.
+#: Outcomes of runs in which the engine did not return a complete result.
 BROKEN = frozenset({Mark.CRASHED, Mark.TIMED_OUT, Mark.FAILED})
 
 
 def mark_of(row: Row | None) -> Mark:
-    """Return the mark of a row, or of a cell without a planned row (None)."""
+    """Return the outcome of a row of results; for None, the outcome of a run that was not planned."""
     if row is None:
         return Mark.ABSENT
     return parse_mark(row.status, row.grade, row.score.float_bits if row.score else None)
 
 
 def parse_mark(status: Status, grade: Grade | None, float_bits: int | None) -> Mark:
-    """Return the mark of a row from the fields of its record."""
+    """Return the outcome of a run from the fields of its line in results.jsonl."""
     if status is not Status.RAN:
         return Mark[status.name]
     return Mark.UNSCORED if grade is None else mark_of_grade(grade, float_bits or 64)
 
 
 def mark_of_grade(grade: Grade, float_bits: int) -> Mark:
-    """Return the mark of a grade. *Exact* has a mark for each width of floats."""
+    """Return the outcome for a grade. For *exact*, it depends on the width of the floats."""
     return Mark.EXACT_32 if grade is Grade.EXACT and float_bits == 32 else _OF_GRADE[grade]

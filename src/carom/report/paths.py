@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 from carom.model.trace import Trace, turn_times
 from carom.report.tracks import Track, Turning, build_reference_tracks, compute_turnings, list_sampled_positions
 
-#: Number of straight pieces of a parabola. A piece differs from the parabola by at most 1/576 of the parabola's height,
-#: which is less than a line's width in any picture.
+#: Number of straight pieces with which a parabola is drawn. They differ from the parabola by at most 1/576 of its
+#: height, which is less than the width of a line in any picture.
 _PIECES_OF_A_PARABOLA = 24
 
 
 @dataclass(frozen=True)
 class ImpactPosition:
-    """A disc at the instant of one of its impacts."""
+    """Position of a disc at the instant of one of its impacts."""
 
     disc: int
     time_s: float
@@ -27,14 +27,15 @@ class ImpactPosition:
 
 @dataclass(frozen=True)
 class Paths:
-    """The paths of a trace and its impacts, for drawing.
+    """The paths of a trace's discs, and its impacts, for drawing.
 
     Attributes:
-        lines: For each disc its times and centres, shapes ``(k,)`` and ``(k, 2)``.
-        impact_positions: Each disc at the instant of each of its impacts.
-        frame_positions: Centres at the recorded steps, shape ``(k, n, 2)``; None if the trace has no steps.
+        lines: For each disc, times and positions of its centre, shapes ``(k,)`` and ``(k, 2)``.
+        impact_positions: Position of each disc at each of its impacts.
+        frame_positions: Positions of all centres at the recorded steps, shape ``(k, n, 2)``; None if the trace has no
+            steps.
         frame_times: The times of these steps.
-        turned: Rotation of each disc; empty if no disc turns.
+        turned: Rotation of each disc over time; empty if no disc turns.
     """
 
     lines: tuple[tuple[NDArray[np.float64], NDArray[np.float64]], ...]
@@ -49,7 +50,7 @@ class Paths:
         return np.array([np.interp(time_s, times, points[:, axis]) for axis in (0, 1)])
 
     def compute_bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the least and the greatest coordinates of all centres."""
+        """Return the smallest and the largest coordinates of all centres."""
         points = np.concatenate([points for _, points in self.lines])
         points = points[np.isfinite(points).all(axis=1)]
         return points.min(axis=0), points.max(axis=0)
@@ -60,8 +61,7 @@ def build_exact_paths(trace: Trace) -> Paths:
 
     The paths are exact for a trace without steps.
 
-    A free flight is straight without gravity. With gravity a flight is a parabola, which is drawn as a chain of short
-    lines.
+    With gravity, a flight is a parabola, which is drawn as a chain of short lines.
     """
     tracks = build_reference_tracks(trace)
     turns = _list_turns(trace, trace.impacts["time_s"])
@@ -81,13 +81,16 @@ def _build_line(track: Track) -> tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
 def _list_turns(trace: Trace, time_s: NDArray[np.float64]) -> Iterator[tuple[int, float]]:
-    """Yield each disc of each impact, with the impact's time."""
+    """Yield the discs that take part in each impact, with the impact's time."""
     for impact, time in zip(trace.impacts, time_s.tolist(), strict=True):
         yield from ((int(impact[side]), time) for side in ("first", "second") if impact[side] >= 0)
 
 
 def build_observed_paths(trace: Trace) -> Paths:
-    """Return lines through the sampled states, with each impact on these lines. Without samples, return exact paths."""
+    """Return lines through the recorded states, with each impact on a line.
+
+    Without recorded states, return exact paths.
+    """
     if (sampled := list_sampled_positions(trace)) is None:
         return build_exact_paths(trace)
     times, positions = sampled

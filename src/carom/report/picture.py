@@ -1,4 +1,4 @@
-"""Pictures of runs next to their references: the paths of the discs, and their impacts."""
+"""Pictures of runs next to the reference: the paths of the discs, and their impacts."""
 
 from __future__ import annotations
 
@@ -28,22 +28,22 @@ if TYPE_CHECKING:
 Limits = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 _WIDTH_IN = 3.3
-#: Smallest and largest height of a picture, as a fraction of its width. Empty space fills the rest.
+#: Smallest and largest height of a picture, as a fraction of its width. A flat scene gets empty space above and below.
 _FLATTEST, _TALLEST = 0.28, 1.0
 _MARGIN = 0.06
-#: Largest size of a picture, divided by the extent of the reference. An engine may throw discs far away, and the
-#: picture must not shrink the scene to a dot.
+#: Largest size of the shown region, divided by the extent of the reference. Otherwise the scene would be shrunk to a
+#: dot if an engine throws discs far away.
 _WIDEST = 1.6
-#: Largest number of impacts that are drawn as circles. More circles would hide the paths, so a larger number of impacts
-#: is drawn as dots.
+#: Largest number of impacts at which discs are drawn as circles. More circles would hide the paths, so dots are drawn
+#: instead.
 _MOST_IMPACT_POSITIONS = 8
-#: Largest number of frames that are drawn as dots. More dots would merge into a line.
+#: Largest number of steps whose states are drawn as dots. More dots would merge into a line.
 _MOST_FRAMES = 40
 _MOST_MISSES = 4
-#: Number of straight parts for a whole circle. These parts differ from the circle by 1/2000 of its radius.
+#: Number of straight lines with which a whole circle is drawn. They differ from the circle by 1/2000 of its radius.
 ARC_PARTS = 100
 
-#: Opacity of a driven body at its final position.
+#: Opacity with which a body with a prescribed motion is drawn at its final position.
 _GONE = 0.3
 
 #: Style of walls and immovable discs.
@@ -56,7 +56,7 @@ def draw_pair(reference: Trace, observed: Trace, missed: Sequence[int], labels: 
     Args:
         reference: The reference trace.
         observed: The run.
-        missed: The impacts of the reference that the run missed.
+        missed: Indices of the impacts of the reference that the run missed.
         labels: Accessible names of the drawings.
     """
     scene, right, found = reference.scene, build_exact_paths(reference), build_observed_paths(observed)
@@ -78,8 +78,8 @@ def draw_pair(reference: Trace, observed: Trace, missed: Sequence[int], labels: 
 def draw_traces(several: Sequence[Axes], traces: Sequence[Trace]) -> None:
     """Draw the paths, impacts and walls of traces of one scene, each trace on separate axes, to the same scale.
 
-    The drawings show the plane. If all discs of the first trace move along one line, the drawings show positions on
-    this line against time.
+    The drawings usually show the plane in which the discs move. But if all discs of the first trace move along one
+    line, they show positions on this line against time.
     """
     scene, paths = traces[0].scene, [build_observed_paths(trace) for trace in traces]
     corners = [compute_limits(scene, paths[0], other) for other in paths]
@@ -105,7 +105,7 @@ def draw_start(axes: Axes, scene: Scene) -> None:
 
 
 def _find_axis_of_motion(paths: Paths, scene: Scene) -> int | None:
-    """Return the axis along which all discs move; None if there is no such axis or a wall is not a half-plane."""
+    """Return the axis along which all discs move; None if there is none, or if a wall is not a half-plane."""
     if not all(isinstance(wall, Wall) for wall in scene.walls):
         return None
     movable = [k for k, disc in enumerate(scene.discs) if not disc.immovable]
@@ -132,7 +132,7 @@ def compute_limits(scene: Scene, reference: Paths, observed: Paths) -> Limits:
 def _find_missed_frames(
     reference: Trace, observed: Paths, missed: Sequence[int]
 ) -> list[tuple[int, NDArray[np.float64]]]:
-    """Return the discs of each missed impact, with their positions in the frames just before and after the impact."""
+    """Return the discs of each missed impact, with their positions at the steps just before and after the impact."""
     if observed.frame_times is None or observed.frame_positions is None:
         return []
     found = []
@@ -169,7 +169,7 @@ def _render_in_plane(
         figure = build_figure(_WIDTH_IN, _WIDTH_IN * aspect)
         axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
         axes.set_axis_off()
-        # Both axes have the same scale, so the longer side of the picture shows more of the plane.
+        # Both axes have the same scale, so the picture shows a larger region along its longer side.
         spare = np.array([max(height / aspect - width, 0.0), max(width * aspect - height, 0.0)]) / 2.0
         low, high = low - spare, high + spare
         draw_walls(axes, scene, (low, high))
@@ -194,7 +194,7 @@ def _draw_paths(
         axes.add_artist(Circle(tuple(centre), radius, fill=False, **edge))
 
     def mark(disc: int, centre: NDArray[np.float64], time_s: float) -> None:
-        """Draw the outer part of a turning disc's radius, which shows the disc's angle."""
+        """Mark the angle of a turning disc by the outer part of a radius."""
         if not paths.turned or not np.isfinite(centre).all():
             return
         angle = paths.turned[disc].angle_at(time_s)
@@ -257,7 +257,8 @@ def _draw_number(axes: Axes, disc: int, centre: NDArray[np.float64]) -> None:
 def draw_walls(axes: Axes, scene: Scene, limits: Limits, *, ends: bool = True) -> list[list[Artist]]:
     """Set the limits and equal scales of a picture, draw the walls, and return the artists of each wall.
 
-    Walls are drawn at their initial position. With `ends`, driven walls are also drawn faintly at their final position.
+    Walls are drawn at their initial position. If `ends` is true, moving walls are also drawn faintly at their final
+    position.
     """
     low, high = limits
     axes.set_xlim(low[0], high[0])
@@ -281,7 +282,7 @@ def _draw_wall(axes: Axes, wall: AnyWall, limits: Limits, alpha: float) -> Itera
     reach = 4.0 * float(np.max(high - low))  # both ends of the line are outside the picture
     normal = np.array(wall.normal)
     along = np.array([-normal[1], normal[0]])
-    # Use the wall's point nearest to the picture's middle, because the given point may be far away.
+    # The wall's given point may be far away, so use its point nearest to the picture's middle.
     middle = (low + high) / 2.0
     foot = middle + normal * float((np.array(wall.point_m) - middle) @ normal)
     corners = [
@@ -324,7 +325,7 @@ def _render_over_time(scene: Scene, paths: Paths, axis: int, limits: Limits, lab
 def _draw_over_time(axes: Axes, scene: Scene, paths: Paths, axis: int, limits: Limits) -> None:
     """Draw positions on the line of motion against time.
 
-    Each disc is a band as wide as the disc, so that touching is visible.
+    Each disc is drawn as a band of the disc's width, so that it is visible when two discs touch.
     """
     from matplotlib.ticker import MaxNLocator
 

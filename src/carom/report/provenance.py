@@ -1,4 +1,4 @@
-"""Provenance of a report: machine, versions, and the command that reproduces it."""
+"""Origin of a report: the machine, versions of packages, and the command that reproduces it."""
 
 from __future__ import annotations
 

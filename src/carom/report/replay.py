@@ -1,4 +1,4 @@
-"""Replay data: everything that a page needs to animate a run next to its reference, with evidence for each impact.
+"""Data with which a page animates a run next to its reference, and explains each impact.
 
 The data of a scene and of all its runs are one packed JSON block. The page's script unpacks the block when a reader
 opens one of the runs.
@@ -30,12 +30,11 @@ from carom.report.results_file.lines_from_rows import build_line, list_reasons
 from carom.report.tracks import Track, build_observed_tracks, build_reference_tracks, compute_turnings
 from carom.support.escaping import escape_controls
 
-#: Decimal digits of positions, relative to the scene's extent. One unit of the last digit is a tenth of the largest
-#: error of a track.
+#: Number of stored decimal digits of positions, relative to the scene's extent. One unit of the last digit is a tenth
+#: of the largest error of a drawn path.
 _SHARP = 6
-#: Largest error of the exact path while a disc slides, rolls or rests, divided by the scene's extent. This is a
-#: hundredth of a pixel in a picture of a hundred pixels. A path in contact consists of many flights of constant
-#: acceleration.
+#: Largest error of a drawn path while a disc slides, rolls or rests, divided by the scene's extent. This is a hundredth
+#: of a pixel in a picture of a hundred pixels. Such a path is drawn as many pieces of constant acceleration.
 _NEAR_IN_CONTACT = 1e-4
 
 #: Text for an unknown cause.
@@ -51,12 +50,10 @@ _MODES = {
     Mode.BLOCK: "slides without turning",
 }
 
-#: Largest number of discs on the page of `carom play`. For scenes with more discs, a replay shows no command for that
-#: page.
+#: Largest number of discs on the play page. A replay of a scene with more discs does not show a `carom play` command.
 _MOST_THROWN = 10
 
-#: A pair has missed an impact if the bodies pass through each other at most this number of steps before or after the
-#: impact.
+#: An impact counts as missed if its bodies pass through each other at most this number of steps before or after it.
 _NEAR_STEPS = 2.0
 
 
@@ -73,7 +70,7 @@ def format_run_command(scene: str, job: Job) -> str:
 
 
 def describe_run(row: Row, engine: str, key: str, command: str) -> Json:
-    """Return a replay's description of a run: method, mark, verdicts, and the command that repeats it."""
+    """Describe a run for its replay: method, outcome, verdicts, and the command that repeats the run."""
     mark = mark_of(row)
     return {
         "engine": engine,
@@ -130,9 +127,9 @@ def build_replay_data(reference: Trace, runs: Iterable[tuple[Trace, Score, Mappi
 
 
 def _build_sampler(reference: Trace, trace: Trace) -> Json | None:
-    """Return data with which the page runs PIT at other step sizes; None if the run is not PIT's, or is too complex.
+    """Return data with which the page runs PIT at other step sizes; None for other methods and complex scenes.
 
-    The page can run scenes without walls in which two undriven discs fly straight and have a single impact without
+    The page can run scenes of two discs without walls, in which the discs fly straight and have a single impact without
     friction.
     """
     scene = trace.scene
@@ -152,10 +149,10 @@ def _build_sampler(reference: Trace, trace: Trace) -> Json | None:
 
 
 def list_meetings(reference: Trace) -> Iterator[tuple[float, float, float | None]]:
-    """Yield each impact's contact point, in metres, and the seconds for which the bodies would overlap in free flight.
+    """Yield the contact point of each impact (m), and the time that bodies would overlap without the impact (s).
 
-    The bodies approach in the first half of this time. The time is None for impacts on walls, if something slows discs,
-    or if only one of two discs falls.
+    The bodies approach in the first half of this time. The time is None for impacts on walls, in scenes that slow discs
+    down, and if only one of two discs falls.
     """
     scene, tracks = reference.scene, build_reference_tracks(reference)
     for impact in reference.impacts:
@@ -192,12 +189,12 @@ def _build_impacts(reference: Trace, trace: Trace, score: Score) -> Json:
 
 
 def find_pause_time(row: Json, overlap_s: float | None, trace: Trace) -> float:
-    """Return the instant at which a replay shows a fault, in seconds.
+    """Return the time at which a replay pauses to show a fault, in seconds.
 
-    The instant is the reported time or, for a missed impact, the instant at which the miss is most visible.
+    This is the time that the run reports or, for a missed impact, the time at which the miss is most visible.
 
-    A miss is most visible half-way through the overlap, when the overlap is deepest. The chosen instant is at most one
-    step after the true instant, because checks once per step do not miss longer overlaps.
+    A miss is most visible in the middle of the overlap, when the bodies overlap most. But the time is at most one step
+    after the exact impact, because a check once per step does not miss longer overlaps.
     """
     if row.get("reported") is not None:
         return float(row["reported"])
@@ -206,10 +203,10 @@ def find_pause_time(row: Json, overlap_s: float | None, trace: Trace) -> float:
 
 
 def find_first_fault(rows: list[Json]) -> int | None:
-    """Return the row at which a replay pauses: the first missed or invented impact, or else the least exact impact.
+    """Return the number of the impact at which a replay pauses: the first missed, invented or else least accurate one.
 
-    The least exact impact has the largest velocity error. The first inexact impact is not chosen, because it may be
-    only a twentieth of a step late.
+    The least accurate impact has the largest velocity error. The first inaccurate impact is not chosen, because its
+    error may be hardly visible.
     """
     for k, row in enumerate(rows):
         if row["flag"] == "missed" or (row["flag"] == "invented" and row["reported"] is not None):
@@ -256,7 +253,7 @@ def _build_track(track: Track, places: int | None) -> list[list[float]]:
     columns = (track.time_s, *track.position_m.T)
     if places is None:
         return [column.tolist() for column in columns]
-    # NumPy's rounding is not used, because it first multiplies and so overflows for a large number.
+    # NumPy's rounding is not used, because it first multiplies, and a large number would overflow.
     return [columns[0].tolist(), *([round(value, places) for value in column.tolist()] for column in columns[1:])]
 
 
@@ -265,20 +262,20 @@ def _build_turnings(trace: Trace) -> list[list[list[float]]]:
 
 
 def _build_modes(trace: Trace) -> list[tuple[int, list[tuple[float, str]]]]:
-    """Return each disc with lasting contact, and the times at which it enters each mode of contact."""
+    """Return each disc with lasting contact, and the times at which it begins to fly, slide, roll or rest."""
     if trace.modes is None:
         return []
     changes: dict[int, list[tuple[float, str]]] = {}
     for mode in trace.modes:
         of_disc = changes.setdefault(int(mode["disc"]), [(0.0, _MODES[Mode(mode["before"])])])
-        if float(mode["time_s"]) == of_disc[-1][0]:  # drop modes without a duration
+        if float(mode["time_s"]) == of_disc[-1][0]:  # omit states without a duration
             of_disc.pop()
         of_disc.append((float(mode["time_s"]), _MODES[Mode(mode["after"])]))
     return [(disc, [*of_disc, (trace.end_time_s, "")]) for disc, of_disc in sorted(changes.items())]
 
 
 def build_impact_rows(reference: Trace, trace: Trace, score: Score) -> Iterator[Json]:
-    """Yield every impact of the reference and every spurious impact, in order of time, with outcome and cause."""
+    """Yield each impact of the reference and each invented one, in order of time, with its outcome and the cause."""
     found = {error.reference: error for error in score.errors}
     rows: list[Json] = []
     for k, impact in enumerate(reference.impacts):
@@ -315,7 +312,7 @@ def build_impact_rows(reference: Trace, trace: Trace, score: Score) -> Iterator[
 
 
 def _explain_invented(k: int, local: LocalErrors) -> str:
-    """Describe the cause of a spurious impact, if the run's own state before the impact shows a cause."""
+    """Describe the cause of an invented impact, as far as the run's own state before the impact reveals it."""
     if k in local.spurious:
         return "from the run's own state before the impact, the bodies do not collide"
     if math.isnan(local.velocity[k]):
@@ -351,7 +348,7 @@ def _explain_missed(k: int, impact: np.void, trace: Trace, score: Score) -> str:
         pit = {True: "PIT also misses this impact", False: "PIT finds this impact"}
         return "" if score.pit_missed is None else pit[k in score.pit_missed]
     meetings = trace.local_truth.meetings
-    # With a late engine, bodies pass through each other after the true instant, with an early engine before it.
+    # If the engine is late, bodies pass through each other after the exact instant; if it is early, before it.
     near = np.abs(meetings["begin_s"] - impact["time_s"]) <= _NEAR_STEPS * trace.dt_s
     passed = meetings[
         (meetings["first"] == impact["first"]) & (meetings["second"] == impact["second"]) & meetings["missed"] & near
@@ -363,7 +360,7 @@ def _explain_missed(k: int, impact: np.void, trace: Trace, score: Score) -> str:
 
 
 def _describe_delay(time_s: float, dt_s: float, score: Score) -> Json:
-    """Describe the time error of a matched impact by one word, and by a text with its size."""
+    """Describe the time error of a matched impact by one word, and by a text with the error's size."""
     if abs(time_s) <= THRESHOLDS.time_rounding_of(score.float_bits, score.scales.time_s, dt_s):
         return {"flag": "found", "became": "found"}
     flag = "late" if time_s > 0 else "early"
@@ -372,7 +369,7 @@ def _describe_delay(time_s: float, dt_s: float, score: Score) -> Json:
 
 
 def _explain_error(error: ImpactError, score: Score) -> str:
-    """Describe the cause of a velocity or spin error, which follows from the run's own state before the impact."""
+    """Describe the cause of a velocity or spin error, from a comparison with the run's own state before the impact."""
     rounding = THRESHOLDS.rounding_of(score.float_bits)
     kind = "spin" if error.spin > rounding and not error.velocity > rounding else "velocity"
     if not getattr(error, kind) > rounding:

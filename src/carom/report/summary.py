@@ -20,13 +20,13 @@ if TYPE_CHECKING:
     from carom.execution.results import Results
     from carom.solvers.certified.result import CertifiedTrace
 
-#: Largest size of the text of one result, in lines and in characters.
+#: Largest number of lines in the text of one result, and of characters in a line.
 MOST_LINES, WIDTH = 8, 100
 _NAME_WIDTH = 40
 
 
 def summary(result: object) -> str:
-    """Return a scene, trace, score, certified trace or results as at most `MOST_LINES` lines of text.
+    """Describe a scene, trace, score, certified trace or results in at most `MOST_LINES` lines of text.
 
     A line has at most `WIDTH` characters. A list of engines has one line per engine.
     """
@@ -35,13 +35,13 @@ def summary(result: object) -> str:
 
 
 def format_printable(text: str, width: int) -> str:
-    """Return one line of text of limited width, with unprintable characters escaped."""
+    """Shorten text to one line of limited width, and escape unprintable characters."""
     line = "".join(letter if letter.isprintable() else ascii(letter)[1:-1] for letter in text)
     return line if len(line) <= width else f"{line[: width - 1]}…"
 
 
 def _limit_lines(heading: Sequence[str], parts: Iterable[str], count: int) -> list[str]:
-    """Return a heading, as many parts as fit, and the number of omitted parts."""
+    """Return a heading, as many parts as fit, and a line with the number of omitted parts."""
     lines = [line for line in heading if line]
     room = MOST_LINES - len(lines)
     shown_parts = list(islice(parts, room if count <= room else room - 1))

@@ -20,14 +20,14 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# Colours of figures. On a page, each colour becomes a CSS variable, which the dark mode redefines.
+# Colours of figures. On a page, each colour is replaced by a CSS variable, which has another value in dark mode.
 INK = "#1b2330"
 MUTED = "#66707f"
 GRID = "#d8dde4"
 SURFACE = "#fefefd"
 WALL = "#8b94a1"
-#: Colours that colour-blind people can distinguish in light and dark mode. A test simulates this. The first three
-#: (green, blue, red) are the colours of the source paper's figures.
+#: Colours that colour-blind people can distinguish in light and in dark mode, which a test simulates. The first three
+#: (green, blue, red) are the colours in the paper by which Carom is inspired.
 SERIES = ("#00805c", "#0068a8", "#cc3d1e", "#d94fd0", "#4b2d00", "#0f3c69", "#6a1fe0", "#74777c")
 
 _AIM_PT = 11.0
@@ -37,8 +37,8 @@ _MARKERS = "osD^vP*X"
 _PNG_DPI = 144
 #: Space above the axes, with and without a title.
 _HEAD_IN, _BARE_IN = 0.5, 0.15
-#: The first number is the fraction of an axis that shows errors within rounding, with space for two labels. The second
-#: number is the largest number of ticks on a phone.
+#: Fraction of an axis that is reserved for errors within rounding (it has space for two labels), and largest number of
+#: ticks on a phone.
 _STRIP, _MOST_TICKS = 0.14, 4
 #: Space for the numbers and the label of the y axis, and height of a line below the diagram.
 _LEFT_IN, _FOOT_IN = 0.87, 0.16
@@ -53,7 +53,7 @@ _VARIABLES = {
 }
 
 _STYLE = {
-    "svg.fonttype": "none",  # keep text as text, which is smaller than paths and can be searched and read aloud
+    "svg.fonttype": "none",  # keep text, which is smaller than paths, and can be searched and read aloud
     "text.parse_math": False,  # a name may contain a dollar sign
     "font.family": "sans-serif",
     "font.size": 9.0,
@@ -71,7 +71,7 @@ _STYLE = {
 
 @contextmanager
 def use_drawing_style() -> Iterator[None]:
-    """Use the report's drawing style without a lasting change of matplotlib's settings.
+    """Use the report's drawing style within a block. Afterwards, matplotlib's settings are as before.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
@@ -93,7 +93,7 @@ def build_figure(width_in: float, height_in: float) -> Figure:
     return figure
 
 
-#: Dash pattern of each profile, the same in every diagram. `tuned`, unknown profiles and PIC are solid.
+#: Dash pattern of each profile, which is the same in every diagram. `tuned`, unknown profiles and PIC have solid lines.
 _DASHES: dict[str, Any] = {
     "default": "--",
     "located": ":",
@@ -137,13 +137,13 @@ def _choose_look(engine: str) -> tuple[str, str]:
     if engine == "pic":
         return SERIES[0], _MARKERS[0]
     lap = len(SERIES) - 1
-    # An unknown engine gets a style by its name. Another engine may have the same style.
+    # The style of an unknown engine follows from its name, so another engine may have the same style.
     n = _ENGINES.index(engine) if engine in _ENGINES else crc32(engine.encode()) % (lap * len(_MARKERS))
     return SERIES[1 + n % lap], _MARKERS[(1 + n) % len(_MARKERS)]  # 7 colours and 8 marks give 56 styles
 
 
 def choose_line_style(engine: str, *, profile: str = "tuned") -> dict[str, Any]:
-    """Return the line style of an engine: a colour and a mark per engine, a dash pattern per profile.
+    """Return a method's line style: colour and mark depend on the engine, and the dash pattern on the profile.
 
     PIT's line is broad and drawn below the other lines, so that they stay visible. Marks of default settings are
     hollow.
@@ -202,7 +202,7 @@ def build_framed_figure(
 
 
 def draw_link_target(axes: Axes, x: float, y: float, anchor: str) -> None:
-    """Draw an invisible disc, large enough to click, that links to a part of the page."""
+    """Draw an invisible disc that is large enough to click, and links to a part of the page."""
     clear = (0.0, 0.0, 0.0, 0.0)
     axes.plot([x], [y], "o", markersize=_AIM_PT, color=clear, markeredgecolor=clear, zorder=5, url=f"#{anchor}")
 
@@ -230,10 +230,10 @@ def finish(axes: Axes, below: Figure | None = None) -> None:
 def scale_error_axis(
     axes: Axes, name: str, errors: Iterable[float], *, narrow: bool = False
 ) -> Callable[[float], float]:
-    """Scale the x or y axis logarithmically for errors, with a shaded strip for errors within rounding.
+    """Make the x or y axis logarithmic for errors, with a shaded strip for errors within rounding.
 
     Returns:
-        Function that returns the position of an error on the axis. An infinite error is at the end of the axis.
+        A function that returns the position of an error on the axis. An infinite error is drawn at the end of the axis.
     """
     known = [error for error in errors if THRESHOLDS.rounding < error < math.inf]
     low = math.floor(math.log10(min(known, default=0.1)))
@@ -265,11 +265,11 @@ class LineEnd(NamedTuple):
 
 
 def label_lines(figure: Figure, axes: Axes, ends: Sequence[LineEnd]) -> None:
-    """Write each line's name to the right of the axes, near the end of the line, so that names do not overlap.
+    """Write the name of each line to the right of the axes, near the line's end, but without overlaps.
 
     A thin line leads from the end of a line to its name.
     """
-    axes.set_xlim(axes.get_xlim())  # this fixes the limits, and so the positions of all ends
+    axes.set_xlim(axes.get_xlim())  # this fixes the limits, and so the positions of the ends of lines
     axes.set_ylim(axes.get_ylim())
     spacing = 1.25 * _NAME_PT / (72.0 * axes.get_position().height * figure.get_figheight())
     to_axes = axes.transData + axes.transAxes.inverted()
@@ -296,7 +296,7 @@ def label_lines(figure: Figure, axes: Axes, ends: Sequence[LineEnd]) -> None:
 
 
 def format_tick(value: float, _position: float) -> str:
-    """Format a tick as the report formats numbers."""
+    """Format the number at a tick in the same way as numbers in reports."""
     return formatting.format_number(value)
 
 
@@ -313,26 +313,27 @@ def render(figure: Figure, label: str, links: Mapping[str, str] = MappingProxyTy
     Args:
         figure: The figure.
         label: Accessible name of the drawing.
-        links: Accessible names of the links in the figure, by the links' targets in the page.
-        narrow: Whether the figure is the phone version of another figure on the page.
+        links: Accessible names of the links in the figure, by the parts of the page to which they lead.
+        narrow: Whether the figure is a version for phones of another figure on the page.
     """
     import matplotlib as mpl
 
     buffer = io.StringIO()
     nothing = dict.fromkeys(("Date", "Creator", "Format", "Type"))
-    # Ids of parts are hashes. With the label as a salt, ids differ between figures and are reproducible.
+    # Ids of parts are hashes. The label is part of the hashed text, so that ids differ between figures but are
+    # reproducible.
     with mpl.rc_context({"svg.hashsalt": label + " (narrow)" * narrow}):
         figure.savefig(buffer, format="svg", transparent=True, metadata=nothing)
     text = buffer.getvalue()
     text = text[text.index("<svg") :]
     text = re.sub(r"<metadata>.*?</metadata>\s*", "", text, flags=re.DOTALL)
     text = re.sub(r"<!--.*?-->\s*", "", text, flags=re.DOTALL)
-    # Inside of HTML, SVG needs no namespaces, and ids must be unique.
+    # SVG within HTML needs no namespaces, but ids must be unique on the page.
     text = text.replace("xlink:href", "href")
     text = re.sub(r'\sxmlns(:\w+)?="[^"]*"', "", text)
     used = set(re.findall(r'href="#([^"]+)"', text)) | set(re.findall(r"url\(#([^)]+)\)", text))
     text = re.sub(r'\sid="([^"]*)"', lambda found: found[0] if found[1] in used else "", text)
-    # Round coordinates to a hundredth of a point. Numbers between tags are text and are not changed.
+    # Round coordinates to a hundredth of a point. Numbers between tags are text, and are not changed.
     text = re.sub(r"<(?!a )[^>]*>", lambda tag: re.sub(r"(\d\.\d\d)\d+", r"\1", tag[0]), text)
     # Remove blanks around the letters of paths, and indents of elements.
     text = re.sub(r'(?<= d=")[^"]*', lambda path: re.sub(r"\s*([A-Za-z])\s*", r"\1", path[0]), text)
@@ -342,13 +343,13 @@ def render(figure: Figure, label: str, links: Mapping[str, str] = MappingProxyTy
     for anchor, link_name in links.items():
         name = html.escape(link_name, quote=True)
         text = text.replace(f'<a href="#{anchor}" target="_blank">', f'<a href="#{anchor}" aria-label="{name}">')
-    role = "group" if links else "img"  # an element of role img must not contain links
+    role = "group" if links else "img"  # an element with the role img must not contain links
     text = re.sub(r'^<svg[^>]*?(viewBox="[^"]*")[^>]*>', rf'<svg \1 role="{role}" aria-label="LABEL">', text)
     return text.strip().replace("LABEL", html.escape(label, quote=True), 1)
 
 
 def to_separate_svg(svg: str) -> str:
     """Convert a drawing of a page to a separate SVG file, which needs XML namespaces."""
-    svg = re.sub(r"</?a\b[^>]*>", "", svg)  # the links are removed, since they lead to parts of the page
+    svg = re.sub(r"</?a\b[^>]*>", "", svg)  # remove links, because they lead to parts of the page
     names = 'xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink"'
     return svg.replace("<svg ", f"<svg {names} ", 1) + "\n"

@@ -1,8 +1,8 @@
-"""Paths of the discs of a trace, compressed to few knots. A disc flies freely between two knots.
+"""Paths of the discs of a trace, stored as few points (knots). A disc flies freely from one knot to the next.
 
 Between two knots, a disc moves on the straight line or, under gravity, on the parabola through both knots: ``p(t) = p_a
-+ (p_b - p_a) (t - a) / (b - a) + g (t - a) (t - b) / 2``. So a knot consists of a time and a position, and paths never
-jump.
++ (p_b - p_a) (t - a) / (b - a) + g (t - a) (t - b) / 2``. So a knot consists of only a time and a position, and paths
+never jump.
 """
 
 from __future__ import annotations
@@ -18,24 +18,24 @@ from carom.model.trace import Trace, turn_times
 
 Array = NDArray[np.float64]
 
-#: A sampled state is dropped if the flight between its neighbours passes the state within this fraction of the scene's
+#: A recorded state is omitted if the flight between its neighbours passes it within this fraction of the scene's
 #: extent. This is a thousandth of a pixel in a picture of a hundred pixels, and a fiftieth of a pixel in the largest
 #: picture.
 SHARPNESS = 1e-5
-#: Number of pieces of a slide. The drawn spin is constant in each piece. The error of the angle is at most 1/576 of the
-#: angle that the change of spin adds.
+#: Number of pieces into which the sliding of a disc is divided. In each piece, the disc is drawn with constant spin.
+#: The error of its angle is at most 1/576 of the angle that the change of spin causes.
 _PIECES_OF_A_SLIDE = 12
 
 
 @dataclass(frozen=True)
 class Track:
-    """The flights of one disc.
+    """The path of one disc as a sequence of free flights.
 
     Attributes:
         time_s: Times at which flights begin, and the time at which the last flight ends; shape ``(k,)``, ascending.
         position_m: Positions of the disc at these times, shape ``(k, 2)``.
-        pull_m_s2: Acceleration of all flights, shape ``(2,)``; or of each flight, shape ``(k - 1, 2)``, if the disc
-            sometimes slides, rolls or rests.
+        pull_m_s2: Acceleration in all flights, shape ``(2,)``. If the disc sometimes slides, rolls or rests, this is
+            the acceleration in each flight, shape ``(k - 1, 2)``.
     """
 
     time_s: Array
@@ -44,7 +44,7 @@ class Track:
 
     @property
     def pulls_m_s2(self) -> Array:
-        """The acceleration of each flight, shape ``(k - 1, 2)``."""
+        """The acceleration in each flight, shape ``(k - 1, 2)``."""
         return np.broadcast_to(self.pull_m_s2, (len(self.time_s) - 1, 2))
 
     def positions_at(self, time_s: Array) -> Array:
@@ -59,7 +59,7 @@ class Track:
         return found
 
     def convert_to_pull(self, pull_m_s2: Array, near_m: float) -> Track:
-        """Return a track whose flights all have the given acceleration, with a position error of at most `near_m`."""
+        """Convert a track to flights with a given acceleration, with a position error of at most `near_m`."""
         if self.pull_m_s2.ndim == 1:
             return self
         durations_s = np.diff(self.time_s)
@@ -73,10 +73,10 @@ class Track:
 
 @dataclass(frozen=True)
 class Turning:
-    """The angle of one disc. Between two successive times, the angle changes at a constant rate.
+    """The angle of one disc over time. Between two successive stored times, it changes at a constant rate.
 
     Attributes:
-        time_s: Times of the start, of the disc's impacts, of changes of its spin within contacts, and of the end; shape
+        time_s: The times of the start, of the disc's impacts, of changes of its spin in contacts, and of the end; shape
             ``(k,)``, ascending.
         angle_rad: The angle at these times relative to the start, counterclockwise, shape ``(k,)``.
     """
@@ -90,9 +90,9 @@ class Turning:
 
 
 def compute_turnings(trace: Trace) -> tuple[Turning, ...]:
-    """Return the angle of each disc over time, from the trace's own spins; empty if no disc turns.
+    """Compute the angle of each disc over time from the trace's own spins; empty if no disc turns.
 
-    A disc stops turning when its spin is NaN.
+    From the time when a disc's spin is NaN, its angle is constant.
     """
     if trace.spins is None:
         return ()
@@ -153,10 +153,10 @@ def build_reference_tracks(trace: Trace) -> tuple[Track, ...]:
 
 
 def _compute_knot_times(flight: Flight) -> list[float]:
-    """Return the times of a flight's knots, up to its end. With damping, a flight needs several knots.
+    """Return the times of a flight's knots. With damping, a flight needs several knots.
 
     With a damping rate c and a time h between two knots, a disc of speed v has an error of up to c v h^2 / 8. The error
-    must be at most `SHARPNESS` of the flight's length. When a smaller part of the flight's length remains, the disc is
+    must be at most `SHARPNESS` times the flight's length. When the remaining path is shorter than this, the disc is
     drawn at rest.
     """
     duration_s, rate = flight.end_s - flight.begin_s, flight.damping.per_s
@@ -173,8 +173,8 @@ def build_observed_tracks(trace: Trace, extent_m: float) -> tuple[Track, ...]:
 
     If no states are recorded, or if the impacts explain all states, return tracks from the impacts.
 
-    If a method advances to the instants of impacts, discs change direction between two states. So the impacts of such a
-    method describe the paths better than the states.
+    If a method advances to the instants of impacts, discs change direction between two recorded states. So the impacts
+    of such a method describe the paths better than its states.
 
     Args:
         trace: The run.
@@ -207,20 +207,20 @@ def list_sampled_positions(trace: Trace) -> tuple[Array, Array] | None:
 
 
 def _cut_at_non_finite(track: Track) -> Track:
-    """Return a track up to its first non-finite number. After its last finite position, the disc does not move."""
+    """Return a track up to its first number that is NaN or infinite. After this, the disc is drawn at rest."""
     known = np.isfinite(track.time_s) & np.isfinite(track.position_m).all(axis=1)
     count = len(known) if known.all() else int(known.argmin())
     return track if count == len(known) else Track(track.time_s[:count], track.position_m[:count], track.pull_m_s2)
 
 
 def _does_pass_through(track: Track, times: Array, places: Array, near: float) -> bool:
-    """Return whether a track passes through the states; False for a track that is not finite."""
+    """Return whether a track passes through all given states; False if the track contains NaN or infinite numbers."""
     away = np.abs(track.positions_at(times) - places)
     return bool(np.isfinite(away).all() and away.max() <= near)
 
 
 def _thin_track(times: Array, places: Array, pull: Array, near: float) -> Track:
-    """Return a track through as few states as are needed to explain the other states."""
+    """Return a track through as few states as possible, so that it also passes through all other states."""
     finite = np.isfinite(places).all(axis=1)
     times, places = times[finite], places[finite]
     kept_rows, pending = [0], [(0, len(times) - 1)]

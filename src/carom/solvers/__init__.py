@@ -1,1 +1,1 @@
-"""Carom's own methods, which compute a trace from a scene: PIC event-driven, PIC frame by frame, and PIT."""
+"""Carom's own methods, which compute a trace from a scene: PIC from impact to impact, PIC frame by frame, and PIT."""

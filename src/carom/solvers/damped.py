@@ -1,7 +1,7 @@
-"""PIC runs with damping, computed by conversion of an undamped run. See `carom.model.damping`.
+"""PIC runs with damping, computed by conversion of a run without damping. See `carom.model.damping`.
 
-The undamped run covers the same paths. The times and velocities of the undamped run are converted to those with
-damping.
+In both runs, discs move along the same paths. The times and velocities of the run without damping are converted to
+those with damping.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ if TYPE_CHECKING:
 
 
 def build_undamped_options(options: RunOptions, damping: Damping) -> RunOptions:
-    """Return the options of the undamped run, without a contact time, which damping does not support."""
+    """Return the options of the run without damping. They have no contact time, which damping does not support."""
     if options.window_s == ALWAYS:
         return replace(options, contact_duration_s=0.0)
     begin, end = options.window_s
-    # Several undamped times can map to the same damped time. Start with the smallest undamped time that maps into the
-    # window.
+    # Because of rounding, several undamped times correspond to the same damped time. Start with the smallest one that
+    # is within the window.
     undamped_begin_s = (
         -math.inf
         if begin <= 0.0
@@ -50,7 +50,7 @@ class DampedRun(SeenRun):
     """A PIC run with damping; implements `carom.solvers.run.Run`.
 
     Args:
-        run: The undamped run, not yet advanced.
+        run: The run without damping, which must be at its start.
         damping: The damping.
     """
 
@@ -60,7 +60,9 @@ class DampedRun(SeenRun):
         self._damping = damping
 
     def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:
-        """Carry out every impact up to and including `time_s`. Stop earlier if the run has had `max_impacts` in all.
+        """Apply every impact up to and including `time_s`.
+
+        Stop earlier if the run has had `max_impacts` impacts in total.
 
         Raises:
             InputError: An argument is invalid, see `carom.solvers.options.require_goal`.
@@ -78,13 +80,13 @@ class DampedRun(SeenRun):
         return self._run.velocities() * self._damping.compute_kept_fraction(self.time_s)
 
     def spins(self) -> Array | None:
-        """Return the current spins, in radians per second, shape ``(n,)``; None if nothing in the scene turns."""
+        """Return the current spins, in radians per second, shape ``(n,)``; None if no disc in the scene turns."""
         spins = self._run.spins()
         return None if spins is None else spins * self._damping.compute_kept_fraction(self.time_s)
 
 
 def _slow_rows(rows: NDArray[np.void], log: RunImpacts, damping: Damping) -> NDArray[np.void]:
-    """Convert impacts, or their spins, from motion without damping to motion with damping."""
+    """Convert impacts or their spins from the run without damping to the motion with damping."""
     slowed = rows.copy()
     if rows.dtype == SPIN_DTYPE:
         damped_time.slow_spins(damping.per_s, log.array().view(np.uint8), slowed.view(np.uint8))

@@ -1,4 +1,4 @@
-"""Options of a PIC run, and checks shared by `carom.solve_pic` and the run classes."""
+"""Options of a PIC run, and checks that `carom.solve_pic` and the run classes share."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from carom.solvers.units import Units
 
 ALWAYS = (-math.inf, math.inf)
-#: Number of impacts that means "no limit" in compiled loops.
+#: Number of impacts that compiled code interprets as no limit.
 NO_LIMIT = 2**62
 
 
@@ -23,9 +23,10 @@ class RunOptions:
     """Options of a run: the impacts to record, and the contact time.
 
     Attributes:
-        record: Which impacts to record: "all" or "none". Impacts of each disc are counted in any case.
+        record: Which impacts to record: "all" or "none". The impacts of each disc are counted in both cases.
         window_s: First and last time of impacts to record, in seconds.
-        contact_duration_s: Contact time of the TC model, in seconds; 0 for none.
+        contact_duration_s: Contact time of the TC model, in seconds, which is explained in `EventDrivenRun`; 0 turns
+            the model off.
 
     Raises:
         InputError: An option is outside its range; the message names the option.
@@ -48,8 +49,8 @@ class RunOptions:
     def of(cls, record: str, window_s: tuple[float, float], contact_duration_s: float) -> RunOptions:
         """Return checked options.
 
-        If all options have their default values, the result is the object `PLAIN`, because creating an object would
-        slow down scenes of two discs.
+        If all options have their default values, the result is the existing object `PLAIN`. Creating a new object would
+        take noticeable time in scenes of two discs.
         """
         if record == "all" and window_s is ALWAYS and type(contact_duration_s) is float and contact_duration_s == 0.0:
             return PLAIN
@@ -78,9 +79,9 @@ PLAIN = RunOptions()
 
 
 def require_goal(time_s: float, max_impacts: int | None) -> None:
-    """Check the goal of a run: a time, which may be infinite, and a number of impacts.
+    """Check the time and the number of impacts at which a run must stop. The time may be infinite.
 
-    NaN is refused, because a run up to NaN would never end.
+    NaN is refused, because a run up to such a time would never end.
 
     Raises:
         InputError: The message names the argument and its value.

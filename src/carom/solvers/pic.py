@@ -1,8 +1,8 @@
-"""PIC, predicted instant of collision: event-driven, without frames.
+"""PIC, predicted instant of collision: advances from impact to impact, without frames.
 
-PIC solves for the next impact of each disc and applies the earliest one at its instant. After an impact, PIC predicts
-new impacts only for the discs of this impact. So all impacts are applied in order, for any number of impacts between
-two frames.
+PIC computes the next impact of each disc, and applies the earliest one at its instant. After an impact, PIC predicts
+new impacts only for the discs of this impact. So all impacts are applied in order, even if there are many between two
+frames.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ if TYPE_CHECKING:
     from carom.solvers.run import Run, Start
     from carom.solvers.units import Units
 
-#: Numbers of impacts of each disc: for two discs that don't meet, and for two discs that meet.
+#: Numbers of impacts of each disc, in a scene of two discs that don't meet (first row) or meet (second row).
 _IMPACTS_PER_DISC = np.frombuffer(np.array([[0, 0], [1, 1]]).tobytes(), np.int64).reshape(2, 2)
 
 
 def start_pic_run(scene: Scene, options: RunOptions = PLAIN, *, all_pairs: bool = False) -> Run:
-    """Return an event-driven PIC run of a scene. The run can be advanced in pieces.
+    """Return a PIC run of a scene, which can be advanced in pieces.
 
-    With `all_pairs`, all pairs are computed at each event. The result is the same.
+    If `all_pairs` is true, the next impact of each pair is computed at each event. This does not change the result.
     """
     from carom.solvers.event_driven.run import EventDrivenRun  # imported here, because the closed form does not need it
     from carom.solvers.units import run_in_ordinary_units
@@ -72,18 +72,18 @@ def solve_pic(
     contact_duration_s: float = 0.0,
     progress: Callable[[int, float], None] | None = None,
 ) -> Trace:
-    """Run a scene by event-driven PIC, the reference of all comparisons.
+    """Run a scene by PIC, with which all other methods are compared.
 
     Args:
         scene: The scene, or its name in the catalogue.
         max_impacts: Stop after this many impacts; None for no limit.
         until_s: Stop at this time instead of the scene's duration.
-        record: Which impacts the trace contains: "all" or "none". Impacts of each disc are counted in any case.
+        record: Which impacts the trace contains: "all" or "none". The impacts of each disc are counted in both cases.
         window_s: First and last time of impacts to keep, in seconds.
         sample_times_s: Ascending times, in seconds, at which the trace contains all positions.
-        contact_duration_s: Contact time of the TC model, in seconds. The model prevents inelastic collapse; 0 turns it
-            off.
-        progress: Called at intervals with the number of impacts so far and the time reached.
+        contact_duration_s: Contact time of the TC model, in seconds, which is explained in `EventDrivenRun`. The model
+            prevents inelastic collapse. 0 turns it off.
+        progress: Function that is called at intervals with the number of impacts so far and the time reached.
 
     Returns:
         The trace. If the run ended early, the final state is the state at the last impact.
@@ -127,7 +127,7 @@ def _load_compiled_solver() -> Callable[[Disc, Disc, float, float], tuple[bytes,
 
 
 def _solve_two_discs(scene: Scene, end_s: float) -> Trace | None:
-    """Run a scene of two discs without walls by its closed form; None if the closed form does not apply."""
+    """Solve a scene of two discs without walls by formulas; None if the formulas do not apply to the scene."""
     first, second = scene.discs
     solution = _load_compiled_solver()(first, second, scene.restitution, end_s)
     if solution is None:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class Request(NamedTuple):
-    """Checked arguments of `carom.solve_pic` except the scene: the goal of a run, and what to record."""
+    """Checked arguments of `carom.solve_pic`, except for the scene: the goal of a run, and the data to record."""
 
     end_s: float
     max_impacts: int | None
@@ -59,7 +59,7 @@ class Request(NamedTuple):
 
     @property
     def is_plain(self) -> bool:
-        """Whether the run needs no samples, progress or special options."""
+        """Whether all arguments have their defaults, so that a faster function can be used."""
         return self.max_impacts != 0 and self[2:] == (PLAIN, (), None)
 
     def advance_run(self, run: Run) -> tuple[Outcome, Samples | None]:
@@ -79,7 +79,7 @@ class Request(NamedTuple):
 
 
 def _find_bending_law(scene: Scene) -> str:
-    """Return the name of a law that changes velocities between impacts; empty if the scene has no such law."""
+    """Return the name of a force that changes velocities between impacts; empty if the scene has none."""
     laws = {
         "gravity": scene.gravity_m_s2 != (0.0, 0.0),
         "damping": scene.damping_per_s,
@@ -99,10 +99,11 @@ def _check_end_time(scene: Scene, until_s: object) -> float:
 
 
 def compute_frames(scene: Scene, frame_rate_hz: object) -> tuple[float, int]:
-    """Return the frame rate, by default the scene's own, and the number of frames that cover the scene.
+    """Return the frame rate, by default the scene's own, and the number of frames in the scene's duration.
 
     Raises:
-        InputError: The frame rate is not a positive number within the limits, or gives more frames than `MOST_STEPS`.
+        InputError: The frame rate is not a positive number within the limits, or leads to more than `MOST_STEPS`
+        frames.
     """
     if frame_rate_hz is None:
         frame_rate_hz = scene.frame_rate_hz

@@ -1,4 +1,4 @@
-"""Append-only array whose appends take amortised constant time."""
+"""Array to which rows are appended, in constant time on average."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Rows:
-    """An array that grows. Arrays returned earlier do not change."""
+    """An array to which rows can be appended. Arrays that were returned earlier do not change."""
 
     def __init__(self, dtype: DTypeLike) -> None:
         self._rows: NDArray[np.void] = np.empty(0, dtype)
@@ -45,7 +45,7 @@ class Rows:
         return rows
 
 
-#: Position of an impact, and the number of the wall's feature: `Contact` of carom_core.h.
+#: Type of a row with the position of an impact and the number of the wall's part; equal to `Contact` of carom_core.h.
 CONTACT_DTYPE = np.dtype([("x", "f8"), ("y", "f8"), ("feature", "i8")])
 
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from carom.model.scene import Scene
     from carom.model.trace import Outcome
 
-#: Called at intervals with the number of impacts so far and the time reached, in seconds.
+#: Function that is called at intervals with the number of impacts so far and the time reached, in seconds.
 Progress = Callable[[int, float], None]
 #: Function that converts rows of impacts, spins or modes.
 SeenRows = Callable[["NDArray[np.void]"], "NDArray[np.void]"]
@@ -27,7 +27,7 @@ class Start(Protocol):
 
     @property
     def arrays(self) -> DiscArrays:
-        """Discs and walls."""
+        """The discs and walls as arrays."""
 
     @property
     def gravity_m_s2(self) -> tuple[float, float]:
@@ -69,7 +69,7 @@ class RunImpacts(Protocol):
 
 
 class Run(Protocol):
-    """A run in progress. A run can be advanced in any number of pieces without changing the result."""
+    """A run in progress. It can be advanced in any number of pieces, which do not change the result."""
 
     @property
     def time_s(self) -> float:
@@ -85,26 +85,28 @@ class Run(Protocol):
 
     @property
     def counts(self) -> dict[str, int]:
-        """Work so far, by name."""
+        """Counts of the work so far, by name."""
 
     def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:
-        """Carry out every impact up to and including `time_s`. Stop earlier if the run has had `max_impacts` in all.
+        """Apply every impact up to and including `time_s`.
+
+        Stop earlier if the run has had `max_impacts` impacts in total.
 
         Raises:
             InputError: An argument is invalid, see `carom.solvers.options.require_goal`.
         """
 
     def positions(self) -> NDArray[np.float64]:
-        """Return the centres now, in metres, shape ``(n, 2)``."""
+        """Return the current centres, in metres, shape ``(n, 2)``."""
 
     def velocities(self) -> NDArray[np.float64]:
         """Return the current velocities, in metres per second, shape ``(n, 2)``."""
 
     def spins(self) -> NDArray[np.float64] | None:
-        """Return the current spins, in radians per second, shape ``(n,)``; None if nothing in the scene turns."""
+        """Return the current spins, in radians per second, shape ``(n,)``; None if no disc in the scene turns."""
 
     def impacts_per_disc(self) -> NDArray[np.int64]:
-        """Return the number of impacts of each disc so far, with discs and walls, shape ``(n,)``."""
+        """Return the number of impacts that each disc has had with discs and walls, shape ``(n,)``."""
 
 
 class SeenRun:
@@ -121,15 +123,15 @@ class SeenRun:
 
     @property
     def counts(self) -> dict[str, int]:
-        """Work so far, by name."""
+        """Counts of the work so far, by name."""
         return self._run.counts
 
     def impacts_per_disc(self) -> NDArray[np.int64]:
-        """Return the number of impacts of each disc so far, with discs and walls, shape ``(n,)``."""
+        """Return the number of impacts that each disc has had with discs and walls, shape ``(n,)``."""
         return self._run.impacts_per_disc()
 
     def positions(self) -> NDArray[np.float64]:
-        """Return the centres now, in metres, shape ``(n, 2)``."""
+        """Return the current centres, in metres, shape ``(n, 2)``."""
         return self._run.positions()
 
 

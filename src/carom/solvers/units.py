@@ -1,7 +1,8 @@
-"""Units of a run. A scene with extreme sizes is converted to units in which its numbers have ordinary sizes.
+"""Units of a run.
 
-The units are powers of two of SI units, so the conversion is exact. Most scenes have ordinary sizes and are not
-converted.
+A scene with extremely large or small numbers is converted to units in which they are of ordinary size.
+
+The units are powers of two of SI units, so the conversion causes no rounding. Most scenes are not converted.
 """
 
 from __future__ import annotations
@@ -33,8 +34,8 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 _LEAST = 1.0 / ORDINARY
-#: Exponent of the greatest speed in the new units. The exponent is above 0 to leave more range for slower discs. The
-#: speed is below `ORDINARY`. So even the gravity that causes this speed within the shortest scene is not too large.
+#: Binary exponent of the greatest speed in the new units. It is above 0, because most other speeds are smaller. But it
+#: is so far below `ORDINARY` that even the gravity which causes this speed in the shortest scene is not too large.
 _FASTEST = 100
 
 
@@ -46,7 +47,7 @@ class Units(NamedTuple):
     mass: int
 
     def convert_scene(self, scene: Scene) -> Start:
-        """Return the scene converted to these units, as the start of a run."""
+        """Convert a scene to these units, and return it as the start of a run."""
         if self == SI:
             return scene
         start, speed = scene.arrays, self.length - self.time
@@ -88,7 +89,7 @@ class Units(NamedTuple):
         return _scale_by_power(time, self.time)
 
     def from_hertz(self, rate: float) -> float:
-        """Convert a rate from 1/s to these units."""
+        """Convert a frequency from 1/s to these units."""
         return _scale_by_power(rate, self.time)
 
     def convert_damping(self, per_s: float) -> Damping:
@@ -128,14 +129,17 @@ def choose_units(scene: Scene) -> Units:
 
 
 def run_in_ordinary_units(scene: Scene, make: Callable[[Start, Units], Any]) -> Any:
-    """Return a run of a scene with results in SI units. `make` builds the run in the units of `choose_units`."""
+    """Return a run that computes in the units of `choose_units`, but has results in SI units.
+
+    `make` builds this run.
+    """
     units = choose_units(scene)
     run = make(units.convert_scene(scene), units)
     return run if units == SI else RunInUnits(run, units)
 
 
 class _ScaledStart(NamedTuple):
-    """The start of a run in other units, without checks. The field names still contain SI units."""
+    """The start of a run in other units. Its numbers are not checked, and field names still contain SI units."""
 
     arrays: DiscArrays
     gravity_m_s2: Vector
@@ -145,7 +149,7 @@ class _ScaledStart(NamedTuple):
 
 
 class RunInUnits(SeenRun):
-    """A PIC or PIT run in other units, with results in SI units; implements `carom.solvers.run.Run`."""
+    """A PIC or PIT run that computes in other units, with results in SI units; implements `carom.solvers.run.Run`."""
 
     def __init__(self, run: Any, units: Units) -> None:
         super().__init__(run, units.convert_rows)
@@ -154,11 +158,11 @@ class RunInUnits(SeenRun):
 
     @property
     def frames(self) -> int:
-        """Number of frames passed by a PIT run."""
+        """Number of frames of a PIT run so far."""
         return self._run.counts["frames"]
 
     def advance_frames(self, frames: int) -> None:
-        """Pass this many frames of a PIT run, and advance to the time of the next frame."""
+        """Run this number of frames of a PIT run, and advance to the time of the next frame."""
         self._of_frames.advance_frames(frames)
 
     @property
@@ -167,12 +171,15 @@ class RunInUnits(SeenRun):
         return self._units.to_seconds(self._run.time_s)
 
     def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:
-        """Carry out every impact up to and including `time_s`. Stop earlier if the run has had `max_impacts` in all."""
+        """Apply every impact up to and including `time_s`.
+
+        Stop earlier if the run has had `max_impacts` impacts in total.
+        """
         look = None if progress is None else lambda impacts, time: progress(impacts, self._units.to_seconds(time))
         return self._run.advance_to(self._units.from_seconds(time_s), max_impacts, look)
 
     def positions(self) -> Array:
-        """Return the centres now, in metres, shape ``(n, 2)``."""
+        """Return the current centres, in metres, shape ``(n, 2)``."""
         return np.ldexp(self._run.positions(), self._units.length)
 
     def velocities(self) -> Array:
@@ -180,7 +187,7 @@ class RunInUnits(SeenRun):
         return np.ldexp(self._run.velocities(), self._units.length - self._units.time)
 
     def spins(self) -> Array | None:
-        """Return the current spins, in radians per second, shape ``(n,)``; None if nothing in the scene turns."""
+        """Return the current spins, in radians per second, shape ``(n,)``; None if no disc in the scene turns."""
         spins = self._run.spins()
         return None if spins is None else np.ldexp(spins, -self._units.time)
 
@@ -193,7 +200,7 @@ def _is_ordinary(scene: Scene) -> bool:
 
 
 def _compute_middle_exponent(smallest: float, largest: float) -> int:
-    """Return the exponent half-way between the exponents of two numbers."""
+    """Return the mean of the binary exponents of two numbers."""
     return (_compute_exponent(smallest) + _compute_exponent(largest)) // 2
 
 

@@ -1,1 +1,1 @@
-"""Studies, one folder each. A study runs tasks on worker processes, and makes a result and a document."""
+"""Studies: one folder for each. A study runs tasks on worker processes, and builds a report from their results."""

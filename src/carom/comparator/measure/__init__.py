@@ -1,1 +1,1 @@
-"""Third stage of a comparison: errors against the reference, against the run's own states, and of each step."""
+"""Third stage of a comparison: errors of a run, contradictions within the run, and errors of each step."""

@@ -1,7 +1,7 @@
 """Consistency of a run: contradictions between its reported impacts and its own states.
 
-`docs/theory/scoring.md`, section 5, lists the checks, and the deviations that sampling and gravity explain. These
-checks need no reference and apply to every run, even beyond a horizon.
+Section 5 of `docs/theory/scoring.md` lists the checks, and the deviations that are allowed. The checks need no
+reference, so they also apply beyond a horizon.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ class Deviation:
     """The largest deviation of one kind, and the disc and time at which it was found.
 
     Attributes:
-        size: The deviation, over the scene's speed or length.
+        size: The deviation, divided by the scene's greatest speed or by its largest radius.
         disc: Number of the disc.
-        since_s: Time at which the flight began, at an impact or at the start, in seconds.
+        since_s: Time of the impact at which the disc's free flight began, in seconds; 0 for a flight from the start.
     """
 
     size: float = 0.0
@@ -39,28 +39,35 @@ class Deviation:
 
 @dataclass(frozen=True, slots=True)
 class Consistency:
-    """Contradictions between a run's own impacts and states, in numbers; 0 if nothing can be checked.
+    """Sizes of the contradictions between a run's reported impacts and its states.
+
+    A size is 0 if nothing can be checked.
 
     Attributes:
-        velocity: Largest change of a velocity between impacts, or after the last one, over the scene's speed.
-        spin: Largest change of a spin times its radius between impacts, over the scene's rim speed; 0 if no disc spins.
-        position: Largest distance of a disc from the position that its own velocities imply, over the scene's length.
-        excess: The part of `position` that is not explained by the overlaps that bodies gain in a step at the two ends
-            of the flight.
+        velocity: Largest change of a velocity between impacts, or after the last one, divided by the scene's greatest
+            speed.
+        spin: Largest change of a spin times its radius between impacts, divided by the scene's greatest disc or rim
+            speed; 0 if no disc spins.
+        position: Largest distance of a disc from the position that its own velocities imply, divided by the largest
+            radius.
+        excess: The part of `position` that remains if the engine moved overlapping bodies apart at both ends of the
+            flight, by at most the overlap that they gain in a step.
         stamp_s: Largest time, in seconds, by which the time stamp of an impact is outside of the run or of the step
             that reported the impact.
-        across: Largest component, perpendicular to the normal, of the velocity change at an impact, over the scene's
-            speed. If the change points away from the normal, the whole change counts.
+        across: Largest velocity change perpendicular to the normal at an impact, divided by the scene's greatest speed.
+            If the velocity change has the wrong sign along the normal, the whole change counts.
         normal_rad: Largest angle between the normal of an impact and its velocity change, in radians.
         normal_length: Largest difference between a normal's length and 1.
-        momentum: Largest change of the velocity of two discs' centre of mass at their impact, over the scene's speed.
-        angular: Largest change of a disc's angular momentum about the point of contact at an impact, over its mass, its
-            radius and the scene's rim speed; 0 if no disc spins.
+        momentum: Largest change of the velocity of two discs' centre of mass at their impact, divided by the scene's
+            greatest speed.
+        angular: Largest change of a disc's angular momentum about the point of contact at an impact, divided by its
+            mass, its radius and the scene's greatest disc or rim speed; 0 if no disc spins.
         angular_excess: The part of `angular` that is not explained by the overlap gained in a step.
-        arm: The lever arm of friction at the impact with the change `angular`, over the disc's radius; NaN if there was
-            no friction.
-        strayed: The largest distance, as in `position`, over the rounding scale of the disc's own positions.
-        strayed_excess: The largest `excess` on the same scale.
+        arm: The distance from the disc's centre at which friction seems to act, divided by the disc's radius, at the
+            impact with the change `angular`. NaN if there was no friction.
+        strayed: The largest distance, as in `position`, but divided by the largest coordinate that the disc can reach.
+            Rounding of positions is proportional to this coordinate.
+        strayed_excess: The largest `excess`, also divided by the largest coordinate that the disc can reach.
         unchecked: Number of free flights that can't be followed because a disc had several contacts in one step.
     """
 
@@ -82,7 +89,7 @@ class Consistency:
 
 
 def measure_consistency(trace: Trace, scales: Scales, until_s: float = math.inf) -> Consistency:
-    """Measure how far a run's impacts and states contradict each other, relative to the run's scales.
+    """Measure how far a run's reported impacts and its states contradict each other.
 
     Only times up to `until_s` are checked, because there is no free flight after a disc comes to rest.
     """
@@ -92,7 +99,7 @@ def measure_consistency(trace: Trace, scales: Scales, until_s: float = math.inf)
     reach = compute_own_scales(trace).reach_m[disc.astype(np.intp)]
 
     def find_worst(sizes: Array) -> Deviation:
-        known = np.where(np.isnan(sizes), 0.0, sizes)  # `unchecked` counts flights that can't be followed
+        known = np.where(np.isnan(sizes), 0.0, sizes)  # NaN: the flight can't be followed; see `unchecked`
         worst_row = int(np.argmax(known))
         if not known[worst_row] > 0.0:
             return Deviation()
@@ -120,11 +127,11 @@ def measure_consistency(trace: Trace, scales: Scales, until_s: float = math.inf)
 
 
 def _iterate_flights(trace: Trace, until_s: float) -> Iterator[Array]:
-    """Yield the free flights of each disc, from impact to impact and from the last impact to the end, shape ``(6, k)``.
+    """Yield the free flights of each disc, between its impacts and to the end of the run, shape ``(6, k)``.
 
     The rows are the disc, the time at which the flight begins, and the deviations of velocity, rim speed and position
-    at the flight's end (NaN if the flight can't be followed). The last row is the distance by which the contacts at
-    both ends may have moved the disc.
+    at the flight's end (NaN if the flight can't be followed). The last row is the distance by which the engine may have
+    moved the overlapping disc at both ends of the flight.
     """
     impacts, count = trace.impacts, len(trace.impacts)
     bodies = np.concatenate([impacts["first"], impacts["second"]])
@@ -140,7 +147,7 @@ def _iterate_flights(trace: Trace, until_s: float) -> Iterator[Array]:
     start, slowing = trace.scene.arrays, Slowing.of(trace.scene)
     rims_end = np.zeros(len(start)) if trace.final_spin_rad_s is None else start.radius_m * trace.final_spin_rad_s
     for number, disc in enumerate(trace.scene.discs):
-        if disc.legs:  # a driven path turns without impacts
+        if disc.legs:  # a disc with a prescribed path turns without impacts
             continue
         rows = order[first_of[number] : first_of[number + 1]]
         own_impacts = rows % max(count, 1)
@@ -161,15 +168,15 @@ def _iterate_flights(trace: Trace, until_s: float) -> Iterator[Array]:
         pull = math.hypot(gx, gy)
         if pull > 0.0:
             along, across = np.array([gx, gy]) / pull, np.array([-gy, gx]) / pull
-            # Velocities are known at step boundaries only. So gravity acts for whole steps, at most from the start of
-            # the step with one contact until one step after the next contact.
+            # Velocities are known at step boundaries only. So gravity may act for up to two steps longer than the
+            # flight: from the start of the step with the first contact until one step after the next contact.
             most_change = pull * (time[1:] + trace.dt_s - np.concatenate([[0.0], begin_s[own_impacts]]))
             beyond = np.maximum(np.maximum(-pull * trace.dt_s - change @ along, change @ along - most_change), 0.0)
             velocity_error, distance = np.hypot(change @ across, beyond), np.abs(path_error @ across)
         else:
             velocity_error, distance = np.hypot(*change.T), np.hypot(*path_error.T)
-            # A step at constant speed ends off the path of a slowed disc, by up to half of the lost speed times the
-            # step size.
+            # An engine may move a slowed disc at a constant speed during a step. The step then ends off the disc's
+            # path, by up to half of the lost speed times the step size.
             distance = np.maximum(distance - 0.5 * trace.dt_s * np.hypot(*leaving.T) * (1.0 - kept_fraction), 0.0)
         followed = np.isfinite(duration_s) & (time[1:] <= until_s)
         deviations = (np.where(followed, deviation, math.nan) for deviation in (velocity_error, spun, distance))
@@ -186,25 +193,25 @@ def _compute_slowing(slowing: Slowing, duration_s: Array, speed: Array) -> tuple
 
 
 def _find_turn_times(trace: Trace) -> Array:
-    """Return the effective time of each impact, NaN if unknown; the reported time if the method has no steps."""
+    """Return the time at which each impact turned the paths of its bodies; NaN if unknown."""
     times: Array = trace.impacts["time_s"] if trace.effective_time_s is None else trace.effective_time_s
     return times
 
 
 def _compute_turn_places(trace: Trace, turning: Array) -> Array:
-    """Return the positions at which each impact turned the paths of its bodies, shape ``(2, m, 2)``; NaN if unknown."""
+    """Return both bodies' positions when an impact turned their paths, shape ``(2, m, 2)``; NaN if unknown."""
     state = trace.state_before
     if state is None:
         return np.full((2, len(trace.impacts), 2), math.nan)
     before = velocities(trace.impacts, "before")
     waited = np.broadcast_to(turning - state["time_s"], (2, len(turning)))
     slowing = Slowing.of(trace.scene)
-    if slowing:  # only the velocity at the turn is known, so the flight is followed backwards
+    if slowing:  # only the velocity at the turn is known, so follow the flight backwards
         speed = np.hypot(before[..., 0], before[..., 1])
         waited = np.array(
             [-_compute_slowing(slowing, -duration_s, fast)[1] for duration_s, fast in zip(waited, speed, strict=True)]
         )
-        if slowing.table_m_s2:  # a disc that has stopped does not reveal where it came from
+        if slowing.table_m_s2:  # the earlier path of a disc that has stopped is not known
             waited = np.where(speed > 0.0, waited, math.nan)
     places: Array = np.stack([state["position_first"], state["position_second"]]) + before * waited[..., None]
     return places
@@ -242,12 +249,12 @@ def _measure_stamp_error(trace: Trace) -> float:
 
 
 def _measure_normal_error(trace: Trace, scales: Scales) -> tuple[float, float]:
-    """Return the largest velocity change perpendicular to the normal, over the scene's speed, and the largest angle.
+    """Return the largest unexplained velocity change perpendicular to the normal, and the largest wrong angle.
 
-    The normal of a half-plane is known. For a finite wall and for two discs, the normal is the direction of the change
-    of relative velocity, but two causes may add other parts to this change. Friction adds at most its coefficient times
-    the normal part. Gravity adds its part if it acts on only one of the bodies. If several contacts share a disc in one
-    step, their velocity changes can't be separated.
+    The result is a fraction of the scene's greatest speed, and an angle between velocity change and normal. Without
+    friction and gravity, the relative velocity changes only along the normal. Friction adds a perpendicular change of
+    at most its coefficient times the normal change. Gravity adds a change if it acts on only one of the bodies. If a
+    disc has several contacts in one step, their velocity changes can't be separated.
     """
     impacts, second, movable = trace.impacts, trace.impacts["second"], trace.scene.arrays.movable
     changes = velocities(impacts, "after") - velocities(impacts, "before")
@@ -275,7 +282,7 @@ def _compute_unit_normals(trace: Trace) -> Array:
 
 
 def _compute_gravity_across(trace: Trace, normal: Array) -> Array:
-    """Return the largest velocity that gravity may add perpendicular to a contact's normal, in metres per second."""
+    """Return the largest velocity (m/s) that gravity may add perpendicular to the normal during each contact."""
     gravity = np.broadcast_to(np.array(trace.scene.gravity_m_s2), normal.shape)
     return _compute_cross_products(gravity, normal) * _compute_contact_durations(trace)
 
@@ -283,7 +290,7 @@ def _compute_gravity_across(trace: Trace, normal: Array) -> Array:
 def _measure_momentum_error(trace: Trace) -> float:
     """Return the largest velocity change of two discs' centre of mass at an impact, in metres per second.
 
-    Velocity that gravity adds during the contact is allowed. Impacts whose velocity changes can't be separated are not
+    Velocity that gravity adds during the contact is allowed. If a disc has several contacts in one step, they are not
     checked.
     """
     impacts = trace.impacts
@@ -299,15 +306,15 @@ def _measure_momentum_error(trace: Trace) -> float:
 
 
 def _measure_angular_error(trace: Trace) -> tuple[float, float, float]:
-    """Return the largest change of angular momentum about a contact, the largest unexplained change, and the lever arm.
+    """Return the largest change of angular momentum about a contact, its unexplained part, and friction's lever arm.
 
-    An impulse at the contact has no moment about the contact. So friction changes two quantities of the first body by
-    the same amount: the velocity perpendicular to the normal, and ``k R w`` (k is the inertia factor). For the second
-    body, the change has the opposite sign. The result is divided by mass and radius, so it is in metres per second.
-    Sampling explains two effects. When bodies are found in contact, they already overlap, by at most the distance that
-    they approach in a step. An overlap can only shorten the lever arm. In a contact of several steps the normal turns.
-    The velocity that gravity adds perpendicular to the normal is allowed. Impacts whose velocity changes can't be
-    separated are not checked. Walls with rolling resistance are not checked either, because it changes angular
+    The angular momentum is divided by mass and radius, so it is in metres per second. An impulse at the contact has no
+    moment about the contact. So friction changes two quantities of the first body by the same amount: the velocity
+    perpendicular to the normal, and ``k R w`` (k is the inertia factor). For the second body, the change has the
+    opposite sign. Two effects of checking once per step are allowed. First, bodies that are found in contact already
+    overlap, and this shortens friction's lever arm. Second, the normal turns during a contact of several steps. The
+    velocity that gravity adds perpendicular to the normal is also allowed. If a disc has several contacts in one step,
+    they are not checked. Walls with rolling resistance are not checked either, because this resistance changes angular
     momentum.
     """
     impacts, start = trace.impacts, trace.scene.arrays
@@ -320,7 +327,7 @@ def _measure_angular_error(trace: Trace) -> tuple[float, float, float]:
     known, duration_s = np.isfinite(_find_turn_times(trace)), _compute_contact_durations(trace)
     if trace.scene.wall_rolling_resistance:
         known &= impacts["second"] >= 0
-    # For a contact that acts in a single step, `duration_s` is at most three steps.
+    # A contact that acts in a single step has a `duration_s` of at most three steps.
     lasting = (impacts["second"] >= 0) & (duration_s > 3.0 * trace.dt_s * (1.0 + THRESHOLDS.rounding))
     worst, worst_excess, arm = 0.0, 0.0, math.nan
     for k, (side, sign) in enumerate((("first", 1.0), ("second", -1.0))):
@@ -345,7 +352,7 @@ def _measure_angular_error(trace: Trace) -> tuple[float, float, float]:
 
 
 def _compute_contact_durations(trace: Trace) -> Array:
-    """Return the longest possible duration of each contact: twice the time from step start to turn, plus a step."""
+    """Return each contact's longest possible duration: a step, plus twice the time from step start to turn."""
     duration_s = np.full(len(trace.impacts), trace.dt_s)
     if trace.state_before is not None:
         waited = _find_turn_times(trace) - trace.state_before["time_s"]

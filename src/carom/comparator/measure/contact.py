@@ -1,10 +1,10 @@
-"""Scores of lasting contact: discs that slide, roll and rest, compared with the closed form of Coulomb's law.
+"""Comparison of discs that slide, roll and rest with the exact solution of Coulomb's law.
 
-Observed states are compared with the reference's at the same instants. PIT has no lasting contact and lets discs bounce
-at its frames; its errors are the cost of sampling. Three further errors are allowed. An integrator that moves a disc at
-a constant speed for a whole step has a position error of ``dt / 2`` times the change of that speed. The velocities of
-such an integrator differ from the reference's by the change that gravity and friction cause in a step, ``g dt (1 +
-f)``. In addition, an impact may be late by a step.
+The run's states are compared with the reference's states at the same instants. PIT has no lasting contact: its discs
+bounce whenever it checks for overlap. Errors of at most PIT's size are allowed, and three further errors. First, an
+integrator may move a disc at a constant speed for a whole step. The disc then has a position error of ``dt / 2`` times
+the change of its speed in the step. Second, its velocities may be off by the change that gravity and friction cause in
+a step, ``g dt (1 + f)``. Third, an impact may be late by a step.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ Array = NDArray[np.float64]
 
 
 class ContactErrors(NamedTuple):
-    """The largest differences from the reference in contact: of positions (m), velocities and rim speeds (m/s)."""
+    """The largest differences from the reference in lasting contact: positions (m), velocities and rim speeds (m/s)."""
 
     place_m: float
     velocity_m_s: float
@@ -49,26 +49,27 @@ class ContactErrors(NamedTuple):
 
 @dataclass(frozen=True)
 class ContactScore:
-    """Errors and grade of a run in contact.
+    """Errors and grade of a run while its discs are in lasting contact.
 
     Attributes:
-        begin_s: When contact begins in the reference.
-        end_s: End of the comparison: the end of the run, or an instant that has no unique answer.
+        begin_s: Time at which lasting contact begins in the reference, in seconds.
+        end_s: End of the comparison, in seconds: the end of the run, or an instant at which several impacts have no
+            unique result.
         compared_states: Number of states that were compared.
         errors: Errors of the run.
         pit: Errors of PIT with the same step size; None for a run without steps.
-        allowed: Errors that sampling and an integrator's step explain.
-        beyond_m: The position error without its part of ``dt / 2`` times the change of velocity since the first state.
-            An integrator that moves a disc at one speed for a whole step causes that part.
-        momentum_m_s: Largest error of the angular momentum about the wall, over mass and radius. Friction does not
-            change this momentum. NaN if a disc meets other discs, or several walls.
+        allowed: Largest errors that follow from checking once per step and from an integrator's step.
+        beyond_m: The position error that remains after subtracting ``dt / 2`` times the change of velocity since the
+            first state. The subtracted part is the error of an integrator that moves a disc at one speed for a whole
+            step.
+        momentum_m_s: Largest error of a disc's angular momentum about a point on the wall's surface, divided by mass
+            and radius. Friction does not change this momentum. NaN if a disc meets other discs or several walls.
         rest_m_s: Mean final speed of the discs that should rest; NaN if no disc should rest.
         frozen: Whether a disc stands still at the end although it should move.
-        quality: How well the run keeps discs on their walls.
-        late: How late bounces and slips end.
-        late_allowed: Largest allowed time errors of the ends of bounces and slips. Sampling causes such errors. A
-            method whose last hops are shorter than its step is early by at most ``dt / (1 - e)``. Compared states may
-            also be several steps apart.
+        quality: Gaps, overlaps and hops of discs that should stay on their walls.
+        late: How late the bounces and the sliding of discs end.
+        late_allowed: Largest allowed errors of these end times. A method can't show hops that are shorter than its
+            step, so its bounces may end early by ``dt / (1 - e)``. Compared states may also be several steps apart.
         grade: The grade of the contact.
     """
 
@@ -89,12 +90,12 @@ class ContactScore:
 
     @property
     def ends_in_time(self) -> bool:
-        """Whether bounces and slips end in time, as far as sampling can show."""
+        """Whether the bounces and the sliding of discs end within the allowed time errors."""
         return not any(abs(late) > allowed_s for late, allowed_s in zip(self.late, self.late_allowed, strict=True))
 
 
 def score_contact(run: AlignedRun) -> ContactScore | None:
-    """Score a run while the reference is in contact; None if there is no contact, or if states were not stored."""
+    """Score a run while discs are in lasting contact; None without such contact, or if states were not stored."""
     reference, observed, scales = run.reference, run.observed, run.scales
     looks, begin_s = observed.looks, reference.contact_s
     if looks is None or reference.modes is None or reference.outcome is not Outcome.COMPLETED:
@@ -104,7 +105,8 @@ def score_contact(run: AlignedRun) -> ContactScore | None:
     until = looks.time_s <= end_s
     inside = looks.time_s[until] >= begin_s
     struck_s, dt_s = reference.impacts["time_s"][reference.impacts["time_s"] > begin_s], observed.dt_s
-    for time_s in struck_s.tolist():  # near an impact, rounding decides whether a state is before it
+    # Skip states close to an impact, because rounding decides whether they are before it.
+    for time_s in struck_s.tolist():
         inside &= np.abs(looks.time_s[until] - time_s - 0.5 * dt_s) > dt_s
     if not inside.any():
         return None
@@ -127,9 +129,9 @@ def score_contact(run: AlignedRun) -> ContactScore | None:
         pit, pit_rest_m_s, _, pit_quality, pit_late = measure_states(hopping)
         allowed = _compute_allowed_errors(reference.scene, truth, dt_s, pit, len(struck_s))
         late_allowed = _compute_allowed_lateness(reference, pit_late, looks.time_s, dt_s)
-        # In PIT no disc rests. Discs hop, and hop higher on a wall with larger restitution.
+        # In PIT, no disc rests: it hops, and it hops higher on a wall with larger restitution.
         fast = float(np.fmax.reduce([slow, pit_rest_m_s, pit_quality.hop_m_s]))
-        # The limit of rounding is a hundredth of a step's displacement. The position of a disc that never moves is not
+        # Rounding may explain at most a hundredth of a step's displacement. If a disc never moves, its position is not
         # rounded at each step.
         step_m = dt_s * _find_greatest_length(truth.velocity_m_s)
         place = min(place, THRESHOLDS.close * step_m if step_m else run.rounding * scales.reach_m)
@@ -157,12 +159,12 @@ def score_contact(run: AlignedRun) -> ContactScore | None:
 
 
 def _compute_allowed_lateness(reference: Trace, pit: Ends, looks_s: Array, dt_s: float) -> Ends:
-    """Return the largest time errors, early or late, that sampling explains at the ends of bounces and slips.
+    """Return the largest allowed errors of the times at which discs stop bouncing and stop sliding.
 
-    The errors include PIT's own lateness.
+    The allowed errors include PIT's own errors.
 
-    The smallest hop that counts takes `RESTING_STEPS` steps to rise, and as many to fall. Compared states may be
-    several steps apart.
+    The smallest hop that counts takes `RESTING_STEPS` steps to rise, and as many to fall. In addition, compared states
+    may be several steps apart.
     """
     materials = reference.scene.arrays.materials
     restitutions = (materials[wall_index(touch.wall)].restitution for touch in find_contact_intervals(reference))
@@ -173,9 +175,10 @@ def _compute_allowed_lateness(reference: Trace, pit: Ends, looks_s: Array, dt_s:
 
 
 def _measure_error_beyond_half_step(truth: States, observed: States, dt_s: float) -> float:
-    """Return the position error without the part that an integrator's half step explains.
+    """Return the position error without the error of an integrator that moves discs at one speed for a whole step.
 
-    The sign of the half step depends on the integrator, so the sign with the smaller remaining error is used.
+    The integrator may use the speed at the start or at the end of the step. The speed with the smaller remaining error
+    is used.
     """
     half = 0.5 * dt_s * (truth.velocity_m_s - truth.velocity_m_s[0])
     error_m = observed.position_m - truth.position_m
@@ -185,12 +188,12 @@ def _measure_error_beyond_half_step(truth: States, observed: States, dt_s: float
 def _compute_allowed_errors(
     scene: Scene, truth: States, dt_s: float, pit: ContactErrors, impacts: int
 ) -> ContactErrors:
-    """Return the errors that sampling and an integrator's step explain, for a given number of impacts in contact."""
+    """Return the largest errors that follow from checking once per step and from an integrator's step."""
     arrays = scene.arrays
     speed = _find_greatest_length(truth.velocity_m_s)
     fall = math.hypot(*scene.gravity_m_s2) * dt_s
-    # With a coefficient of friction above 1, a slip ends within the step. After that, friction is only as large as
-    # needed.
+    # With a coefficient of friction above 1, sliding ends within the step. After that, friction is only as large as
+    # needed to prevent sliding.
     rubs = fall * min(1.0, max(material.friction for material in arrays.materials))
     rims = (rubs + fall * min(1.0, scene.wall_rolling_resistance)) / float(np.min(arrays.inertia))
     place = (speed + fall) * dt_s * (1 + impacts)
@@ -198,10 +201,10 @@ def _compute_allowed_errors(
 
 
 def compute_states_at(trace: Trace, times_s: Array) -> States:
-    """Return the states of a trace at ascending times, from its impacts and contact modes."""
+    """Compute the states of a trace at ascending times, from its impacts and its lasting contacts."""
     place, velocity = np.zeros((2, len(times_s), len(trace.scene.discs), 2))
     for flight in free_flights(trace):
-        since = (times_s >= flight.begin_s) & (times_s <= flight.end_s)  # at an impact, the flight after it counts
+        since = (times_s >= flight.begin_s) & (times_s <= flight.end_s)  # at an impact, use the flight after it
         for row in np.flatnonzero(since).tolist():
             passed = float(times_s[row]) - flight.begin_s
             place[row, flight.disc] = flight.position_at(float(times_s[row]))
@@ -231,7 +234,7 @@ def _compute_spins_at(trace: Trace, times_s: Array) -> Array:
 
 
 def _find_greatest_length(vectors: Array) -> float:
-    """Return the length of the longest of some vectors, shape ``(k, n, 2)``."""
+    """Return the length of the longest vector in an array of shape ``(k, n, 2)``."""
     return float(np.max(np.hypot(vectors[..., 0], vectors[..., 1])))
 
 

@@ -1,4 +1,4 @@
-"""Intervals of contact between discs and walls: gaps, overlaps, hops, and the end of bounces and slips."""
+"""Intervals in which discs are in contact with walls, and measures of how well a run keeps discs on their walls."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from carom.model.trace import Mode, Trace, wall_index
 
 Array = NDArray[np.float64]
 
-#: Number of final states over which a disc's speed is averaged. Jitter alternates between states.
+#: Number of final states over which a disc's speed is averaged, because a jittering disc is fast and slow in turn.
 LAST = 8
 
 
 class ContactInterval(NamedTuple):
-    """A disc in contact with a half-plane from begin to end, with the body number and the normal of the wall."""
+    """Time interval in which a disc is in contact with a half-plane wall, with the wall's body number and normal."""
 
     disc: int
     wall: int
@@ -29,15 +29,15 @@ class ContactInterval(NamedTuple):
 
 
 class ContactQuality(NamedTuple):
-    """How well a run keeps discs on their walls; NaN if no contact was observed.
+    """Gaps, overlaps and hops of discs that should stay on their walls; NaN if no contact was observed.
 
     Attributes:
-        gap_m: Distance between a disc and its wall, averaged over the final states, for the disc with the largest
-            magnitude of this distance; negative in overlap.
-        overlap_m: The deepest overlap in contact.
-        hop_m_s: Root mean square of the normal speed of a disc at the end.
-        take_offs: Fraction of the states in which a disc leaves its wall at more than half of the speed gained by
-            falling for a step.
+        gap_m: Distance between a disc and its wall, averaged over the final states; negative for an overlap. This is
+            the value of the disc for which it is largest in magnitude.
+        overlap_m: The deepest overlap of a disc and its wall.
+        hop_m_s: Root mean square of a disc's speed perpendicular to its wall, over the final states.
+        take_offs: Fraction of the states in which a disc moves away from its wall, at more than half of the speed that
+            it gains by falling for a step.
     """
 
     gap_m: float
@@ -47,11 +47,13 @@ class ContactQuality(NamedTuple):
 
 
 class Ends(NamedTuple):
-    """How late the bounces and slips of a run end, in seconds; negative if early, NaN if unknown.
+    """How late the discs of a run stop bouncing and stop sliding, in seconds; negative if early, NaN if unknown.
 
     Attributes:
-        bounces_s: Lateness of the last state whose normal speed is above the speed gained by falling for a few steps.
-        slips_s: Lateness of the last state whose slip is faster than the change that friction causes in a few steps.
+        bounces_s: Lateness of the last state in which a disc moves perpendicular to its wall faster than after falling
+            for a few steps.
+        slips_s: Lateness of the last state in which a disc slides faster than the speed that friction changes in a few
+            steps.
     """
 
     bounces_s: float
@@ -59,7 +61,7 @@ class Ends(NamedTuple):
 
 
 def find_contact_intervals(reference: Trace) -> list[ContactInterval]:
-    """Return the intervals in which discs of the reference are in contact with half-planes."""
+    """Return the intervals in which discs of the reference are in contact with half-plane walls."""
     walls, found = reference.scene.arrays.walls, list[ContactInterval]()
     if reference.modes is None:
         return found
@@ -79,7 +81,7 @@ def find_contact_intervals(reference: Trace) -> list[ContactInterval]:
 
 
 def measure_contact_quality(reference: Trace, truth: States, observed: States, dt_s: float) -> ContactQuality:
-    """Measure how well a run keeps discs on their walls at instants at which the reference is in contact."""
+    """Measure gaps, overlaps and hops of discs at instants at which they touch walls in the reference."""
     slow = 0.5 * math.hypot(*reference.scene.gravity_m_s2) * dt_s
     gaps, depths, hops, left = [math.nan], [math.nan], [math.nan], [math.nan]
     for touch in find_contact_intervals(reference):
@@ -99,10 +101,10 @@ def measure_contact_quality(reference: Trace, truth: States, observed: States, d
 
 
 def measure_late_ends(reference: Trace, truth: States, observed: States, dt_s: float, until_s: float) -> Ends:
-    """Measure how late the bounces and slips of a run end, from states of both runs at the same instants.
+    """Measure how late the discs of a run stop bouncing and sliding, from states of both runs at the same instants.
 
-    Bounces or slips end with the last state that is faster than the speed gained in `RESTING_STEPS` steps. So hops and
-    slips that are too small for a step to show are ignored in both runs.
+    A disc stops with the last state that is faster than the speed gained in `RESTING_STEPS` steps. So hops and slides
+    that are too small for this step size are ignored in both runs.
     """
     arrays, few = reference.scene.arrays, RESTING_STEPS * dt_s
     bounces, slips = [math.nan], [math.nan]

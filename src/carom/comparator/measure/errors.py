@@ -1,4 +1,4 @@
-"""Errors of matched impacts and of final states, scaled by the scene's own length, speed and time."""
+"""Errors of matched impacts and of final states, divided by the scene's own length, speed and time."""
 
 from __future__ import annotations
 
@@ -21,38 +21,42 @@ from carom.model.trace import Trace, rim_speeds, velocities
 
 Array = NDArray[np.float64]
 
-#: Features of scenes that change the energy. A scene with one of these does not conserve energy.
+#: Features with which a scene does not conserve energy.
 _NOT_CONSERVED = frozenset(
     {Need.RESTITUTION, Need.GRAVITY, Need.DAMPING, Need.FRICTION, Need.DRIVEN_DISCS, Need.DRIVEN_WALLS}
 )
 
-#: A body slower than this part of the scene's speed is at rest to rounding, and has no direction.
+#: A body that is slower than this fraction of the scene's greatest speed counts as resting, so its direction is not
+#: compared.
 AT_REST = 1e-12
 
 
 @dataclass(frozen=True)
 class ImpactError:
-    """Errors of one matched impact: observed minus reference.
+    """Errors of one matched impact: values of the run minus values of the reference.
 
-    An unknown velocity has no error (see `unknown_velocities`).
+    If a velocity of the run is unknown (see `unknown_velocities`), its error is 0.
 
     Attributes:
         reference: Index in the reference's impacts.
         observed: Index in the observed impacts.
         reported_time_s: Error of the time that the method reports, in seconds.
-        effective_time_s: Error of the instant at which the path turned, in seconds; NaN if that instant is not known.
-        along_normal: Velocity error along the reference's normal, for the worse of the two bodies, over the scene's
+        effective_time_s: Error of the instant at which the straight paths before and after the impact meet, in seconds;
+            NaN if that instant is unknown.
+        along_normal: Component of the velocity error along the reference's normal, for the body with the larger error,
+            divided by the scene's greatest speed.
+        across_normal: Component of the velocity error perpendicular to that normal, for the body with the larger error,
+            divided by the scene's greatest speed.
+        velocity: Magnitude of the velocity error, for the body with the larger error, divided by the scene's greatest
             speed.
-        across_normal: Velocity error perpendicular to that normal, for the worse of the two bodies, over the scene's
-            speed.
-        velocity: Length of the velocity error, for the worse of the two bodies, over the scene's speed.
-        spin: Error of the spin times the radius, for the worse of the two bodies, over the scene's rim speed; NaN if no
-            disc spins.
-        direction_rad: Angle between observed and reference velocity after the impact, for the worse of the two bodies.
-            A body that rests in either trace is ignored.
+        spin: Error of the spin times the radius, for the body with the larger error, divided by the scene's greatest
+            disc or rim speed; NaN if no disc spins.
+        direction_rad: Angle between observed and reference velocity after the impact, for the body with the larger
+            angle. A body that rests in one of the traces is ignored.
         normal_rad: Angle between observed and reference normal.
-        restitution: Effective coefficient of restitution along the observed normal; NaN if the bodies did not approach.
-        restitution_error: `restitution` minus the restitution of the reference along the reference's normal.
+        restitution: Ratio of the run's speeds of separation and approach along its own normal; NaN if the bodies did
+            not approach.
+        restitution_error: `restitution` minus the same ratio in the reference.
     """
 
     reference: int
@@ -79,27 +83,32 @@ _IMPACT_ERRORS = tuple(one.name for one in fields(ImpactError) if one.name not i
 
 
 def _declare_metric(name: str) -> float:
-    """Declare a metric by its name in tables. The name of the field ends with the unit, if the metric has one."""
+    """Declare a metric with the name that tables show.
+
+    If the metric has a unit, the name of its field ends with this unit.
+    """
     metric: float = field(metadata={"name": name})
     return metric
 
 
 @dataclass(frozen=True, slots=True)
 class Errors:
-    """For each kind of error, the largest error of one trace against another; NaN if there is none.
+    """Largest errors of one trace relative to another, one field for each kind of error; NaN if there is none.
 
-    Each field is a metric, which is explained in `docs/theory/scoring.md` and appears in all tables and JSON lines. The
-    first eight fields are errors of impacts (see `ImpactError`). Each is the error of largest magnitude, with its sign.
-    Final states are not measured beyond a horizon, or if the two runs end at different times. Spins are not measured if
-    no disc spins.
+    Each field is explained in `docs/theory/scoring.md`, and appears in all tables and results files. The first eight
+    fields are errors of impacts (see `ImpactError`). Each is the error of largest magnitude, with its sign. Final
+    states are not measured beyond a horizon, or if the two runs end at different times. Spins are not measured if no
+    disc spins.
 
     Attributes:
         energy: Error of the final kinetic energy, with its sign, divided by the larger of two energies: the energy at
             the start, and the work of driven bodies in the reference. 0 if both are 0.
-        momentum: Length of the error of the movable discs' final momentum, over their mass and the scene's speed.
-        final_position: Largest error of a disc's final position, over the scene's length.
-        final_velocity: Largest error of a disc's final velocity, over the scene's speed.
-        final_spin: Largest error of a disc's final spin times its radius, over the scene's rim speed.
+        momentum: Magnitude of the error of the movable discs' final momentum, divided by their mass and the scene's
+            greatest speed.
+        final_position: Largest error of a disc's final position, divided by the largest radius.
+        final_velocity: Largest error of a disc's final velocity, divided by the scene's greatest speed.
+        final_spin: Largest error of a disc's final spin times its radius, divided by the scene's greatest disc or rim
+            speed.
     """
 
     time_s: float = _declare_metric("time error")
@@ -122,9 +131,9 @@ _LARGEST_OF_IMPACTS = ("reported_time_s", "velocity", "spin", "along_normal", "a
 
 @dataclass(frozen=True)
 class Measured:
-    """Errors of a trace against a reference.
+    """Errors of a trace relative to a reference.
 
-    A number that is NaN or infinite has an infinite error.
+    If a number of the trace is NaN or infinite, its error is infinite.
 
     Attributes:
         of_impacts: Errors of the matched impacts by name: the fields of `ImpactError` and its `time_s`, shape ``(m,)``.
@@ -146,18 +155,21 @@ class Measured:
 
     @property
     def matched(self) -> list[int]:
-        """Indices of the reference's matched impacts."""
+        """Indices of those impacts of the reference that have a match in the trace."""
         return [reference for reference, _ in self.alignment.matched]
 
     @cached_property
     def own(self) -> OwnScales:
-        """Scales of rounding for each impact of the reference, and for each disc's final state."""
+        """Speeds to which rounding errors are relative, at each impact of the reference and at the end."""
         return compute_own_scales(self.reference)
 
 
 def measure_errors(reference: Trace, observed: Trace, alignment: Alignment, scales: Scales) -> Measured:
-    """Measure every error of an aligned trace. Final states are only measured if the whole run was aligned."""
-    # Final states are comparable only if both runs end at the same time, to rounding.
+    """Measure all errors of a trace whose impacts were matched.
+
+    Final states are only compared if the whole run was matched.
+    """
+    # Final states are comparable only if both runs end at the same time, except for rounding.
     end_difference_s = abs(observed.end_time_s - reference.end_time_s)
     ends_together = alignment.is_whole_run and not end_difference_s > THRESHOLDS.rounding * scales.time_s
     momentum, ends = math.nan, np.full((3, len(reference.scene.discs)), math.nan)
@@ -185,13 +197,13 @@ def measure_errors(reference: Trace, observed: Trace, alignment: Alignment, scal
 
 
 def larger_error(difference: Array) -> Array:
-    """Return the length of the larger error of two bodies; shape ``(2, m, 2)`` to ``(m,)``."""
+    """Return the larger of both bodies' errors at each of m impacts, from errors of shape ``(2, m, 2)``."""
     lengths: Array = np.hypot(difference[..., 0], difference[..., 1]).max(axis=0)  # keeps NaN
     return lengths
 
 
 def compute_restitutions(before: Array, after: Array, normal: Array) -> Array:
-    """Compute effective coefficients of restitution along the normal; NaN if the bodies did not approach.
+    """Compute the ratio of the speeds of separation and approach along the normal; NaN if the bodies did not approach.
 
     Args:
         before: Velocities of both bodies before, shape ``(2, m, 2)``.
@@ -204,7 +216,7 @@ def compute_restitutions(before: Array, after: Array, normal: Array) -> Array:
 
 
 def build_impact_bodies(trace: Trace, rims: Array) -> tuple[tuple[RoughBodies, RoughBodies], ContactFrictions]:
-    """Return the first and the second body of each impact just before the impact, and their friction.
+    """Return the state of both bodies just before each impact, and the friction between them.
 
     Args:
         trace: The trace.
@@ -284,8 +296,8 @@ def _measure_impact_errors(reference: Trace, observed: Trace, alignment: Alignme
 def unknown_velocities(trace: Trace) -> NDArray[np.bool_]:
     """Return whether the velocity of each body after an impact is unknown: shape ``(2, m)``, the first bodies first.
 
-    If a disc has several contacts in one step, the method may not report the effect of each. The state at the end of
-    such a step is the state after the last contact. The velocities after the other contacts are not known.
+    If a disc has several contacts in one step, the method may only report the state at the end of the step. This is the
+    state after the last contact, so the velocities after the other contacts are unknown.
     """
     found = np.zeros((2, len(trace.impacts)), dtype=np.bool_)
     if trace.effective_time_s is None or trace.state_before is None:
@@ -303,7 +315,7 @@ def unknown_velocities(trace: Trace) -> NDArray[np.bool_]:
 def _measure_spin_errors(
     reference: Trace, observed: Trace, r: NDArray[np.intp], o: NDArray[np.intp], known: NDArray[np.bool_]
 ) -> Array:
-    """Return the largest rim-speed error after each matched impact, shape ``(m,)``; NaN if no disc spins."""
+    """Return the larger of both bodies' rim-speed errors after each matched impact; NaN if no disc spins."""
     if reference.spins is None or observed.spins is None:
         return np.full(len(r), math.nan)
     differences = np.abs(rim_speeds(observed, "after")[:, o] - rim_speeds(reference, "after")[:, r])
@@ -312,13 +324,13 @@ def _measure_spin_errors(
 
 
 def _find_largest_part(difference: Array, direction: Array) -> Array:
-    """Return the largest velocity difference of either body along a direction, shape ``(2, m, 2)`` to ``(m,)``."""
+    """Return the larger of both bodies' velocity differences along a direction."""
     parts: Array = np.abs(np.matmul(difference.transpose(1, 0, 2), direction[:, :, None])).max(axis=(1, 2))
     return parts
 
 
 def _compute_angles(a: Array, b: Array, negligible: float) -> Array:
-    """Return angles between vectors, in radians; 0 where a vector is at most `negligible` long and has no direction."""
+    """Return angles between vectors, in radians. An angle is 0 if one of the vectors is at most `negligible` long."""
     angle_rad = np.arctan2(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0], (a * b).sum(axis=-1))
     shorter = np.minimum(np.hypot(a[..., 0], a[..., 1]), np.hypot(b[..., 0], b[..., 1]))
     return np.where(shorter <= negligible, 0.0, np.abs(angle_rad))

@@ -1,9 +1,10 @@
-"""Wrong branches of friction: impacts that stick instead of sliding, or slide instead of sticking.
+"""Impacts in which bodies stick although they should slide, or slide although they should stick.
 
-Each impact is checked with its own data: the velocities before it, its normal, and its normal impulse. So errors of the
-impact's time and of its normal impulse do not matter. The law of friction has two candidate tangential impulses and
-takes the smaller one (`core/impact_law.h`). An impact whose tangential impulse is nearer to the other candidate took
-the wrong branch. If both candidates are equal, neither branch is wrong.
+Each impact is checked with the run's own velocities before it, its normal and its normal impulse. So errors of the
+impact's time and of its normal impulse do not matter. The law of friction computes two tangential impulses: one that
+makes the bodies stick, and one that makes them slide. The smaller one is correct (`core/impact_law.h`). If the run's
+tangential impulse is nearer to the larger one, the run took the wrong branch. If both are equal, neither branch is
+wrong.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from carom.model.trace import Trace, rim_speeds, velocities
 
 @dataclass(frozen=True)
 class WrongBranches:
-    """Impacts that took the wrong branch of friction, by index.
+    """Indices of impacts in which bodies stick although they should slide, or slide although they should stick.
 
     Attributes:
         slid: Impacts in which the bodies slid although friction can hold them.
@@ -33,9 +34,10 @@ class WrongBranches:
 
 
 def find_wrong_branches(trace: Trace, scales: Scales, rounding: float) -> WrongBranches:
-    """Find the impacts that took the wrong branch of friction by more than `rounding` times the scene's speed.
+    """Find the impacts in which bodies stick although they should slide, or slide although they should stick.
 
-    If a disc has several contacts in one step, its impacts are excluded, because their effects can't be separated.
+    Differences below `rounding` times the scene's greatest speed are ignored. If a disc has several contacts in one
+    step, they are not checked, because their effects can't be separated.
     """
     impacts = trace.impacts
     if not trace.scene.arrays.rubs or not len(impacts):
@@ -50,7 +52,7 @@ def find_wrong_branches(trace: Trace, scales: Scales, rounding: float) -> WrongB
     both = compute_branches(one, two, tangent, np.maximum(pushed, 0.0), contacts)
     holds = np.abs(both.sticking) < np.abs(both.sliding)
     other = np.where(holds, both.sliding, both.sticking)
-    # This limit is an impulse: a velocity change, divided by the inverse masses of the bodies.
+    # This limit is an impulse: the limit of a velocity change, divided by the sum of the bodies' inverse masses.
     least_difference = rounding * scales.rim_m_s / lightness
     wrong = (np.abs(rubbed - other) < np.abs(rubbed - both.law)) & (np.abs(other - both.law) > least_difference)
     known = ~wall if trace.scene.wall_rolling_resistance else np.ones(len(impacts), dtype=np.bool_)

@@ -1,11 +1,12 @@
-"""Local errors: each impact compared with the analytic answer from the method's own state before the impact.
+"""Local errors: each impact of a run is compared with the exact impact that follows from the run's own state before it.
 
-Chaos limits any comparison with the reference's trajectory. But the method's own state just before an impact is an
-exact input. From this state, the instant, the normal and the velocities after the impact follow in closed form. So each
-impact of a run can be scored separately, however long the run is.
+In a long run, chaos makes the reference's trajectory useless for a comparison. But the instant, the normal and the
+velocities after an impact can be computed exactly from the run's own state before this impact. So each impact of a run
+can be scored separately, however long the run is.
 
-PIT from the same state also has a closed form: PIT collides the pair at the first step boundary at or after contact,
-along the line of centres at that boundary. So the local error can be separated into sampling error and solver error.
+PIT's result from the same state can also be computed: PIT applies the impact at the first step boundary at or after
+contact, along the line of centres at that boundary. So the local error can be split into an error of checking once per
+step and an error of the solver.
 """
 
 from __future__ import annotations
@@ -39,20 +40,23 @@ class LocalErrors:
     """Local errors of all observed impacts, one entry per impact; NaN if the state before the impact is not known.
 
     Attributes:
-        time_s: Effective time (the reported time if the effective time is unknown) minus the analytic time, in seconds.
-        velocity: Length of the velocity error after the impact, for the worse of the two bodies, over the scene's
-            speed.
-        restitution: Effective coefficient of restitution along the analytic normal, minus the scene's.
-        spin: Error of the rim speed (spin times radius) after the impact, for the worse of the two bodies, over the
-            scene's rim speed; all NaN if no disc spins.
-        energy: Kinetic energy minus the kinetic energy of the analytic answer, over the energy at the start of the
-            scene.
+        time_s: Instant at which the paths before and after the impact meet (or the reported time, if that instant is
+            unknown) minus the exact time of the impact, in seconds.
+        velocity: Magnitude of the velocity error after the impact, for the body with the larger error, divided by the
+            scene's greatest speed.
+        restitution: Ratio of the speeds of separation and approach along the exact normal, minus the scene's
+            coefficient of restitution.
+        spin: Error of the rim speed (spin times radius) after the impact, for the body with the larger error, divided
+            by the scene's greatest disc or rim speed; all NaN if no disc spins.
+        energy: Kinetic energy of the two bodies after the impact minus the exact kinetic energy, divided by the energy
+            at the start of the scene.
         sampling_velocity: Velocity error of PIT from the same state with the same step size; NaN if PIT finds no
             impact, or the run has no steps.
-        solver_velocity: Velocity error against PIT from the same state, over the scene's speed.
+        solver_velocity: Velocity difference between the run and PIT from the same state, divided by the scene's
+            greatest speed.
         sampling_spin: Spin error of PIT from the same state.
-        solver_spin: Spin error of the method relative to PIT.
-        spurious: Indices of observed impacts that do not happen in PIC from the method's own state.
+        solver_spin: Spin difference between the run and PIT from the same state.
+        spurious: Indices of the run's impacts that do not happen if PIC starts from the run's own state.
     """
 
     time_s: Array
@@ -87,7 +91,7 @@ class LocalErrors:
 
 
 def find_own_states(trace: Trace) -> NDArray[np.void]:
-    """Return the state before each impact: as recorded, or from free flight after earlier impacts."""
+    """Return the run's state before each impact, as recorded or computed by free flight after earlier impacts."""
     if trace.state_before is not None:
         return trace.state_before
     states = np.zeros(len(trace.impacts), STATE_DTYPE)
@@ -128,9 +132,9 @@ class _Bodies:
 
 
 def measure_local_errors(trace: Trace, scales: Scales) -> LocalErrors:
-    """Measure the error of each impact of a trace against PIC from the trace's own state before the impact.
+    """Compare each impact of a trace with PIC, which starts from the trace's own state before the impact.
 
-    Only straight paths are measured. Scenes with gravity, damping or a table have other paths.
+    Only straight paths are measured. In scenes with gravity, damping or a table, all errors are NaN.
     """
     impacts, state, scene = trace.impacts, find_own_states(trace), trace.scene.arrays
     start, bodies = state["time_s"], _Bodies(trace, state)
@@ -138,13 +142,13 @@ def measure_local_errors(trace: Trace, scales: Scales) -> LocalErrors:
     known = np.isfinite(bodies.position).all(axis=(0, 2)) & np.isfinite(start) & find_finite_impacts(trace)
     known &= not any(trace.scene.gravity_m_s2) and not Slowing.of(trace.scene)
     turns = [i for i, drive in zip(scene.driven_discs, scene.disc_drives, strict=True) if len(drive.legs) > 1]
-    for disc in turns:  # a driven path is not straight
+    for disc in turns:  # a disc with a prescribed motion has no straight path
         known &= (impacts["first"] != disc) & (impacts["second"] != disc)
     wait, normal = np.full(len(impacts), math.nan), np.zeros((len(impacts), 2))
     pairs, walls = np.flatnonzero(known & ~bodies.wall), np.flatnonzero(known & bodies.wall)
     wait[pairs] = _compute_time_to_contact(bodies, pairs)
     wait[walls], normal[walls] = _find_wall_meetings(trace, bodies, start, walls)
-    # Overlapping bodies have met in the past, but not before the impact at which their present paths began.
+    # Overlapping bodies met in the past, but not before the last earlier impact of one of them.
     wait = np.where(wait < 0.0, np.maximum(wait, np.minimum(_find_last_turn_times(trace) - start, 0.0)), wait)
     happens = known & np.isfinite(wait)
     disc_rows = np.flatnonzero(happens & ~bodies.wall)
@@ -179,7 +183,7 @@ def measure_local_errors(trace: Trace, scales: Scales) -> LocalErrors:
 
 
 def _find_belt_speeds(trace: Trace) -> Array:
-    """Return the surface speed that a conveyor wall adds, for both bodies of each impact."""
+    """Return the speed of the surface of a conveyor wall, for both bodies of each impact; 0 for other bodies."""
     start, second = trace.scene.arrays, trace.impacts["second"]
     speeds = np.zeros((2, len(second)))
     if start.belts_m_s is not None:
@@ -201,7 +205,7 @@ def _find_last_turn_times(trace: Trace) -> Array:
 
 
 def _compute_time_to_contact(bodies: _Bodies, rows: NDArray[np.intp]) -> Array:
-    """Return the seconds to contact on free paths: negative for overlapping bodies, infinite if bodies never meet."""
+    """Return the seconds until discs meet on free paths: negative if they overlap, infinite if they never meet."""
     (p1, p2), (v1, v2), (r1, r2) = bodies.position[:, rows], bodies.velocity[:, rows], bodies.radius[:, rows]
     wait_s = np.asarray(time_of_impact(p1, v1, r1, p2, v2, r2), dtype=np.float64)
     d, u, reach = p2 - p1, v2 - v1, r1 + r2
@@ -252,16 +256,16 @@ def _find_wall_meeting(
 def _predict_pit(
     trace: Trace, bodies: _Bodies, begun_s: Array, wait: Array, expected: Array, rim: Array
 ) -> tuple[Array, Array]:
-    """Return velocities and rim speeds after PIT's impact from the same states, at which PIT's first step begins."""
+    """Return velocities and rim speeds after PIT's impact, if PIT starts from the state before each impact."""
     dt_s = trace.dt_s
     result, rims = np.full_like(expected, math.nan), np.full_like(rim, math.nan)
     if not dt_s:
         return result, rims
-    # On a half-plane, normal and lever arm do not depend on the position of the disc.
+    # On a half-plane wall, a late impact has the same normal and lever arm as an exact one.
     result[:, bodies.wall], rims[:, bodies.wall] = expected[:, bodies.wall], rim[:, bodies.wall]
     d, u = (states[1] - states[0] for states in (bodies.position, bodies.velocity))
     with np.errstate(divide="ignore", invalid="ignore"):
-        # A contact within rounding of a step boundary is found at that boundary.
+        # A contact that equals a step boundary except for rounding is found at that boundary.
         steps = np.maximum(np.ceil(wait / dt_s * (1.0 - 2.0**-40)), 0.0)
     for k in np.flatnonzero(bodies.wall & np.isfinite(steps)).tolist():
         number, arrays = wall_index(int(trace.impacts["second"][k])), trace.scene.arrays

@@ -33,22 +33,27 @@ class MeasuredRun(AlignedRun):
     """All errors from which verdicts and the grade are derived.
 
     Attributes:
-        measured: Errors of the run against the reference.
+        measured: Errors of the run relative to the reference.
         impact_errors: Errors of velocity and spin at each impact of the reference, shape ``(2, m)``; see
             `measure_impact_errors`.
         changes: Changes of velocity and spin at each impact of the reference, shape ``(2, m)``.
-        not_told_apart: Indices of the run's impacts after which a velocity is not known; see `unknown_velocities`.
-        sampling: Errors of PIT with the same step size against the reference; None without PIT.
-        measured_against_pit: Errors of the run against that PIT run; None without PIT.
+        not_told_apart: Indices of the run's impacts after which a body's velocity is unknown; see `unknown_velocities`.
+        sampling: Errors of PIT with the same step size relative to the reference; None without PIT.
+        measured_against_pit: Errors of the run relative to that PIT run; None without PIT.
         sampling_cost: Largest errors of PIT over the phases of the step; None without PIT.
-        local: Errors of each impact of the run against the analytic answer from the run's own state before the impact.
-        convention: The admissible outcome that the run took if the reference is not unique; otherwise None.
-        consistency: Contradictions within the run; None if the run has a number that is NaN or infinite.
-        contact: Score of lasting contact; None without such contact, or if states were not stored.
-        branches: The impacts that took the wrong branch of friction.
+        local: Errors of each impact, relative to the exact impact that follows from the run's own state before it.
+        convention: The possible outcome that the run took, if several simultaneous impacts have no unique result;
+            otherwise None.
+        consistency: Contradictions between the run's states and its reported impacts; None if a number of the run is
+            NaN or infinite.
+        contact: Score of the time in which discs slide, roll or rest; None without such a time, or if states were not
+            stored.
+        branches: The impacts in which bodies stick although they should slide, or slide although they should stick.
         non_finite: Description of the first number that is NaN or infinite; empty if there is none.
-        local_truth: Score of each step against PIC from the run's own state; None if states were not checked.
-        reports: Comparison of reported impacts with states; None if states were not checked.
+        local_truth: Score of the single steps, each compared with PIC from the run's own state; None if states were not
+            stored.
+        reports: Differences between the impacts that the run reports and those that its states show; None if states
+            were not stored.
     """
 
     measured: Measured
@@ -68,7 +73,7 @@ class MeasuredRun(AlignedRun):
     reports: ReportComparison | None
 
     def is_rounding(self, error: ImpactError, measured: Measured) -> bool:
-        """Whether an impact's velocity and spin errors are within the rounding of everything that led to the impact."""
+        """Whether an impact's velocity and spin errors are at most the rounding errors of the speeds before it."""
         own_scales, impact, scales = measured.own, error.reference, self.scales
         return (
             error.velocity * scales.speed_m_s <= self.rounding * own_scales.speed_m_s[impact]
@@ -78,8 +83,8 @@ class MeasuredRun(AlignedRun):
     def compute_end_rounding(self, measured: Measured, *, exactly: bool) -> NDArray[np.float64]:
         """Return the rounding errors of final positions, velocities and rim speeds, in the rows of `Measured.ends`.
 
-        In narrow floats, the rounding of a position grows with each step. Grade *exact* allows at most a hundredth of
-        the displacement in a step.
+        In 32-bit floats, the rounding error of a position grows with each step. If `exactly` is true, this error is
+        limited to a hundredth of the displacement in a step, as grade *exact* requires.
         """
         own_scales = measured.own
         place = self.place_rounding * own_scales.reach_m
@@ -94,7 +99,7 @@ class MeasuredRun(AlignedRun):
 
 
 def measure_run(aligned: AlignedRun) -> MeasuredRun:
-    """Measure the errors of a run: against the reference, against its own states, and step by step."""
+    """Measure the errors of a run relative to the reference, its contradictions, and the errors of each step."""
     reference, observed, pit, scales = aligned.reference, aligned.observed, aligned.pit, aligned.scales
     measured = measure_errors(reference, observed, aligned.alignment, scales)
     sampled = against_pit = cost = None
@@ -104,7 +109,7 @@ def measure_run(aligned: AlignedRun) -> MeasuredRun:
         against_pit = measure_errors(pit, observed, aligned.against_pit, scales)
         cost = measure_sampling_cost(aligned, pit, sampled, measured)
     non_finite, truth, until_s, possible = find_non_finite(observed), aligned.truth, aligned.compared.until_s, observed
-    if reference.outcome is Outcome.CRUSHED:  # a crushed disc has no possible state afterwards
+    if reference.outcome is Outcome.CRUSHED:  # a crushed disc has no state afterwards
         reported_s = observed.impacts["time_s"]
         turned_s = reported_s if observed.effective_time_s is None else observed.effective_time_s
         turned_s = np.where(reported_s > reference.end_time_s, math.nan, turned_s)

@@ -15,8 +15,8 @@ from carom.model.step_windows import LocalTruth
 from carom.model.trace import Trace, body_name
 from carom.support.formatting import format_instant
 
-#: Largest distance in steps between a report and its window. Engines report a contact up to two steps before or after
-#: it acts, mostly at a step boundary. The half step makes the limit independent of rounding.
+#: Engines report a contact up to two steps before or after the velocities change, mostly at a step boundary. The half
+#: step makes this limit insensitive to rounding.
 _AWAY_STEPS = 2.5
 
 #: Numbers of two bodies, the lower number first.
@@ -25,13 +25,14 @@ _Bodies = tuple[int, int]
 
 @dataclass(frozen=True)
 class ReportComparison:
-    """Differences between the reports and the states of a run.
+    """Differences between the impacts that a run reports and the impacts that its states show.
 
     Attributes:
-        unshown: Number of reported impacts that no state shows.
-        unreported: Number of unreported impacts that states show, each as the only impact of its window.
-        first_unshown: Time and bodies of the first unshown impact; empty if there is none.
-        first_unreported: Time and bodies of the first unreported impact; empty if there is none.
+        unshown: Number of reported impacts without a matching change of velocity in the states.
+        unreported: Number of impacts that the states show, but the run does not report. Only windows of steps with a
+            single impact are counted.
+        first_unshown: Time and bodies of the first impact that is reported but not shown; empty if there is none.
+        first_unreported: Time and bodies of the first impact that is shown but not reported; empty if there is none.
     """
 
     unshown: int
@@ -46,11 +47,12 @@ class ReportComparison:
 
 
 def compare_reports_with_states(trace: Trace, truth: LocalTruth, until_s: float = math.inf) -> ReportComparison:
-    """Compare the reports of a trace with its states, up to a time.
+    """Compare the impacts that a trace reports up to a time with the impacts that its states show.
 
-    A report belongs to a window of its pair if it is at most `_AWAY_STEPS` steps away. A window with a single impact
-    can explain one report. Such a window requires a report, unless its impact is missed or the window is open. Other
-    windows, and steps in which the pair rests and is pushed, can explain any number of reports and require none.
+    A window consists of a few steps in which bodies collide or overlap. A reported impact matches a window of the same
+    bodies if it is at most `_AWAY_STEPS` steps away. A window with a single impact can explain one report. It requires
+    this report, unless the impact is missed or the window continues after the end. A window with several impacts can
+    explain any number of reports and requires none. The same holds for steps in which the pair rests.
     """
     windows = truth.windows[truth.meetings["window"]]
     has_one_pair = ~windows["entangled"] & (windows["due"] > 0)
@@ -74,9 +76,9 @@ def compare_reports_with_states(trace: Trace, truth: LocalTruth, until_s: float 
         pair_spans = [(float(earliest[row]), float(latest[row]), row) for row in rows.get(bodies, ())]
         crowded = [span for span in pair_spans if not has_one_pair[span[2]]]
         lonely = [span for span in pair_spans if has_one_pair[span[2]]]
-        # The first matching gives each report outside of entangled windows a window of its own. The second matching
-        # gives a report to each window that requires one. If both exist, so does a matching that does both (Mendelsohn
-        # and Dulmage, 1958).
+        # The first matching gives each report its own window, except near windows with several impacts. The second
+        # matching gives a report to each window that requires one. If both matchings exist, a single matching can meet
+        # both conditions (Mendelsohn and Dulmage, 1958).
         bound = [time_s for time_s in sorted(times) if not any(begin <= time_s <= end for begin, end, _ in crowded)]
         bound = [time_s for time_s in bound if not _is_within(time_s, contact_spans.get(bodies, ()), away_s)]
         left, _ = _match_times(bound, lonely)

@@ -1,8 +1,8 @@
-"""The cost of sampling: the largest errors of PIT over the phases of a step.
+"""The cost of sampling: the largest errors that PIT has because it checks for overlap only once per step.
 
 The phase of an impact is a matter of chance: PIT may find the impact at once, or a step late, or not at all. So a run
-is compared with PIT at `THRESHOLDS.phases` phases of the step. For each phase, the scene is shifted along its own
-motion. The run is also compared with PIT at the phases at which PIT is as late as the run.
+is compared with PIT at `THRESHOLDS.phases` phases of the step. For each phase, the scene starts slightly later or
+earlier on the same paths. The run is also compared with PIT at the phases at which PIT is as late as the run.
 """
 
 from __future__ import annotations
@@ -30,36 +30,37 @@ from carom.solvers.pit.solve import solve_pit
 
 Array = NDArray[np.float64]
 
-#: Number of cached costs, one per scene and step size. This number suffices for all scenes of the catalogue at three
-#: step sizes each. Costs at a run's own phases are rarely reused and have a smaller cache.
+#: Number of cached results, one per scene and step size. This number suffices for all scenes of the catalogue at three
+#: step sizes each. Results at the phases of a single run are rarely reused and have a smaller cache.
 KEPT = 1024
 OWN_KEPT = 256
 
 
 @dataclass(frozen=True)
 class SamplingCost:
-    """Errors of PIT with one step size: at one phase of the step, or the largest errors at several phases.
+    """Errors of PIT with one step size, either at one phase of the step or as the largest errors over several phases.
 
     Arrays have shape ``(2, m)``, with a column for each reliable impact of the reference. The first row has velocity
-    errors after the impact, over the scene's speed. The second row has errors of spin times radius, over the scene's
-    rim speed. The second row is 0 if no disc spins.
+    errors after the impact, divided by the scene's greatest speed. The second row has errors of spin times radius,
+    divided by the scene's greatest disc or rim speed. The second row is 0 if no disc spins.
 
     Attributes:
         dt_s: The step size, in seconds.
-        errors: The errors. The error of a missed impact is the whole change that the impact causes. Over several
-            phases, this is the largest error up to each impact, because errors propagate from impact to impact.
-        found: The largest errors over the phases at which the impact and all earlier ones are found; 0 if there is no
+        errors: The errors. The error of a missed impact is the whole change that the impact causes. For several phases,
+            this is the largest error up to each impact, because errors propagate from impact to impact.
+        found: The largest errors over those phases at which PIT finds the impact and all earlier ones; 0 if there is no
             such phase.
-        found_off_s: The largest error of the impact's time at these phases, in seconds, shape ``(m,)``.
-        energy: Error of the final kinetic energy, over the kinetic energy at the start. Over several phases, this error
-            and the final errors below are the largest at two kinds of phases: the scene's own phase, and phases without
-            a missed or spurious impact.
-        final_position: Largest error of a final position, over the scene's length; 0 if not measured.
-        final_velocity: Largest error of a final velocity, over the scene's speed; 0 if not measured.
-        final_spin: Largest error of a final spin times its radius, over the scene's rim speed; 0 if not measured.
+        found_off_s: The largest error of the impact's time over those phases, in seconds, shape ``(m,)``.
+        energy: Error of the final kinetic energy, divided by the kinetic energy at the start. For several phases, this
+            error and the final errors below are the largest over phase 0 and all phases at which PIT has no missed or
+            spurious impact.
+        final_position: Largest error of a final position, divided by the largest radius; 0 if not measured.
+        final_velocity: Largest error of a final velocity, divided by the scene's greatest speed; 0 if not measured.
+        final_spin: Largest error of a final spin times its radius, divided by the scene's greatest disc or rim speed; 0
+            if not measured.
         late_s: Largest error of a time at any of the phases, in seconds; infinite if an impact is missed or spurious.
         phases: Number of phases at which PIT was run.
-        close_phases: Number of phases at which all of PIT's impacts are close.
+        close_phases: Number of phases at which all of PIT's impacts deserve the grade *close*.
     """
 
     dt_s: float
@@ -76,7 +77,7 @@ class SamplingCost:
 
     @classmethod
     def of(cls, dt_s: float, errors: Array, measured: Measured) -> SamplingCost:
-        """Return the cost at one phase, from PIT's errors at that phase."""
+        """Return the cost of sampling at one phase, from PIT's errors at that phase."""
         worst, alignment, matched = measured.largest, measured.alignment, measured.matched
         ends = (worst.final_position, worst.final_velocity, worst.final_spin)
         all_found = not (alignment.missed or alignment.spurious or alignment.undecided)
@@ -90,7 +91,10 @@ class SamplingCost:
 
     @classmethod
     def combine(cls, costs: Sequence[SamplingCost]) -> SamplingCost:
-        """Return the largest cost over several phases. The first item must be the cost at the scene's own phase."""
+        """Return the largest errors over several phases.
+
+        The first item must contain the errors at phase 0.
+        """
         errors, found, off_s = (
             np.maximum.accumulate(np.max([getattr(cost, name) for cost in costs], axis=0), axis=-1)
             for name in ("errors", "found", "found_off_s")
@@ -98,8 +102,8 @@ class SamplingCost:
         ends = [costs[0], *(cost for cost in costs[1:] if math.isfinite(cost.late_s))]
         names = ("energy", "final_position", "final_velocity", "final_spin")
         energy, place, velocity, spin = (max(getattr(cost, name) for cost in ends) for name in names)
-        # PIT's impacts are close if the time errors are a small part of a step, and all other errors are at most the
-        # same part of the cost up to the impact.
+        # PIT's impacts are close if all time errors are at most a small fraction of a step. All other errors must be at
+        # most this fraction of PIT's largest error up to the impact.
         part, rounding = THRESHOLDS.close, THRESHOLDS.rounding
         close = sum(
             cost.late_s <= part * cost.dt_s and bool(np.all(cost.errors <= part * errors + rounding)) for cost in costs
@@ -109,14 +113,14 @@ class SamplingCost:
 
 
 def measure_sampling_cost(aligned: AlignedRun, pit: Trace, measured: Measured, measured_run: Measured) -> SamplingCost:
-    """Measure the cost of sampling with the step size of a run of PIT.
+    """Measure PIT's largest errors over the phases of a step, for the step size of a run of PIT.
 
     Args:
         aligned: The compared traces.
         pit: PIT's run.
-        measured: The errors of PIT's run, at the scene's own phase.
-        measured_run: The errors of the run that is compared with PIT. If these errors are larger than PIT's at evenly
-            spread phases, PIT is also run at the phases at which PIT is as late as the run.
+        measured: The errors of PIT's run at phase 0, at which the scene is not shifted.
+        measured_run: The errors of the run that is compared with PIT. If these errors are larger than PIT's errors at
+            evenly spread phases, PIT also runs at the phases at which it is as late as the run.
     """
     reference, impacts, cut = aligned.reference, aligned.compared.impacts, not aligned.compared.is_whole_run
     costs = [SamplingCost.of(pit.dt_s, measure_impact_errors(measured, aligned.scales, impacts), measured)]
@@ -134,7 +138,7 @@ def measure_sampling_cost(aligned: AlignedRun, pit: Trace, measured: Measured, m
 def _find_own_phases(measured_run: Measured, cost: SamplingCost, known: float) -> tuple[float, ...]:
     """Return the phases at which PIT is as late as the run, for impacts at which the run's errors exceed PIT's.
 
-    A phase is a number from 0 to 1. If the run checks for overlap once per step, there is a single such phase.
+    A phase is a number from 0 to 1. For a run that checks for overlap once per step, there is a single such phase.
     """
     phases = dict[float, None]()
     for error in measured_run.errors:
@@ -143,8 +147,8 @@ def _find_own_phases(measured_run: Measured, cost: SamplingCost, known: float) -
         is_worse = error.velocity > velocity or error.spin > spin or abs(error.time_s) > cost.found_off_s[impact]
         if is_worse and error.time_s > 0.0:
             steps = (float(measured_run.reference.impacts["time_s"][impact]) + error.time_s) / cost.dt_s
-            # If a frame would find an impact exactly a step late, the previous frame finds it at once. So the phase
-            # just before is returned.
+            # If a step ended exactly at the impact, PIT might find it at once instead of a whole step late. So a
+            # slightly smaller phase is returned.
             just_before = (steps - 0.1 * known) % 1.0
             # Merge phases that differ by rounding only.
             phases[round(just_before, 11)] = None
@@ -154,7 +158,8 @@ def _find_own_phases(measured_run: Measured, cost: SamplingCost, known: float) -
 def measure_impact_errors(measured: Measured, scales: Scales, impacts: int) -> Array:
     """Return the errors at the first impacts of a reference, shape ``(2, m)``.
 
-    The error of a missed impact is its whole change of velocity or spin. The errors of undecided impacts are 0.
+    The error of a missed impact is the whole change of velocity or spin. The errors of impacts too close to the end of
+    the run are 0.
     """
     found, missed = np.zeros((2, impacts)), list(measured.alignment.missed)
     velocity, spin = measured.of_impacts["velocity"], measured.of_impacts["spin"]
@@ -164,7 +169,7 @@ def measure_impact_errors(measured: Measured, scales: Scales, impacts: int) -> A
 
 
 def measure_changes(reference: Trace, scales: Scales) -> Array:
-    """Return the larger velocity change and spin change of the two bodies at each impact, shape ``(2, m)``."""
+    """Return the larger of both bodies' velocity and spin changes at each impact, shape ``(2, m)``."""
     velocity = larger_error(velocities(reference.impacts, "after") - velocities(reference.impacts, "before"))
     spin = np.max(np.abs(rim_speeds(reference, "after") - rim_speeds(reference, "before")), axis=0)
     return np.stack([velocity / scales.speed_m_s, spin / scales.rim_m_s])
@@ -174,7 +179,7 @@ def measure_changes(reference: Trace, scales: Scales) -> Array:
 def _measure_costs_at_even_phases(
     scene: Scene, dt_s: float, reliable_impacts: int, cut: bool
 ) -> tuple[SamplingCost, ...]:
-    """Return the cost at each evenly spread phase except the first, which is the scene's own."""
+    """Return PIT's errors at each evenly spread phase except phase 0, at which the scene is not shifted."""
     phases = list_even_phases(THRESHOLDS.phases)[1:]
     return _measure_costs_at_phases.__wrapped__(scene, dt_s, reliable_impacts, cut, phases)
 
@@ -183,9 +188,9 @@ def _measure_costs_at_even_phases(
 def _measure_costs_at_phases(
     scene: Scene, dt_s: float, reliable_impacts: int, cut: bool, phases: tuple[float, ...]
 ) -> tuple[SamplingCost, ...]:
-    """Return the cost at each given phase, except phases at which the shifted scene has other impacts.
+    """Return PIT's errors at each given phase, for the first impacts that the shifted scene shares with the scene.
 
-    With `cut`, further impacts follow beyond a horizon, so final states are not known.
+    If `cut` is true, only the impacts up to a horizon are compared, and final states are not compared.
     """
     reference = solve_pic(scene, max_impacts=reliable_impacts if cut else None)
     scales, costs = compute_scales(scene, reference), list[SamplingCost]()

@@ -1,10 +1,10 @@
-"""Simultaneous impacts that share a disc: their admissible outcomes, and the outcome that a trace took.
+"""Simultaneous impacts that share a disc: all possible outcomes, and the outcome that a trace took.
 
-If several contacts that share a disc have impacts at one instant, the law of impact of two bodies gives no unique
-result. Such an instant is called *shared*. If pairs collide one at a time until no pair is closing, each order of
-impacts leads to an admissible outcome. If all impulses act at once, they may lead to another outcome. In that outcome,
-each pushing contact separates at e times its approach speed, and each other contact separates at least as fast (D.
-Baraff, Analytical methods for dynamic simulation of non-penetrating rigid bodies, SIGGRAPH 1989).
+If a disc collides with several bodies at one instant, the law of impact of two bodies has no unique result. Such an
+instant is called *shared*. The pairs may collide one after the other until no pair approaches. Each order of these
+impacts leads to an *admissible* outcome. All impulses may also act at once. Then each pair with an impulse separates at
+e times its approach speed, and each other pair separates at least as fast (D. Baraff, Analytical methods for dynamic
+simulation of non-penetrating rigid bodies, SIGGRAPH 1989).
 """
 
 from __future__ import annotations
@@ -26,17 +26,17 @@ from carom.model.flights import free_flights
 from carom.model.scene import Scene, Wall
 from carom.model.trace import Trace, Vector, body_name, rim_speeds, wall_body, wall_index
 
-#: Largest difference between simultaneous contacts. Differences of times are divided by the duration, of positions by
-#: the scene's extent, and of velocities by the scene's speed.
+#: Largest relative difference between contacts that count as simultaneous. Differences of times are divided by the
+#: scene's duration, of positions by its extent, and of velocities by its greatest speed.
 SAME = 1e-12
 
-#: Largest number of states that are followed. Thousands of outcomes would not help a reader.
+#: Largest number of intermediate states in the search for outcomes. Thousands of outcomes would not help a reader.
 MOST_STATES = 4096
 
-#: Largest number of impacts that are listed; an inelastic collapse has infinitely many.
+#: Largest number of impacts in the description of an outcome. Some sequences of impacts are infinite.
 MOST_LISTED = 12
 
-#: Largest number of contacts for which all subsets are tried as the pushing contacts.
+#: Largest number of contacts for which each subset is tried as the set of contacts with an impulse.
 MOST_AT_ONCE = 8
 
 #: Velocity and rim speed, ``(x, y, R w)``, one row per disc.
@@ -44,7 +44,7 @@ Motions = NDArray[np.float64]
 
 
 class TouchingBodies(NamedTuple):
-    """Two bodies that touch at a shared instant.
+    """Two bodies that touch at the instant of simultaneous impacts.
 
     Attributes:
         first: A disc.
@@ -61,10 +61,10 @@ class TouchingBodies(NamedTuple):
 
 @dataclass(frozen=True)
 class AdmissibleOutcome:
-    """An admissible outcome of a shared instant.
+    """A possible result of several simultaneous impacts that share a disc.
 
     Attributes:
-        how: The order of impacts that leads to the outcome, in words.
+        how: Description of the order of impacts that leads to the outcome.
         motion_m_s: Velocity and rim speed after the impacts, ``(x, y, R w)``, one row per disc of the group, shape
             ``(k, 3)``.
     """
@@ -75,7 +75,7 @@ class AdmissibleOutcome:
 
 @dataclass(frozen=True)
 class Group:
-    """The discs and contacts of a shared instant.
+    """The discs and contacts of simultaneous impacts that share a disc.
 
     Attributes:
         time_s: The instant.
@@ -92,15 +92,15 @@ class Group:
 
 @dataclass(frozen=True)
 class ConventionMatch:
-    """The admissible outcome that a trace took.
+    """The admissible outcome that is most similar to a trace's result of simultaneous impacts.
 
     Attributes:
-        group: The shared instant.
+        group: The simultaneous impacts.
         outcomes: The admissible outcomes; empty if there are too many to list.
-        nearest: Index of the nearest outcome; None if none is listed.
-        distance: Largest difference from that outcome: of a velocity over the scene's speed, or of a rim speed over the
-            scene's rim speed.
-        matches: Whether this distance is at most rounding, or at most the distance of PIT with the same step size.
+        nearest: Index of the outcome that is nearest to the trace's result; None if none is listed.
+        distance: Largest difference from that outcome: of a velocity divided by the scene's greatest speed, or of a rim
+            speed divided by the scene's greatest disc or rim speed.
+        matches: Whether this distance is explained by rounding, or is at most that of PIT with the same step size.
     """
 
     group: Group
@@ -111,21 +111,21 @@ class ConventionMatch:
 
 
 def find_first_group(reference: Trace) -> Group | None:
-    """Return the first shared instant of a reference; None if there is none."""
+    """Return the first simultaneous impacts of a reference that share a disc; None if there are none."""
     if not reference.ambiguous:
         return None
     scene, impacts = reference.scene, reference.impacts
     index = reference.ambiguous[0]
     time_s = float(impacts["time_s"][index])
     begin = int(np.searchsorted(impacts["time_s"], time_s - SAME * scene.duration_s))
-    # Positions at the instant, and the flights that last until the instant.
+    # Compute the positions at the instant from the flights that last until then.
     at_s, last_flights = float(impacts["time_s"][begin]), reversed(list(free_flights(reference)))
     flights = {flight.disc: flight for flight in last_flights if flight.impact >= begin and flight.end_s >= at_s}
     position = np.array([flights[disc].position_at(time_s) for disc in range(len(scene.discs))])
     extent = float(np.max(np.abs(position)) + 2.0 * np.max(scene.arrays.radius_m))
     contacts = list(_find_touching_bodies(scene, position, time_s, SAME * extent))
     discs = {int(impacts["first"][index]), max(int(impacts["second"][index]), int(impacts["first"][index]))}
-    while True:  # add bodies that are reached through movable discs
+    while True:  # add bodies that touch the group's movable discs, until there are no more
         linked = {
             body
             for first, second, *_ in contacts
@@ -138,7 +138,7 @@ def find_first_group(reference: Trace) -> Group | None:
     group_contacts = tuple(c for c in contacts if c.first in discs and (c.second < 0 or c.second in discs))
     rim = scene.arrays.surface_speed_m_s.copy()
     bodies = np.stack([impacts["first"], impacts["second"]], axis=1)[:begin].ravel()
-    rim[bodies[bodies >= 0]] = rim_speeds(reference, "after").T[:begin].ravel()[bodies >= 0]  # the last impact counts
+    rim[bodies[bodies >= 0]] = rim_speeds(reference, "after").T[:begin].ravel()[bodies >= 0]  # last one counts
     ended = [(flights[disc], rim[disc]) for disc in sorted(discs)]
     motion = [
         (*flight.velocity_at(time_s), r * flight.damping.compute_kept_fraction(time_s - flight.begin_s))
@@ -148,17 +148,17 @@ def find_first_group(reference: Trace) -> Group | None:
 
 
 def find_admissible_outcomes(scene: Scene, group: Group, speed_m_s: float) -> tuple[AdmissibleOutcome, ...]:
-    """Return the distinct admissible outcomes of a shared instant; an empty tuple if there are too many.
+    """Return the different possible results of simultaneous impacts; an empty tuple if there are too many.
 
     Args:
         scene: The scene.
-        group: The instant.
-        speed_m_s: The scene's speed, to which rounding is relative.
+        group: The simultaneous impacts.
+        speed_m_s: The scene's greatest speed, to which rounding errors are relative.
     """
     row = {disc: k for k, disc in enumerate(group.discs)}
     tolerance = SAME * speed_m_s
-    # The tolerance is far above rounding, and far below any difference that matters. Bodies whose closing speed is
-    # lower count as resting, as after infinitely many impacts.
+    # The tolerance is far above rounding errors, and far below any difference that matters. If two bodies approach more
+    # slowly than this, they count as resting on each other.
     cell = 1e3 * tolerance
     found: list[AdmissibleOutcome] = []
     known_states: set[bytes] = set()
@@ -175,7 +175,7 @@ def find_admissible_outcomes(scene: Scene, group: Group, speed_m_s: float) -> tu
         if not active:
             impacts_text = ", then ".join(path[:MOST_LISTED]) or "no impact"
             found.append(AdmissibleOutcome(impacts_text + ", and so on" * (len(path) > MOST_LISTED), motion))
-        for contact in reversed(active):  # in reverse order, so that the stack returns low body numbers first
+        for contact in reversed(active):  # in reverse order, because the stack returns the last item first
             other_body = contact.second if contact.second >= 0 else body_name(contact.second)
             stack.append((_apply_impact(scene, contact, motion, row), (*path, f"{contact.first} on {other_body}")))
     at_once = _solve_at_once(scene, group, row, tolerance)
@@ -185,7 +185,7 @@ def find_admissible_outcomes(scene: Scene, group: Group, speed_m_s: float) -> tu
 
 
 def match_outcome(reference: Trace, observed: Trace, sampling: Trace | None, scales: Scales) -> ConventionMatch | None:
-    """Return the admissible outcome that a trace took at the first shared instant; None if there is none."""
+    """Find the outcome that a trace took at the first simultaneous impacts that share a disc, if there are any."""
     group = find_first_group(reference)
     if group is None:
         return None
@@ -193,7 +193,7 @@ def match_outcome(reference: Trace, observed: Trace, sampling: Trace | None, sca
     if not outcomes:
         return ConventionMatch(group, (), None, math.nan, matches=False)
     nearest, distance = _find_nearest_outcome(observed, group, outcomes, scales)
-    # Sampling changes normals, so a run may be as far from an outcome as PIT with the same step size.
+    # A check once per step finds wrong normals, so a run may be as far from an outcome as PIT with the same step size.
     allowed = 0.0 if sampling is None else _find_nearest_outcome(sampling, group, outcomes, scales)[1]
     return ConventionMatch(group, outcomes, nearest, distance, matches=distance <= allowed + 1e3 * SAME)
 
@@ -211,7 +211,7 @@ def _find_nearest_outcome(
 
 
 def _find_motions_after(trace: Trace, group: Group) -> Motions:
-    """Return the motions of the group's discs after their impacts at the shared instant and in the next steps."""
+    """Return the motions of the group's discs after their impacts at this instant and in the next steps."""
     motion = group.motion_m_s.copy()
     row = {disc: k for k, disc in enumerate(group.discs)}
     slack = LATEST_STAMP_STEPS * trace.dt_s + SAME * trace.scene.duration_s
@@ -285,7 +285,7 @@ def _apply_impact(scene: Scene, contact: TouchingBodies, motion: Motions, row: d
     angular_impulse = friction_impulse = primitives.tangential_impulse(
         *law, slip, inverse_effective_mass, normal_impulse
     )
-    if resists:  # for an impact on a wall, impulses are per unit of the disc's mass
+    if resists:  # for an impact on a wall, impulses are divided by the disc's mass
         rim, weight = motion[row[first], 2], weights[first]
         friction, turning, _ = primitives.frictional_impulses(
             *law, resists, slip, rim, 1.0 / start.inertia[first], normal_impulse * weight
@@ -298,10 +298,10 @@ def _apply_impact(scene: Scene, contact: TouchingBodies, motion: Motions, row: d
 
 
 def _solve_at_once(scene: Scene, group: Group, row: dict[int, int], tolerance: float) -> Motions | None:
-    """Solve for all impulses at once by trying each set of pushing contacts; return None if there is no result.
+    """Compute impulses that act at once, by trying each set of contacts with an impulse; None if there is no result.
 
-    There is no result for more than `MOST_AT_ONCE` contacts. There is none with friction, because it would not be
-    unique (Baraff 1989).
+    There is no result for more than `MOST_AT_ONCE` contacts. There is also none with friction, because a result would
+    not be unique (Baraff 1989).
     """
     if scene.arrays.rubs:
         return None
@@ -316,8 +316,8 @@ def _solve_at_once(scene: Scene, group: Group, row: dict[int, int], tolerance: f
             jacobian[k, 2 * row[second] : 2 * row[second] + 2] = normal
     matrix = (jacobian * inverse_mass) @ jacobian.T
     closing = np.array([_compute_closing_speed(c, group.motion_m_s, row) for c in contacts])
-    # Closing speeds after the impact are -e times the closing speeds before it. A contact that did not close before
-    # must not close after.
+    # After the impact, the closing speed is -e times the closing speed before it. A contact that did not close before
+    # must not close afterwards.
     seconds = np.array([second for _, second, *_ in contacts], dtype=np.int64)
     restitution = scene.arrays.restitution_of(seconds)
     target_speed = -restitution * np.maximum(closing, 0.0)

@@ -1,4 +1,4 @@
-"""Score of stepwise accuracy: the errors of a run's windows as numbers, and a grade."""
+"""Score of a run's single steps: their errors relative to PIC, and a grade."""
 
 from __future__ import annotations
 
@@ -23,52 +23,56 @@ Array = NDArray[np.float64]
 class LocalScore:
     """Score of the steps of a run, each compared with PIC from the run's own state at the step's start.
 
-    Lateness, velocity, ratio and restitution refer to windows of one impact, because several impacts at once have no
-    unique result.
+    A window is a group of successive steps in which bodies collide or overlap. Lateness, velocity, ratio and
+    restitution are only measured in windows with one impact, because several impacts at once have no unique result.
 
     Attributes:
-        until_s: Time of the last state.
-        windows: Number of windows in which PIC has an impact from the run's own state. Such an impact is *due*.
-        due: Number of PIC's impacts in these windows.
+        until_s: Time of the last state, in seconds.
+        windows: Number of windows in which PIC has an impact if it starts from the run's own state. Such an impact is
+            *due*.
+        due: Number of due impacts.
         missed: Number of pairs of bodies that passed through each other.
-        missed_by_pit: Number of missed pairs that PIT also misses from the same state.
-        missed_within: Number of the missed pairs within the horizon.
+        missed_by_pit: Number of these pairs that PIT also misses from the same state.
+        missed_within: Number of the missed pairs before the horizon.
         first_missed: Description of the first missed pair; empty if there is none.
-        first_missed_s: Time of the first missed pair; NaN if there is none.
-        invented: Number of steps in which a velocity changed by more than a hundredth of itself with no other body
+        first_missed_s: Time of the first missed pair, in seconds; NaN if there is none.
+        invented: Number of steps in which the velocity of a disc changed by more than 1 % although no other body was
             near.
-        first_invented: Description of the first invented turn; empty if there is none.
-        early: Number of windows in which paths turned earlier than in PIC.
-        ahead: Number of velocity changes that come more than two steps before their impact, because of an engine's
-            contact margin.
-        entangled: Number of windows with several pairs or impacts.
+        first_invented: Description of the first of these steps; empty if there is none.
+        early: Number of windows in which a path turned earlier than in PIC.
+        ahead: Number of velocity changes that come more than two steps before their impact. The cause is an engine that
+            pushes bodies apart before they touch (contact margin).
+        entangled: Number of windows with several impacts or several pairs of bodies.
         late_steps: Median and largest lateness, in steps; NaN if there is none.
-        early_steps: Largest number of steps by which an impact is early; 0 if no impact is early.
-        too_late: Number of windows that are later than a check once per step can explain.
-        velocity: Median and worst error of velocities after the impact, over the greatest speed of the window's own
+        early_steps: Largest earliness of an impact, in steps; 0 if no impact is early.
+        too_late: Number of windows whose impact is later than a check once per step can explain.
+        velocity: Median and largest velocity error after the impact, divided by the greatest speed of the window's own
             bodies.
-        spin: Worst error of rim speeds, over the greatest speed or rim speed of the window's own bodies; 0 if no disc
-            spins.
-        ratio: Median and worst ratio of the velocity or spin error to PIT's largest error from the same state. PIT's
-            errors are those at the phases of the step and at the run's lateness. Infinite if PIT has no error.
-        worse_than_pit: Number of windows whose ratio is above 1.
+        spin: Largest error of a rim speed, divided by the greatest speed or rim speed of the window's own bodies; 0 if
+            no disc spins.
+        ratio: Median and largest quotient of the velocity or spin error and PIT's largest error from the same state.
+            PIT runs at several phases of the step, and at the phase at which it is as late as the run. Infinite if the
+            run has an error and PIT has none.
+        worse_than_pit: Number of windows in which the run's error is larger than PIT's.
         judged: Number of windows of one impact that were compared.
-        restitution: Median and worst absolute error of the effective restitution; NaN if there is none.
-        energy: Energy that the run gains or loses, beyond what PIT gains or loses from the same states, over the
-            scene's energy.
-        slipped: Largest change of a velocity or rim speed without a body near, over the disc's own speed. Changes that
-            are large enough for an invented turn are excluded.
+        restitution: Median and largest absolute error of the coefficient of restitution; NaN if there is none.
+        energy: Energy that the run gains or loses in addition to PIT's gains and losses from the same states, divided
+            by the scene's energy.
+        slipped: Largest change of a velocity or rim speed with no other body near, divided by the disc's own speed.
+            Changes that are counted in `invented` are excluded.
         drifts: Number of steps, summed over all discs, in which the change of a disc's position did not follow from the
             disc's velocity.
-        drift: The largest such deviation of a position, over the scene's length.
+        drift: The largest of these deviations of a position, divided by the largest radius.
         resting_steps: Number of steps, summed over all discs, in which a disc rested on another body.
-        sunk_radii: The largest depth to which a resting pair sank, over its contact distance.
-        sinks: Whether a pair sank faster than a fall from rest in each step explains.
-        polygon: Whether falling discs move along polygons.
-        agrees: Whether all windows, including entangled ones, agree with PIC to rounding.
-        agrees_alone: Whether all windows of one impact agree with PIC to rounding, and nothing slips, drifts or sinks.
+        sunk_radii: The largest depth to which a resting body sank into another, divided by the distance of two centres
+            (or of a centre and a wall) in contact.
+        sinks: Whether a body sank into another body by more than it would if it fell from rest in each step.
+        polygon: Whether falling discs move along polygons instead of parabolas.
+        agrees: Whether all windows agree with PIC except for rounding.
+        agrees_alone: Whether all windows with one impact agree with PIC except for rounding, and `slipped`, `drift` and
+            `sunk_radii` are at most rounding.
         float_bits: Width of the floats that the method declares.
-        first_invented_s: Time of the first invented turn; None if there is none.
+        first_invented_s: Time of the first step that `invented` counts, in seconds; None if there is none.
     """
 
     until_s: float
@@ -108,9 +112,9 @@ class LocalScore:
 
     @property
     def missed_own(self) -> int:
-        """Number of missed impacts that sampling does not explain.
+        """Number of missed impacts that can't be explained by checking once per step.
 
-        Beyond the horizon, an impact counts only if PIT finds it.
+        Beyond the horizon, a missed impact counts only if PIT finds it.
         """
         return max(self.missed_within, self.missed - self.missed_by_pit)
 
@@ -121,7 +125,7 @@ class LocalScore:
 
     @property
     def energy_rounding(self) -> float:
-        """Rounding error of energy, over the scene's energy.
+        """Rounding error of energy, divided by the scene's energy.
 
         In 32-bit floats, the rounding adds up over the impacts of a run.
         """
@@ -145,24 +149,24 @@ class LocalScore:
         sampled = self.polygon or self.sunk_radii > self.rounding or self.missed
         if self.agrees and not sampled:
             return Grade.EXACT
-        # Without windows of one impact, it is not known how close the run is to PIC.
+        # Without windows of one impact, the accuracy of the run is unknown.
         far = self.ratio[1] > THRESHOLDS.close or self.late_steps[1] > THRESHOLDS.close
         near = self.judged > 0 and not far  # both comparisons are false for NaN
         return Grade.CLOSE if near and not sampled else Grade.SAMPLED
 
 
-#: Rounding error of energy at an impact in 32-bit floats, over the scene's energy.
+#: Rounding error of energy at an impact in 32-bit floats, divided by the scene's energy.
 _ENERGY_32 = 1e-7
 
 
 def score_steps(truth: LocalTruth, scales: Scales, float_bits: int, until_s: float = math.inf) -> LocalScore:
-    """Compute the score of the steps of a run.
+    """Score the steps of a run.
 
     Args:
-        truth: The comparison of the steps with PIC.
-        scales: The scene's own length and energy.
+        truth: The comparison of each step with PIC.
+        scales: The length and energy that errors are divided by.
         float_bits: Width of the floats that the method declares.
-        until_s: The horizon, in seconds. Beyond the horizon, a miss that PIT shares is explained by sampling.
+        until_s: The horizon, in seconds. After this time, a missed impact is no fault if PIT also misses it.
     """
     rounding = 10.0 * THRESHOLDS.rounding_of(float_bits)
     rows = truth.windows
@@ -183,8 +187,8 @@ def score_steps(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
     first_missed = "".join(f"at {format_instant(float(one['begin_s']))} between {pair_name(one)}" for one in missed[:1])
     invented, (first_invented, first_invented_s), slipped = _find_inventions(truth)
     restitution = scored["restitution"][single]
-    # Positions are rounded at the start and at the end. The rounding of a velocity adds up over the length of the
-    # window.
+    # Positions are rounded at the start and at the end of a window. In addition, the rounding error of a velocity grows
+    # into a position error during the window.
     lasts_m = rounding * scored["speed"] * (scored["end_s"] - scored["begin_s"])
     is_within = (
         (velocity <= rounding) & (spin <= rounding) & (scored["place_m"] <= 10.0 * scored["place_known_m"] + lasts_m)
@@ -197,7 +201,7 @@ def score_steps(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
         due=int(rows["due"].sum()),
         missed=len(missed),
         missed_by_pit=int(missed["pit_missed"].sum()),
-        # An impact whose time equals the horizon to rounding is beyond the horizon.
+        # An impact at the time of the horizon, except for rounding, is beyond the horizon.
         missed_within=int(np.sum(due_s < until_s * (1.0 - THRESHOLDS.rounding))),
         first_missed=first_missed,
         first_missed_s=float(due_s[0]) if len(missed) else math.nan,
@@ -230,13 +234,13 @@ def score_steps(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
     )
 
 
-#: Rounding error of the lateness, in steps. The key is whether floats have 64 bits. A hundredth of a step counts as
-#: close.
+#: Rounding error of the lateness, in steps, by whether floats have 64 bits. For grade *close*, the lateness must be at
+#: most a hundredth of a step.
 _LATE_KNOWN = {True: 1e-8, False: 0.01}
 
 
 def _compute_cost_ratio(error: Array, price: Array, rounding: float) -> Array:
-    """Return errors divided by the costs of sampling: 0 for rounding errors, infinite if sampling costs nothing."""
+    """Return errors divided by PIT's errors: 0 for rounding errors, infinite if PIT has no error."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(error <= rounding, 0.0, np.where(price <= rounding, math.inf, error / price))
 
@@ -248,7 +252,7 @@ def _compute_median_and_worst(values: Array) -> tuple[float, float]:
 
 
 def _drop_continuations(meetings: NDArray[np.void]) -> NDArray[np.void]:
-    """Return meetings in order of time, without those that continue an earlier meeting of the same pair."""
+    """Sort meetings of bodies by time, and remove those that continue an earlier meeting of the same pair."""
     ended: dict[tuple[int, int], float] = {}
     kept_rows = []
     for row in np.argsort(meetings["begin_s"], kind="stable").tolist():
@@ -260,7 +264,10 @@ def _drop_continuations(meetings: NDArray[np.void]) -> NDArray[np.void]:
 
 
 def _find_inventions(truth: LocalTruth) -> tuple[int, tuple[str, float | None], float]:
-    """Return the number of invented turns, the first of them, and the largest turn that is too small to count."""
+    """Count the steps in which a disc turns without a cause.
+
+    Return their number, the first one, and the largest turn that is too small to count.
+    """
     turns: list[tuple[float, float, str]] = []  # time, size and disc of each turn
     for row in truth.windows[truth.windows["turned"]]:
         size = max(float(row["velocity"]), float(row["spin"])) / (float(row["rim"]) or 1.0)
@@ -275,7 +282,7 @@ def _find_inventions(truth: LocalTruth) -> tuple[int, tuple[str, float | None], 
 
 
 def _compute_unexplained_energy(scored: NDArray[np.void]) -> float:
-    """Return the energy gained or lost beyond what PIT gains or loses from the same states, in joules."""
+    """Return the energy gained or lost in addition to PIT's gains and losses from the same states, in joules."""
     gained_j = np.abs(scored["energy_j"])
     passed = scored["missed"] > 0
     unexplained_j = np.maximum(gained_j - scored["energy_price_j"], 0.0)

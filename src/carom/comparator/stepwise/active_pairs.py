@@ -1,4 +1,4 @@
-"""Activity of pairs: the steps of a block in which each pair meets, pushes or rests."""
+"""Search for active pairs: the steps in which two bodies meet, push each other or rest on each other."""
 
 from __future__ import annotations
 
@@ -26,28 +26,29 @@ from carom.comparator.stepwise.window_runs import MOST_IMPACTS
 
 Flags = NDArray[np.bool_]
 
-#: Number of impacts at one instant after which the code checks whether further impacts matter. A check costs as much as
-#: a few impacts.
+#: Number of impacts at one instant after which the search checks whether further impacts can involve other pairs. This
+#: check takes as long as a few impacts.
 _AT_ONCE = 64
 
-#: Number of steps whose near pairs are found together. A box around a disc's path in these steps is little larger than
-#: the disc.
+#: Number of steps whose near pairs are found together. In so few steps, a box around a disc's path is little larger
+#: than the disc.
 _TOGETHER = 16
 
-#: Largest number of distances that are computed together if there are too few pairs for boxes.
+#: Largest number of distances that are computed together. It is used for scenes with so few pairs that it would take
+#: longer to compute boxes.
 _DISTANCES = 2**12
 
 
 @dataclass
 class Activity:
-    """Activity of the pairs of a block by step.
+    """Active pairs and resting discs in each step of a block.
 
     Attributes:
-        due: The active pairs of each step, with the seconds from the step's start to the meeting; NaN for a pair that
+        due: For each step, its active pairs and the seconds from the step's start until they meet; NaN for a pair that
             only pushes.
-        follows: Steps and pairs whose meeting is a consequence of another meeting in the same step.
-        resting: Whether the disc rests on a body that holds it up, for each step and disc, shape ``(k, n)``.
-        overlapping: Whether the disc begins the step in overlap, for each step and disc, shape ``(k, n)``.
+        follows: Steps and pairs that meet only because of an earlier impact in the same step.
+        resting: Whether each disc rests on a body that holds it up, for each step, shape ``(k, n)``.
+        overlapping: Whether each disc overlaps another body at the beginning of each step, shape ``(k, n)``.
     """
 
     resting: Flags
@@ -57,7 +58,7 @@ class Activity:
 
 
 def find_activity(block: Block, rest: RestHistory) -> Activity:
-    """Find the pairs that meet, push or rest in each step of a block, and record how deep resting pairs sink."""
+    """Find the pairs that meet, push or rest in each step of a block. Record in `rest` how deep resting bodies sink."""
     shape = block.turned.shape
     found = Activity(resting=np.zeros(shape, np.bool_), overlapping=np.zeros(shape, np.bool_))
     steps = _choose_steps_together(block)
@@ -77,7 +78,7 @@ def find_activity(block: Block, rest: RestHistory) -> Activity:
 
 
 def _choose_steps_together(block: Block) -> int:
-    """Return the number of steps that are handled together. The number is smaller if each pair is solved separately."""
+    """Return the number of steps that are searched together. It is smaller if each pair is solved separately."""
     bodies = block.bodies
     bends = bodies.slowing.table_m_s2 > 0.0 or any(len(drive.legs) > 1 for drive in bodies.wall_drives)
     if bends or not all(isinstance(wall, tuple) for wall in bodies.walls):
@@ -86,7 +87,7 @@ def _choose_steps_together(block: Block) -> int:
 
 
 def _enter_active_pairs(block: Block, relative: NearPairs, resting: Flags, found: Activity) -> None:
-    """Add to `found` the steps in which pairs are active, without the steps in which they rest."""
+    """Add the active pairs of each step to `found`, except pairs that rest in the step."""
     begin, steps = relative.begin, len(relative.wait)
     h = block.step_s[begin : begin + steps, None]
     gap, wait = relative.gap, relative.wait
@@ -104,7 +105,7 @@ def _enter_active_pairs(block: Block, relative: NearPairs, resting: Flags, found
 
 
 def _enter_consequences(block: Block, found: Activity, step: int, together: Sequence[NearPairs]) -> None:
-    """Add pairs whose meeting is a consequence of another meeting in the same step."""
+    """Add pairs that meet only because of an earlier impact in the same step."""
     bodies, active = block.bodies, found.due[step]
     due = [(due_s, pair) for pair, due_s in active.items() if due_s >= 0.0]
     if not due or all(pair in active for near_pairs in together for pair in near_pairs.pairs):
@@ -120,13 +121,13 @@ def _enter_consequences(block: Block, found: Activity, step: int, together: Sequ
             active[pair] = time_s
             found.follows.add((step, pair))
             if _are_all_active(active, due, near):
-                break  # further impacts of the same pairs change nothing
+                break  # further impacts only involve pairs that are already active
 
 
 def _are_all_active(
     active: Mapping[Pair, float], due: list[tuple[float, Pair]], near: Mapping[int, list[Pair]]
 ) -> bool:
-    """Whether all pairs that the due pairs can strike, directly or through other pairs, are already active."""
+    """Whether all pairs that can be reached from the due pairs by a chain of impacts are already active."""
     bodies = [body for _, pair in due for body in pair if body in near]
     reached = set(bodies)
     while bodies:
@@ -142,11 +143,11 @@ def _are_all_active(
 def _find_impacts(
     block: Block, step: int, due: list[tuple[float, Pair]], near: dict[int, list[Pair]], slow: float
 ) -> Iterator[tuple[float, Pair, float]]:
-    """Yield PIC's impacts in a step, beginning with due pairs: seconds from the step's start, pair and closing speed.
+    """Yield PIC's impacts in a step: the seconds from the step's start, the pair and its closing speed.
 
-    After an impact, only the meetings of the struck discs are predicted again, because other pairs meet only if they
-    are due. In a collapse, infinitely many impacts are due at one instant. The search ends when all further impacts
-    must be slower than `slow`.
+    The first impacts are those of the pairs in `due`. After an impact, only the next meetings of the struck discs are
+    predicted. There may be infinitely many impacts at one instant. The search ends when all further impacts must be
+    slower than `slow`.
     """
     bodies, seconds, begun_s = block.bodies, float(block.step_s[step]), float(block.states.time_s[step])
     latest_states: dict[int, tuple[float, BodyStates]] = {}
@@ -191,7 +192,7 @@ def _find_impacts(
 
 
 def _bound_closing_speed(block: Block, latest_states: Mapping[int, tuple[float, BodyStates]]) -> float:
-    """Return an upper bound on the closing speed of some discs at one instant. No impact adds energy."""
+    """Return an upper bound on the closing speed of some discs after any impacts. It follows from their energy."""
     bodies, twice, lightest = block.bodies, 0.0, math.inf
     for body, (_, state) in latest_states.items():
         if bodies.is_movable(body):
@@ -203,7 +204,7 @@ def _bound_closing_speed(block: Block, latest_states: Mapping[int, tuple[float, 
 
 
 def _drop_bystanders(block: Block, found: Activity, step: int) -> None:
-    """Remove pairs that only overlap and separate, if another meeting explains the change of velocity."""
+    """Remove pairs that overlap but separate, if another pair's meeting explains the change of velocity."""
     active, n = found.due[step], block.bodies.n
     involved = {body for pair, due_s in active.items() if due_s >= 0.0 for body in pair if body < n}
     unexplained = set(np.flatnonzero(block.turned[step]).tolist()) - involved

@@ -1,7 +1,8 @@
-"""States of a few bodies in plain floats, which can be advanced from any state of a run.
+"""States of a few bodies, which can be advanced from any state of a run.
 
-The solvers require that discs do not overlap at the start, but a window can start in any state of the run. So here,
-bodies that overlap and approach each other meet at once. Times of impact and impact laws come from the core.
+The solvers accept only scenes without overlaps, but a window can start in a state with overlapping bodies. So this
+module lets bodies that overlap and approach each other collide at once. The core computes the times of impacts and
+applies the impact law.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from carom.model.prescribed_motion import Drive
 
 
 class Separation(NamedTuple):
-    """Gap of two bodies, unit normal from first to second, and closing speed."""
+    """Gap between two bodies, the unit normal from the first to the second, and the speed at which they approach."""
 
     gap: float
     normal: tuple[float, float]
@@ -25,7 +26,7 @@ class Separation(NamedTuple):
 
 
 class BodyStates:
-    """Position, velocity and spin of some discs by number, and the time since the run's start."""
+    """Positions, velocities and spins of some discs by number, and the time since the run's start."""
 
     __slots__ = ("bodies", "met", "spin", "time_s", "velocity", "xy")
 
@@ -38,7 +39,7 @@ class BodyStates:
         time_s: float,
     ) -> None:
         self.bodies, self.xy, self.velocity, self.spin, self.time_s = bodies, xy, velocity, spin, time_s
-        #: Number of the feature of each finite wall that the disc meets next.
+        #: For each disc and finite wall, the number of the wall's edge, end or corner that the disc meets next.
         self.met: dict[Pair, int] = {}
 
     def copy(self) -> BodyStates:
@@ -52,7 +53,7 @@ class BodyStates:
         self.spin |= other.spin
 
     def select_discs(self, bodies: Iterable[int]) -> BodyStates:
-        """Return the state of those bodies that are discs."""
+        """Return the state of the given bodies, without walls."""
         discs = [body for body in bodies if body < self.bodies.n]
         xy, velocity = ({disc: rows[disc] for disc in discs} for rows in (self.xy, self.velocity))
         return BodyStates(self.bodies, xy, velocity, {disc: self.spin[disc] for disc in discs}, self.time_s)
@@ -66,7 +67,7 @@ class BodyStates:
         return leg.moved_at(time_s), leg.velocity
 
     def _build_mover(self, disc: int, body: int) -> Mover:
-        """Return a disc relative to a wall."""
+        """Return a disc's motion relative to a wall."""
         wall = body - self.bodies.n
         place = self.bodies.to_wall_frame(wall, *self.xy[disc], self.time_s)
         return Mover.at(
@@ -74,7 +75,7 @@ class BodyStates:
         )
 
     def move_freely(self, seconds: float, resting: Pair | None = None) -> None:
-        """Move all discs along their free paths. Gravity does not pull the resting pair together."""
+        """Move all discs along their free paths. Gravity does not act between the two bodies of the pair `resting`."""
         bodies, half = self.bodies, 0.5 * seconds * seconds
         # A scene has either gravity or slowing, so only one of them bends a path.
         for disc, (x, y) in self.xy.items():
@@ -112,7 +113,10 @@ class BodyStates:
         self.velocity[disc] = leg.velocity
 
     def measure_separation(self, pair: Pair, feature: int = NO_FEATURE) -> Separation:
-        """Return the separation of the bodies of a pair. `feature` is the feature of a finite wall to measure to."""
+        """Return the separation of two bodies.
+
+        `feature` is the number of the wall's edge, end or corner to measure to.
+        """
         (i, j), bodies = pair, self.bodies
         (x, y), (vx, vy) = self.xy[i], self.velocity[i]
         if j >= bodies.n:
@@ -125,7 +129,7 @@ class BodyStates:
         dx, dy = self.xy[j][0] - x, self.xy[j][1] - y
         distance = math.hypot(dx, dy)
         ux, uy = self.velocity[j][0] - vx, self.velocity[j][1] - vy
-        if distance == 0.0:  # coinciding centres define no normal; the discs only separate
+        if distance == 0.0:  # coinciding centres define no normal, so the discs count as separating
             speed = math.hypot(ux, uy)
             normal = (ux / speed, uy / speed) if speed > 0.0 else (1.0, 0.0)
         else:
@@ -134,7 +138,10 @@ class BodyStates:
         return Separation(distance - bodies.radius[i] - bodies.radius[j], normal, closing)
 
     def are_overlapping(self, pair: Pair) -> bool:
-        """Whether the bodies of a pair overlap or touch. At the instant of contact, rounding may leave a gap."""
+        """Whether the bodies of a pair overlap or touch.
+
+        A gap within the rounding of the contact distance counts as touching.
+        """
         (i, j), bodies = pair, self.bodies
         x, y = self.xy[i]
         reach = bodies.radius[i] * TOUCH
@@ -147,9 +154,9 @@ class BodyStates:
         return (ox - x) ** 2 + (oy - y) ** 2 <= reach * reach
 
     def compute_wait(self, pair: Pair, last: int = NO_FEATURE) -> float:
-        """Return the seconds until the bodies of a pair meet; infinity for never, 0 if they overlap and approach.
+        """Return the seconds until two bodies meet; infinity if they never meet, 0 if they overlap and approach.
 
-        `last` is the feature of a finite wall that the disc has just met.
+        `last` is the number of the finite wall's edge, end or corner that the disc has just met.
         """
         if self.bodies.slowing.table_m_s2:
             return self._compute_wait_on_table(pair, last, None)
@@ -158,7 +165,7 @@ class BodyStates:
         return wait if not later or self.time_s + wait < later[0].begin_s else self.compute_later_wait(pair)
 
     def compute_later_wait(self, pair: Pair) -> float:
-        """Return the seconds until the bodies of a pair meet on a later leg of a driven body."""
+        """Return the seconds until two bodies meet after the next change in the prescribed motion of one of them."""
         for leg in self.bodies.list_later_legs(pair, self.time_s):
             state_on_leg = self.compute_later_state(leg.begin_s - self.time_s)
             wait = state_on_leg.compute_undamped_wait(pair, NO_FEATURE)
@@ -168,20 +175,24 @@ class BodyStates:
         return math.inf
 
     def compute_wait_again(self, pair: Pair) -> float:
-        """Return the seconds until two bodies that have just met will meet again, if no third body turns one of them.
+        """Return the seconds until two bodies that have just met meet again without a third body.
 
-        This may happen on a later leg of a driven body, or on a table, which slows each body in its own direction.
+        This can happen if one of them has a prescribed motion that changes its velocity. It can also happen on a table,
+        which slows each body in its own direction of motion.
         """
         if not self.bodies.slowing.table_m_s2:
             return self.compute_later_wait(pair)
         return self._compute_wait_on_table(pair, NO_FEATURE, max(0.0, -self.measure_separation(pair).closing))
 
     def _compute_wait_on_table(self, pair: Pair, last: int, leaving: float | None) -> float:
-        """Return the result of `compute_wait` for a scene with a table. `leaving` is the speed of separation."""
+        """Return the result of `compute_wait` for a scene with a table.
+
+        `leaving` is the speed at which the bodies separate.
+        """
         (i, j), bodies, state, passed = pair, self.bodies, self.select_discs(pair), 0.0
         speeds = [math.hypot(*velocity) for velocity in state.velocity.values()]
         longest_m = sum(speed * speed for speed in speeds) / (2.0 * bodies.slowing.table_m_s2)
-        # If the gap is larger, the two bodies stop before they meet. The margin of a hundredth is far above rounding.
+        # If the gap is larger, the two bodies stop before they meet. The factor 0.99 allows for rounding.
         if 0.99 * self.measure_separation(pair).gap > longest_m:
             return math.inf
         while True:
@@ -207,7 +218,7 @@ class BodyStates:
             passed, leaving, last = passed + stops, None, NO_FEATURE
 
     def compute_undamped_wait(self, pair: Pair, last: int) -> float:
-        """Return the result of `compute_wait` without damping. Driven bodies count as keeping their velocity."""
+        """Return the result of `compute_wait` without damping, as if driven bodies kept their velocity."""
         (i, j), bodies = pair, self.bodies
         (x, y), (vx, vy), radius = self.xy[i], self.velocity[i], bodies.radius[i]
         if j >= bodies.n:
@@ -249,7 +260,7 @@ class BodyStates:
         return wait
 
     def apply_impact(self, pair: Pair, feature: int = NO_FEATURE) -> None:
-        """Apply an impact of a pair's bodies at their present positions. `feature` is as in `measure_separation`."""
+        """Apply an impact of two bodies at their present positions. `feature` is as in `measure_separation`."""
         (i, j), bodies = pair, self.bodies
         (x, y), (vx, vy) = self.xy[i], self.velocity[i]
         w_i = bodies.inverse_mass[i]

@@ -1,8 +1,8 @@
-"""Comparison of one window with PIC and with the cost of sampling, from the run's own state at the window's start.
+"""Comparison of one window of steps with PIC and PIT, which start from the run's own state at the window's start.
 
-At the end of a window, a late run may not have had all of PIC's impacts. So PIC's run is also stopped after j impacts
-and continued in free flight. This is done for each j after which PIC's other impacts are still ahead in the run's own
-state. The run is compared with the nearest of these results.
+A run that is late may not have had all of PIC's impacts at the end of a window. So variants of PIC's run are also
+computed: each omits PIC's last impacts, if these are still ahead in the run's own state. The run is compared with the
+most similar variant.
 """
 
 from __future__ import annotations
@@ -29,18 +29,18 @@ from carom.model.step_windows import WindowRow
 Array = NDArray[np.float64]
 
 #: Two bodies passed through each other if their relative velocity changed by at most this fraction of the closing
-#: speed. After a larger change, they had an impact with a velocity error.
+#: speed. If the change is larger, they had an impact with a velocity error.
 PASSED = 0.01
 
 
 @dataclass
 class Comparison(WindowRow):
-    """Result of the comparison of a window: the window's row, and its pairs.
+    """Result of the comparison of a window: the numbers of its table row, and its pairs of bodies.
 
     Attributes:
-        due_s: Time at which each pair was first due, in seconds. Pairs that only push are not included.
-        passed: Pairs that passed through each other.
-        pit_passed: The passed pairs that PIT also misses from the same state.
+        due_s: Time in seconds at which each pair should first have met. Pairs that only push are not included.
+        passed: Pairs of bodies that passed through each other.
+        pit_passed: Those pairs in `passed` that PIT also misses from the same state.
     """
 
     due_s: dict[Pair, float] = field(default_factory=dict)
@@ -63,21 +63,22 @@ def compare_window(
         block: The steps.
         chain: The steps and bodies of the window.
         activity: The activity of the pairs in the steps.
-        found_by_pit: For each pair of a cut chain, whether PIT found it from the state at the chain's beginning.
+        found_by_pit: If the window is the rest of a longer chain that was cut: whether PIT finds each pair's impact
+            from the state at the chain's beginning.
         ends: Whether the run ends with the block.
-        speed_before: Greatest speed of the discs before the window, if the window continues a chain, in metres per
-            second.
+        speed_before: Greatest speed of the discs before the window, in metres per second. Only used if the window is
+            the rest of a longer chain.
     """
     begin_s, end_s = block.states.time_s[[chain.begin, chain.end]].tolist()
     if not block.is_possible(chain.begin, block.bodies.list_pairs(chain.discs)):
-        return Comparison(begin_s, end_s, entangled=True, price_velocity=0.0, price_spin=0.0)  # nothing is due
+        return Comparison(begin_s, end_s, entangled=True, price_velocity=0.0, price_spin=0.0)  # PIC has no result
     window = Window(block, chain, activity)
     comparison = Comparison(begin_s, end_s, speed=window.speed, rim=window.rim, place_known_m=window.touching)
     if not window.truth:
         return _compare_nothing_due(window, comparison)
     found = window.find_nearest_difference(window.now, window.truth, window.lasts, window.resting)
     comparison.velocity, comparison.spin, comparison.place_m = found.velocity, found.spin, found.place
-    # Pairs that overlap where a chain was cut were due earlier.
+    # Pairs that overlap where a chain was cut should have met in the part before the cut.
     known = sum(impact.time_s == 0.0 for impact in window.truth[: found.impacts]) if chain.continues else 0
     comparison.due = max(found.impacts, 1) - known if not chain.continues else found.impacts - known
     comparison.entangled = _is_entangled(window, found)
@@ -99,9 +100,7 @@ def compare_window(
     if not comparison.open:
         _measure_lateness(window, comparison, found, agrees=agrees)
         comparison.price_velocity = comparison.price_spin = 0.0
-        if not (
-            agrees or comparison.entangled or comparison.missed
-        ):  # in other windows, the cost of sampling is not needed
+        if not (agrees or comparison.entangled or comparison.missed):  # otherwise PIT's errors are not needed
             _measure_sampling_cost(window, comparison, found)
     missed_by_pit = {pair for pair in missed if not found_by_pit.get(pair, True)}
     missed_by_pit |= find_pairs_missed_by_pit(block, chain, [pair for pair in missed if pair not in found_by_pit])
@@ -114,14 +113,18 @@ def compare_window(
 
 
 def _compare_nothing_due(window: Window, comparison: Comparison) -> Comparison:
-    """Compare a window in which PIC has no impact: bodies may turn without a cause, or a resting body may be held."""
+    """Compare a window in which PIC has no impact.
+
+    If a velocity changes, either the change has no cause, or a resting body is held by another one.
+    """
     velocity, spin, place = window.compute_difference(window.now, window.free)
     bodies, chain = window.bodies, window.chain
-    # A resting body is held if its velocity changed by at most the speed gained by falling in the window's steps.
+    # A body counts as resting if its velocity changed by at most the speed that it gains by falling during the window.
     steps = chain.end - chain.begin + 0.5
     may_rest = bodies.pull > 0.0 and velocity <= max(RESTING_STEPS, steps) * bodies.pull * window.block.dt_s
     if chain.continues:
-        # In a lasting contact that was cut, velocities also changed before the cut, so only the energy counts.
+        # If the window is the rest of a longer contact, velocities already changed before it. So only the energy is
+        # compared.
         comparison.entangled, comparison.price_velocity, comparison.price_spin = True, 0.0, 0.0
         comparison.velocity, comparison.spin, comparison.place_m = velocity, spin, place
         conserves_energy = bodies.pull == 0.0 and not bodies.driven and not bodies.slowing.table_m_s2
@@ -137,15 +140,15 @@ def _compare_nothing_due(window: Window, comparison: Comparison) -> Comparison:
 def _is_entangled(window: Window, found: Difference) -> bool:
     if len(window.chain.pairs) > 1 or (len(window.truth) > 1 and found.impacts > 1) or window.meets_at_rest:
         return True
-    # A pair that begins in overlap was found late, or a third body pushed it.
+    # Two bodies that overlap at the start were found late, or a third body pushed them together.
     starts = [window.start.measure_separation(pair) for pair in window.chain.pairs]
     return any(contact.gap < -window.touching and contact.closing > window.still for contact in starts)
 
 
 def _compute_energy_gain(window: Window, found: Difference, *, entangled: bool) -> float:
-    """Return the energy gained relative to PIC; for an entangled window, relative to free flight.
+    """Return the energy gained relative to PIC; for a window with several impacts, relative to free flight.
 
-    In an entangled window, a loss of energy counts only if all impacts are elastic.
+    In a window with several impacts, a loss of energy counts only if all impacts are elastic.
     """
     if window.bodies.pull > 0.0:
         return 0.0
@@ -163,14 +166,14 @@ def _compute_energy_gain(window: Window, found: Difference, *, entangled: bool) 
 
 
 def _is_missed(window: Window, pair: Pair, speed_before: float) -> bool:
-    """Whether the bodies of a pair passed through each other: they were due to meet, and then moved on as before."""
+    """Whether two bodies should have met, but moved on as before, so that they passed through each other."""
     block, bodies, activity = window.block, window.bodies, window.activity
     steps = window.chain.pairs[pair]
     own_steps = [step for step in steps if activity.due[step][pair] >= 0.0 and (step, pair) not in activity.follows]
     if not own_steps:
         return False
     last = own_steps[-1]
-    while last + 1 in steps:  # a pair that still pushes while it separates is late, but not missed
+    while last + 1 in steps:  # bodies that still push while they separate had a late impact
         last += 1
     i, j = pair
     discs = (i, j) if j < bodies.n else (i,)
@@ -182,9 +185,9 @@ def _is_missed(window: Window, pair: Pair, speed_before: float) -> bool:
     velocity_after = compute_relative_velocity(other, pair)
     size = math.hypot(*velocity_before)
     if size <= (RESTING_STEPS + 0.5) * bodies.pull * block.dt_s + window.still:
-        return False  # the pair is so slow that it may rest
+        return False  # the bodies are so slow that they may rest on each other
     if before.closing <= PASSED * speed_before:
-        return False  # the remainder of an impact from a cut chain counts as a velocity error
+        return False  # the rest of an impact from a cut chain counts as a velocity error
     closed = before.closing * bodies.slowing.damping.compute_kept_fraction(duration_s)
     unchanged = math.dist(velocity_before, velocity_after) <= PASSED * max(closed, 1e-3 * size)
     past = after.gap > window.touching or after.closing <= 0.0
@@ -192,7 +195,7 @@ def _is_missed(window: Window, pair: Pair, speed_before: float) -> bool:
     repelled = changed_x * before.normal[0] + changed_y * before.normal[1] > PASSED * closed
     if not unchanged and not repelled and past and window.chain.end - window.chain.begin <= 2:
         unchanged = _is_idle(window, pair, size)
-    # A disc that is still being pushed is not yet through a wall.
+    # A wall may still be pushing the disc, so the disc has not yet passed through.
     pushed = bool(block.turned[last, i])
     deep = j >= bodies.n and not pushed and after.gap < -min(bodies.radius[i], 1.5 * before.closing * block.dt_s)
     through = before.normal[0] * after.normal[0] + before.normal[1] * after.normal[1] < 0.0
@@ -200,7 +203,7 @@ def _is_missed(window: Window, pair: Pair, speed_before: float) -> bool:
 
 
 def _is_idle(window: Window, pair: Pair, size: float) -> bool:
-    """Whether a body of a pair kept its velocity in the window, although PIC has an impact that changes it."""
+    """Whether one of two bodies kept its velocity in the window, although PIC's impacts change this velocity."""
     block, chain, bodies = window.block, window.chain, window.bodies
     idle = [body for body in pair if bodies.is_movable(body) and not block.turned[chain.begin : chain.end, body].any()]
     meets = any(
@@ -214,7 +217,7 @@ def _is_idle(window: Window, pair: Pair, size: float) -> bool:
 
 
 def _is_due_at_next_frame(window: Window, pair: Pair) -> bool:
-    """Whether a pair was due in the run's last step, so that only a frame after the end would find the impact."""
+    """Whether two bodies should have met in the run's last step, so that no check follows that could find them."""
     own_steps = [step for step in window.chain.pairs[pair] if window.activity.due[step][pair] >= 0.0]
     return own_steps == [window.chain.end - 1] and _is_closing(window, pair)
 
@@ -233,12 +236,12 @@ def _is_closing(window: Window, pair: Pair) -> bool:
 
 
 def _measure_lateness(window: Window, comparison: Comparison, found: Difference, *, agrees: bool) -> None:
-    """Measure the lateness in steps and the restitution, for a window of one impact."""
+    """Measure how late the impact of a window is, in steps, and the error of its coefficient of restitution."""
     first, bodies, dt_s = window.truth[0], window.bodies, window.block.dt_s
     closing = max(first.contact.closing, 1e-300)
     comparison.late_known = window.touching / closing / dt_s
-    # A run checks for contact at the end of a step. A disc that moves along a polygon reaches the contact later than on
-    # the bent path, because it lags by up to half of the bend in a step.
+    # An engine that moves a disc along straight steps reaches the contact later than on the curved path. It lags by up
+    # to half of the curve's deviation in a step.
     bends = bodies.pull + bodies.slowing.compute_deceleration(window.speed)
     comparison.late_allowed = 1.0 + comparison.late_known + 0.5 * bends * dt_s / closing
     if agrees:
@@ -250,7 +253,7 @@ def _measure_lateness(window: Window, comparison: Comparison, found: Difference,
     contact = bodies.contact_of(first.pair)
     velocity_before = compute_relative_velocity(window.free, first.pair)
     velocity_after = compute_relative_velocity(window.now, first.pair)
-    if bodies.slowing.table_m_s2:  # a table does not slow all discs by one factor, so compare at the turn
+    if bodies.slowing.table_m_s2:  # a table does not slow all discs by the same factor, so compare at the turn
         turned_s = first.time_s + comparison.late_steps * dt_s
         velocity_before = compute_relative_velocity(window.start.compute_later_state(turned_s), first.pair)
         velocity_after = compute_relative_velocity(window.now.compute_later_state(turned_s - window.lasts), first.pair)
@@ -259,7 +262,7 @@ def _measure_lateness(window: Window, comparison: Comparison, found: Difference,
     if contact.friction == 0.0 and size > window.still:
         normal = (change[0] / size, change[1] / size)  # normal of the run's own impact
         closing = velocity_before[0] * normal[0] + velocity_before[1] * normal[1]
-        if closing != 0.0:  # 0 for a disc that turned before a driven wall met it
+        if closing != 0.0:  # 0 if a disc turned before a moving wall reached it
             separating = velocity_after[0] * normal[0] + velocity_after[1] * normal[1]
             comparison.restitution = -separating / closing - bodies.restitution_of(first.pair)
 
@@ -280,15 +283,15 @@ def _find_turn_time(window: Window, pair: Pair) -> float:
     squared = slope[0] ** 2 + slope[1] ** 2
     if squared == 0.0:
         return math.nan
-    # The paths are nearest at some time before the window's end. This time is the distance of the two paths at the end,
-    # divided by their relative velocity. With damping, paths are straight in undamped time.
+    # The paths are nearest at some time before the window's end: their distance at the end, divided by their relative
+    # velocity. With damping, paths are straight lines if time is replaced by undamped time.
     free_offset, offset_after = compute_offset(window.free), compute_offset(window.now)
     ago_s = ((free_offset[0] - offset_after[0]) * slope[0] + (free_offset[1] - offset_after[1]) * slope[1]) / squared
     return duration_s + window.bodies.slowing.damping.to_damped(-ago_s)
 
 
 def _find_turn_time_on_table(window: Window, pair: Pair) -> float:
-    """Return the result of `_find_turn_time` on a table, where both paths bend."""
+    """Return the result of `_find_turn_time` on a table, where both paths are curved."""
 
     def compute_offset(time_s: float) -> tuple[Array, Array]:
         (p, u), (q, v) = (
@@ -307,7 +310,10 @@ def _compute_relative_motion(state: BodyStates, pair: Pair) -> tuple[Array, Arra
 
 
 def _measure_sampling_cost(window: Window, comparison: Comparison, found: Difference) -> None:
-    """Measure PIT's largest errors from the same state, at several phases and at the phase of the run's lateness."""
+    """Measure PIT's largest errors from the same state.
+
+    PIT runs at several phases of the step, and at the phase at which it is as late as the run.
+    """
     dt_s, truth = window.block.dt_s, window.truth
     need = max(found.impacts, 1)
     looks = [dt_s * phase / THRESHOLDS.phases for phase in range(1, THRESHOLDS.phases + 1)]
@@ -315,7 +321,7 @@ def _measure_sampling_cost(window: Window, comparison: Comparison, found: Differ
         looks.append(truth[0].time_s + comparison.late_steps * dt_s)
     until_s = truth[need - 1].time_s + 2.0 * dt_s
     until_there = [met for met in truth if met.time_s <= until_s]
-    # Errors refer to the window's end, like the run's errors. Damping multiplies all velocities by the same factor; a
+    # Like the run's errors, PIT's errors are those at the window's end. Damping multiplies them by a common factor; a
     # table does not.
     slowing, measured_s = window.bodies.slowing, until_s
     kept_fraction = slowing.damping.compute_kept_fraction(window.lasts - until_s)
@@ -334,19 +340,19 @@ def _measure_sampling_cost(window: Window, comparison: Comparison, found: Differ
             abs(end.compute_energy() - difference.truth.compute_energy()) * kept_fraction**2,
         )
         costs_by_completeness[len(met) >= min(need, len(until_there))].append(cost)
-    # Use only phases that find the impacts, if there are any.
+    # If PIT finds all impacts at some phases, use only these phases.
     columns = zip(*(costs_by_completeness[True] or costs_by_completeness[False]), strict=True)
     comparison.price_velocity, comparison.price_spin, comparison.energy_price_j = map(max, columns)
 
 
 def find_pairs_missed_by_pit(block: Block, chain: StepChain, pairs: Sequence[Pair]) -> set[Pair]:
-    """Return the pairs that PIT misses from the state at a window's start, with frames at the run's step boundaries."""
+    """Return the pairs that PIT misses from the state at a window's start, with checks at the run's step ends."""
     if not pairs:
         return set()
     dt_s, begin_s = block.dt_s, float(block.states.time_s[chain.begin])
     steps = round(begin_s / dt_s)
-    # At a step boundary, PIT checks at once. A piece of a located run begins within a step, so PIT checks at the end of
-    # that step.
+    # If the window starts at a step boundary, PIT checks at once. An engine with shortened steps may start a window
+    # within a step. PIT then first checks at the end of that step.
     at_boundary = abs(begin_s - steps * dt_s) <= 2.0**-50 * begin_s
     first_s = 0.0 if at_boundary else (math.floor(begin_s / dt_s) + 1.0) * dt_s - begin_s
     seconds = float(block.states.time_s[chain.end]) - begin_s + 2.0 * dt_s

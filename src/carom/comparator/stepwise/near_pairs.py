@@ -1,4 +1,4 @@
-"""Near pairs: pairs of bodies that may meet, push or rest in some steps, with their gaps and speeds."""
+"""Search for near pairs: bodies that are so close that they may meet, push or rest in some steps."""
 
 from __future__ import annotations
 
@@ -19,26 +19,27 @@ from carom.model.prescribed_motion import Drive
 Array = NDArray[np.float64]
 Bodies = NDArray[np.intp]
 
-#: An engine may react to a meeting this many steps before it (speculative margins), or still push this many steps after
-#: it (soft contacts).
+#: An engine may change velocities this many steps before a meeting (speculative margins), or still push bodies apart
+#: this many steps after it (soft contacts).
 MARGIN_STEPS = 2.0
 
-#: A pair may rest at a gap of up to this fraction of the contact distance. Margins of engines are below a hundredth.
+#: A body may rest at a gap of up to this fraction of the contact distance. Engines keep gaps below a hundredth.
 RESTING_GAP = 0.02
 
 
 @dataclass(frozen=True)
 class NearPairs:
-    """Pairs of one kind over some steps. Arrays have one row per state, or one per step, and one column per pair.
+    """Pairs of discs, or of discs and walls, in some steps. Arrays have a column per pair, and a row per state or step.
 
     Attributes:
         begin: Number of the first step.
-        first: Lower body of each pair, a disc.
-        second: Higher body of each pair, a disc or a wall.
-        gap: Distance between the rims at each state.
-        closing: Closing speed at each state.
-        wait: Seconds from each step's start to the meeting; infinity for none.
-        pulled: Relative acceleration by gravity, in metres per second squared, shape ``(pairs,)``.
+        first: Number of the first body of each pair, a disc.
+        second: Number of the second body of each pair, a disc or a wall.
+        gap: Gap between the bodies at each state, in metres; negative if they overlap.
+        closing: Speed at which the bodies approach at each state, in metres per second.
+        wait: Seconds from each step's start until the bodies meet; infinity if they do not meet.
+        pulled: Difference of the two bodies' accelerations by gravity, in metres per second squared, shape
+            ``(pairs,)``.
         touching: Rounding error of a gap, in metres.
         still: Rounding error of a speed, in metres per second.
     """
@@ -67,9 +68,9 @@ class NearPairs:
 
 
 def find_pairs_near_in_step(block: Block, together: Sequence[NearPairs], step: int) -> dict[int, list[Pair]]:
-    """Return, for each movable body, the pairs that are so near at the start of a step that they may meet in it.
+    """Return, for each movable disc, its pairs that are so near at the start of a step that they may meet in it.
 
-    The near distance is large enough for the case that a third body strikes one of the two in this step.
+    This includes pairs that only meet if a third body strikes one of the two in this step.
     """
     bodies, h = block.bodies, float(block.step_s[step])
     own_speed = block.own_speed[step] + bodies.fastest_wall
@@ -87,7 +88,7 @@ def find_pairs_near_in_step(block: Block, together: Sequence[NearPairs], step: i
 
 
 def find_disc_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
-    """Yield the pairs of discs that are near in some steps."""
+    """Yield the pairs of discs that are near each other in the steps from `begin` to `end`."""
     arrays, bodies = block.scene.arrays, block.bodies
     centre, reach = _bound_paths(block, begin, end)
     p, v = block.states.position_m[begin : end + 1], block.states.velocity_m_s[begin : end + 1]
@@ -119,7 +120,7 @@ def find_disc_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
 
 
 def find_wall_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
-    """Yield the discs and walls that are near in some steps."""
+    """Yield the pairs of a disc and a wall that are near each other in the steps from `begin` to `end`."""
     moving = defaultdict[Drive, list[int]](list)
     for k, drive in enumerate(block.bodies.wall_drives):
         moving[drive].append(k)
@@ -130,7 +131,7 @@ def find_wall_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
 def _find_pairs_with_walls(
     block: Block, begin: int, end: int, drive: Drive, walls_of_it: list[int]
 ) -> Iterator[NearPairs]:
-    """Yield the near pairs of discs and walls in some steps, for walls that move on the same path."""
+    """Yield the near pairs of discs and walls in some steps. All walls of `walls_of_it` have the motion `drive`."""
     arrays, bodies = block.scene.arrays, block.bodies
     centre, reach = _bound_paths(block, begin, end, drive)
     p, v = _compute_relative_motion(block, begin, end, drive)
@@ -155,7 +156,7 @@ def _find_pairs_with_walls(
             straight = bodies.slowing.damping.to_damped_array(np.where(s < 0.0, g / -s, np.inf))
             root = s * s - 2.0 * pull * g
             high = np.sqrt(np.maximum(root, 0.0))
-            # This is the root at which the gap closes, computed without cancellation.
+            # Take the solution at which the gap closes. Compute it without a difference of nearly equal numbers.
             bent = np.where(s < 0.0, 2.0 * g / (-s + high), (s + high) / -pull)
             bent = np.where((root < 0.0) | ((pull > 0.0) & (s >= 0.0)), np.inf, bent)
             wait = np.where(pull == 0.0, straight, bent)
@@ -168,7 +169,7 @@ def _find_pairs_with_walls(
 def _find_one_by_one(
     block: Block, begin: int, end: int, centre: Array, reach: Array, numbers: list[int]
 ) -> Iterator[NearPairs]:
-    """Yield each near pair of a disc and one of the given walls in some steps. Each pair is solved separately."""
+    """Yield the near pairs of discs and the given walls in some steps, and solve each pair separately."""
     arrays, bodies = block.scene.arrays, block.bodies
     for k in numbers:
         wall = arrays.walls[k]
@@ -201,7 +202,7 @@ def _find_one_by_one(
 
 
 def _compute_relative_motion(block: Block, begin: int, end: int, drive: Drive) -> tuple[Array, Array]:
-    """Return positions and velocities of discs in some steps, relative to a wall that moves on a path."""
+    """Return positions and velocities of discs in some steps, relative to a wall with the motion `drive`."""
     p, v = block.states.position_m[begin : end + 1], block.states.velocity_m_s[begin : end + 1]
     if drive.stands:
         return p, v
@@ -211,9 +212,10 @@ def _compute_relative_motion(block: Block, begin: int, end: int, drive: Drive) -
 
 
 def _bound_paths(block: Block, begin: int, end: int, drive: Drive = STANDS) -> tuple[Array, Array]:
-    """Return the centre and radius of a circle around each disc's path, relative to a wall that moves by `drive`.
+    """Return the centre and radius of a circle around each disc's path, relative to a wall with the motion `drive`.
 
-    If two discs may meet or push, their circles overlap. If a disc and a wall may do so, the circle overlaps the wall.
+    If two discs may meet or push each other, their circles overlap. If a disc may meet a wall, its circle overlaps the
+    wall.
     """
     p, _ = _compute_relative_motion(block, begin, end, drive)
     own_speed = block.own_speed[begin:end] + drive.fastest
@@ -229,7 +231,7 @@ def _bound_paths(block: Block, begin: int, end: int, drive: Drive = STANDS) -> t
 
 
 def _meet_on_bent_paths(block: Block, near: NearPairs, columns: Sequence[int]) -> None:
-    """Compute waits of near pairs on bent paths: discs that fall onto immovable bodies, and all pairs on a table."""
+    """Compute waits of near pairs on curved paths: discs that fall onto immovable bodies, and pairs on a table."""
     steps = slice(near.begin, near.begin + len(near.wait))
     for column in columns:
         i, j = near.pairs[column]

@@ -1,4 +1,4 @@
-"""Resting pairs: the steps in which gravity presses a pair together, and the depth to which it sinks over a run."""
+"""Search for bodies that rest on each other under gravity, and for the depth to which they sink into each other."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from carom.comparator.stepwise.step_block import Block
 
 Flags = NDArray[np.bool_]
 
-#: A pair that gravity presses together rests while its relative speed is at most the speed gained by falling for this
-#: many steps. Engines that correct velocities need one step, and engines that correct positions at most two and a half
-#: (Box2D and MuJoCo `default`, 8 starting states each).
+#: Two bodies that gravity presses together count as resting while their relative speed is at most the speed gained by
+#: falling for this many steps. One step is enough for engines that correct velocities, and two and a half for engines
+#: that correct positions (Box2D and MuJoCo `default`, 8 starting states each).
 RESTING_STEPS = 2.5
 
 
 class _Rested(NamedTuple):
-    """State of a resting pair.
+    """State of two bodies that rest on each other.
 
     Attributes:
-        top_m: Gap when the pair began to rest, at most 0.
+        top_m: Gap when the pair began to rest; negative if the bodies overlapped, and 0 if they did not.
         until_s: End of the last step in which the pair rested.
-        faster_m: Depth that a fall from rest in each step does not explain.
+        faster_m: Depth of the overlap that falling from rest in each step does not explain.
     """
 
     top_m: float
@@ -37,11 +37,12 @@ class _Rested(NamedTuple):
 
 @dataclass
 class RestHistory:
-    """Largest depth of resting pairs up to now, and the intervals in which they rest.
+    """Largest depth to which resting bodies have sunk so far, and the intervals in which they rest.
 
     Attributes:
-        sunk_radii: Largest depth over the contact distance; 0 if no pair sank.
-        sinks_s: Time at which a pair first sank deeper than a fall from rest in each step explains; NaN if no pair did.
+        sunk_radii: Largest depth, divided by the contact distance of the pair; 0 if no pair sank.
+        sinks_s: Time at which a pair first sank deeper than falling from rest in each step explains; NaN if no pair
+            did.
         held_s: For each pair, the time intervals in which the pair rests and one of its bodies turns in each step.
     """
 
@@ -54,7 +55,7 @@ class RestHistory:
         """Add steps in order of time. Steps that were already added are ignored."""
         times = block.states.time_s
         allowed = 0.5 * block.bodies.pull * block.dt_s**2
-        # A hopping pair may overlap by the distance that it moves in a step at the largest speed that counts as rest.
+        # Bodies that hop on each other may overlap by the distance of a step at the largest speed that counts as rest.
         hop_m = RESTING_STEPS * 2.0 * allowed
         for row, column in np.argwhere(resting).tolist():
             pair, step = relative.pairs[column], relative.begin + row
@@ -69,7 +70,8 @@ class RestHistory:
                 spans.append((joined_s, end_s))
             if known is None or known.until_s < begin_s:
                 known = _Rested(min(before_m, 0.0), begin_s, 0.0)
-            # The unexplained depth adds up. This sum decreases if the pair is held or rises.
+            # The unexplained depths of all steps add up. The sum decreases in steps in which the pair sinks less or
+            # rises.
             faster_m = max(known.faster_m + min(before_m, 0.0) - min(gap_m, 0.0) - allowed, 0.0)
             self._rested[pair] = _Rested(known.top_m, end_s, faster_m)
             self.sunk_radii = max(self.sunk_radii, (known.top_m - gap_m) / block.bodies.reach(pair))

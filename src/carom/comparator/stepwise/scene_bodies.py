@@ -1,4 +1,4 @@
-"""A scene's bodies as plain floats: masses, walls, driven motion, and the properties of their contacts."""
+"""A scene's bodies as plain floats: masses, walls, prescribed motions, restitutions and frictions."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ from carom.model.scene import Scene
 #: Two bodies: the number of a disc, or ``n + k`` for wall k. The first body is always a disc.
 Pair = tuple[int, int]
 
-#: Factor on contact distances. At the instant of contact, rounding of positions may leave a gap.
+#: Factor on contact distances, because at the instant of contact, rounding of positions may leave a gap.
 TOUCH = 1.0 + 2.0**-40
 
-#: Value for no feature.
+#: Value that means that no feature is given.
 NO_FEATURE = -1
 
 
 class FiniteWall:
-    """A chain or a circle, with its features.
+    """A wall that is a chain of edges or a circle. Its features are its edges, ends and corners, or the circle.
 
-    If a disc meets several features at once, the first feature in the order of features counts.
+    If a disc meets several features at once, the one with the lowest number counts.
 
     Attributes:
         outline: The wall.
-        features: Computes the times at which discs meet the wall's features, and the normals at these times.
+        features: Object that computes the times at which discs meet the features, and the normals at these times.
     """
 
     def __init__(self, outline: Outline) -> None:
@@ -61,19 +61,20 @@ class SceneBodies:
         self.disc_drives = dict(zip(arrays.driven_discs, arrays.disc_drives, strict=True))
         self.belts = arrays.belts_m_s
         self.fastest_wall = max((drive.fastest for drive in self.wall_drives), default=0.0)
-        #: Whether the scene has driven bodies. Driven bodies give discs energy, so a gain of energy alone is no fault.
+        #: Whether the scene has bodies with a prescribed motion. Such bodies give energy to discs, so a gain of energy
+        #: alone is no fault.
         self.driven = arrays.driven
         self.gravity: tuple[float, float] = scene.gravity_m_s2
         self.pull = math.hypot(*scene.gravity_m_s2)
         self.slowing = Slowing.of(scene)
-        # Cached, because every step of every window uses it.
+        # This list is cached, because every step of every window uses it.
         self._moves: list[bool] = [inverse > 0.0 for inverse in self.inverse_mass] + [False] * len(self.walls)
         self._stand = [drive.stands for drive in self.wall_drives]
         self._has_legs = any(len(drive.legs) > 1 for drive in (*self.wall_drives, *self.disc_drives.values()))
         self.slows = bool(self.slowing)
         self.pulls = [scene.gravity_m_s2 if self.is_pulled(disc) else (0.0, 0.0) for disc in range(self.n)]
-        #: Rounding scale of velocities on a table, in metres per second: the greatest speed at the start, because a
-        #: slow disc may have been that fast.
+        #: On a table: greatest speed at the start, in metres per second. Rounding errors of velocities are relative to
+        #: this speed, because a slow disc may once have been as fast.
         self.fast = float(np.hypot(*arrays.velocity_m_s.T).max()) if self.slowing.table_m_s2 else 0.0
         self.rolling_resistance = scene.wall_rolling_resistance
         self.disc_restitution = scene.restitution
@@ -97,7 +98,7 @@ class SceneBodies:
         return self.pull > 0.0 and self.is_movable(body)
 
     def compute_table_acceleration(self, body: int, velocity: tuple[float, float]) -> tuple[float, float]:
-        """Return the acceleration that the table causes, which is opposite to a disc's velocity; 0 at rest."""
+        """Return the acceleration of a disc by the table, which is opposite to the disc's velocity; 0 at rest."""
         speed = math.hypot(*velocity)
         if not (speed and self.is_movable(body)):
             return 0.0, 0.0
@@ -115,8 +116,8 @@ class SceneBodies:
     def measure_wall_distance(self, wall: int, x: float, y: float, time_s: float) -> tuple[float, float, float]:
         """Return the distance of a point from wall number `wall`, and the unit normal from the point to the wall.
 
-        A point on the line of a finite wall has no normal. For such a point, (0, 0) is returned, so that the closing
-        speed is 0, as in PIT. A driven wall is at its position at `time_s`.
+        For a point on the line of a finite wall, the normal is undefined. Then (0, 0) is returned, so that the closing
+        speed is 0, as in PIT. A moving wall is at its position at `time_s`.
         """
         shape = self.walls[wall]
         x, y = self.to_wall_frame(wall, x, y, time_s)
@@ -130,18 +131,21 @@ class SceneBodies:
         return distance - shape.outline.half_width, nx, ny
 
     def to_wall_frame(self, wall: int, x: float, y: float, time_s: float) -> tuple[float, float]:
-        """Return a point relative to a wall's displacement since the start."""
+        """Return a point in coordinates that move with a wall."""
         if self._stand[wall]:
             return x, y
         wx, wy = self.wall_drives[wall].leg_at(time_s * TOUCH).moved_at(time_s)
         return x - wx, y - wy
 
     def wall_velocity(self, wall: int, time_s: float) -> tuple[float, float]:
-        """Return the velocity of a wall at a time. A leg counts as begun if it begins at this time up to rounding."""
+        """Return the velocity of a wall at a time.
+
+        If it changes at this time (or due to rounding slightly later), return the new velocity.
+        """
         return self.wall_drives[wall].velocity_at(time_s * TOUCH)
 
     def list_later_legs(self, pair: Pair, time_s: float) -> tuple[Course, ...]:
-        """Return the legs of a driven body of a pair that begin after `time_s`."""
+        """Return the parts of a pair's prescribed motion that begin after `time_s`; none without such a motion."""
         if not self._has_legs:
             return ()
         drives = [self.disc_drives.get(body) for body in pair if body < self.n]

@@ -1,4 +1,4 @@
-"""Block of steps of a run as arrays, with the rounding errors of each step."""
+"""A block of successive steps of a run, as arrays with the rounding errors of each step."""
 
 from __future__ import annotations
 
@@ -18,13 +18,14 @@ from carom.model.step_windows import States
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-#: An engine with a contact margin may change a disc's velocity many fine steps before an impact (Box2D `default`: 1 cm
-#: before a wall, a tenth of the radius of the smallest discs of the catalogue). A turn counts as a response to a body
-#: within a margin if the disc closes on a body within this fraction of the contact distance, and then separates.
-#: Otherwise the disc turned without a cause.
+#: Some engines change a disc's velocity before it touches a body, within a contact margin. Box2D `default` has a margin
+#: of 1 cm, a tenth of the radius of the smallest discs of the catalogue. A turn is explained by such a margin if the
+#: disc approaches a body within this fraction of the contact distance, and then separates from it. Otherwise the disc
+#: turned without a cause.
 _AHEAD_GAP = 0.25
 
-#: Rounding error of a step's length. The two ends of a step are each rounded by up to half a unit in the last place.
+#: Relative rounding error of a step's length. The times of both its ends are rounded by up to half a unit in the last
+#: place.
 _CLOCK = 2.0**-51
 
 
@@ -35,19 +36,19 @@ class Block:
     Attributes:
         scene: The scene.
         bodies: The scene's bodies as plain floats.
-        states: The states, one more than there are steps.
-        dt_s: The run's step size, in seconds. A piece of a located run is shorter.
+        states: The states at the ends of the steps, and at the start of the first step.
+        dt_s: The run's step size, in seconds. An engine that ends steps at impacts also has shorter steps.
         step_s: Length of each step, shape ``(k,)``.
-        pull: Gravity's acceleration of each disc, shape ``(n, 2)``.
-        unit: Rounding error of a velocity in a step, relative to its size.
-        place_unit: Rounding error of a position in a step, relative to its size.
-        agreement: Largest difference of two velocities that agree, relative to their size.
+        pull: Acceleration of each disc by gravity, shape ``(n, 2)``.
+        unit: Relative rounding error of a velocity in a step.
+        place_unit: Relative rounding error of a position in a step.
+        agreement: Largest relative difference between two velocities that count as equal.
         own_speed: Greatest speed of each disc at either end of each step, shape ``(k, n)``.
         place_rounding: Rounding error of each disc's position in each step, in metres, shape ``(k, n)``.
         turned: Whether a velocity or spin changed by more than rounding, for each step and disc, shape ``(k, n)``.
-        turned_by: Change of each velocity, in metres per second, shape ``(k, n)``.
-        spun_by: Change of each rim speed, in metres per second, shape ``(k, n)``.
-        moved_by: Distance of each position from the free path, in metres, shape ``(k, n)``.
+        turned_by: Magnitude of the change of each disc's velocity, in metres per second, shape ``(k, n)``.
+        spun_by: Magnitude of the change of each disc's rim speed, in metres per second, shape ``(k, n)``.
+        moved_by: Distance of each disc from the end of its free path, in metres, shape ``(k, n)``.
     """
 
     scene: Scene
@@ -77,7 +78,7 @@ class Block:
         place_unit: float,
         agreement: float,
     ) -> Block:
-        """Return a block of steps. The arguments are attributes of the class."""
+        """Compute the arrays of a block of steps. The arguments have the same names as the class's attributes."""
         h = np.diff(states.time_s)[:, None]
         p, v = states.position_m, states.velocity_m_s
         speed = np.hypot(*np.moveaxis(v, 2, 0))
@@ -91,7 +92,7 @@ class Block:
         moved_by = np.hypot(*np.moveaxis(p[1:] - p[:-1] - displacement - 0.5 * fallen * h[..., None], 2, 0))
         rims = np.zeros(p.shape[:2]) if states.spin_rad_s is None else radius * states.spin_rad_s
         spun_by = np.abs(rims[1:] - rims[:-1] * kept_fraction)
-        # Driven bodies are meant to turn.
+        # Bodies with a prescribed motion are meant to turn.
         driven = list(scene.arrays.driven_discs)
         turned_by[:, driven] = moved_by[:, driven] = 0.0
         own_speed = np.maximum(speed[1:], speed[:-1]) + (np.hypot(*pull.T) + bodies.slowing.table_m_s2) * h
@@ -122,7 +123,10 @@ class Block:
         return len(self.step_s)
 
     def state(self, step: int, discs: tuple[int, ...] | list[int]) -> BodyStates:
-        """Return the state of some discs at the start of a step. For the number of steps, return the last state."""
+        """Return the state of some discs at the start of a step.
+
+        If `step` is the number of steps, this is the last state.
+        """
         p, v, spins = self.states.position_m[step], self.states.velocity_m_s[step], self.states.spin_rad_s
         return BodyStates(
             self.bodies,
@@ -133,7 +137,7 @@ class Block:
         )
 
     def has_early_turn(self, step: int, disc: int) -> bool:
-        """Whether a disc closes on a near body before a step and separates from it after the step."""
+        """Whether a disc approaches a near body before a step, and separates from it after the step."""
         everyone = [disc, *(other for other in range(self.bodies.n) if other != disc)]
         before, after = self.state(step, everyone), self.state(step + 1, everyone)
         for pair in self.bodies.list_pairs(everyone):
@@ -146,15 +150,15 @@ class Block:
         return False
 
     def is_possible(self, step: int, pairs: Collection[Pair]) -> bool:
-        """Whether every disc has room at the start of a step between each two opposite bodies.
+        """Whether every disc fits between all bodies on opposite sides of it at the start of a step.
 
-        Only driven bodies can leave a disc less room than its diameter. From such a state, infinitely many impacts
-        follow at one instant, with ever higher speeds, and none of them makes room. Bodies count as opposite within the
-        rounding of positions.
+        Only bodies with a prescribed motion can leave a disc less room than its diameter. From such a state, infinitely
+        many impacts with ever higher speeds would follow at one instant. Two bodies count as opposite if their normals
+        are, within the rounding of positions.
 
         Args:
             step: The step.
-            pairs: Pairs of bodies, including all bodies that may leave a disc no room.
+            pairs: Pairs of bodies, including all bodies between which a disc may not fit.
         """
         bodies = self.bodies
         if not bodies.driven:

@@ -1,9 +1,9 @@
-"""Windows: chains of steps in which pairs meet or push, built step by step and cut when they grow too long.
+"""Construction of windows: chains of successive steps in which pairs of bodies meet or push.
 
-A node is a pair that is active in a step. Two nodes are joined if they share a movable disc in one step, or are the
-same pair in successive steps. Chains that share a disc at one time are one chain, so each disc is in one window at a
-time. A chain that would be longer than `LONGEST` steps is cut: it ends there, and the pairs that are still active begin
-a new chain. So a chain is settled at most `LONGEST` steps later, even if many discs stay entangled for longer.
+Two pairs that are active in the same step are in the same chain if they share a movable disc. A pair that is active in
+successive steps stays in its chain. So each disc is in at most one chain at a time. A chain that would be longer than
+`LONGEST` steps is cut, and pairs that are still active begin a new chain. So each chain is complete after at most
+`LONGEST` steps.
 """
 
 from __future__ import annotations
@@ -14,18 +14,18 @@ from dataclasses import dataclass, field, replace
 
 from carom.comparator.stepwise.scene_bodies import Pair, SceneBodies
 
-#: Largest number of steps of a chain. Later steps form a new chain, which starts from the run's own state there. If a
-#: contact lasts longer, its lateness can't be explained by sampling. In dense groups of discs, soft contacts form
-#: chains that do not end.
+#: Largest number of steps of a chain. Further steps begin a new chain. A contact that lasts longer than this can't be
+#: explained by checking once per step. Without this limit, soft contacts in dense groups of discs would form endless
+#: chains.
 LONGEST = 8
 
 
 @dataclass(frozen=True, eq=False)
 class StepChain:
-    """A chain: steps `begin` to `end` (exclusive), its discs, and the steps in which each of its pairs is active.
+    """A chain of the steps `begin` to `end` (exclusive), with its discs, and the steps in which each pair is active.
 
-    If `continues` is set, the chain is the remainder of a chain that was cut at `begin`. If `goes_on` is set, the chain
-    was cut at `end` and gets no more steps.
+    If `continues` is set, a longer chain was cut at `begin`, and this chain is its second part. If `goes_on` is set, a
+    longer chain was cut at `end`, and this chain is its first part.
     """
 
     begin: int
@@ -42,31 +42,31 @@ class StepChain:
 
 
 class Groups:
-    """Disjoint sets of hashable items (union-find)."""
+    """Disjoint sets of hashable items that can be joined (union-find)."""
 
     def __init__(self) -> None:
         self._parent: dict[Hashable, Hashable] = {}
 
     def find(self, item: Hashable) -> Hashable:
-        """Return the item that represents the set of an item."""
+        """Return the representative of the set that contains an item."""
         while self._parent.setdefault(item, item) != item:
             self._parent[item] = self._parent[self._parent[item]]
             item = self._parent[item]
         return item
 
     def join(self, one: Hashable, other: Hashable) -> None:
-        """Join the sets of two items."""
+        """Join the sets that contain two items."""
         self._parent[self.find(one)] = self.find(other)
 
 
 class Chains:
-    """Builds chains from the active pairs of each step, and returns chains that can't change any more.
+    """Builds chains from the active pairs of each step, and returns chains that are complete.
 
     Args:
         bodies: The scene's bodies.
 
     Attributes:
-        open_chains: Chains that may still grow, in their present form.
+        open_chains: Chains to which later steps may be added.
     """
 
     def __init__(self, bodies: SceneBodies) -> None:
@@ -77,11 +77,11 @@ class Chains:
 
     @property
     def settled_to(self) -> int:
-        """First step whose chain may still change."""
+        """The first step of all chains to which later steps may be added."""
         return max(self._next + 1 - LONGEST, 0)
 
     def skip_to(self, step: int) -> None:
-        """Continue at a step. If steps before it were not added, no pair is active in them."""
+        """Continue at a later step. No pair is active in the steps before it that were not added."""
         self._next = step
 
     def add(self, step: int, active: Iterable[Pair]) -> None:
@@ -115,13 +115,13 @@ class Chains:
         ]
 
     def take_settled(self, *, ends: bool = False) -> list[StepChain]:
-        """Remove the settled chains, or all chains if the run ends, and return them in the order of their ends."""
+        """Remove and return the complete chains, sorted by their ends; all chains if `ends` is true."""
         done = self._settled + [chain for chain in self.open_chains if ends or chain.end <= self.settled_to]
         self.open_chains, self._settled = [chain for chain in self.open_chains if chain not in done], []
         return sorted(done, key=lambda chain: (chain.end, chain.begin, chain.discs))
 
     def _build_groups(self, step: int, pairs: list[Pair], last: Mapping[Pair, StepChain]) -> list[_Group]:
-        """Return the groups of pairs and chains that become one chain in a step if each chain in `last` continues."""
+        """Return groups of active pairs and existing chains. Each group becomes one chain in this step."""
         movable, groups = self._bodies.is_movable, Groups()
         for pair in pairs:
             for body in filter(movable, pair):
@@ -140,7 +140,7 @@ class Chains:
                 if (group := found.get(groups.find(chain))) is not None:
                     group.chains.add(chain)
             settled = True
-            # A disc belongs to one chain at a time.
+            # A disc may be in only one chain at a time.
             for group in found.values():
                 begin, discs = group.begin, group.find_discs(movable)
                 held_items: list[Hashable] = [
@@ -161,7 +161,7 @@ class Chains:
 
 @dataclass
 class _Group:
-    """Active pairs of a step, and the chains that they join into one."""
+    """Active pairs of a step, and the existing chains that they join into one."""
 
     step: int
     pairs: list[Pair] = field(default_factory=list)

@@ -1,4 +1,4 @@
-"""Stepwise analysis of a run in blocks of states, which limit the memory for long runs."""
+"""Stepwise analysis of a run. The states are analysed in blocks, so that long runs need little memory."""
 
 from __future__ import annotations
 
@@ -23,19 +23,20 @@ from carom.model.trace import wall_body
 
 Array = NDArray[np.float64]
 
-#: Rounding of a number in a step, in units in its last place. This covers the rounding of products, sums and the
-#: instant, and a shift of the origin.
+#: Largest rounding error of a number in a step, in units in the last place. It includes the rounding of products, sums
+#: and times, and a shift of the origin.
 ROUNDINGS = 16
 
-#: Rounding of velocities. This is larger than the rounding of floats, because a 64-bit engine may compute in other
-#: units and solve several contacts together. But this rounding is far below any error that matters for a grade.
+#: Relative rounding error that is allowed for velocities. It is larger than the rounding error of one operation,
+#: because an engine may use other units and solve several contacts together. But it is far below any error that matters
+#: for a grade.
 ROUNDING_OF_VELOCITIES = 1e-11
 
-#: Largest count of numbers in the states of a block: about 40 MB with derived arrays.
+#: Largest count of numbers in the states of a block. A block then needs about 40 MB.
 _NUMBERS = 2**19
 
-#: Cache of the last comparisons in this process, because profiles of an engine often take the same steps. Runs that
-#: were analysed in several blocks are not cached.
+#: Cache of the last comparisons in this process. Profiles of an engine often lead to identical runs, which are then
+#: compared only once. Runs with several blocks are not cached.
 _FINISHED: dict[object, LocalTruth] = {}
 _MOST_FINISHED = 16
 
@@ -43,11 +44,11 @@ _get_row = attrgetter(*(WINDOW_DTYPE.names or ()))
 
 
 def compute_local_truth(scene: Scene, states: States, *, dt_s: float, float_bits: int = 64) -> LocalTruth:
-    """Compare each step of a run with PIC from the run's own state at the step's start.
+    """Compare the steps of a run with PIC, which starts from the run's own states.
 
     Args:
         scene: The scene.
-        states: The states at every step boundary, beginning with the scene's start.
+        states: The states at the start of the scene and at the end of every step.
         dt_s: The step size, in seconds.
         float_bits: Width of the floats that the method declares to compute in.
     """
@@ -57,7 +58,7 @@ def compute_local_truth(scene: Scene, states: States, *, dt_s: float, float_bits
 
 
 class StepWatch:
-    """Collects the states of a run as they arrive, and returns the comparison of all steps at the end.
+    """Compares the steps of a run with PIC while the run's states arrive, and returns the result at the end.
 
     Args:
         scene: The scene, whose start is the first state of the run.
@@ -69,17 +70,16 @@ class StepWatch:
         self._scene, self._dt_s, self._bodies = scene, dt_s, SceneBodies(scene)
         place_unit = ROUNDINGS * 2.0 ** -MANTISSA_BITS[float_bits]
         unit = max(place_unit, ROUNDING_OF_VELOCITIES)
-        # The last number is at most the rounding of the score, because no cost of sampling is computed if velocities
-        # agree to this number.
+        # The last number is the largest difference of velocities that count as equal. It is at most the rounding error
+        # that the score allows, because PIT's errors are not computed for equal velocities.
         self._units = (unit, place_unit, 10.0 * min(unit, THRESHOLDS.rounding_of(float_bits)))
         arrays = scene.arrays
         spins = arrays.spins[None] if self._bodies.turns else None
-        #: States that are not yet analysed or that open windows need, in arrays as they arrived.
+        #: States that are not yet analysed, or that belong to windows that are not complete.
         self._states = [States(np.zeros(1), arrays.position_m[None], arrays.velocity_m_s[None], spins)]
         self._max_states = max(_NUMBERS // (5 * len(scene.discs)), 8 * LONGEST)
         self._chains = Chains(self._bodies)
-        #: Three counts of steps: steps whose states are deleted, steps whose pairs are known, and steps whose free
-        #: flight is checked.
+        #: Numbers of steps whose states are deleted, whose active pairs are known, and whose free flight is checked.
         self._gone = self._taken = self._flown = 0
         self._found_by_pit: dict[Pair, bool] = {}
         self._windows: list[tuple[float | int | bool, ...]] = []
@@ -92,9 +92,9 @@ class StepWatch:
         self._polygon = False
 
     def add(self, states: States) -> None:
-        """Add the states at the ends of steps, or of pieces of steps, in order."""
+        """Add the states at the ends of the next steps."""
         has_duration = states.time_s > np.append(self._until_s, states.time_s)[:-1]
-        if not has_duration.all():  # drop empty pieces
+        if not has_duration.all():  # drop steps of duration 0
             states = states.select_rows(has_duration)
         if not len(states):
             return
@@ -147,11 +147,11 @@ class StepWatch:
         )
 
     def _to_body_number(self, j: int) -> int:
-        """Return the body number that traces use for the second body of a pair."""
+        """Convert the number of a pair's second body to the body number in traces."""
         return j if j < self._bodies.n else wall_body(j - self._bodies.n)
 
     def _analyse_block(self, *, ends: bool) -> None:
-        """Compare the complete windows of a block, and keep the states that open windows need."""
+        """Compare the complete windows of a block, and keep the states of windows that are not complete."""
         states = States.joined(self._states)
         with np.errstate(over="ignore", under="ignore"):
             block = Block.of(self._scene, self._bodies, states, self._dt_s, *self._units)
@@ -161,8 +161,8 @@ class StepWatch:
             self._taken = self._gone + len(block)
             self._chains.skip_to(self._taken)
             finished = [chain.shift_steps(-self._gone) for chain in self._chains.take_settled(ends=ends)]
-            # If a disc is slow after a window because speeds cancelled, its velocity still has the rounding error of
-            # those speeds.
+            # If a disc is slow after a window because larger speeds cancelled, its velocity still has their rounding
+            # error.
             scale = np.tile(self._scale, (len(block), 1))
             for chain in finished:
                 discs = list(chain.discs)
@@ -182,9 +182,11 @@ class StepWatch:
         self._states = [states.select_rows(slice(done, None))]
 
     def _record_found_by_pit(self, block: Block, chain: StepChain) -> dict[Pair, bool]:
-        """Return whether PIT finds the pairs of a chain from the chain's first state; record it for a cut chain.
+        """Return whether PIT finds each pair of a chain from the chain's first state.
 
-        The decision is made at the beginning of the chain only. Later the bodies overlap, so PIT would find them.
+        For a cut chain, also store the result.
+
+        PIT always starts at the beginning of the chain. Later the bodies overlap, so PIT would always find them.
         """
         known = {pair: self._found_by_pit[pair] for pair in chain.pairs if pair in self._found_by_pit}
         if not chain.continues:
@@ -207,18 +209,21 @@ class StepWatch:
     def _check_free_flight(
         self, block: Block, activity: Activity, chains: list[StepChain], flight_steps: slice, scale: Array
     ) -> None:
-        """Check the free flight and rest of discs outside of windows. The rounding of speeds is relative to `scale`."""
+        """Check the free flight and rest of discs outside of windows.
+
+        Rounding errors of speeds are relative to `scale`.
+        """
         free = ~activity.resting
         for chain in chains:
             free[max(chain.begin, 0) : chain.end, list(chain.discs)] = False
         free[: flight_steps.start] = free[flight_steps.stop :] = False
         h = block.step_s[:, None]
-        # Gravity or slowing bends paths.
+        # Gravity and slowing cause accelerations.
         bends = np.hypot(*block.pull.T) + self._bodies.slowing.compute_deceleration(block.own_speed)
         has_turned = block.turned & free & (np.maximum(block.turned_by, block.spun_by) > block.unit * scale)
         rounding = block.place_rounding
         allowed = 0.5 * bends * h * h
-        # Overlapping bodies may be pushed apart without a change of velocity.
+        # An engine may push overlapping bodies apart without changing their velocities.
         is_checked = free & ~has_turned & ~activity.overlapping
         has_moved = is_checked & (block.moved_by - allowed > rounding)
         self._polygon = self._polygon or bool(np.any(is_checked & (bends > 0.0) & (block.moved_by > rounding)))
@@ -233,7 +238,7 @@ class StepWatch:
                 has_turned[step, disc] = False
                 self._ahead += 1
         beyond = np.where(has_moved, block.moved_by - allowed, 0.0)
-        # Keep each disc's largest slip of velocity, spin and position, by column.
+        # Store the largest unexplained changes of velocity, spin and position of each disc.
         columns = (block.turned_by, block.spun_by, beyond, block.own_speed, rounding)
         for column, sizes in (
             (2, np.where(has_turned, relative, 0.0)),

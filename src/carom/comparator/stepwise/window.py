@@ -1,4 +1,4 @@
-"""A window of a run, prepared for its comparison: its states, PIC's run from its first state, and differences."""
+"""A window of a run's steps, with PIC's run from its first state, and differences of the two."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from carom.comparator.stepwise.step_block import Block
 from carom.comparator.stepwise.step_chains import StepChain
 from carom.comparator.stepwise.window_runs import Met, simulate_pic
 
-#: In a window, PIC lets a disc rest if its closing speed is at most the speed gained by falling for this fraction of a
+#: In a window, PIC lets a disc rest if it approaches a body at most as fast as after falling for this fraction of a
 #: step.
 _RESTING = 1e-3
 
 
 @dataclass(frozen=True)
 class Difference:
-    """Differences of a state from PIC's in velocity, rim speed and position, the number of impacts, and PIC's state."""
+    """Differences between a state of the run and of PIC, with PIC's state and its number of impacts."""
 
     velocity: float
     spin: float
@@ -31,7 +31,7 @@ class Difference:
 
 
 class Window:
-    """A window with the derived states that a comparison needs."""
+    """A window of a run's steps, with the states of the run and of PIC that a comparison needs."""
 
     def __init__(self, block: Block, chain: StepChain, activity: Activity) -> None:
         self.block, self.chain, self.bodies, self.activity = block, chain, block.bodies, activity
@@ -39,17 +39,17 @@ class Window:
         times = block.states.time_s
         self.lasts = float(times[chain.end] - times[chain.begin])
         discs, steps = list(chain.discs), slice(chain.begin, chain.end)
-        #: Rounding error of the distance of two discs.
+        #: Rounding error of the distance between two discs, in metres.
         self.touching = 2.0 * float(block.place_rounding[steps][:, discs].max())
         fastest = max(float(block.own_speed[steps][:, discs].max()), 1e-300)
         seconds = self.lasts + (2.0 + MARGIN_STEPS) * block.dt_s
-        # An impact may double a speed, and a chain of impacts is short.
+        # An impact may double a speed. The factor of 4 allows for two such impacts.
         reach = 4.0 * (fastest + self.bodies.fastest_wall) * seconds + self.bodies.pull * seconds**2
         self.pairs = [
             pair for pair in self.bodies.list_pairs(discs) if self.start.measure_separation(pair).gap <= reach
         ]
         is_due = any(activity.due[step][pair] >= 0.0 for pair, pair_steps in chain.pairs.items() for step in pair_steps)
-        # Because of rounding, PIC may find an impact at the window's end slightly later than the run does.
+        # Due to rounding, PIC may have an impact at the window's end slightly later than the run.
         beyond = self.touching / fastest if is_due else MARGIN_STEPS * block.dt_s
         self.truth, self.resting = simulate_pic(
             self.start, self.pairs, self.lasts + beyond, _RESTING * self.bodies.pull * block.dt_s
@@ -76,17 +76,17 @@ class Window:
         resting: Pair | None,
         known_states: dict[int, BodyStates] | None = None,
     ) -> Difference:
-        """Return the smallest difference of a state from PIC's state after some impacts.
+        """Return the smallest difference between a state of the run and PIC's state after any number of impacts.
 
-        PIC's other impacts must still be ahead in the state.
+        PIC's last impacts may only be omitted if they are still ahead in the run's state.
 
-        `known_states` caches PIC's states by number of impacts, for several calls with the same other arguments.
+        `known_states` caches PIC's states by number of impacts, for further calls with the same other arguments.
         """
         best: Difference | None = None
         known_states = {} if known_states is None else known_states
         for count in range(len(truth), -1, -1):
             if count < len(truth) and not self.is_ahead(state, truth[count]):
-                break  # this impact is not ahead for smaller counts either
+                break  # smaller counts would omit this impact, too
             if count not in known_states:
                 last_state, since_s = (truth[count - 1].after, truth[count - 1].time_s) if count else (self.start, 0.0)
                 known_states[count] = last_state.compute_later_state(
@@ -100,11 +100,11 @@ class Window:
 
     @property
     def meets_at_rest(self) -> bool:
-        """Whether a resting disc meets another disc. PIC's run from a single state ends when a disc rests."""
+        """Whether a disc that comes to rest meets another disc. PIC's run ends at the rest, before this impact."""
         return self.resting is not None and any(pair != self.resting for pair in self.chain.pairs)
 
     def is_ahead(self, state: BodyStates, impact: Met) -> bool:
-        """Whether a pair will still meet in a state: the bodies are apart and closing, on the same side as in PIC."""
+        """Whether two bodies still have to meet in a state: they are apart and approach, on the same side as in PIC."""
         contact = state.measure_separation(impact.pair)
         along = contact.normal[0] * impact.contact.normal[0] + contact.normal[1] * impact.contact.normal[1]
         return contact.gap >= -self.touching and contact.closing > 0.0 and along > 0.0

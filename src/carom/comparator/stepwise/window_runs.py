@@ -1,4 +1,4 @@
-"""Runs of PIC and PIT from any state of a few bodies, for the time of a window."""
+"""Short runs of PIC and PIT from any state of a few bodies, for the time of a window."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from carom.comparator.stepwise.bodies import BodyStates, Separation
 from carom.comparator.stepwise.scene_bodies import NO_FEATURE, TOUCH, Pair
 
-#: Largest number of impacts within a window; an inelastic collapse has infinitely many.
+#: Largest number of impacts within a window. Bodies that are not elastic may have infinitely many.
 MOST_IMPACTS = 2000
 
 
 @dataclass(frozen=True, slots=True)
 class Met:
-    """One impact in a window: seconds since the window's start, pair, contact, and the state just after."""
+    """One impact in a window: the seconds since the window's start, the pair, its separation and the state after it."""
 
     time_s: float
     pair: Pair
@@ -28,9 +28,9 @@ def simulate_pic(
 ) -> tuple[list[Met], Pair | None]:
     """Return PIC's impacts from a state, and the pair that came to rest (or None).
 
-    Two bodies that have just met do not meet again before a third body turns one of them. Exceptions are a disc that
-    gravity brings back to an immovable body, and a curved wall. A disc that gravity brings back rests if it closes at
-    `resting_speed` (metres per second) or less. This ends the run.
+    Two bodies that have just met usually do not meet again before a third body turns one of them. But gravity may bring
+    a disc back to an immovable body, and a disc may meet a curved wall again. A disc that gravity brings back at
+    `resting_speed` (metres per second) or less rests, and this ends the run.
     """
     state, now_s, impacts = start.copy(), 0.0, list[Met]()
     waits = {pair: state.compute_wait(pair) for pair in pairs}
@@ -60,7 +60,10 @@ def simulate_pic(
 
 
 def simulate_pit(start: BodyStates, pairs: Sequence[Pair], seconds: float, dt_s: float, first_s: float) -> list[Met]:
-    """Return PIT's impacts from a state. The first frame is `first_s` later. Then there is one frame per step."""
+    """Return PIT's impacts from a state.
+
+    PIT first checks for overlap after `first_s` seconds, and then once per step.
+    """
     state, now_s, impacts = start.copy(), 0.0, list[Met]()
     looks = math.floor((seconds - first_s) / dt_s * TOUCH) + 1 if first_s <= seconds else 0
     for look in range(looks):

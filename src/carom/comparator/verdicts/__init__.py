@@ -1,1 +1,1 @@
-"""Fourth stage of a comparison: verdicts on a run, each with its numbers as a reason."""
+"""Fourth stage of a comparison: verdicts on a run. Each verdict gives numbers as its reason."""

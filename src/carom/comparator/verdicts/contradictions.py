@@ -1,4 +1,4 @@
-"""Verdicts on contradictions within a run: its own states, velocities, stamps and normals."""
+"""Verdicts on contradictions between a run's own states, velocities, reported times and normals."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from carom.comparator.measure.measured_run import MeasuredRun
 from carom.comparator.verdict import Finding, Verdict
 from carom.support.formatting import format_instant, format_number, format_seconds, format_steps
 
-#: If the lever arm of friction differs from the radius by less than this fraction, their quotient is 1 to four digits.
-#: So the difference is shown instead.
+#: If the lever arm of friction differs from the radius by less than this fraction, their quotient would be shown as 1.
+#: So their difference is shown instead.
 _NEAR_THE_RIM = 5e-4
 
 
 def report_drifts(run: MeasuredRun) -> Iterator[Finding]:
-    """Report positions and angular momenta that do not follow from a run's own impacts."""
+    """Report positions and angular momenta that do not agree with a run's own impacts."""
     consistency = run.consistency
     if consistency is None:
         return
@@ -27,7 +27,7 @@ def report_drifts(run: MeasuredRun) -> Iterator[Finding]:
             reason += f"; {format_number(consistency.excess.size, 3)} more than the overlap gained in a step explains"
         yield Finding(Verdict.DRIFTS, reason)
     if consistency.angular > run.rounding:
-        reason = f"by up to {format_number(consistency.angular, 3)} times the scene's rim speed"
+        reason = f"by up to {format_number(consistency.angular, 3)} times the scene's greatest disc or rim speed"
         if math.isfinite(consistency.arm):
             distance, excess = f"{format_number(consistency.arm, 4)} times its radius", consistency.arm - 1.0
             if abs(excess) < _NEAR_THE_RIM:
@@ -43,13 +43,13 @@ def report_drifts(run: MeasuredRun) -> Iterator[Finding]:
 
 
 def report_contradictions(run: MeasuredRun) -> Iterator[Finding]:
-    """Report contradictions of a run's states, velocities, stamps and normals."""
+    """Report contradictions between a run's states, velocities, reported times and normals."""
     consistency, rounding = run.consistency, run.rounding
     if consistency is None:
         return
     speed, rims, degrees = (
-        "times the scene's speed",
-        "times the scene's rim speed",
+        "times the scene's greatest speed",
+        "times the scene's greatest disc or rim speed",
         math.degrees(consistency.normal_rad),
     )
     for verdict, size, reason in (

@@ -28,14 +28,14 @@ from carom.comparator.verdicts.stepwise_verdicts import (
 from carom.model.trace import Outcome, pair_name
 from carom.support.formatting import format_instant, format_metres, format_number, format_seconds
 
-#: Final motion of a disc that neither rests nor slides nor rolls, by outcome of the reference.
+#: Descriptions of a disc's final motion other than resting, sliding and rolling, by outcome of the reference.
 _OTHER_ENDINGS = {Outcome.GLIDES: ", gliding along a wall", Outcome.CRUSHED: ", crushed between two walls"}
 
 
 def derive_verdicts(run: MeasuredRun, grade_before_tie: Grade | None) -> JudgedRun:
     """Derive all verdicts on a run.
 
-    `grade_before_tie` is the run's grade up to the first instant without a unique answer.
+    `grade_before_tie` is the run's grade before the first instant at which several impacts have no unique result.
     """
     judged = JudgedRun.of(
         run,
@@ -45,10 +45,10 @@ def derive_verdicts(run: MeasuredRun, grade_before_tie: Grade | None) -> JudgedR
     )
     found = [Finding(Verdict.NOT_FINITE, run.non_finite)] if run.non_finite else []
     found += _report_convention(judged)
-    # If every step agrees with PIC, errors of impacts only come from unknown velocities.
+    # If every step agrees with PIC, the only errors of impacts are those of unknown velocities.
     if not judged.has_exact_steps:
         found += _report_ending(judged)
-        # After two trajectories diverge, matches of their impacts are accidental.
+        # After two trajectories diverge, impacts only match by chance.
         trajectory_rules = (
             (report_divergence, report_misreports)
             if judged.has_diverged_before_miss
@@ -87,7 +87,7 @@ def _report_nothing_compared(judged: JudgedRun) -> Iterator[Finding]:
 
 
 def _report_nothing_wrong(judged: JudgedRun) -> Iterator[Finding]:
-    """Report that a run conforms, or that the scene has no impact to be graded by."""
+    """Report that a run agrees with the reference, or that the scene has no impact by which a run can be graded."""
     compared, local, contact = judged.compared, judged.local_truth, judged.contact
     if not compared.impacts and compared.is_whole_run:
         steps = "; every step agrees with free flight to rounding" if local is not None and local.agrees_alone else ""
@@ -127,10 +127,10 @@ def _report_convention(judged: JudgedRun) -> Iterator[Finding]:
         reason += "; there are too many admissible outcomes to list"
     else:
         which = f"admissible outcome {match.nearest + 1} of {count} ({match.outcomes[match.nearest].how})"
-        matched = f"{which}, to {format_number(match.distance)} of the speed"
+        matched = f"{which}, except for {format_number(match.distance)} of the scene's greatest speed"
         missed = (
             f"none of the {count} admissible outcomes; the run differs by {format_number(match.distance, 3)} of the "
-            f"speed from {which}"
+            f"scene's greatest speed from {which}"
         )
         reason += f"; matches {matched if match.matches else missed}"
     if (before := judged.grade_before_tie) is not None:
@@ -176,14 +176,14 @@ def _report_order(judged: JudgedRun) -> Iterator[Finding]:
     edits = f"{judged.edits} or more" if judged.edits == MOST_EDITS else str(judged.edits)
     yield Finding(
         Verdict.WRONG_ORDER,
-        f"{len(judged.inverted)} pairs of impacts inverted, edit distance {edits}; the impact of "
+        f"{len(judged.inverted)} pairs of impacts in the wrong order, edit distance {edits}; the impact of "
         f"{pair_name(impacts[a])} must be before that of {pair_name(impacts[b])}, "
         f"{format_seconds(float(impacts['time_s'][b] - impacts['time_s'][a]))} apart",
     )
 
 
 def _report_timing(judged: JudgedRun) -> Iterator[Finding]:
-    # If two impacts are swapped, each has the other's time. So their order is reported instead of their times.
+    # Two impacts in the wrong order also have wrong times. Only their order is reported.
     swapped = {index for pair in judged.inverted for index in pair}
     errors = [error.time_s for error in judged.measured.errors if error.reference not in swapped]
     for verdict, sign in ((Verdict.LATE, 1.0), (Verdict.EARLY, -1.0)):
@@ -201,7 +201,7 @@ def _report_velocities(judged: JudgedRun) -> Iterator[Finding]:
     ]
     worst = max(wrong_errors, key=lambda error: error.velocity, default=None)
     if worst is not None:
-        reason = f"by up to {format_number(worst.velocity, 3)} times the scene's speed"
+        reason = f"by up to {format_number(worst.velocity, 3)} times the scene's greatest speed"
         if own_speeds[worst.reference] < 0.5 * scales.speed_m_s:
             part = worst.velocity * scales.speed_m_s / own_speeds[worst.reference]
             reason += f", or {format_number(part, 3)} times the greatest speed that led to the impact"
@@ -238,7 +238,9 @@ def _report_spins(judged: JudgedRun) -> Iterator[Finding]:
     ]
     if wrong_spins:
         worst = max(wrong_spins)
-        yield Finding(Verdict.WRONG_SPIN, f"by up to {format_number(worst, 3)} times the scene's rim speed")
+        yield Finding(
+            Verdict.WRONG_SPIN, f"by up to {format_number(worst, 3)} times the scene's greatest disc or rim speed"
+        )
     for verdict, wrong in ((Verdict.SLID, judged.branches.slid), (Verdict.STUCK, judged.branches.stuck)):
         if wrong:
             yield Finding(verdict, f"{len(wrong)} of {len(impacts)}, {_format_first(wrong, impacts)}")
@@ -252,8 +254,8 @@ def _report_end_state(judged: JudgedRun) -> Iterator[Finding]:
     worst = judged.measured.largest
     rules = (
         (Verdict.MISPLACED, worst.final_position, "the largest radius"),
-        (Verdict.WRONG_END, worst.final_velocity, "the scene's speed"),
-        (Verdict.WRONG_LAST_SPIN, worst.final_spin, "the scene's rim speed"),
+        (Verdict.WRONG_END, worst.final_velocity, "the scene's greatest speed"),
+        (Verdict.WRONG_LAST_SPIN, worst.final_spin, "the scene's greatest disc or rim speed"),
     )
     for row, (verdict, error, scale) in zip(beyond, rules, strict=True):
         if np.any(row):
@@ -270,7 +272,7 @@ def _format_contact(score: ContactScore) -> str:
     pit = f"; PIT by {describe(score.pit)}" if score.pit is not None else ""
     wrong = "; a disc that should move stands still" if score.frozen else ""
     if score.beyond_m < 0.5 * score.errors.place_m:
-        wrong += f"; an integrator's half step, v dt / 2, explains all but {format_metres(score.beyond_m)}"
+        wrong += f"; all but {format_metres(score.beyond_m)} follow from moving a disc at one speed in each step"
     place, speed = (THRESHOLDS.close * part for part in score.allowed[:2])
     if abs(score.quality.gap_m) > place:
         wrong += (

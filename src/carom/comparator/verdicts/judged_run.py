@@ -1,4 +1,4 @@
-"""Run with its verdicts, and the facts on which both verdicts and the grade depend."""
+"""A run with its verdicts, and properties that both the verdicts and the grade need."""
 
 from __future__ import annotations
 
@@ -14,14 +14,15 @@ from carom.comparator.verdict import Finding
 
 @dataclass(frozen=True)
 class JudgedRun(MeasuredRun):
-    """A run with its verdicts.
+    """Result of the fourth stage of a comparison: a run with its verdicts.
 
     Attributes:
-        grade_before_tie: The grade up to the first instant that has no unique answer; None without such an instant, or
-            without an impact before that instant.
-        drifts: Positions and angular momenta that do not follow from the run's own impacts; sampling may explain them.
-        contradictions: Contradictions of the run's own states, velocities, stamps and normals, which sampling can't
-            explain.
+        grade_before_tie: The run's grade before the first instant at which several impacts have no unique result. None
+            if there is no such instant, or no impact before it.
+        drifts: Positions and angular momenta that do not agree with the run's own impacts. Checking once per step may
+            cause such disagreements.
+        contradictions: Contradictions between the run's own states, velocities, reported times and normals. Checking
+            once per step can't cause them.
         findings: All verdicts, each with its reason.
     """
 
@@ -32,9 +33,9 @@ class JudgedRun(MeasuredRun):
 
     @cached_property
     def has_exact_steps(self) -> bool:
-        """Whether every step and the final state agree with PIC to rounding.
+        """Whether every step and the final state agree with PIC except for rounding.
 
-        If velocities between several impacts of a disc in one step are unknown, only the state after the step counts.
+        If a disc has several impacts in one step, only its state after the step is compared.
         """
         local = self.local_truth
         if local is None or local.grade is not Grade.EXACT or self.convention is not None:
@@ -50,7 +51,8 @@ class JudgedRun(MeasuredRun):
             return False
         if self.compared.is_whole_run:
             return bool(np.all(self.measured.ends[:2] <= self.compute_end_rounding(self.measured, exactly=True)[:2]))
-        # Before a horizon, each disc's last impact replaces its final state, because errors propagate.
+        # If the run is compared only up to a horizon, each disc's last impact is compared instead of its final state,
+        # because errors propagate to it.
         latest: dict[int, float] = {}
         for error in self.measured.errors:
             row = self.reference.impacts[error.reference]
@@ -61,7 +63,8 @@ class JudgedRun(MeasuredRun):
     def has_diverged_before_miss(self) -> bool:
         """Whether the trajectory diverged from the reference's before any step missed or invented an impact.
 
-        This is false if wrong reports explain all differences, or if the scene has no unique answer.
+        This is false if the run's motion is correct and only its reports are wrong, or if simultaneous impacts have no
+        unique result.
         """
         local, reports, diverged_s = self.local_truth, self.reports, self.diverged_s
         if local is None or reports is None or diverged_s is None or self.non_finite or self.convention is not None:
@@ -77,7 +80,7 @@ class JudgedRun(MeasuredRun):
 
     @property
     def has_diverged(self) -> bool:
-        """Whether the trajectory has diverged from the reference's although no step or report is wrong by itself."""
+        """Whether the trajectory has diverged from the reference's, but no step misses or invents an impact."""
         local, reports = self.local_truth, self.reports
         if local is None or local.missed_own or local.invented or (reports is not None and not reports.agree):
             return False

@@ -1,4 +1,4 @@
-"""Verdicts on the steps of a run. Each step is compared with PIC from the run's own state; see `stepwise`."""
+"""Verdicts on the single steps of a run, which are compared with PIC from the run's own states; see `stepwise`."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from carom.support.formatting import format_instant, format_metres, format_numbe
 
 
 def report_divergence(judged: JudgedRun) -> Iterator[Finding]:
-    """Report when the run and PIT diverged from the reference."""
+    """Report the times at which the run and PIT diverged from the reference."""
     local = judged.local_truth
     if local is None or judged.diverged_s is None:
         return
@@ -26,7 +26,7 @@ def report_divergence(judged: JudgedRun) -> Iterator[Finding]:
     alignment = judged.alignment
     yield Finding(
         Verdict.DIVERGED,
-        f"at {format_instant(judged.diverged_s)}{pit}; it lacks {len(alignment.missed)} of {judged.compared.impacts} "
+        f"at {format_instant(judged.diverged_s)}{pit}; it misses {len(alignment.missed)} of {judged.compared.impacts} "
         f"impacts and has {len(alignment.spurious)} others; {_describe_steps(local)}",
     )
 
@@ -40,7 +40,7 @@ def _describe_steps(local: LocalScore) -> str:
 
 
 def report_misreports(judged: JudgedRun) -> Iterator[Finding]:
-    """Report impacts of a diverged run that only its reports or only its states show.
+    """Report impacts of a diverged run that are visible only in its reports, or only in its states.
 
     In runs that did not diverge, other verdicts report such impacts.
     """
@@ -49,9 +49,9 @@ def report_misreports(judged: JudgedRun) -> Iterator[Finding]:
         return
     parts = []
     if reports.unshown:
-        parts.append(f"{reports.unshown} reported but not shown, the first {reports.first_unshown}")
+        parts.append(f"{reports.unshown} only in the reports, the first {reports.first_unshown}")
     if reports.unreported:
-        parts.append(f"{reports.unreported} shown but not reported, the first {reports.first_unreported}")
+        parts.append(f"{reports.unreported} only in the states, the first {reports.first_unreported}")
     yield Finding(Verdict.MISREPORTED, "; ".join(parts))
 
 
@@ -75,7 +75,7 @@ def report_polygons(judged: JudgedRun) -> Iterator[Finding]:
     deviation = format_metres(0.5 * bends * dt_s * dt_s)
     if slowing:
         bend = "c |v|" if scene.damping_per_s else "a"
-        size = f"half of {bend} dt^2 off its path, {deviation} at the scene's speed"
+        size = f"half of {bend} dt^2 off its path, {deviation} at the scene's greatest speed"
         reason = f"each step ends up to {size}; these errors add up"
         yield Finding(Verdict.DAMPED_POLYGON, reason)
     else:
@@ -104,7 +104,7 @@ def report_bad_steps(judged: JudgedRun, *, has_findings: bool) -> Iterator[Findi
 
 
 def _describe_costs(local: LocalScore) -> Iterator[str]:
-    """Yield errors of steps that sampling explains, each with its numbers."""
+    """Describe the errors of steps that are explained by checking once per step."""
     if local.judged:
         yield (
             f"velocities after {local.judged} separate impacts are off by up to {format_number(local.velocity[1], 3)} "
@@ -115,11 +115,11 @@ def _describe_costs(local: LocalScore) -> Iterator[str]:
     if local.entangled:
         yield f"{local.entangled} windows contain several impacts"
     if local.missed:
-        yield f"{local.missed} impacts are missed that PIT misses from the same states"
+        yield f"{local.missed} impacts are missed, and PIT misses them from the same states, too"
 
 
 def _describe_faults(local: LocalScore) -> Iterator[str]:
-    """Yield each fault that makes the steps of a run inaccurate, with the values that show the fault."""
+    """Describe each fault that makes the steps of a run inaccurate, with numbers."""
     judged = f"of {local.judged} separate impacts"
     if local.worse_than_pit:
         free = math.isinf(local.ratio[1])
@@ -135,13 +135,13 @@ def _describe_faults(local: LocalScore) -> Iterator[str]:
             "engine's contact margin"
         )
     if local.too_late:
-        yield f"{local.too_late} {judged} are later than a step, by up to {format_number(local.late_steps[1], 3)} steps"
+        yield f"{local.too_late} {judged} are over a step late, up to {format_number(local.late_steps[1], 3)} steps"
     if local.drifts:
         drift = format_number(local.drift, 3)
         yield f"positions do not follow from velocities in {local.drifts} steps, by up to {drift} radii"
     if local.slipped > local.rounding:
         yield f"velocities change with no other body near, by a fraction of up to {format_number(local.slipped, 3)}"
     if local.energy > local.energy_rounding:
-        yield f"{format_number(local.energy, 3)} of the energy is gained or lost that PIT's steps do not gain or lose"
+        yield f"the energy changes by {format_number(local.energy, 3)} of its initial value more than in PIT's steps"
     if local.sinks:
         yield "a disc sinks into what it rests on"

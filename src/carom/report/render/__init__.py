@@ -1,4 +1,5 @@
-"""Renderers of documents, one per medium. Renderers define the appearance, not the content.
+"""Renderers of documents: one for each of HTML, Markdown and terminal. They define the appearance, not the content.
 
-Import a renderer from its own module, so that a terminal's table does not load the page renderer, and vice versa.
+Import each renderer from its own module, so that printing to a terminal does not load the code for pages, and vice
+versa.
 """

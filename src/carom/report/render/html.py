@@ -1,7 +1,7 @@
 """Renderer of documents as one HTML file.
 
-The file loads nothing from elsewhere and escapes every name. The content policy of the page allows only the report's
-script, which it identifies by a hash.
+The file loads no other files, and every name in it is escaped. The content security policy of the page only allows the
+report's own script, which is identified by a hash.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from jinja2 import Template
 
 _REPLAY = ("drawing.js", "sampler.js", "replay.js")
-#: Scripts of a page, by kind of block.
+#: Scripts that a page needs, by the kind of block that it contains.
 _SCRIPTS = {Replays: (*_REPLAY, "table.js"), Figures: ("chart.js",), Table: ("rows.js",)}
 
 #: Number of table columns that fit on a phone.
@@ -30,8 +30,8 @@ _MOST_ACROSS = 3
 
 #: Export keywords of modules. They are removed, because a page joins all scripts into one.
 _EXPORT = re.compile(r"^export (?:\{[^}]*\};\n)?", re.MULTILINE)
-#: Imports, comment lines and indents of modules. They are removed from pages. No string of a module spans several
-#: lines, so strings do not change.
+#: Imports, comment lines and indentation of modules. They are removed from pages. This does not change strings, because
+#: no string of a module spans several lines.
 _IMPORT = re.compile(r'^import \{[^}]*\} from "\./\w+\.js";\n|^ *//[^\n]*\n|^ +', re.MULTILINE)
 
 
@@ -95,7 +95,7 @@ def _load_template(name: str) -> Template:
 
 
 def build_page_script(*names: str) -> str:
-    """Return several scripts as one, with the code that unpacks their data."""
+    """Join several scripts to one, and add the code that unpacks their data."""
     templates = resources.files("carom.report") / "templates"
     shared = resources.files("carom") / "web"  # this module is shared with the play page
     file_names = ("unpack.js", *names) if names else ()
@@ -106,10 +106,10 @@ def build_page_script(*names: str) -> str:
 
 
 def build_content_policy(script: str) -> str:
-    """Return the content security policy of a page: only this script, by its hash, and no external content."""
+    """Return the content security policy of a page, which only allows this script and no external content."""
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
     allowed = f"'sha256-{digest}'" if script else "'none'"
-    # Drawings have style attributes.
+    # Inline styles must be allowed, because drawings have style attributes.
     return f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
 
 
@@ -121,7 +121,7 @@ def _pack_rows(table: Table) -> str:
 
 
 def _pack_cell(cell: Cell) -> str | dict[str, str]:
-    """Return a cell for `rows.js`, which shows words and symbols, but no bars or links."""
+    """Return the data of a cell for `rows.js`, which can show words and symbols, but no bars or links."""
     # Control characters are escaped here, because the code that writes the page's file can't escape packed data.
     attributes = {
         name: escape_controls(getattr(cell, name)) for name in ("css", "symbol", "note", "title") if getattr(cell, name)

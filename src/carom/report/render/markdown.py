@@ -10,7 +10,10 @@ from carom.report.document import Block, Document, Media, Table
 
 
 def render_markdown(document: Document) -> str:
-    """Return a document as Markdown. Names in the document are escaped, so that they are never markup."""
+    """Return a document as Markdown.
+
+    Names in the document are escaped, so that they are never interpreted as markup.
+    """
     return "\n".join(_render_lines(document)) + "\n"
 
 
@@ -46,7 +49,7 @@ def _render_block(block: Block) -> Iterator[str]:
                     f"- **{_escape_text(pair.heading)}** ({_escape_text(sides)}). "
                     f"{_escape_text(' '.join(pair.caption))}"
                 )
-        case blocks.Figures() | blocks.Replays():  # drawings are for pages only; tables have the same numbers
+        case blocks.Figures() | blocks.Replays():  # only pages show drawings; tables show the same numbers
             pass
 
 

@@ -22,12 +22,12 @@ _BAR = 14
 
 
 def render_terminal(document: Document, width: int, *, full: bool = False) -> Iterator[RichTable | str]:
-    """Yield the printed parts in order: the answer, the sections, and the headline's further sentences.
+    """Yield the printed parts in order: the main result, the sections, and further sentences of the headline.
 
     Args:
         document: The document.
         width: Number of text columns. A wider table is shown in parts.
-        full: Whether to show the evidence in addition to the answer.
+        full: Whether to show the whole document instead of a summary.
     """
     medium = Media.DETAIL if full else Media.TERMINAL
     if document.answer.sentence:
@@ -68,7 +68,7 @@ _GAP = 2
 
 
 def _split_table(table: Table, medium: Media, width: int) -> Iterator[RichTable]:
-    """Yield a table in as many parts as needed for the width. Each part repeats the first column."""
+    """Split a table into as many parts as the width requires. Each part repeats the first column."""
     columns, rows = table.select_for(medium)
     fitted = [_fit_column(column, [row[k] for row in rows], first=not k) for k, column in enumerate(columns)]
     begin = 1
@@ -81,7 +81,7 @@ def _split_table(table: Table, medium: Media, width: int) -> Iterator[RichTable]
 
 
 class _Fitted(NamedTuple):
-    """A column to print, with two widths: `least` is wide enough for every word, and `most` for every line."""
+    """A column to print, with two widths: `least` suffices for every word, and `most` for every line of text."""
 
     head: RichText
     cells: list[RichText]
@@ -97,13 +97,13 @@ def _fit_column(column: Column, cells: Sequence[Cell], *, first: bool) -> _Fitte
     is_unbroken = first or any(cell.shares for cell in cells)  # names and bars are not broken
     heads, rows = heading.plain.splitlines(), [line for text in rendered for line in text.plain.splitlines()]
     words = heads if is_unbroken else _list_words(heads)
-    words += rows if is_unbroken or column.number else _list_words(rows)  # a number and its unit stay together
+    words += rows if is_unbroken or column.number else _list_words(rows)  # do not separate a number from its unit
     min_width, max_width = (max(map(cell_len, parts), default=0) for parts in (words, heads + rows))
     return _Fitted(heading, rendered, column.number, is_unbroken, min_width, max_width)
 
 
 def _list_words(lines: list[str]) -> list[str]:
-    """Return the words of lines. The first word of an indented line keeps its indent."""
+    """Split lines into words. The first word of an indented line keeps its indentation."""
     return [word for line in lines for word in re.findall(r"^\s*\S+|\S+", line)]
 
 
@@ -131,9 +131,9 @@ def _render_cell(cell: Cell) -> RichText:
 
 
 def _render_bar(shares: Sequence[Share]) -> RichText:
-    """Return a bar in which each share consists of its symbol, so that the bar is readable without colours.
+    """Return a bar that consists of the symbols of its parts, so that it is readable without colours.
 
-    Every share is visible.
+    Every part has at least one symbol.
     """
     spare, bar = _BAR - len(shares), RichText()
     done, total = 0, sum(share.size for share in shares)

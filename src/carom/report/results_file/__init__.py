@@ -1,1 +1,1 @@
-"""The file results.jsonl: types of its lines, their JSON, and its writer and reader."""
+"""The file results.jsonl: types of its lines, their conversion to JSON, and functions that write and read the file."""

@@ -1,4 +1,4 @@
-"""Conversion of lines of format 2 to format 3, which has other words for diverged runs."""
+"""Conversion of lines of results.jsonl from format 2 to format 3, which has other words for diverged runs."""
 
 from __future__ import annotations
 
@@ -8,15 +8,18 @@ from typing import Any
 from carom.comparator.grades import EARLIER_WORDS
 from carom.report.files import FORMATS
 
-#: The format that this module converts to the present one.
+#: Number of the format that this module converts to the present one.
 FORMAT = 2
 
-#: Fields of format 2 with another name in the present format.
+#: Fields of format 2 that have another name in the present format.
 _FIELDS = {"parted_s": "diverged_s", "pit_parted_s": "pit_diverged_s"}
 
 
 def convert_line(line: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a line with the present words. Other texts, such as names of scenes, are unchanged."""
+    """Replace earlier words and field names in a line by those of today.
+
+    Other texts, such as names of scenes, are unchanged.
+    """
     converters = {"format": lambda _: FORMATS["results"], "grade": _replace_word, "verdicts": _replace_verdicts}
     return {
         _FIELDS.get(name, name): converters[name](value) if name in converters else value
@@ -25,7 +28,7 @@ def convert_line(line: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _replace_verdicts(verdicts: Any) -> Any:
-    """Replace words in the verdicts of a row (a list), or in the first line's meanings of verdicts (a mapping)."""
+    """Replace words in the verdicts of a run (a list), or in the meanings of verdicts in the first line (a mapping)."""
     if isinstance(verdicts, list):
         return [_replace_verdicts(one) if isinstance(one, dict) else one for one in verdicts]
     if isinstance(verdicts, dict):

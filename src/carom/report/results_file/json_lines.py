@@ -1,4 +1,4 @@
-"""Lines of results.jsonl as JSON: writing, reading, and their JSON Schema.
+"""Conversion of lines of results.jsonl to and from JSON, and their JSON Schema.
 
 A number that is NaN or infinite is written as null. Null is read as NaN if the field is a number. An enum is written as
 its name in lower case.
@@ -37,15 +37,15 @@ from carom.report.files import FORMATS
 from carom.report.results_file.line_types import RowLine, Summary
 from carom.support.escaping import format_value, shorten
 
-#: Fields of a score for spins. These fields are written only if a disc of the scene spins.
+#: Fields of a score that are about spins. They are only written if a disc of the scene spins.
 OF_SPINS = frozenset({"spin", "final_spin", "angular", "angular_excess", "arm"})
 
-#: Fields of a timing that files of earlier versions lack. Such fields are not written if they are absent.
+#: Fields of a timing that files of earlier versions lack. They are omitted if they have no value.
 _LATER = frozenset({"ends"})
 
 
 def format_line(line: Summary | RowLine, *, spins: bool = True) -> str:
-    """Return a line as strict JSON without line break. With `spins`, the line includes the fields of spins."""
+    """Return a line as strict JSON without a line break. If `spins` is true, it has the fields about spins."""
     leave_out = {} if spins else {part: set(OF_SPINS) for part in ("total", "against_pit", "consistency")}
     if isinstance(line, RowLine) and line.timing and line.timing.ends is None:
         leave_out["timing"] = set(_LATER)
@@ -69,7 +69,7 @@ def read_summary(fields: Mapping[str, object], path: Path) -> Summary:
 
 
 def read_row(text: bytes, path: Path, number: int) -> RowLine:
-    """Parse a line after the first. A field that may be null may also be missing.
+    """Parse a line after the first one. If a field may be null, it may also be missing.
 
     Raises:
         InputError: The line is not JSON, or a field is missing or has a wrong type. The message names file, line and
@@ -83,7 +83,7 @@ def read_row(text: bytes, path: Path, number: int) -> RowLine:
 
 def _build_error(error: ValidationError, path: Path, number: int) -> InputError:
     first = error.errors()[0]
-    # Pydantic's location also contains names of union members, which are not fields of the file.
+    # Pydantic's location also contains names of types, which are not fields of the file.
     location = ".".join(str(part) for part in first["loc"] if not (isinstance(part, str) and not part.isidentifier()))
     problem = (
         f"{shorten(location) or 'the line'}: {first['msg'].removeprefix('Value error, ')}, got "
@@ -98,7 +98,7 @@ def _build_error(error: ValidationError, path: Path, number: int) -> InputError:
 
 
 def build_records_schema() -> dict[str, Any]:
-    """Return the JSON Schema of a line (the one published as ``carom/results.schema.json``)."""
+    """Return the JSON Schema of a line, which is published as ``carom/results.schema.json``."""
     schema = TypeAdapter(_build_file_type(Summary | RowLine)).json_schema(
         mode="serialization", schema_generator=_Described
     )
@@ -114,7 +114,7 @@ def build_records_schema() -> dict[str, Any]:
 
 
 def _replace_named_parts(schema: Any, parts: dict[str, Any]) -> Any:
-    """Return a schema in which references replace named parts, and add these parts to `parts`."""
+    """Move the named parts of a schema to `parts`, and return the schema with references to them."""
     if isinstance(schema, list):
         return [_replace_named_parts(item, parts) for item in schema]
     if not isinstance(schema, dict):
@@ -131,7 +131,7 @@ def _replace_named_parts(schema: Any, parts: dict[str, Any]) -> Any:
 
 
 class _Described(GenerateJsonSchema):
-    """JSON Schema without titles that repeat a name.
+    """Generator of a JSON Schema without titles that only repeat a name.
 
     Fields with a default are required in the schema, because they are always written.
     """
@@ -146,7 +146,7 @@ class _Described(GenerateJsonSchema):
         return field["name"] not in OF_SPINS | _LATER
 
 
-#: Properties that are written together with a class's fields. Such properties are ignored when a file is read.
+#: Properties that are written in addition to a class's fields, and ignored when a file is read.
 _DERIVED: Mapping[type[Any], Mapping[str, Any]] = {LocalScore: {"grade": Grade}}
 
 
@@ -156,7 +156,7 @@ def _build_type_adapter(kind: type[Any]) -> TypeAdapter[Any]:
 
 
 def _build_file_type(hint: Any) -> Any:
-    """Return the type of a value in the file."""
+    """Return the type of the JSON value for a type in Python."""
     origin, parts = get_origin(hint), get_args(hint)
     if hint is float:
         return _NUMBER
@@ -209,7 +209,7 @@ def _build_enum_type(kind: type[Enum]) -> Any:
 
 @dataclass(frozen=True)
 class _Fields:
-    """Schema of a dataclass, in which each field has its type in the file."""
+    """Schema of a dataclass in which each field has the type of its JSON value."""
 
     def __get_pydantic_core_schema__(self, kind: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         hints = get_type_hints(kind, include_extras=True)
@@ -229,7 +229,7 @@ class _Fields:
 
 
 def _add_default(field: dataclasses.Field[Any], hint: Any, schema: CoreSchema) -> CoreSchema:
-    """Return a schema with a default for a field that files of earlier versions lack."""
+    """Add a default to the schema of a field that files of earlier versions lack."""
     if field.default_factory is not dataclasses.MISSING:
         return core_schema.with_default_schema(schema, default_factory=field.default_factory)
     if type(None) in get_args(hint):

@@ -19,13 +19,13 @@ from carom.execution.timing import Timing
 from carom.model.trace import Outcome, Setting
 from carom.support.limits import LARGEST, SMALLEST
 
-#: Type of a step size: seconds, in the range that a run can have.
+#: Type of a step size in seconds, within the range that a run supports.
 Step = Annotated[float, Field(ge=SMALLEST, le=LARGEST)]
 
 
 @dataclass(frozen=True)
 class SceneLine:
-    """Values that are the same for all cells of a scene."""
+    """Values that are the same for all runs of a scene."""
 
     expected: int
     horizon_s: float | None
@@ -35,15 +35,15 @@ class SceneLine:
 
 @dataclass(frozen=True)
 class Summary:
-    """The first line of the file: values that are the same for all cells.
+    """The first line of the file: values that are the same for all runs.
 
     Attributes:
         rows: Number of the following lines.
-        verdicts: Meaning of each verdict by name. The file contains the meanings, because other versions of Carom may
-            have other verdicts.
+        verdicts: Meaning of each verdict by name. They are stored, because other versions of Carom may have other
+            verdicts.
         scenes: Values of each scene by name.
-        sampling: PIT's errors with each step size of each scene. Every cell with the same scene and step size is
-            compared with these errors.
+        sampling: PIT's errors with each step size of each scene. All runs with this scene and step size are compared
+            with them.
     """
 
     format: int
@@ -66,7 +66,7 @@ class VerdictLine:
 
 @dataclass(frozen=True, slots=True)
 class OutcomeComparison:
-    """Comparison of a run with the possible outcomes of a scene that has no unique answer."""
+    """Comparison of a run with the possible outcomes of simultaneous impacts that have no unique result."""
 
     admissible: tuple[str, ...]
     nearest: int | None
@@ -76,17 +76,19 @@ class OutcomeComparison:
 
 @dataclass(frozen=True, slots=True)
 class RowLine:
-    """A line of the file after the first: one cell, which is a scene, a method and a step size.
+    """A line of the file after the first one: the result for a scene, a method and a step size.
 
-    If the cell was not run, the values of its run are null.
+    If there was no run, its values are null.
 
     Attributes:
-        tried: Settings that replace settings of the profile.
+        tried: Settings by which the user replaced settings of the profile.
         reason: Reason why there is no score; empty if the run has a score.
-        matched: Number of found impacts. In contrast, `missed`, `spurious` and `undecided` contain indices of impacts.
+        matched: Number of impacts that the run found. (`missed`, `spurious` and `undecided` contain indices of impacts
+            instead.)
         price_paid: Velocity error divided by PIT's velocity error; "inf" if PIT has no error.
-        local: Median and largest local error of each kind. Kinds of error that no impact has are omitted.
-        counts: Work counters that the method reports.
+        local: Median and largest value of each kind of error of single impacts, measured from the run's own state
+            before the impact.
+        counts: Counts of its work that the method reports.
     """
 
     scene: str

@@ -1,4 +1,4 @@
-"""Conversion of a cross-check's rows to lines of results.jsonl, and of verdicts to sentences."""
+"""Conversion of a cross-check's results to lines of results.jsonl, and of verdicts to sentences."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _VERDICTS = {verdict.name.lower(): verdict.value for verdict in Verdict}
 
 
 def build_summary(results: Results) -> Summary:
-    """Return the first line: values that are the same for all rows."""
+    """Build the first line of the file, which contains values that are the same for all runs."""
     scored = [(row.job.scene.name, row.job.dt_s, row.score) for row in results.rows if row.score is not None]
     return Summary(
         format=FORMATS["results"],
@@ -40,14 +40,14 @@ def build_summary(results: Results) -> Summary:
 def _build_pit_errors(scene: str, dt_s: float, score: Score) -> dict[str, str | int | float | None]:
     """Return PIT's errors for a scene and step size.
 
-    All rows with this scene and step size are compared with these errors.
+    All runs with this scene and step size are compared with these errors.
     """
     errors = dataclasses.asdict(score.sampling) if score.sampling else {}
     missed = None if score.pit_missed is None else len(score.pit_missed)
     return {"scene": scene, "dt_s": dt_s, "missed": missed, **errors}
 
 
-#: Fields of a score that a line contains under the same names.
+#: Fields of a score that a line contains with the same names.
 _OF_SCORE = (
     *("missed", "spurious", "undecided", "total", "against_pit", "own_velocity", "equals_pit", "edits"),
     *("local_truth", "diverged_s", "pit_diverged_s", "consistency"),
@@ -55,7 +55,7 @@ _OF_SCORE = (
 
 
 def build_line(row: Row) -> RowLine:
-    """Return the line of a row without its local errors, which take longest to compute."""
+    """Build the line of a run without the errors of single impacts, which take longest to compute."""
     job, score, trace = row.job, row.score, row.trace
     scored: dict[str, Any] = {name: getattr(score, name) if score else None for name in _OF_SCORE}
     return RowLine(
@@ -88,15 +88,15 @@ def build_line(row: Row) -> RowLine:
 
 
 def list_reasons(line: RowLine, verdicts: Mapping[str, str] = _VERDICTS) -> tuple[str, ...]:
-    """Return a sentence for every verdict, or the reason why the row has no verdict. The sentences have no full stop.
+    """Return a sentence for every verdict, or the reason why there is none. The sentences have no full stop.
 
     Args:
-        line: The line of a row.
+        line: The line of a run.
         verdicts: Meaning of each verdict by name, from the file's summary.
     """
     if line.reason:
         return (line.reason,)
-    # If a warning of the engine ended the run, the warning comes first.
+    # If a warning of the engine ended the run, the list begins with this warning.
     warnings = line.notes if line.outcome is Outcome.WARNED else ()
     untimed = (f"not timed: {line.untimed}",) if line.untimed else ()
     return (*warnings, *(f"{verdicts[one.verdict]} ({one.reason})" for one in line.verdicts), *untimed)

@@ -1,6 +1,6 @@
 """Writer and reader of results.jsonl, which contains every number of a cross-check as JSON lines.
 
-The first line describes the machine, versions and command of all rows.
+The first line contains the machine, the versions and the command, which are the same for all runs.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from carom.support.limits import MOST_BYTES, MOST_VALUES, count_values
 
 
 def format_records(results: Results) -> str:
-    """Return a line of strict JSON for the whole run, and a line for each row.
+    """Return a line of strict JSON for the whole cross-check, and a line for each run.
 
     A number that is not finite becomes null.
     """
@@ -33,13 +33,13 @@ def format_records(results: Results) -> str:
 
 
 def format_record(row: Row) -> str:
-    """Return the line of a row, without line break."""
+    """Return the line of a run, without a line break."""
     line = dataclasses.replace(build_line(row), local=_summarise_local_errors(row.score) if row.score else None)
     return format_line(line, spins=row.job.scene.arrays.turns)
 
 
 def read_records(path: Path) -> tuple[Summary, list[RowLine]]:
-    """Read a file written by `format_records`: the summary, and the lines of the rows.
+    """Read a file that `format_records` has written: its first line, and the lines of all runs.
 
     Raises:
         InputError: The file can't be read, has another format, is incomplete, or has an invalid field.
@@ -49,12 +49,12 @@ def read_records(path: Path) -> tuple[Summary, list[RowLine]]:
 
 
 def stream_records(path: Path) -> tuple[Summary, Iterator[RowLine]]:
-    """Read a file written by `format_records`. Rows are read one by one, so that the file need not fit into memory.
+    """Read a file that `format_records` has written, line by line, so that it need not fit into memory.
 
-    The iterator checks the number of rows.
+    The iterator checks whether the number of lines is as stated in the first line.
 
     Raises:
-        InputError: The same errors as in `read_records`. The iterator also raises these errors.
+        InputError: As in `read_records`. The iterator may also raise these errors.
     """
     texts = _read_lines(path)
     head, is_earlier = _parse_head(path, next(texts, b"{}"))
@@ -82,7 +82,7 @@ _ASK = f"give the folder of a report, or a results.jsonl by `carom run --out` (f
 
 
 def _parse_head(path: Path, text: bytes) -> tuple[dict[str, Any], bool]:
-    """Return the first line, converted to the present format, and whether the file has an earlier format."""
+    """Return the first line in the present format, and whether the file has an earlier format."""
     head = _parse_object(path, 1, text)
     if (found := head.get("format")) is None:
         raise InputError(f"{path} is no results.jsonl of a cross-check", hints=[_ASK])
@@ -94,7 +94,7 @@ def _parse_head(path: Path, text: bytes) -> tuple[dict[str, Any], bool]:
 
 
 def _convert_text(path: Path, number: int, text: bytes) -> bytes:
-    """Return the text of a row of an earlier format in the present one."""
+    """Convert the text of a run's line from an earlier format to the present one."""
     return json.dumps(format_2.convert_line(_parse_object(path, number, text))).encode()
 
 
@@ -121,7 +121,7 @@ def _read_lines(path: Path) -> Iterator[bytes]:
     try:
         with path.open("rb") as file:
             number = 0
-            while line := file.readline(MOST_BYTES[".json"] + 1):  # other line separators may be part of a name
+            while line := file.readline(MOST_BYTES[".json"] + 1):  # names may contain other line separators
                 number, size, found = number + 1, size + len(line), count_values(line)
                 values += found
                 for source, kind, bytes_, count in (
@@ -137,9 +137,12 @@ def _read_lines(path: Path) -> Iterator[bytes]:
 
 
 def _summarise_local_errors(score: Score) -> dict[str, int | float]:
-    """Return the median and the largest local error of each kind. The errors of all impacts would make lines too long.
+    """Return the median and the largest value of each kind of error of single impacts.
 
-    Kinds of error that no impact has are omitted, such as spin errors if no disc spins.
+    All errors would make lines too long.
+
+    If no impact has an error of some kind, this kind is omitted. For example, there are no spin errors if no disc
+    spins.
     """
     local = score.local
     sampled = ("sampling_velocity", "solver_velocity", "sampling_spin", "solver_spin")

@@ -1,7 +1,7 @@
-// Tooltips for the points of a diagram: the content of the table row that a point links to.
+// Tooltips for the points of a diagram. A tooltip shows the table row to which the point links.
 "use strict";
 (() => {
-  const NEAR = 4, REACH = 12; // pixels: points nearer than NEAR look like one; the pointer selects a point within REACH
+  const NEAR = 4, REACH = 12; // in pixels: points nearer than NEAR look like one point; the pointer selects a point within REACH
   const tip = document.createElement("div");
   tip.className = "tip";
   tip.id = "tip";
@@ -56,7 +56,7 @@
       location.hash = link.getAttribute("href");
     });
     links.forEach((link, k) => {
-      link.setAttribute("tabindex", k ? -1 : 0); // one tab stop per diagram; arrow keys move between points
+      link.setAttribute("tabindex", k ? -1 : 0); // the tab key stops once per diagram; arrow keys move between points
       link.addEventListener("focus", () => show(link, links));
       link.addEventListener("blur", hide);
       link.addEventListener("keydown", (event) => {

@@ -1,22 +1,22 @@
-// Replay of a run next to its reference, with one clock, exact paths, and marks at faults.
+// Replay of a run next to its reference: both at the same times, with exact paths and marks at faults.
 // The page's data blocks contain everything that is drawn. Names are inserted as text only.
 "use strict";
 (() => {
   const MARKS = { missed: "✕", invented: "+", late: "▸", early: "◂", found: "•", undecided: "?", beyond: "·" };
-  const WIDEST = 1.6; // largest size in extents of the reference: an engine may throw discs far away
-  const FLATTEST = 0.3, TALLEST = 0.8; // height of a picture over its width
-  const ACROSS = 0.54, ABOVE = 0.25; // largest height of a picture over the window's height, for pictures side by side or one above the other
-  const LEAST_TALL = 120; // pixels
+  const WIDEST = 1.6; // largest size of the shown region, divided by the reference's extent: an engine may throw discs far away
+  const FLATTEST = 0.3, TALLEST = 0.8; // height of a picture divided by its width
+  const ACROSS = 0.54, ABOVE = 0.25; // largest height of a picture divided by the window's height, for pictures side by side or one above the other
+  const LEAST_TALL = 120; // smallest height of a picture, in pixels
   const SECONDS_SHOWN = 6; // approximate duration of a replay at its initial speed
   const SLOWEST = 1 / 8, LEAD_S = 0.6, HOLD_S = 1.5; // a replay slows before the first fault and pauses there; seconds of real time
-  const FLASH_S = 0.45, MOST_FLASHES = 3; // each frame flashes and fades
-  const CROWD = 4; // with more discs, only frames of the failing pair are shown, because outlines would hide everything
+  const FLASH_S = 0.45, MOST_FLASHES = 3; // discs flash at each step of the run
+  const CROWD = 4; // with more discs, only discs with a missed impact flash, because outlines would hide everything
   const MOST_LABELS = 3;
-  const MOST_NAMED = 12; // with more discs, numbers next to small discs would hide the paths
-  const MOST_TICKED = 2; // smallest distance of frames in pixels, below which their ticks would merge
-  const LINE = 66, STRIP = 16; // heights in pixels: the timeline, and its row of the whole run
-  const MAGNIFIES = 1.4; // with less magnification, no inset is drawn
-  const MOST_SPINS = 4; // largest number of discs with spins shown as numbers
+  const MOST_NAMED = 12; // with more discs, small discs have no numbers, which would hide the paths
+  const MOST_TICKED = 2; // smallest distance in pixels between the marks of two steps; closer marks would merge
+  const LINE = 66, STRIP = 16; // heights in pixels: of the timeline, and of its row that shows the whole run
+  const MAGNIFIES = 1.4; // smallest magnification with which an inset is drawn
+  const MOST_SPINS = 4; // largest number of discs whose spins are shown as numbers
   const number = (value, n = 6) => (value === undefined || value === null ? "" : String(Number(value.toPrecision(n))));
 
   // Returns the direction from a position to the nearest point of a polyline.
@@ -140,7 +140,7 @@
       for (const canvas of [this.truth.canvas, this.seen.canvas, this.line]) this.scrubs(canvas);
     }
 
-    // Contact modes of discs over time: the exact ones, and below those that the run reports.
+    // Flight, sliding, rolling and rest of discs over time: exactly, and below as the run reports it.
     modes(name) {
       const strip = (changes) => make("div", { class: "strip" }, ...changes.slice(0, -1).map(([begin, word], k) =>
         make("span", { class: word.split(" ").at(-1), style: `flex-grow:${changes[k + 1][0] - begin}` }, word)));
@@ -148,13 +148,13 @@
       const rows = [...this.scene.modes.map(row("exact")), ...this.run.modes.map(row(name))];
       return rows.length ? [make("div", { class: "modes", role: "group", "aria-label": "How discs move in contact" }, ...rows)] : [];
     }
-    // Slider for PIT's step, for two discs.
+    // Slider for PIT's step size, in a scene of two discs.
     stepper() {
       if (!this.own.sampler) return [];
       const { frame } = this.scene, written = make("output", {});
       const write = () => { written.textContent = `${number(1000 * this.run.dt, 3)} ms, ${number(this.run.dt / frame, 3)} of a frame`; };
       this.step = make("input", {
-        // The least step is slightly above a twentieth of a frame. At a round fraction, a frame may be exactly at the
+        // The smallest step is slightly above a twentieth of a frame. With a round fraction, a check may be exactly at the
         // impact.
         type: "range", min: Math.log(frame / 20) + 0.01, max: Math.log(3 * frame), step: 0.02, value: Math.log(this.own.dt), "aria-label": "Step of PIT",
         oninput: () => {
@@ -317,7 +317,7 @@
       return `disc ${i} ${spin(this.run.turned, this.run.end)}${must}`;
     }
 
-    // Solid: the picture's run. Grey: the exact positions. Dashed: the last frame.
+    // Solid: discs of the run. Grey: exact positions. Dashed: positions at the run's latest step.
     draw(stage, near = false) {
       const { scene, run, pulls, bodies, end } = this, observed = stage === this.seen, { discs } = bodies;
       const tracks = observed ? run.tracks : scene.reference, turned = observed ? run.turned : scene.turned;
@@ -429,7 +429,7 @@
       pen.fillText(`${fault.became}, ${number(side / (2 * radius) / scale, 2)} × larger`, x + 5 * dense, y + 10 * dense, side - 10 * dense);
     }
 
-    // Above: the whole run. Below: the time around the first fault, with overlaps of its pair and frames.
+    // Above: the whole run. Below: the time around the first fault, with steps, and with overlaps of its two bodies.
     timeline() {
       const pen = this.line.getContext("2d"), { width: w, height: h } = this.line, dense = window.devicePixelRatio || 1;
       const { run, end, from, span, fault } = this, colour = (name) => this.seen.colour(name);
@@ -458,7 +458,7 @@
       if (run.sampled && (run.dt / span) * w > MOST_TICKED * dense)
         for (let k = Math.max(0, Math.ceil(from / run.dt)); k * run.dt <= Math.min(from + span, run.end) * (1 + 1e-12); k++) {
           const time = k * run.dt;
-          const falls = shaded.some(([begin, overlap]) => time >= begin && time <= begin + overlap / 2 && time < begin + run.dt); // the first frame in the overlap
+          const falls = shaded.some(([begin, overlap]) => time >= begin && time <= begin + overlap / 2 && time < begin + run.dt); // the first step within the overlap
           pen.fillStyle = colour("--ink");
           pen.fillRect(x(time) - (falls ? 2 : 1) * dense, top + (falls ? 0 : 4 * dense), (falls ? 4 : 2) * dense, low - top - (falls ? 0 : 8 * dense));
         }
@@ -477,7 +477,7 @@
     }
   }
 
-  // --- A cell's evidence -----------------------------------------------------------------------------------------
+  // --- Details of a run ------------------------------------------------------------------------------------------
 
   const copyable = (title, text) => {
     const area = make("textarea", { readonly: true, rows: Math.min(12, text.split("\n").length + 1), "aria-label": title });

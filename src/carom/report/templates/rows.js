@@ -1,4 +1,4 @@
-// Tables whose rows are unpacked when a reader opens them. Their content is inserted as text only.
+// Tables whose rows are only unpacked when a reader opens them. Their content is inserted as text, never as HTML.
 "use strict";
 (() => {
   const make = (name, css, ...children) => {
@@ -7,7 +7,7 @@
     element.append(...children);
     return element;
   };
-  // Same output as the macro `content` of page.html.j2.
+  // Builds the same elements as the macro `content` of page.html.j2.
   const content = ({ text, symbol, note }) => {
     if (!symbol && !note) return [text];
     const sign = make("span", "", symbol ?? "");

@@ -1,4 +1,4 @@
-// PIT for two discs in free flight, at a step that the reader chooses. A formula gives their only impact.
+// Runs PIT for two discs, with a step size that the reader chooses. Their only impact is computed by a formula.
 const pairAt = (discs, t) => discs.map(({ position_m: p, velocity_m_s: v }) => [p[0] + v[0] * t, p[1] + v[1] * t]);
 const difference = ([a, b]) => [b[0] - a[0], b[1] - a[1]];
 const product = (a, b) => a[0] * b[0] + a[1] * b[1];

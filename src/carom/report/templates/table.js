@@ -1,5 +1,5 @@
-// Choice of profile for the table of methods, and filters and sorting for the table of scenes and engines. Without
-// JavaScript, both tables are complete.
+// Lets readers choose a profile in the table of methods, and filter and sort the table of scenes and engines. Without
+// JavaScript, both tables are shown completely.
 "use strict";
 (() => {
   const ORDER = ["exact", "close", "sampled", "inaccurate", "diverged", "diverged-inaccurate", "wrong"]; // CSS classes from best to worst
@@ -33,7 +33,7 @@
     return select;
   };
   choice("engine", distinct(columns.map(([engine]) => engine)));
-  const several = (engine) => columns.filter(([other]) => other === engine).length; // profiles have the order in which the engine with most profiles has them
+  const several = (engine) => columns.filter(([other]) => other === engine).length; // the engine with most profiles determines their order
   const inOrder = [...columns].sort(([a], [b]) => several(b) - several(a));
   const only = (engine) => several(engine) === 1; // an engine with one profile, such as PIT, is shown with every profile
   const profiles = distinct(inOrder.map(([, profile]) => profile).filter(Boolean)), select = choice("profile", profiles);
@@ -55,12 +55,12 @@
     legend.textContent = "Profile:";
     fieldset.append(legend, ...radios);
     ranking[0].closest(".scroll").before(fieldset);
-    // Default settings first, unless a link needs the whole table.
+    // Show the default settings first, unless a link leads to another part of the table.
     if (profiles.includes("default") && !location.hash) select.value = chosen.profile = "default";
   }
 
   const show = () => {
-    // Rows and columns without a profile are always shown.
+    // Rows and columns that belong to no profile are always shown.
     const kept = columns.map(([engine, profile]) => (!chosen.engine || engine === chosen.engine) && (!chosen.profile || !profile || profile === chosen.profile || only(engine)));
     for (const row of ranking) row.hidden = Boolean(chosen.profile && profileOf(row)) && profileOf(row) !== chosen.profile && !only(engineOf(row));
     for (const { firstChild: radio } of radios) radio.checked = radio.value === (chosen.profile ?? "");

@@ -1,4 +1,4 @@
-// Unpacks the page's data, which carom.report.files.pack_data wrote: base64, gzip, JSON.
+// Unpacks the page's data, which carom.report.files.pack_data has written as JSON, compressed by gzip, in base64.
 "use strict";
 const unpack = async (text) => {
   const bytes = Uint8Array.from(atob(text.trim()), (letter) => letter.charCodeAt(0));

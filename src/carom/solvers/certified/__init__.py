@@ -1,4 +1,5 @@
-"""Certified runs: event-driven simulation in ball arithmetic, in which every digit is proven.
+"""Certified runs: PIC in interval arithmetic, in which every number has a proven error bound.
 
-`certify` can be imported without python-flint, but calling it then raises MissingExtraError.
+An interval is a *ball* of the package python-flint, which stores a midpoint and a radius. If python-flint is not
+installed, a call of `certify` raises MissingExtraError.
 """

@@ -1,9 +1,9 @@
-"""Detection of collapse and crush: infinitely many impacts in a finite time.
+"""Detection of infinitely many impacts in a finite time: inelastic collapse, and discs that moving walls crush.
 
-Collapse and crush are inferred from many past impacts, without a proof. A row of discs can also be crushed, in any
-direction. By symmetry, the discs stay on a line if their centres are exactly on the line, their velocities are along
-it, and no force or friction acts sideways. The room of the discs is the distance between the end bodies minus the
-discs' diameters. The room is linear in time.
+Both are inferred from many past impacts, without a proof. Not only a single disc but also a row of discs can be
+crushed, in any direction. By symmetry, the discs stay on a line if their centres and velocities are exactly on this
+line, and no force or friction acts sideways. Discs in a row are crushed when the gap between the bodies at both ends of
+the row becomes equal to the sum of the discs' diameters.
 """
 
 from __future__ import annotations
@@ -28,20 +28,20 @@ if TYPE_CHECKING:
     from carom.solvers.certified.disc_states import BallBodies
     from carom.solvers.certified.recording import Recording
 
-#: Impacts within two floats of one time count as a collapse if their number is at least this factor times the square of
-#: the number of their bodies. Three equal discs that do not collapse have at most some 600 impacts.
+#: Many impacts whose times differ by at most one unit in the last place count as a collapse. The limit is this factor
+#: times the square of the number of their bodies. Three equal discs that do not collapse have at most some 600 impacts.
 _COLLAPSE = 20
 #: A disc between two approaching bodies counts as crushed after this many impacts.
 _CRUSH = 256
 
 
 def find_accumulation(log: Recording, bodies: BallBodies) -> Degeneracy | None:
-    """Return the collapse or crush that the last impacts form; None if they form neither."""
+    """Return the collapse or crush that the last impacts indicate; None if they indicate neither."""
     return _find_collapse(log, bodies) or _find_crush(log, bodies) or _find_crush_in_row(log, bodies)
 
 
 def _find_collapse(log: Recording, bodies: BallBodies) -> Degeneracy | None:
-    """Return the collapse that the last impacts form, if any."""
+    """Return the collapse that the last impacts indicate, if any."""
     scene = bodies.scene
     if not log.rows or not (scene.restitution < 1 or any(material.restitution < 1 for material in bodies.materials)):
         return None
@@ -64,8 +64,8 @@ def _find_collapse(log: Recording, bodies: BallBodies) -> Degeneracy | None:
 def _find_crush(log: Recording, bodies: BallBodies) -> Degeneracy | None:
     """Return the crush of a disc between two approaching half-planes, if the disc had many impacts with both of them.
 
-    Finite walls are ignored, because a disc can escape past their ends. If the normals of the half-planes are exactly
-    opposite, the sum of the disc's two gaps does not depend on its position.
+    Finite walls are ignored, because a disc can escape past their ends. If the normals of both half-planes are exactly
+    opposite, the time of the crush does not depend on the disc's position.
     """
     last = [row.values for row in log.rows[-_CRUSH:]]
     if not bodies.fastest_drive or len(last) < _CRUSH or len({(row.first, row.second) for row in last}) > 2:
@@ -105,7 +105,7 @@ class _Facing(NamedTuple):
         body: The body.
         disc: The disc.
         normal: Unit vector from the body to the disc, with rounding errors.
-        edge: Number of a finite wall's edge, and its kind.
+        edge: Number and kind of the edge of a finite wall that the disc has touched.
     """
 
     body: int
@@ -117,9 +117,9 @@ class _Facing(NamedTuple):
 def _find_crush_in_row(log: Recording, bodies: BallBodies) -> Degeneracy | None:
     """Return the crush of discs in a row between two bodies, if the last impacts were in this row.
 
-    The time of the crush is exact. The time is known only if centres, velocities and normals are on one line, the discs
-    have had no impacts with other bodies, and no other body moves. If both end bodies move, the scene must have no
-    other bodies.
+    The time of the crush is exact. It can only be computed if centres, velocities and normals are on one line, the
+    discs have had no impacts with other bodies, and no other body moves. If the bodies at both ends move, the scene
+    must not have other bodies.
     """
     last = [row.values for row in log.rows[-_CRUSH:]]
     if not bodies.fastest_drive or len(last) < _CRUSH:
@@ -145,9 +145,7 @@ def _find_crush_in_row(log: Recording, bodies: BallBodies) -> Degeneracy | None:
     last_impact_s, until = last[-1].time_s, math.inf
     for end, obstacle in zip(ends, obstacles, strict=True):
         place, speed, ends_s = _surface_motion(end, obstacle, line, bodies, last_impact_s)
-        sign = (
-            1 if dot(end.normal, line) > 0 else -1
-        )  # 1: the discs are in the direction of the line, seen from the body
+        sign = 1 if dot(end.normal, line) > 0 else -1  # 1 if the line's direction points from the body to the discs
         room, rate, until = room - sign * place, rate - sign * speed, min(until, ends_s)
     for disc in row[1:-1]:
         room = room - 2 * arb(bodies.scene.discs[disc].radius_m)
@@ -163,7 +161,7 @@ def _find_crush_in_row(log: Recording, bodies: BallBodies) -> Degeneracy | None:
 
 
 def _order_row(pairs: set[tuple[int, int]], bodies: BallBodies) -> list[int] | None:
-    """Return the bodies of the pairs in order, if they form a row between two immovable or driven bodies; else None."""
+    """Return the bodies of the pairs in order, if they form a row with an immovable body at each end; else None."""
     neighbours: dict[int, list[int]] = {}
     for first, second in pairs:
         neighbours.setdefault(first, []).append(second)
@@ -195,14 +193,14 @@ def _is_alone(row: list[int], bodies: BallBodies) -> bool:
 
 
 def _obstacle_body(body: int, bodies: BallBodies) -> int:
-    """Return the number of a body in `BallBodies`. A wall has the number of its first obstacle."""
+    """Return the number by which `BallBodies` stores a body. For a wall, this is the number of its first obstacle."""
     if body >= 0:
         return body
     return wall_body(next(k for k, one in enumerate(bodies.obstacles) if one.wall == wall_index(body)))
 
 
 def _has_loss_or_slip(row: list[int], bodies: BallBodies) -> bool:
-    """Return whether several discs lose energy (so that they may rest on each other), or friction changes a spin."""
+    """Return whether several discs may lose energy and rest on each other, or friction changes a spin."""
     scene, arrays = bodies.scene, bodies.scene.arrays
     walls = [wall_index(body) for body in row if body < 0]
     pairs = len(row) - 1 - len(walls)
@@ -222,7 +220,7 @@ def _find_facing(rows: Iterable[ImpactRecord], body: int, disc: int) -> _Facing:
 
 
 def _find_obstacle(bodies: BallBodies, end: _Facing) -> Obstacle | None:
-    """Return the obstacle, as at time 0, that the outer disc of a row meets; None if that disc meets another disc."""
+    """Return the obstacle, at its place at time 0, that the last disc of a row meets; None if it meets a disc."""
     if end.body >= 0:
         return None
     of_wall = [obstacle for obstacle in bodies.obstacles if obstacle.wall == wall_index(end.body)]
@@ -235,8 +233,7 @@ def _find_obstacle(bodies: BallBodies, end: _Facing) -> Obstacle | None:
         return dot(away, away)
 
     facing = [one for one in fits if isinstance(one.shape, Plane) and dot(end.normal, one.shape.normal) > 0]
-    # A disc never changes its side of a wall. So if two vertices are on the line of the row, the disc meets the nearer
-    # one.
+    # A disc never passes through a wall. So if two vertices are on the line of the row, the disc meets the nearer one.
     rounds = [
         (away2(shape), one)
         for one in fits
@@ -246,7 +243,7 @@ def _find_obstacle(bodies: BallBodies, end: _Facing) -> Obstacle | None:
 
 
 def _find_line(row: list[int], obstacles: list[Obstacle | None], bodies: BallBodies) -> Exact | None:
-    """Return the exact direction of the line on which a row stays; None if the row is not exactly on a line."""
+    """Return the exact direction of the line on which a row of discs stays; None if it is not exactly on a line."""
     scene, start = bodies.scene, _exact_centre(bodies, row[1])
     if obstacles[0] is None:
         line = subtract(start, _exact_centre(bodies, row[0]))
@@ -280,7 +277,7 @@ def _find_line(row: list[int], obstacles: list[Obstacle | None], bodies: BallBod
 def _surface_motion(
     end: _Facing, obstacle: Obstacle | None, line: Exact, bodies: BallBodies, now_s: float
 ) -> tuple[arb, arb, float]:
-    """Return an end surface's position extrapolated to time 0, its speed, and the end of its present leg."""
+    """Return the position of an end's surface, extrapolated to time 0, its speed, and when this speed changes."""
     dx, dy = map(ball, line)
     length = (dx * dx + dy * dy).sqrt()
     sign = 1 if dot(end.normal, line) > 0 else -1

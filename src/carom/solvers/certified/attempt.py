@@ -1,4 +1,4 @@
-"""One attempt of a certified run, at one precision."""
+"""One attempt of a certified run, with a given precision of numbers."""
 
 from __future__ import annotations
 
@@ -29,12 +29,15 @@ _CHUNK = 32
 _GUARD_BITS = 24
 #: The working precision is lowered if less than this fraction of its bits is useful.
 _LOWER_AT = 0.9
-#: Data of an event at the start, in `Attempt.events`.
+#: Entry of `Attempt.events` for an event at the start.
 _START = (-1, -1, 0.0)
 
 
 class Goal(NamedTuple):
-    """Goal of a run: a time of the undamped run, a number of impacts, and a deadline on `time.perf_counter`."""
+    """Goal of a run: a time, a number of impacts, and a deadline as a value of `time.perf_counter`.
+
+    With damping, the time is that of the undamped run.
+    """
 
     time: arb
     impacts: float
@@ -43,22 +46,25 @@ class Goal(NamedTuple):
 
 
 class Stop(NamedTuple):
-    """Result of an attempt: its ending, or the undecided event. Both are None if the balls became too wide."""
+    """Result of an attempt: how it ended, or the undecided event. Both are None if the intervals became too wide."""
 
     ending: Ending | None = None
     degeneracy: Degeneracy | None = None
 
 
 class Attempt:
-    """A run at one precision. It repeats the events that earlier attempts certified, and then selects further impacts.
+    """A run with a given precision.
+
+    It repeats the events that earlier attempts certified, and then finds further impacts.
 
     Attributes:
-        bits: Initial precision.
-        precision: Working precision.
+        bits: Precision at the start, in bits.
+        precision: Present precision, in bits.
         bodies: State of the bodies after the last impact.
-        events: Data with which the next attempt repeats each event: both bodies, and a lower bound of the time.
+        events: For each event, its two bodies and a lower bound of its time, so that the next attempt can repeat the
+            event.
         impacts: Number of impacts among the events.
-        is_cut: Whether the last event was left half applied because it was undecided.
+        is_cut: Whether the last event was only partly applied, because it turned out to be undecided.
         commuted: Pairs of consecutive impacts whose order is unknown and does not affect the result.
     """
 
@@ -81,7 +87,10 @@ class Attempt:
         log.begin_again()
 
     def _begin(self) -> None:
-        """Start the contact of each disc that touches a wall below it. If the disc approaches, apply an impact."""
+        """Start the contact of each disc that touches a wall below it.
+
+        If the disc moves towards the wall, apply an impact.
+        """
         contacts = BallContacts(self.bodies)
         for i, ground in list(contacts.find_resting()) if self.bodies.falls else ():
             mode_or_meeting = contacts.begin_contact(i, ground)
@@ -98,12 +107,12 @@ class Attempt:
         return len(self.events) >= len(self._known)
 
     def bits_lost(self) -> int:
-        """Return the bits of accuracy that the least accurate disc has lost."""
+        """Return how many bits of accuracy the least accurate disc has lost."""
         with ctx.workprec(self.precision):
             return self.bits - self.bodies.worst_accuracy_bits()
 
     def advance(self, goal: Goal) -> Stop:
-        """Advance to the goal, or to the last event that this precision decides."""
+        """Advance to the goal, or to the last event that can be decided with this precision."""
         with ctx.workprec(self.precision):
             try:
                 return self._replay(goal) or self._select(goal)
@@ -147,7 +156,7 @@ class Attempt:
                 return Stop(None, undecided.degeneracy if self._log.convert() else None)
             if choice is None or at_limit:
                 return self._end(Ending.COMPLETED if choice is None else Ending.MAX_IMPACTS)
-            if not choice.meeting.time <= goal.time:  # the goal is no float64, and the impact is too close to the goal
+            if not choice.meeting.time <= goal.time:  # the impact is too close to the goal, whose time is an interval
                 if choice.meeting.time > goal.time:
                     return self._end(Ending.COMPLETED)
                 selection.is_at_the_end(choice.meeting)
@@ -172,7 +181,7 @@ class Attempt:
     def _carry_out(self, meeting: Meeting, goal: Goal) -> Stop | None:
         """Apply and record an event.
 
-        Every `_CHUNK` events, convert the events, lower the precision, and check whether to stop.
+        After every `_CHUNK` events, convert these events to floats, lower the precision, and check whether to stop.
         """
         self._add_event(apply_meeting(self.bodies, meeting), meeting[:3])
         if len(self.events) % _CHUNK:

@@ -1,4 +1,4 @@
-"""Balls: conversion from rational numbers, conversion to float64 numbers with a proven radius, and driven paths."""
+"""Conversion of intervals from rational numbers, and to 64-bit floats with a proven error bound."""
 
 from __future__ import annotations
 
@@ -12,40 +12,41 @@ if TYPE_CHECKING:
     from carom.model.prescribed_motion import Drive
 
 ZERO = arb(0)
-#: Relative error of rounding to a float64, slightly increased.
+#: Relative error of rounding to a 64-bit float, slightly increased.
 ROUNDING = 2.0**-53 * (1.0 + 2.0**-40)
-#: If a ball has at least this many accurate bits, the increase of `ROUNDING` covers the ball's radius.
+#: If an interval has at least this many accurate bits, the small increase of `ROUNDING` includes its width.
 NEGLIGIBLE_RADIUS_BITS = 100
-#: Relative margin of a length or a speed: far above float64 rounding, but small enough to add few pairs to a search.
+#: Relative margin of a length or a speed in a search. It is far above the rounding of 64-bit floats, but so small that
+#: it adds few pairs.
 SLACK = 2.0**-40
-#: A number far above all numbers that are subnormal or have subnormal rounding errors.
+#: A number far above all floats whose rounding error is below the range of normal floats.
 SMALLEST = 2.0**-900
 
 
 def ball(number: Fraction) -> arb:
-    """Return a ball that contains a rational number. The ball is exact if the working precision is sufficient."""
+    """Return an interval that contains a rational number. It has width 0 if the working precision is sufficient."""
     return arb(fmpq(number.numerator, number.denominator))
 
 
 def float_below(ball: arb) -> float:
-    """Return a float64 lower bound of a ball that has no negative numbers."""
+    """Return a lower bound, as a 64-bit float, of an interval without negative numbers."""
     lower = ball.lower()
     value = float(lower)  # python-flint 0.9 rounds to nearest, so the result can be above `lower`
     return value if value <= lower else math.nextafter(value, 0.0)
 
 
 def float_above(ball: arb) -> float:
-    """Return a float64 upper bound of a ball."""
+    """Return an upper bound of an interval, as a 64-bit float."""
     upper = ball.upper()
     value = float(upper)
     return value if value >= upper else math.nextafter(value, math.inf)
 
 
 def round_to_float(ball: arb) -> tuple[float, float]:
-    """Return the float64 nearest to a ball's midpoint, and a bound of its error.
+    """Return the 64-bit float nearest to an interval's midpoint, and a bound of its error.
 
     `float(ball)` can be off by a unit in the last place. To correct this error, the exact remainder is rounded to 53
-    bits and added with correct rounding. A ball's radius has 30 bits, so it is a float64.
+    bits and added with correct rounding. The radius of a ball has 30 bits, so a 64-bit float can store it.
     """
     if ball.is_zero():
         return 0.0, 0.0
@@ -63,7 +64,7 @@ def round_to_float(ball: arb) -> tuple[float, float]:
 
 
 def _round_out_of_range(ball: arb) -> tuple[float, float]:
-    """Compute `round_to_float` of a very small or large ball, which must be scaled to avoid subnormal remainders."""
+    """Compute `round_to_float` of an interval of very small or large numbers, by scaling it to ordinary size."""
     mantissa, exponent = ball.mid().man_exp()
     if mantissa == 0:
         return 0.0, math.nextafter(float(ball.rad()), math.inf)
@@ -73,13 +74,13 @@ def _round_out_of_range(ball: arb) -> tuple[float, float]:
     if (
         math.ldexp(value, -power),
         math.ldexp(radius, -power),
-    ) != scaled:  # scaling back has rounded to a subnormal number
+    ) != scaled:  # the number was rounded again when it was scaled back
         radius = math.nextafter(radius, math.inf)
     return value, radius
 
 
 def divide_to_float(part: arb, length: arb) -> tuple[float, float]:
-    """Return a float64 close to the quotient of two balls, and a bound of its error."""
+    """Return a 64-bit float close to the quotient of two intervals, and a bound of its error."""
     if part.is_zero():
         return 0.0, 0.0
     if min(part.rel_accuracy_bits(), length.rel_accuracy_bits()) >= NEGLIGIBLE_RADIUS_BITS:
@@ -91,7 +92,10 @@ def divide_to_float(part: arb, length: arb) -> tuple[float, float]:
 
 
 class BallLeg(NamedTuple):
-    """A leg of a driven body, from `begin_s` to `end_s`. At time t the body's displacement is (x, y) + t (vx, vy)."""
+    """A part of a prescribed motion with constant velocity, from `begin_s` to `end_s`.
+
+    At time t the body's displacement is (x, y) + t (vx, vy).
+    """
 
     begin_s: float
     end_s: float
@@ -106,7 +110,10 @@ class BallLeg(NamedTuple):
 
 
 def legs_of(drive: Drive) -> tuple[BallLeg, ...]:
-    """Return the legs of a path. Displacements at the start of legs are exact sums of the previous legs."""
+    """Return the parts of a prescribed motion.
+
+    The displacement at the start of each part is the exact sum of earlier parts.
+    """
     found, x, y = [], Fraction(0), Fraction(0)  # displacement minus velocity times time
     before = (Fraction(0), Fraction(0))
     for leg in drive.legs:

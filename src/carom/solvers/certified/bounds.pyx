@@ -1,11 +1,12 @@
-"""Rigorous float64 lower bounds of times of impact. The bounds save most computations in ball arithmetic.
+"""Proven lower bounds of times of impact, as 64-bit floats. They save most computations in interval arithmetic.
 
 `docs/theory/certified.md` derives the bounds and their margins for rounding. Numbers are scaled by powers of two, which
-is exact: see `carom.solvers.units`. If a result overflows, is NaN or is subnormal, the bound is the start of both
-paths, and ball arithmetic computes the time.
+causes no rounding: see `carom.solvers.units`. If a bound can't be computed because a number is too large or too small,
+the start of both paths is used as the bound, and interval arithmetic computes the time.
 
-With gravity, states are relative to a freely falling frame, in which falling discs move along straight lines. The bound
-is the start of both paths for bodies that do not fall, for driven walls, and for driven discs that change direction.
+With gravity, states are relative to a freely falling reference frame, in which falling discs move along straight lines.
+For bodies that do not fall, walls with a prescribed motion, and discs with a prescribed motion that change direction,
+the bound is the start of both paths.
 """
 
 from libc.math cimport fabs, ldexp, sqrt
@@ -33,12 +34,12 @@ cdef extern from "carom/core/constants.h" nogil:
 
 cdef enum:
     NOBODY = -1
-    SHARP_BITS = 54  # with this many accurate bits, a ball's radius is below half a ROUNDOFF of its value
+    SHARP_BITS = 54  # an interval with this many accurate bits is narrower than a ROUNDOFF of its value
 
 cdef enum Form:
     FLAT  # a half-plane or a face
     ROUND  # a vertex or the outside of an arc
-    HOLLOW  # the inside of an arc, or a driven wall: no bounds are computed
+    HOLLOW  # the inside of an arc, or a moving wall: no bounds are computed
 
 cdef struct Path:  # a disc on its present path, in scaled float64 numbers
     double time  # exact time in seconds at which the disc is at (x, y), on its path or its path extended backwards
@@ -46,11 +47,11 @@ cdef struct Path:  # a disc on its present path, in scaled float64 numbers
     double y
     double vx
     double vy
-    double error  # bound of the error of x and y, including roundings
-    double error_v  # the same for vx and vy
+    double error  # bound of the error of x and y, including rounding
+    double error_v  # bound of the error of vx and vy, including rounding
     double radius
     double rim  # the radius, rounded up
-    Py_ssize_t met  # column of the body that the disc has just met and cannot meet again on this path, or NOBODY
+    Py_ssize_t met  # column of the body that the disc has just met and can't meet again on this path, or NOBODY
     bint immovable
     bint bends  # whether the path is not straight, so that no bounds are computed
 
@@ -59,7 +60,7 @@ cdef struct Wall:  # an obstacle
     Path round  # the obstacle as a disc of the same radius
     double nx  # the half-plane n.p >= level, scaled; n is of any length
     double ny
-    double level  # rounded up, by more than the rounding of its subtraction
+    double level  # rounded up, by more than the rounding error of its subtraction
     double length  # of n, rounded up
     double span  # |nx| + |ny|
 
@@ -70,7 +71,7 @@ cdef struct Least:  # the smallest bound in a row of the table
 cdef struct Table:  # bounds for each disc (row) with each disc and then each wall (columns)
     Path *paths
     Wall *walls
-    double *bounds  # row by row; a pair is in the row of the disc that changed last, the other row has INF
+    double *bounds  # row by row; a pair of discs is in the row of the disc that changed last, the other row has INF
     Least *least  # of each row
     Py_ssize_t discs
     Py_ssize_t width  # number of columns
@@ -80,8 +81,7 @@ cdef struct Table:  # bounds for each disc (row) with each disc and then each wa
 
 
 cdef inline double bound_after(double start, double wait, double second) noexcept nogil:
-    """Return a lower bound in seconds of `start` plus a scaled wait; `start` if the wait is subnormal, infinite or NaN.
-    """
+    """Return a lower bound in seconds of `start` plus a scaled wait; `start` if the wait is not a normal float."""
     wait *= 1.0 - 16.0 * ROUNDOFF
     if not (wait >= NORMAL and wait < INF):
         return start
@@ -135,7 +135,7 @@ cdef inline double wall_bound(const Path *p, const Wall *wall, const Table *tabl
 
 
 cdef void find_least(Table *table, Py_ssize_t i) noexcept nogil:
-    """Find the smallest bound of a row. If several bounds are smallest, the first one counts."""
+    """Find the smallest bound of a row. If several bounds are equal, the first one is used."""
     row = &table.bounds[i * table.width]
     cdef Least least = Least(INF, 0)
     cdef Py_ssize_t k
@@ -146,7 +146,7 @@ cdef void find_least(Table *table, Py_ssize_t i) noexcept nogil:
 
 
 cdef void fill_row(Table *table, Py_ssize_t i, Py_ssize_t begin) noexcept nogil:
-    """Compute bounds for disc `i` with each disc from `begin` on and with each wall."""
+    """Compute the bounds of disc `i` with all discs from `begin` on, and with all walls."""
     p = &table.paths[i]
     row = &table.bounds[i * table.width]
     cdef Py_ssize_t k
@@ -178,8 +178,8 @@ cdef void renew(Table *table, Py_ssize_t i, Py_ssize_t j) noexcept nogil:
 cdef class LowerBounds:
     """Lower bounds of the time of impact for each pair of discs, and for each disc and wall, in seconds.
 
-    A pair is identified by its row (a disc) and the body number of the other disc or wall. The states are read from
-    `bodies` at the start, and by each call of `changed`.
+    A pair is identified by its row, which is the number of a disc, and the body number of the other disc or wall. Each
+    call of `changed` reads states from `bodies` again.
     """
 
     cdef Table table
@@ -236,12 +236,12 @@ cdef class LowerBounds:
         return self.table.least[best].bound, best, self._body(self.table.least[best].column)
 
     def raise_to(self, Py_ssize_t disc, Py_ssize_t body, double bound):
-        """Replace a bound by a better one."""
+        """Replace a bound by a larger one, which is more accurate."""
         self.table.bounds[disc * self.table.width + self._column(body)] = bound
         find_least(&self.table, disc)
 
     def up_to(self, double time):
-        """Return all bounds up to a time, row by row, each with its row and the other body."""
+        """Return all bounds up to a time, each with its row and the other body."""
         table = &self.table
         cdef Py_ssize_t i, k
         return [
@@ -302,8 +302,8 @@ cdef class LowerBounds:
             wall.round.error += tiny(self.length)
             return
         law = self.bodies.laws.of_straight(k, 0.0)  # the level for a disc of radius 0
-        # A face's normal is as long as its edge. Scale the normal to a length of about 1; the margins cover the
-        # rounding.
+        # The normal of a face is as long as its edge. Scale it to a length of about 1. The margins include the rounding
+        # error.
         _, size = frexp(float_above(law.length))
         scale = arb((1, -size))
         wall.nx, wall.ny = law.nx * scale, law.ny * scale
@@ -314,10 +314,10 @@ cdef class LowerBounds:
 
 
 cdef double spread(ball):
-    """Return the radius of a ball; 0 if the radius is within the rounding margin of the converted number."""
+    """Return half of an interval's width; 0 if this is within the rounding margin of the converted number."""
     return 0.0 if ball.rel_accuracy_bits() >= SHARP_BITS else ball.rad()
 
 
 cdef double tiny(int scale) noexcept:
-    """Return TINY plus the error of converting a ball to a float that underflows and is then scaled by 2^-scale."""
+    """Return TINY plus the error of a number that underflows as a float, after scaling it by 2^-scale."""
     return TINY + ldexp(1.0, -1070 - scale)

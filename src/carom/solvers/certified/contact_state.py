@@ -1,4 +1,4 @@
-"""Contact state of discs in certified runs, and the transitions into and out of contact."""
+"""States of discs in lasting contact with a wall in certified runs, and of discs that begin or end such a contact."""
 
 from __future__ import annotations
 
@@ -12,17 +12,19 @@ from carom.solvers.certified.two_frictions import BallFrictions
 
 
 class BallGround(NamedTuple):
-    """Ground of a disc in contact: the line on which the disc's centre moves. Positions are measured along this line.
+    """Surface on which a disc slides, rolls or rests, stored as the line on which the disc's centre moves.
+
+    Positions are measured along this line.
 
     Attributes:
-        body: Body number of the obstacle.
+        body: Body number of the wall's surface.
         nx: x component of the normal; `ny` is the y component. The normal can have any length, and is exact if the
-            wall's normal is exact. (ny, -nx) is the direction along the ground.
+            wall's normal is exact. (ny, -nx) points along the surface.
         level: The line's distance from the origin along the normal.
-        presses: Component of gravity towards the ground.
-        along: Component of gravity along the ground.
-        span: Positions of the ends of a face.
-        never_met: Body numbers of obstacles that a disc cannot meet while it is on this face.
+        presses: Component of gravity towards the surface.
+        along: Component of gravity along the surface.
+        span: Positions of the two ends of the surface; None for a half-plane, which has no ends.
+        never_met: Body numbers of parts of walls that a disc can't meet while it is on this surface.
     """
 
     body: int
@@ -36,16 +38,16 @@ class BallGround(NamedTuple):
     never_met: frozenset[int]
 
     def centre_at(self, place: arb) -> tuple[arb, arb]:
-        """Return the centre of a disc at a position along the ground."""
+        """Return the centre of a disc at a given position on the surface."""
         x, y = place * self.ny + self.level * self.nx, self.level * self.ny - place * self.nx
         return x / self.length, y / self.length
 
     def vector_along(self, part: arb) -> tuple[arb, arb]:
-        """Return the vector with a given length along the ground."""
+        """Return a vector of given length along the surface."""
         return part * self.ny / self.length, ZERO - part * self.nx / self.length
 
     def tangential_part(self, x: arb, y: arb) -> arb:
-        """Return the component of a vector along the ground."""
+        """Return the component of a vector along the surface."""
         return (x * self.ny - y * self.nx) / self.length
 
     def normal_part(self, x: arb, y: arb) -> arb:
@@ -54,7 +56,7 @@ class BallGround(NamedTuple):
 
 
 class GlideState(NamedTuple):
-    """State of a disc on its ground: position, speed along the ground, slip, and speed of the rim."""
+    """State of a disc on a surface: its position, its speed along the surface, its slip speed and its rim speed."""
 
     place: arb
     speed: arb
@@ -63,7 +65,7 @@ class GlideState(NamedTuple):
 
 
 class Bounce(NamedTuple):
-    """Last impact of a disc: time, body, speed after the impact, and whether friction stopped slip and spin."""
+    """Last impact of a disc: its time and body, the speed after it, and whether friction stopped slip and spin."""
 
     time: arb
     body: int
@@ -72,7 +74,7 @@ class Bounce(NamedTuple):
 
 
 class BallMode(NamedTuple):
-    """A row of `Trace.modes` in balls, without the count of previous impacts."""
+    """A row of `Trace.modes` with intervals as numbers, without the count of previous impacts."""
 
     time: arb
     disc: int
@@ -87,10 +89,11 @@ class BallMode(NamedTuple):
 
 
 class End(NamedTuple):
-    """End of a mode without an impact: the wait until the end, the time, and the cause.
+    """End of sliding, rolling or rest without an impact: the time until the end, the instant, and the cause.
 
-    The cause is that the slip becomes 0 (`slip`), that the rim speed becomes 0 (`rim`), or that the centre is over the
-    end of its face (`over`). If the cause is `undecided`, the run can be certified up to the time of the end.
+    If the cause is `slip`, the disc stops slipping. If it is `rim`, the rim speed becomes 0. If it is `over`, the
+    disc's centre reaches the end of its surface. If it is `undecided`, the cause is unknown, and the run can only be
+    certified up to this time.
     """
 
     wait: arb
@@ -102,10 +105,11 @@ class End(NamedTuple):
 
 
 class Gliding(NamedTuple):
-    """A disc in contact: start, ground, mode, rates of change of speed and rim speed, and end (None for never).
+    """A disc that slides, rolls or rests on a surface: its first state, accelerations, and end (None for never).
 
-    `branch` is the branch of the contact law: the signs of friction and rolling resistance at their limits, and whether
-    slip and rim speed stay 0. Discs with equal inertia factors on the same branch have exactly the same rates.
+    `branch` states how the contact law was applied: the signs of friction and rolling resistance at their limits, and
+    whether slip and rim speed stay 0. If two discs have equal branches and inertia factors, their accelerations are
+    exactly equal.
     """
 
     since: arb
@@ -118,7 +122,7 @@ class Gliding(NamedTuple):
     end: End | None = None
 
     def state_after(self, wait: arb) -> GlideState:
-        """Return the state `wait` seconds after the start of the mode."""
+        """Return the state `wait` seconds after the disc began to slide, roll or rest."""
         place, speed, slip, rim = self.begun
         return GlideState(
             place + wait * (speed + self.rate * wait / 2),
@@ -129,7 +133,7 @@ class Gliding(NamedTuple):
 
 
 class Landing(NamedTuple):
-    """End of a disc's infinitely many bounces: time, ground, and state."""
+    """End of a disc's infinitely many bounces: the time, the surface, and the disc's state."""
 
     time: arb
     ground: BallGround
@@ -137,9 +141,11 @@ class Landing(NamedTuple):
 
 
 class Launch(NamedTuple):
-    """Launch of a disc from the end of a face: vertex, time, and coefficients of the squared gap of disc and vertex.
+    """Instant at which a disc flies off the end of a surface.
 
-    The coefficients are those of t^2, t^3 and t^4, where t is the time since the launch. The coefficients of 1 and t
+    `powers` describes its squared gap to the vertex at this end.
+
+    The numbers are the coefficients of t^2, t^3 and t^4, where t is the time since then. The coefficients of 1 and t
     are 0.
     """
 
@@ -149,16 +155,16 @@ class Launch(NamedTuple):
 
 
 class ContactStates:
-    """Contact states of all discs in one attempt of a run.
+    """Lasting contacts of all discs with walls, in one attempt of a certified run.
 
     Attributes:
-        gliding: The contact of each disc; None for a disc in flight.
-        bounces: The last impact of each disc on a straight obstacle.
-        landings: End of each disc's bounces, if this end certainly comes before all other events of the disc; else
-            None.
+        gliding: The contact of each disc; None for a disc that flies freely.
+        bounces: The last impact of each disc on a straight surface.
+        landings: End of each disc's infinitely many bounces, if this end certainly comes before all other events of the
+            disc; else None.
         stops: Time at which the table's friction stops each disc; None for a disc at rest, or without table friction.
-        launched: The launch of each disc that has left the end of a face; None for other discs.
-        barred: Body numbers of obstacles that each disc cannot meet during its present motion.
+        launched: The launch of each disc that has flown off the end of a surface; None for other discs.
+        barred: Body numbers of parts of walls that each disc can't meet during its present motion.
     """
 
     def __init__(self, discs: int) -> None:
@@ -170,23 +176,23 @@ class ContactStates:
         self.barred: list[frozenset[int]] = [frozenset()] * discs
 
     def clear(self, i: int) -> None:
-        """Delete the contact state of disc `i`."""
+        """Delete all stored data on the contact of disc `i`."""
         self.gliding[i] = self.bounces[i] = self.landings[i] = self.stops[i] = self.launched[i] = None
         self.barred[i] = frozenset()
 
     def end_of(self, i: int) -> arb | None:
-        """Return the time at which the present mode of disc `i` ends without an impact; None for never."""
+        """Return the time at which disc `i` stops sliding, rolling or resting without an impact; None for never."""
         gliding, landing = self.gliding[i], self.landings[i]
         if landing is not None:
             return landing.time
         return self.stops[i] if gliding is None or gliding.end is None else gliding.end.time
 
     def bound_wait(self, instant_s: float, *discs: int) -> arb:
-        """Return an upper bound of the time from `instant_s` until the mode of one of the discs ends."""
+        """Return an upper bound of the time from `instant_s` until the acceleration of one of the discs changes."""
         ends = [end.upper() - instant_s for i in discs if (end := self.end_of(i)) is not None]
         return min(ends, default=arb("inf"))
 
     def launch_from(self, i: int, body: int) -> Launch | None:
-        """Return the launch of disc `i` from the end of a face, if this end is the vertex `body`; else None."""
+        """Return the launch of disc `i`, if it has flown off the end of a surface at the vertex `body`; else None."""
         launch = self.launched[i]
         return launch if launch is not None and launch.vertex == body else None

@@ -1,13 +1,13 @@
 """Contact in certified runs: discs that slide, roll and rest on straight walls below them.
 
-The module repeats, in ball arithmetic, the law of `core/wall_contact_law.h` and the transitions of
-`core/pic/lasting_contact.h`. Quantities that the law makes 0 are exactly 0. The state of a disc in contact is relative
-to the disc's wall. The disc's path has an acceleration that the contact determines. An impact first releases a disc
-from its wall. After the impact the disc returns to the wall or stays free. An undecided event ends the run and is
-reported.
+The module is a copy of `core/wall_contact_law.h` and `core/pic/lasting_contact.h` in interval arithmetic. If the
+contact law makes a quantity 0, it is stored as exactly 0. The state of a disc in contact is relative to the disc's
+wall. The contact determines the disc's acceleration. Before an impact, a disc is released from its wall. After the
+impact, the disc returns to the wall or stays free.
 
-Bounces are applied one by one until the remaining bounces take less time than the requested digits can resolve. If all
-remaining bounces certainly slip in one direction, or all certainly stick, they are summed as a geometric series.
+Bounces are applied one by one until all remaining bounces take less time than the last requested digit. The remaining
+bounces are summed as a geometric series if the disc certainly slips in one direction in all of them, or certainly
+sticks in all of them.
 """
 
 from __future__ import annotations
@@ -37,23 +37,23 @@ if TYPE_CHECKING:
 
 
 class BallContacts:
-    """Operations that change the contact states stored in `BallBodies`."""
+    """Operations that begin, change and end the contacts of discs, which `BallBodies` stores."""
 
     def __init__(self, bodies: BallBodies) -> None:
         self._bodies, self._states = bodies, bodies.contacts
-        self._was_on: dict[int, int] = {}  # grounds of the discs that an impact has just released
+        self._was_on: dict[int, int] = {}  # surfaces from which an impact has just released discs
 
     # Future events ----------------------------------------------------------------------------------------------------
 
     def meet_end(self, i: int, instant_s: float) -> Meeting | None:
-        """Return the end of the present mode of disc `i` as a meeting of the disc with itself; None for never."""
+        """Return when disc `i` stops sliding, rolling or resting, as an event with only this disc; None for never."""
         time = self._states.end_of(i)
         if time is None:
             return None
         return Meeting(i, i, max(instant_s, min(float_below(time), float_above(time))), time, float_above(time))
 
     def gap_on_same_ground(self, i: int, j: int, instant_s: float, reach: arb) -> list[arb] | None:
-        """Return the gap of two discs as a polynomial of time since `instant_s`; None without a common ground."""
+        """Return the gap of two discs on one surface as a polynomial of time since `instant_s`, otherwise None."""
         one, other = self._states.gliding[i], self._states.gliding[j]
         if one is None or other is None or one.ground.body != other.ground.body:
             return None
@@ -71,7 +71,7 @@ class BallContacts:
     # The start --------------------------------------------------------------------------------------------------------
 
     def find_resting(self) -> Iterator[tuple[int, BallGround]]:
-        """Yield each disc that touches a ground at the start, up to float64 rounding, with the ground."""
+        """Yield each disc that touches a surface below it at the start, up to float rounding, with this surface."""
         bodies = self._bodies
         for i, disc in enumerate(bodies.scene.discs):
             for k in range(len(bodies.obstacles)) if bodies.movable[i] else ():
@@ -88,9 +88,9 @@ class BallContacts:
                     break
 
     def begin_contact(self, i: int, ground: BallGround) -> BallMode | Meeting:
-        """Place disc `i` on its ground and start its contact.
+        """Place disc `i` on a surface, and start its contact.
 
-        If the disc approaches the ground, return an impact instead.
+        If the disc moves towards the surface, return an impact instead.
         """
         bodies, k = self._bodies, wall_index(ground.body)
         place = ground.tangential_part(bodies.x[i], bodies.y[i])
@@ -103,7 +103,7 @@ class BallContacts:
         return Meeting(i, ground.body, 0.0, ZERO, 0.0, near=near)
 
     def _gap_resolution(self, i: int, k: int) -> arb:
-        """Return the float64 resolution of the gap between disc `i` and a straight obstacle at the start."""
+        """Return the rounding error of the gap between disc `i` and a straight surface at the start."""
         disc, shape = self._bodies.scene.discs[i], self._bodies.obstacles[k].shape
         point = shape.point if isinstance(shape, Plane) else (0, 0)
         sizes = size_of(*disc.position_m, disc.radius_m) + size_of(float(point[0]), float(point[1]), 0.0)
@@ -112,7 +112,7 @@ class BallContacts:
     # Modes ------------------------------------------------------------------------------------------------------------
 
     def end_mode(self, meeting: Meeting) -> BallMode:
-        """Apply the end of a disc's mode and start the next mode."""
+        """Let a disc change from its present state of sliding, rolling or rest to the next one."""
         i, instant_s = meeting.first, meeting.at
         gliding, landing = self._states.gliding[i], self._states.landings[i]
         if landing is not None:
@@ -130,7 +130,7 @@ class BallContacts:
     def release(self, i: int, time: arb, instant_s: float) -> None:
         """Release disc `i` from its wall before an impact.
 
-        The disc's new path is the tangent of the old path, in the falling frame.
+        In the falling reference frame, the disc's new path is the tangent of the old path.
         """
         bodies = self._bodies
         place, velocity, spin = bodies.centre_at(i, time), bodies.velocity(i, time, instant_s), bodies.spin_at(i, time)
@@ -139,7 +139,7 @@ class BallContacts:
     def restore_contact(self, i: int, before: Gliding, meeting: Meeting, normal: tuple[arb, arb]) -> BallMode | None:
         """Return disc `i` to its wall after an impact, or let it leave.
 
-        Return the disc's new mode; None if the mode is unchanged.
+        Return the change between sliding, rolling, rest and flight; None if there is none.
 
         Raises:
             Undecided: The disc is pushed into its wall, so that the result is not unique, or the precision does not
@@ -169,7 +169,7 @@ class BallContacts:
         return None if is_same_mode and gliding is not None and gliding.rim_rate.overlaps(before.rim_rate) else settled
 
     def _keeps_normal_speed(self, i: int, ground: BallGround, meeting: Meeting, normal: tuple[arb, arb]) -> bool:
-        """Return whether an impact certainly does not change the speed of disc `i` along the normal of its ground."""
+        """Return whether an impact certainly keeps the speed of disc `i` perpendicular to its surface."""
         bodies, other = self._bodies, meeting.second if meeting.first == i else meeting.first
         if other < 0:
             rubs = bodies.materials[bodies.obstacles[wall_index(other)].wall].friction > 0.0
@@ -182,7 +182,7 @@ class BallContacts:
         return (alike and theirs == ground.body) or ground.normal_part(*normal).is_zero()
 
     def release_struck(self, discs: list[int], time: arb, instant_s: float) -> dict[int, Gliding]:
-        """Release those discs of an impact that are in contact. Return the contacts of these discs by disc number."""
+        """Release the discs of an impact that are in contact with a wall. Return their contacts by disc number."""
         before = {i: gliding for i in discs if (gliding := self._states.gliding[i]) is not None}
         self._was_on = {i: gliding.ground.body for i, gliding in before.items()}
         for i in discs:
@@ -195,7 +195,7 @@ class BallContacts:
     def start_mode(
         self, i: int, ground: BallGround, time: arb, instant_s: float, state: GlideState, before: Mode | None = None
     ) -> BallMode:
-        """Start a contact mode of disc `i` from a given state at a given time."""
+        """Let disc `i` slide, roll or rest from a given state at a given time on."""
         bodies = self._bodies
         gliding, material = self._states.gliding[i], bodies.materials[bodies.obstacles[wall_index(ground.body)].wall]
         if before is None:
@@ -205,7 +205,7 @@ class BallContacts:
         c = ZERO if y.is_zero() else arb(bodies.scene.wall_rolling_resistance)
         limits = (arb(material.friction) * ground.presses, c * ground.presses)
         resists = not c.is_zero()
-        if resists and slip.is_zero():  # rolling: speed and rim speed cancel exactly
+        if resists and slip.is_zero():  # rolling: speed and rim speed are exactly opposite
             speed = ZERO if rim.is_zero() else speed
             rim = ZERO - speed
         signs = sign_of(slip), sign_of(rim) if resists else 0
@@ -230,9 +230,9 @@ class BallContacts:
         return self._describe_change(i, ground, time, instant_s, before, mode)
 
     def _set_path(self, i: int, instant_s: float) -> None:
-        """Set the path of disc `i` to the path that its contact prescribes."""
+        """Let disc `i` move with the acceleration that its contact determines."""
         bodies, gliding, radius = self._bodies, self._states.gliding[i], arb(self._bodies.scene.discs[i].radius_m)
-        assert gliding is not None  # noqa: S101 - callers have just set it
+        assert gliding is not None  # noqa: S101 - the caller has just set it
         ground, (place, speed, _, rim), rate = gliding.ground, gliding.begun, gliding.rate
         wait = gliding.since - arb(instant_s)
         (ax, ay), (vx, vy) = ground.vector_along(rate), ground.vector_along(speed)
@@ -244,7 +244,7 @@ class BallContacts:
         bodies.record_impact(i, ground.body, instant_s, gliding.since, float_above(gliding.since))
 
     def _find_end(self, i: int, gliding: Gliding, *, resists: bool) -> End | None:
-        """Return the earliest end of a contact mode without an impact; None for never."""
+        """Return when a disc first stops sliding, rolling or resting without an impact; None for never."""
         (_, speed, slip, rim), slips = gliding.begun, gliding.rate + gliding.rim_rate
         turns_only = speed.is_zero() and gliding.rate.is_zero()  # slip and rim speed are equal, so both end together
         causes = [(slip, slips, End(ZERO, ZERO, slip=True, rim=turns_only))]
@@ -264,12 +264,12 @@ class BallContacts:
         if not first:
             return None
         end = first[0]
-        for other in first[1:]:  # the precision does not decide which end is first
+        for other in first[1:]:  # with this precision it is unknown which end comes first
             end = end._replace(wait=end.wait.union(other.wait), undecided=True)
         return end._replace(time=gliding.since + end.wait)
 
     def _find_ends(self, gliding: Gliding) -> list[End]:
-        """Return the times at which a disc reaches the ends of its face."""
+        """Return the times at which a disc reaches the ends of its surface."""
         (place, speed, _, _), half, span = gliding.begun, gliding.rate / 2, gliding.ground.span
         if span is None:
             return []
@@ -278,7 +278,7 @@ class BallContacts:
         return [End(fall.time, ZERO, over=True, undecided=not fall.certain) for fall in falls]
 
     def _leave_face(self, i: int, gliding: Gliding, state: GlideState, instant_s: float) -> BallMode:
-        """Apply the arrival of disc `i` at an end of its face. If the disc is fast enough, it flies off."""
+        """Let disc `i`, which has reached an end of its surface, fly off if it is fast enough."""
         bodies, ground, end = self._bodies, gliding.ground, gliding.end
         assert end is not None and ground.span is not None  # noqa: S101, PT018 - the disc is at the end of a face
         obstacle = bodies.obstacles[wall_index(ground.body)]
@@ -337,10 +337,11 @@ class BallContacts:
     def record_landing(self, i: int, tolerance: arb | None) -> bool:
         """Record the landing of disc `i` after its remaining bounces.
 
-        Return False if the bounces may differ in kind, or if another event may come before their end.
+        Return False if it is undecided in which bounces the disc slips or sticks, or if another event may come before
+        their end.
 
-        The remaining bounces must last at most `tolerance` times the time of the last impact. A tolerance of None skips
-        this check and the check for other events, because both were done before.
+        The remaining bounces must last at most `tolerance` times the time of the last impact. If the tolerance is None,
+        neither this time nor other events are checked, because both checks were done before.
         """
         bodies, bounce = self._bodies, self._states.bounces[i]
         if bounce is None or self._states.gliding[i] is not None or self._states.landings[i] is not None:
@@ -354,7 +355,7 @@ class BallContacts:
         if tolerance is not None and not window <= tolerance * bounce.time:
             return False
         state = sum_bounces(bodies, i, ground, bounce, hop, tolerance)
-        known = tolerance is None or window.is_zero()  # True if no other event can come before the end of the bounces
+        known = tolerance is None or window.is_zero()  # no other event can come before the last bounce
         if state is None or not (known or meets_only_ground(bodies, i, ground, bounce.time, window)):
             return False
         self._states.landings[i] = Landing(bounce.time + window, ground, state)
@@ -363,7 +364,7 @@ class BallContacts:
 
 
 def ground_of(bodies: BallBodies, i: int, k: int) -> BallGround | None:
-    """Return an obstacle as the ground of disc `i`, if it is straight, at rest, and below the disc; else None."""
+    """Return a surface on which disc `i` can rest: a straight obstacle below it that does not move; else None."""
     obstacle = bodies.obstacles[k]
     shape, belts = obstacle.shape, bodies.scene.arrays.belts_m_s
     if not isinstance(shape, Plane) or bodies.pulls[k] >= 0 or bodies.is_driven(k):
@@ -383,14 +384,14 @@ def ground_of(bodies: BallBodies, i: int, k: int) -> BallGround | None:
 
 
 def stretch_of(shape: Plane | Round) -> tuple[Exact, Exact]:
-    """Return the ends of a face."""
+    """Return the two ends of a straight edge."""
     if not isinstance(shape, Plane) or shape.stretch is None:
         raise TypeError("a half-plane has no ends")
     return shape.stretch
 
 
 def _is_part_of(other: Obstacle, face: Obstacle) -> bool:
-    """Whether an obstacle is the back of a face, or a vertex at one of the face's ends."""
+    """Whether an obstacle is the other side of an edge, or a vertex at one of its ends."""
     if other.wall != face.wall:
         return False
     begin, end = stretch_of(face.shape)

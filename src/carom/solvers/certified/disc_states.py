@@ -1,13 +1,11 @@
-"""State of all discs in ball arithmetic, where every number is an interval that contains the true value.
+"""State of all discs in interval arithmetic: every number is an interval that contains the true value.
 
-The float64 numbers of the scene are the exact input. Each disc is stored at an exact reference instant: a float64 just
-before its last impact. So the reference instant needs no rounding, and the impact time's uncertainty affects the
-position only through the change of velocity. Between the reference instant and the impact, the new path is extended
-backwards.
+The 64-bit floats of the scene are the exact input. The state of each disc is stored for an exact instant, which is a
+float just before its last impact. For this purpose, the path after the impact is extended backwards. The uncertainty of
+the impact's time then has little effect on the stored position.
 
-Under uniform gravity, states of movable discs are relative to a frame that falls from rest at time 0. The frame adds
-``g t^2 / 2`` to a position and ``g t`` to a velocity. In the falling frame, the discs' paths are straight and the walls
-move.
+Under gravity, states of movable discs are relative to a reference frame that falls from rest at time 0. The frame adds
+``g t^2 / 2`` to a position and ``g t`` to a velocity. In this frame, the discs' paths are straight, and the walls move.
 """
 
 from __future__ import annotations
@@ -33,13 +31,13 @@ State = tuple[arb, arb, arb, arb]
 
 
 def find_greatest_speed(scene: Scene) -> float:
-    """Return the greatest speed of discs, spinning rims and driven bodies, in metres per second; 1 if nothing moves."""
+    """Return the greatest speed of discs and rims at the start and of moving walls, in m/s; 1 if nothing moves."""
     speeds = [max(math.hypot(*disc.velocity_m_s), abs(disc.spin_rad_s) * disc.radius_m) for disc in scene.discs]
     return max(*speeds, bound_drive_speeds(scene)) or 1.0
 
 
 def bound_drive_speeds(scene: Scene) -> float:
-    """Return a bound on the speeds of driven bodies and belts; 0 if there are none."""
+    """Return a bound on the speeds of bodies with a prescribed motion and of conveyor belts; 0 if there are none."""
     arrays = scene.arrays
     drives = (*(arrays.wall_drives or ()), *arrays.disc_drives)
     speeds = [*(drive.fastest for drive in drives), *map(abs, arrays.belts_m_s or ())]
@@ -47,7 +45,7 @@ def bound_drive_speeds(scene: Scene) -> float:
 
 
 def _gravity_sign(scene: Scene, shape: Plane | Round) -> int:
-    """Return the sign of gravity's component along a straight obstacle's normal.
+    """Return the sign of gravity's component along the normal of a straight obstacle.
 
     The sign is negative if discs fall towards the obstacle, and 0 for round obstacles.
     """
@@ -59,29 +57,30 @@ def _gravity_sign(scene: Scene, shape: Plane | Round) -> int:
 
 
 class BallBodies:
-    """Positions and velocities of all discs as balls, at the precision of python-flint's context.
+    """Positions and velocities of all discs as intervals, with the precision that is set in python-flint.
 
     Attributes:
         obstacles: Faces, vertices and arcs of the walls, and half-planes: see `carom.solvers.certified.obstacles`.
             Obstacles are numbered like walls. If all walls are half-planes, the obstacles are the walls.
-        laws: Constants of impacts at the working precision.
-        time: Reference instant of each disc: an exact float64, in seconds.
-        x: x coordinate of each centre at the reference instant. `y` is the other coordinate, and `vx` and `vy` are the
-            velocity. With gravity, all are relative to the falling frame.
+        laws: Constants of impacts, computed with the present precision.
+        time: Instant for which the state of each disc is stored: an exact 64-bit float, in seconds.
+        x: x coordinate of each centre at this instant. `y` is the other coordinate, and `vx` and `vy` are the velocity.
+            With gravity, all are relative to the falling reference frame.
         falls: Whether the scene has gravity.
         pulls: Sign of gravity's component along the normal of each straight obstacle; 0 for other obstacles.
-        fastest_drive: A bound on the speeds of driven bodies, in metres per second.
+        fastest_drive: A bound on the speeds of bodies with a prescribed motion, in metres per second.
         turns: Whether spins are stored: see `carom.DiscArrays.turns`.
         spin: Spin of each disc, in radians per second.
-        inverse_inertia_ratio: Inverse inertia factor 1/k of each disc; 0 for a disc that does not turn.
-        inverse_mass: Inverse mass of each disc; 0 for a disc that impacts do not move.
-        met: For each disc, the time of its last impact with each obstacle (key: body number) and with any disc (key:
+        inverse_inertia_ratio: One over the inertia factor k of each disc, whose moment of inertia is k m R^2; 0 for a
+            disc that does not turn.
+        inverse_mass: One over the mass of each disc; 0 for a disc that impacts do not move.
+        met: For each disc, the times of its last impacts with each obstacle (key: body number) and with any disc (key:
             0), oldest first.
-        last_met: For each disc, a float64 upper bound of the times of its past impacts; 0 before the first impact.
+        last_met: For each disc, an upper bound of the times of its past impacts; 0 before the first impact.
         partner: Body that each disc met last; None before its first impact.
         acceleration: Acceleration of each disc in contact, relative to the walls; None for a disc in flight.
         spin_rate: Rate at which contact changes each disc's spin, in radians per second squared.
-        contacts: Contact states of the discs.
+        contacts: Lasting contacts of discs with walls.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -124,7 +123,7 @@ class BallBodies:
         return len(self.x)
 
     def lower_precision(self, bits: int) -> None:
-        """Lower the working precision to `bits`, and discard constants computed at the old precision."""
+        """Lower the precision to `bits`, and discard constants that were computed with the old precision."""
         ctx.prec = bits
         self._legs.clear()
         self.laws = Laws(self.scene, self.obstacles)
@@ -132,8 +131,8 @@ class BallBodies:
     def state_bits(self, i: int) -> int:
         """Return the number of accurate bits in the state of disc `i`.
 
-        Velocity errors are relative to the scene's greatest speed, position errors to the distance from the origin plus
-        the radius.
+        Errors of velocities are relative to the scene's greatest speed. Errors of positions are relative to the
+        distance from the origin plus the radius.
         """
         radius = arb(self.scene.discs[i].radius_m)
         x, y = self.centre(i, self.time[i]) if self.falls else (self.x[i], self.y[i])
@@ -147,21 +146,21 @@ class BallBodies:
         return max(0, min(int(ctx.prec), known))
 
     def worst_accuracy_bits(self) -> int:
-        """Return the accuracy of the disc whose velocity is least accurate, in bits."""
+        """Return the accuracy of the least accurate velocity, in bits."""
         return min(self._accuracy_bits(i) for i in range(len(self)))
 
     def best_accuracy_bits(self) -> int:
-        """Return the accuracy in bits of the most accurate inexact velocity; the working precision if all are exact."""
+        """Return the accuracy of the most accurate inexact velocity, in bits; the precision if all are exact."""
         inexact = [i for i in range(len(self)) if not (self.vx[i].is_exact() and self.vy[i].is_exact())]
         return max((self._accuracy_bits(i) for i in inexact), default=int(ctx.prec))
 
     def _accuracy_bits(self, i: int) -> int:
-        """Return the accuracy of the velocity of disc `i`, in bits; the working precision if the velocity is exact."""
+        """Return the accuracy of the velocity of disc `i`, in bits; the precision if the velocity is exact."""
         bits = [v.rel_accuracy_bits() for v in (self.vx[i], self.vy[i]) if not v.is_zero()]
         return max(0, min(int(ctx.prec), max(bits, default=int(ctx.prec))))
 
     def are_at_start(self, *bodies: int) -> bool:
-        """Return whether none of these discs has had an impact, so that their states are exactly the initial ones."""
+        """Return whether none of these discs has had an impact, so that they are still on their initial paths."""
         return all(body < 0 or self.partner[body] is None for body in bodies)
 
     def have_just_met(self, i: int, j: int) -> bool:
@@ -169,17 +168,17 @@ class BallBodies:
         return (not self.movable[i] or self.partner[i] == j) and (not self.movable[j] or self.partner[j] == i)
 
     def path_start(self, i: int, body: int) -> float:
-        """Return the later of the reference instants of disc `i` and another body.
+        """Return the instant from which on the stored paths of disc `i` and another body are both valid.
 
         From this instant on both paths are valid.
         """
         return self.time[i] if body < 0 else max(self.time[i], self.time[body])
 
     def find_last_impact(self, i: int, second: int) -> arb:
-        """Return the time of the last impact of disc `i` that can affect its next impact with `second`; 0 for none.
+        """Return the time of the last impact of disc `i` that can affect its next one with `second`; 0 if none can.
 
-        If two walls are exactly orthogonal, an impact on one changes neither the distance from the other nor the speed
-        towards it, unless there is friction.
+        Without friction, an impact on one of two orthogonal walls changes neither the distance from the other nor the
+        speed towards it.
         """
         latest = ZERO
         for key, time in self.met[i].items():
@@ -188,7 +187,7 @@ class BallBodies:
         return latest
 
     def find_last_impact_of_either(self, i: int, second: int, instant_s: float) -> arb | None:
-        """Return the time of the last impact that can affect two bodies' next one; None if it is before `instant_s`."""
+        """Return the time of the last impact that can affect two bodies' next impact; None if before `instant_s`."""
         times = [
             self.find_last_impact(disc, second)
             for disc in (i, second)
@@ -197,9 +196,9 @@ class BallBodies:
         return times[0].max(times[-1]) if times else None
 
     def are_orthogonal(self, one: int, other: int) -> bool:
-        """Return whether two obstacles are exactly orthogonal and frictionless.
+        """Return whether two straight obstacles are exactly orthogonal and have no friction.
 
-        Impacts on one of two such obstacles don't affect impacts on the other.
+        Then an impact on one of them does not affect impacts on the other.
         """
         found = self._orthogonal.get((one, other))
         if found is None:
@@ -211,11 +210,11 @@ class BallBodies:
         return found
 
     def trace_body(self, body: int) -> int:
-        """Return the number of a body in traces, where an obstacle has the number of its wall."""
+        """Return the number by which traces refer to a body. An obstacle has the number of its wall."""
         return body if body >= 0 else wall_body(self.obstacles[wall_index(body)].wall)
 
     def legs(self, body: int) -> tuple[BallLeg, ...]:
-        """Return the legs of a driven disc or obstacle, given by its body number; empty for other bodies."""
+        """Return the parts of a body's prescribed motion; empty if it has none. Obstacles have body numbers, too."""
         key = self.trace_body(body)
         if key not in self._drives:
             return ()
@@ -224,45 +223,45 @@ class BallBodies:
         return self._legs[key]
 
     def is_driven(self, k: int) -> bool:
-        """Return whether the k-th obstacle is driven."""
+        """Return whether the k-th obstacle has a prescribed motion."""
         return bool(self.legs(wall_body(k)))
 
     def legs_after(self, body: int, instant_s: float) -> tuple[BallLeg | None, ...]:
-        """Return the leg of a driven body at an instant and all later legs; ``(None,)`` for other bodies."""
+        """Return the parts of a prescribed motion from an instant on; ``(None,)`` for bodies without such a motion."""
         return tuple(leg for leg in self.legs(body) if leg.end_s > instant_s) or (None,)
 
     def bound_wait(self, instant_s: float, leg: BallLeg | None, *discs: int) -> arb:
-        """Return an upper bound of the time from `instant_s` to the end of a disc's mode or a driven body's leg."""
+        """Return an upper bound of the time from `instant_s` until `leg` ends or the acceleration of a disc changes."""
         ends = self.contacts.bound_wait(instant_s, *discs)
         return ends if leg is None else ends.min(arb(leg.end_s) - instant_s)
 
     def is_curved(self, body: int) -> bool:
-        """Return whether a body's path is curved or changes direction in the falling frame."""
+        """Return whether a body's path has a curve or a corner in the falling reference frame."""
         fixed = body < 0 or not self.movable[body]
         if body >= 0 and self.acceleration[body] is not None:
             return True
         return fixed and (self.falls or len(self.legs(body)) > 1)
 
     def state_in_frame(self, i: int, instant_s: float) -> State:
-        """Return position and velocity of disc `i` at an instant on its present path or leg, in the falling frame."""
+        """Return position and velocity of disc `i` at an instant, relative to the falling reference frame."""
         leg = None if self.movable[i] else self.legs_after(i, instant_s)[0]
         return *self.centre_in_frame(i, instant_s), *((self.vx[i], self.vy[i]) if leg is None else (leg.vx, leg.vy))
 
     def relative_state(self, i: int, instant_s: float, leg: BallLeg | None) -> State:
-        """Return position and velocity of disc `i` at an instant, relative to a driven body's leg, or to the walls."""
+        """Return position and velocity of disc `i` at an instant, relative to a body that moves by `leg`."""
         return self.subtract_leg(
             leg, instant_s, *self.centre(i, instant_s), *self.velocity(i, arb(instant_s), instant_s)
         )
 
     def subtract_leg(self, leg: BallLeg | None, instant_s: float, x: arb, y: arb, vx: arb, vy: arb) -> State:
-        """Return a state relative to a driven body that is on a leg, at an instant."""
+        """Return a state at an instant, relative to a body that moves by `leg`."""
         if leg is None:
             return x, y, vx, vy
         moved_x, moved_y = leg.moved_at(arb(instant_s))
         return x - moved_x, y - moved_y, vx - leg.vx, vy - leg.vy
 
     def centre_in_frame(self, i: int, instant_s: float) -> tuple[arb, arb]:
-        """Return the centre of disc `i` at the exact instant `instant_s` on its present path, in the falling frame."""
+        """Return the centre of disc `i` at the exact instant `instant_s`, relative to the falling reference frame."""
         if not self.movable[i] and (leg := self.legs_after(i, instant_s)[0]) is not None:
             x, y = leg.moved_at(arb(instant_s))
             return self.x[i] + x, self.y[i] + y
@@ -275,12 +274,12 @@ class BallBodies:
         return self.x[i] + self.vx[i] * dt, self.y[i] + self.vy[i] * dt
 
     def centre_at(self, i: int, time: arb) -> tuple[arb, arb]:
-        """Return the centre of disc `i` at a time on its path, relative to the walls. The disc must not be driven."""
+        """Return the centre of disc `i` at a time, relative to the walls. The disc must have no prescribed motion."""
         if not self.movable[i]:
             return self.x[i], self.y[i]
         dt, pull = time - self.time[i], self.acceleration[i]
-        # The state of a disc in flight is relative to the falling frame. The state of a disc in contact is relative to
-        # the walls.
+        # The state of a disc in flight is relative to the falling reference frame, and that of a disc in contact to the
+        # walls.
         (ax, ay), half_square = (self.gravity, time * time / 2) if pull is None else (pull, dt * dt / 2)
         return (
             self.x[i] + self.vx[i] * dt + ax * half_square,
@@ -303,7 +302,10 @@ class BallBodies:
         return x + self.gravity[0] * half_square, y + self.gravity[1] * half_square
 
     def velocity(self, i: int, time: arb, instant_s: float) -> tuple[arb, arb]:
-        """Return the velocity of disc `i` at `time`, relative to walls. A driven disc is on its leg at `instant_s`."""
+        """Return the velocity of disc `i` at `time` relative to the walls.
+
+        For a prescribed motion, return the velocity at `instant_s`.
+        """
         if not self.movable[i] and (leg := self.legs_after(i, instant_s)[0]) is not None:
             return leg.vx, leg.vy
         if (acceleration := self.acceleration[i]) is not None:
@@ -314,11 +316,11 @@ class BallBodies:
         return self.vx[i] + self.gravity[0] * time, self.vy[i] + self.gravity[1] * time
 
     def spin_at(self, i: int, time: arb) -> arb:
-        """Return the spin of disc `i` at a time on its present path."""
+        """Return the spin of disc `i` at a time after its last impact."""
         return self.spin[i] + self.spin_rate[i] * (time - self.time[i])
 
     def bound_acceleration(self) -> arb:
-        """Return a bound of the acceleration that gravity, table and walls in contact give to a disc or its rim."""
+        """Return a bound of the accelerations of discs and rims by gravity, a table and walls in contact."""
         gx, gy = self.gravity
         friction = arb(max((material.friction for material in self.materials), default=0.0))
         turns = max([arb(1), *self.inverse_inertia_ratio], key=float)

@@ -1,7 +1,9 @@
-"""Exact tests in rational arithmetic for simultaneous impacts, grazes, and contact at the start of a scene.
+"""Tests in exact rational arithmetic: whether impacts are simultaneous, discs only graze, or bodies touch at the start.
 
-On the initial paths, times of impact have the form ``(P - sqrt(Q)) / A`` with rational P, Q and A > 0. For two discs
-``P = -b, Q = D, A = a``. For a wall ``P = (p - q).n, Q = r^2 n.n, A = -v.n``.
+For bodies on their initial paths, times of impact have the form ``(P - sqrt(Q)) / A`` with rational P, Q and A > 0. For
+two discs, ``P = -b, Q = b^2 - a c, A = a``, where ``a t^2 + 2 b t + c`` is their squared distance minus the squared sum
+of their radii. For a disc of radius r, centre p and velocity v, and a wall through q with normal n, ``P = (p - q).n, Q
+= r^2 n.n, A = -v.n``.
 """
 
 from __future__ import annotations
@@ -27,8 +29,8 @@ if TYPE_CHECKING:
 def find_contact_at_start(bodies: BallBodies, grounds: Mapping[int, int]) -> Degeneracy | None:
     """Return the first pair of bodies that touch or overlap at the start and approach each other, if any.
 
-    The motion after such a start is not certain. `grounds` maps discs to walls with which they start in contact; these
-    pairs are ignored. Finite walls are not checked here.
+    The motion after such a start has no certain result. Discs that start in lasting contact with a wall are ignored;
+    `grounds` maps their numbers to walls. Finite walls are not checked here.
     """
     for i, j in _find_near_bodies(bodies):
         body = bodies.trace_body(j)
@@ -51,19 +53,19 @@ def find_contact_at_start(bodies: BallBodies, grounds: Mapping[int, int]) -> Deg
 
 
 def do_graze(bodies: BallBodies, i: int, j: int) -> bool:
-    """Return whether two discs on their initial paths only graze, or do not move relative to each other."""
+    """Return whether two discs on their initial paths only graze each other, or have the same velocity."""
     _, d, a = _find_root_form(bodies, i, j)
     return d == 0 or a == 0
 
 
 def does_graze_wall(bodies: BallBodies, i: int, k: int) -> bool:
-    """Return whether a falling disc on its initial path turns back exactly where it touches a half-plane.
+    """Return whether a thrown disc on its initial path turns back under gravity exactly where it touches a half-plane.
 
     The condition is ``s^2 = 2 a (P - r |n|)``, where s, a and P are the speed, gravity and the centre's offset along n.
     """
     offset, rim2, toward = _find_root_form(bodies, i, wall_body(k))
     pull = dot(bodies.scene.gravity_m_s2, _plane_of(bodies, wall_body(k)).normal)
-    left = 2 * pull * offset - toward * toward  # equals 2 a r |n| if the disc turns back where it touches
+    left = 2 * pull * offset - toward * toward  # is 2 a r |n| if the disc turns back where it touches
     return _sign(left) == _sign(pull) and left * left == 4 * pull * pull * rim2
 
 
@@ -72,16 +74,16 @@ def are_simultaneous(bodies: BallBodies, one: tuple[int, int], other: tuple[int,
 
     Both impacts must certainly take place.
 
-    The function returns False for impacts on finite walls.
+    For impacts on finite walls, the result is False.
 
     The condition ``(P1 - sqrt(Q1)) / A1 = (P2 - sqrt(Q2)) / A2`` is equivalent to ``k + sqrt(C) = sqrt(B)`` with k = P2
-    A1 - P1 A2, C = A2^2 Q1 and B = A1^2 Q2. Squaring twice decides this equation.
+    A1 - P1 A2, C = A2^2 Q1 and B = A1^2 Q2. By squaring twice, this equation can be tested exactly.
     """
     if any(body < 0 and bodies.obstacles[wall_index(body)].kind is not None for body in (one[1], other[1])):
         return False
     (p1, q1, a1), (p2, q2, a2) = _find_root_form(bodies, *one), _find_root_form(bodies, *other)
     k, c, b = p2 * a1 - p1 * a2, a2 * a2 * q1, a1 * a1 * q2
-    double_product = b - k * k - c  # equals 2 k sqrt(C) if the instants are equal
+    double_product = b - k * k - c  # is 2 k sqrt(C) if the instants are equal
     if _sign(double_product) != _sign(k) * _sign(c) or double_product**2 != 4 * k * k * c:
         return False
     return k >= 0 or k * k <= c  # sqrt(B) is not negative
@@ -98,7 +100,7 @@ def _sign(number: Fraction) -> int:
 
 
 def _pair_polynomial(scene: Scene, i: int, j: int) -> tuple[Fraction, Fraction, Fraction]:
-    """Return the coefficients of ``a t^2 + 2 b t + c`` for two discs at the start."""
+    """Return the coefficients of ``a t^2 + 2 b t + c`` (see the module's docstring) for two discs."""
     p, q = scene.discs[i], scene.discs[j]
     dx, dy = (Fraction(q.position_m[k]) - Fraction(p.position_m[k]) for k in (0, 1))
     (ui, vi), (uj, vj) = p.drive.velocity_at(0.0), q.drive.velocity_at(0.0)
@@ -121,7 +123,7 @@ def _curvature_sign(scene: Scene, i: int, j: int, spread: Fraction) -> int:
 
 
 def _find_root_form(bodies: BallBodies, first: int, second: int) -> tuple[Fraction, Fraction, Fraction]:
-    """Return P, Q and A of a disc and another body. A half-plane is given as the body number of an obstacle."""
+    """Return P, Q and A (see the module's docstring) of a disc and another disc or half-plane."""
     scene = bodies.scene
     if second >= 0:
         a, b, c = _pair_polynomial(scene, first, second)
@@ -134,7 +136,7 @@ def _find_root_form(bodies: BallBodies, first: int, second: int) -> tuple[Fracti
 
 
 def _find_near_bodies(bodies: BallBodies) -> list[tuple[int, int]]:
-    """Return all pairs whose gap at the start is below float64 resolution, ordered by disc, with discs before walls."""
+    """Return all pairs whose gap at the start is at most float rounding, ordered by disc, with discs before walls."""
     start = bodies.scene.arrays
     numbers = [k for k, obstacle in enumerate(bodies.obstacles) if obstacle.kind is None]
     walls = np.array([start.walls[bodies.obstacles[k].wall] for k in numbers]).reshape(-1, 4)

@@ -1,9 +1,9 @@
-"""Effect of an impact on discs, in ball arithmetic.
+"""Effect of an impact on discs, in interval arithmetic.
 
 Two kinds of impacts are linear in the state: impacts on walls, and impacts of two discs on a line parallel to an axis.
-These impacts use linear formulas, in which errors do not grow. Friction is added afterwards. If sticking and sliding
-can't be distinguished, the result is the hull of both. The state after an impact refers to `Meeting.at`, just before
-the impact, on the new path extended backwards.
+These impacts use linear formulas, in which errors do not grow. Friction is added afterwards. If it is undecided whether
+discs stick or slide, the resulting intervals include both cases. The state after an impact is stored for the instant
+`Meeting.at` just before the impact, by extending the new path backwards.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from carom.solvers.certified.two_frictions import BallFrictions, limit_sticking,
 
 
 class BallImpact(NamedTuple):
-    """A certified impact: time, normal with the normal's length, and the velocities and spins after the impact.
+    """A certified impact: its time, its normal (of any length), and the velocities and spins after it.
 
-    `before` has the velocities just before the impact, or None if they equal the velocities after the previous impact.
+    `before` contains the velocities just before the impact; None if they equal those after the previous impact.
     `second` is the body's number in traces, and `edge` is the part of a finite wall that the disc hit.
     """
 
@@ -44,17 +44,17 @@ class BallImpact(NamedTuple):
 
 
 class BallEvent(NamedTuple):
-    """An event: an impact, and the changes of discs' modes."""
+    """An event: an impact, and changes of discs between flight, sliding, rolling and rest."""
 
     impact: BallImpact | None
     modes: tuple[BallMode, ...] = ()
 
 
 def apply_meeting(bodies: BallBodies, meeting: Meeting) -> BallEvent:
-    """Apply a meeting that certainly happens to the bodies, and return the event.
+    """Apply an impact that certainly happens to its bodies, and return the event.
 
     Raises:
-        Undecided: The precision does not decide the contact after the impact.
+        Undecided: With this precision it is unknown whether the disc is in contact after the impact.
     """
     contacts, (first, second) = BallContacts(bodies), meeting[:2]
     if first == second:
@@ -77,7 +77,7 @@ def apply_meeting(bodies: BallBodies, meeting: Meeting) -> BallEvent:
 
 
 def _replace_by_tangents(bodies: BallBodies, meeting: Meeting, near: PairApproach) -> PairApproach:
-    """Return the remaining approach of two discs, with curved paths replaced by their tangents at the impact."""
+    """Return two discs before their impact, with curved paths replaced by their tangents at the impact."""
     wait, places, speeds = near.wait, [], []
     for i in meeting[:2]:
         u, v = bodies.velocity(i, meeting.time, meeting.at)
@@ -130,10 +130,9 @@ def _apply_impact(bodies: BallBodies, meeting: Meeting) -> BallImpact:
 
 
 def _apply_impact_at_joint(bodies: BallBodies, meeting: Meeting, seam: Seam) -> BallImpact:
-    """Apply an impact at the joint of two obstacles.
+    """Apply an impact near the smooth joint of two edges of a wall.
 
-    The disc's new state is the hull of two states: the state after an impact on the one obstacle, and the state after
-    an impact on the other.
+    It is undecided which edge the disc meets, so the intervals of its new state include the results for both edges.
     """
     i, states = meeting.first, (bodies.x, bodies.y, bodies.vx, bodies.vy, bodies.spin)
     state_before, time = [state[i] for state in states], bodies.time[i]
@@ -143,7 +142,7 @@ def _apply_impact_at_joint(bodies: BallBodies, meeting: Meeting, seam: Seam) -> 
         state[i] = value
     bodies.time[i] = time
     one = _apply_impact(bodies, seam.one)
-    bodies.contacts.bounces[i] = None  # it is undecided which obstacle the disc has met
+    bodies.contacts.bounces[i] = None  # it is undecided which edge the disc has met
     for state, value in zip(states, after_other, strict=True):
         state[i] = state[i].union(value)
     nx = (one.nx / one.length).union(other.nx / other.length)
@@ -153,9 +152,9 @@ def _apply_impact_at_joint(bodies: BallBodies, meeting: Meeting, seam: Seam) -> 
 
 
 def _find_edge(bodies: BallBodies, meeting: Meeting) -> tuple[int, int]:
-    """Return number and kind of the edge of a finite wall that the disc hit.
+    """Return the number and kind of the edge of a finite wall that the disc has hit.
 
-    If the obstacle has several edges, the position decides.
+    If the obstacle consists of several edges, the disc's position determines the edge.
     """
     obstacle = bodies.obstacles[wall_index(meeting.second)]
     if obstacle.kind is None:
@@ -184,7 +183,7 @@ def _velocity_from_wall(bodies: BallBodies, meeting: Meeting) -> tuple[arb, arb]
 
 
 def _collide_discs(bodies: BallBodies, meeting: Meeting, near: PairApproach) -> tuple[arb, arb, arb]:
-    """Apply the impact of two discs. At contact ``d.u = -sqrt(D)`` and ``|d| = R``, so these need no computation."""
+    """Apply the impact of two discs. At contact, ``d.u = -sqrt(D)`` and ``|d| = R`` are already known."""
     i, j = meeting.first, meeting.second
     law = bodies.laws.of_discs(i, j)
     (_, _, vxi, vyi), (_, _, vxj, vyj) = bodies.state_in_frame(i, meeting.at), bodies.state_in_frame(j, meeting.at)
@@ -209,9 +208,10 @@ def _collide_discs(bodies: BallBodies, meeting: Meeting, near: PairApproach) -> 
 
 
 def _exchange(law: PairLaw, vi: arb, vj: arb, xi: arb, xj: arb, contact: arb) -> tuple[arb, arb, arb, arb]:
-    """Return velocities and positions after an impact along one axis, as weighted means of the values before.
+    """Return velocities and positions after an impact along one axis, as weighted means of the values before it.
 
-    In ``x + share * gap`` the error of x would count twice. In a weighted mean the error hardly grows.
+    The formula ``x + share * gap`` would use x twice and add its error twice. In a weighted mean, the error hardly
+    grows.
     """
     return (
         law.keep_i * vi + law.share_i * vj,
@@ -233,14 +233,14 @@ def _bounce_off_straight(
     x, y, vx, vy = bodies.subtract_leg(
         leg, meeting.at, *bodies.centre_in_frame(i, meeting.at), bodies.vx[i], bodies.vy[i]
     )
-    if near is not None:  # the disc arrives at the speed ``root / |n|``
+    if near is not None:  # the disc arrives with the speed ``root / |n|``
         change = (_restitution(bodies, meeting) + 1) * near.root / (law.length * law.length)
         px, py = change * law.nx, change * law.ny
         x, y, vx, vy = x - px * near.wait, y - py * near.wait, vx + px, vy + py
     elif not law.m_xy.is_zero():
         x, y = law.m_xx * x + law.m_xy * y + law.shift_x, law.m_xy * x + law.m_yy * y + law.shift_y
         vx, vy = law.m_xx * vx + law.m_xy * vy, law.m_xy * vx + law.m_yy * vy
-    elif law.ny.is_zero():  # a factor that is exactly 1 must not cause rounding
+    elif law.ny.is_zero():  # do not multiply by exactly 1, because this would round
         x, vx = law.m_xx * x + law.shift_x, law.m_xx * vx
     else:
         y, vy = law.m_yy * y + law.shift_y, law.m_yy * vy
@@ -252,7 +252,7 @@ def _bounce_off_straight(
 
 
 def _bounce_off_round(bodies: BallBodies, meeting: Meeting, near: RoundApproach) -> tuple[arb, arb, arb]:
-    """Apply the impact of a disc on a vertex or an arc. The disc's speed of approach is ``root / reach``."""
+    """Apply the impact of a disc on a vertex or an arc. The disc approaches with the speed ``root / reach``."""
     i = meeting.first
     x, y = bodies.centre_in_frame(i, meeting.at)
     change = near.law.change * near.root
@@ -289,7 +289,10 @@ def _rub_discs(bodies: BallBodies, meeting: Meeting, near: PairApproach, normal:
 def _rub_wall(
     bodies: BallBodies, meeting: Meeting, velocity: tuple[arb, arb], normal: tuple[arb, arb, arb]
 ) -> BallFrictions:
-    """Apply friction and rolling resistance of a wall to a disc; return the removed slip and rim speed."""
+    """Apply friction and rolling resistance of a wall to a disc.
+
+    Return the slip speed and rim speed that they remove.
+    """
     i, near = meeting.first, meeting.near
     wall = bodies.obstacles[wall_index(meeting.second)].wall
     material = bodies.materials[wall]

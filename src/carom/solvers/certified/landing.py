@@ -1,7 +1,7 @@
-"""End of infinitely many bounces in certified runs: state of the disc, and check for other events until then.
+"""End of infinitely many bounces in certified runs: the disc's state, and a check that nothing else happens until then.
 
-Bounces are alike if all slip in one direction or all stick, and likewise for the spin. Speed, slip and position after
-such bounces are geometric series: see `docs/theory/contact.md`.
+If the disc slips in the same direction in all bounces, or sticks in all of them, its speed, slip and position after the
+bounces follow from geometric series: see `docs/theory/contact.md`.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ if TYPE_CHECKING:
 def sum_bounces(
     bodies: BallBodies, i: int, ground: BallGround, bounce: Bounce, hop: arb, tolerance: arb | None
 ) -> GlideState | None:
-    """Return the state of a disc after all remaining bounces; None if they may differ in kind.
+    """Return the state of a disc after all remaining bounces; None if it may slip in some of them and stick in others.
 
-    If friction reverses slip, `tolerance` is the largest uncertainty of the remaining slip, as a fraction of the slip.
-    None means no limit.
+    If friction can reverse the slip, `tolerance` is the largest uncertainty of the remaining slip, as a fraction of the
+    slip. None means no limit.
     """
     material = bodies.materials[bodies.obstacles[wall_index(bounce.body)].wall]
     y, e, c = bodies.inverse_inertia_ratio[i], arb(material.restitution), bodies.scene.wall_rolling_resistance
@@ -66,15 +66,16 @@ def sum_bounces(
 def _sum_reversing_bounces(
     bodies: BallBodies, ground: BallGround, material: Material, bounce: Bounce, y: arb, state: GlideState
 ) -> GlideState | None:
-    """Return the state after bounces in which friction reverses slip; None if it is undecided whether slip remains.
+    """Return the state after bounces in which friction may reverse the slip; None if the final slip is undecided.
 
-    Let r be the slip over the speed of approach. A bounce and its hop change r to ``(g(r) + A) / e``. With b the
-    tangential restitution and ``C = f (1 + e)(1 + y)``, g is ``-b r`` up to ``|r| = C / (1 + b)``, and r minus C
-    beyond. So r stays within ``R = (C - |A|) / (1 - e)`` if ``|b| C / (1 + b) + |A|`` is at most ``e R``. Then the slip
-    and the speed of approach go to 0 together, whether bounces slide or stick. The speed follows from ``y u - q``,
-    which friction does not change.
+    Let e be the restitution, f the coefficient of friction, and r the slip speed divided by the speed of approach. A
+    bounce and its hop change r to ``(g(r) + A) / e``. With b the tangential restitution and ``C = f (1 + e)(1 + y)``,
+    g(r) is ``-b r`` up to ``|r| = C / (1 + b)``, and ``r - C`` above this. So r stays within ``R = (C - |A|) / (1 -
+    e)`` if ``|b| C / (1 + b) + |A|`` is at most ``e R``. Then the slip and the speed of approach go to 0 together,
+    whether the disc slides or sticks. The speed follows from ``y u
+    - q``, which friction does not change.
 
-    Otherwise some slip remains if the slip is larger than what all these impacts can remove. The remaining slip is
+    Otherwise some slip remains if it is larger than the amount that all these impacts can remove. The remaining slip is
     uncertain by this amount.
     """
     (place, speed, slip, rim), hop = state, 2 * bounce.leaves / ground.presses
@@ -99,17 +100,17 @@ def _sum_reversing_bounces(
 
 
 def meets_only_ground(bodies: BallBodies, i: int, ground: BallGround, time: arb, window: arb) -> bool:
-    """Return whether disc `i` certainly meets only its ground for the time `window` after `time`.
+    """Return whether disc `i` certainly meets no other body than its surface for the time `window` after `time`.
 
-    The proof bounds the speed of each disc by the energy E of all discs. Impacts, friction and walls at rest do not
-    increase E, and gravity increases ``sqrt(2 E)`` by at most ``sqrt(M) g`` a second.
+    The speed of each disc is bounded by means of the energy E of all discs. Impacts, friction and walls at rest do not
+    increase E, and gravity increases ``sqrt(2 E)`` by at most ``sqrt(M) g`` per second.
     """
     discs = bodies.scene.discs
     if bodies.fastest_drive:
         return False
     movable = [j for j in range(len(bodies)) if bodies.movable[j]]
     if any(bodies.inverse_inertia_ratio[j].is_zero() and discs[j].spin_rad_s for j in movable):
-        return False  # a driven disc's rim can move other discs by friction
+        return False  # friction with a disc of prescribed motion can speed up other discs
     energy = mass = ZERO
     for j in movable:
         (u, v), rim = map(arb, discs[j].velocity_m_s), arb(discs[j].radius_m) * discs[j].spin_rad_s

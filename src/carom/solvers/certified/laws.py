@@ -1,4 +1,4 @@
-"""Constants of impacts in ball arithmetic: of two discs, and of a disc with a straight or a round obstacle."""
+"""Constants of impacts in interval arithmetic: of two discs, and of a disc with a straight or a round obstacle."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
 
 class PairLaw(NamedTuple):
-    """Constants of a pair of discs at the working precision.
+    """Constants of a pair of discs, as intervals of the present precision.
 
-    A share is a disc's part of the change of relative velocity.
+    The change of a disc's velocity is its `share` times the relative velocity along the normal.
     """
 
     reach: arb
@@ -36,7 +36,7 @@ class PairLaw(NamedTuple):
 class WallLaw(NamedTuple):
     """Constants of a wall for discs of one radius.
 
-    An impact changes velocities to ``M v`` and positions to ``M x + shift``; for e = 1 this is a reflection.
+    An impact changes velocities to ``M v`` and positions to ``M x + shift``. With restitution 1, this is a reflection.
     """
 
     nx: arb
@@ -51,9 +51,10 @@ class WallLaw(NamedTuple):
 
 
 class RoundLaw(NamedTuple):
-    """Constants of a vertex or an arc for discs of one radius: centre, and distance from a touching disc's centre.
+    """Constants of a vertex or an arc for discs of one radius: its centre, and its distance from a touching disc.
 
-    `change` is the factor of a disc's velocity change. For `root` and (px, py) see `carom.solvers.certified.meeting`.
+    `change` is the factor in the formula for the disc's velocity change. `root` and (px, py) are explained in
+    `carom.solvers.certified.meeting`.
     """
 
     cx: arb
@@ -64,7 +65,7 @@ class RoundLaw(NamedTuple):
 
 
 class Laws:
-    """Constants of a scene's impacts at the precision of python-flint's context; each is computed once."""
+    """Constants of a scene's impacts as intervals of the present precision. Each constant is computed once."""
 
     def __init__(self, scene: Scene, obstacles: Sequence[Obstacle]) -> None:
         self._scene = scene
@@ -98,8 +99,8 @@ class Laws:
     def of_straight(self, k: int, radius: float | None) -> WallLaw:
         """Return the constants of the k-th obstacle, a half-plane or a face, for discs of a given radius (None for 0).
 
-        The half-plane is ``(p - q).n >= 0``. The direction of the stored normal is exact, but rounding makes its length
-        differ from 1. So distances are divided by ``|n|``, and reflections by ``|n|^2``.
+        The half-plane is ``(p - q).n >= 0``. The direction of the stored normal n is exact, but its length is not
+        exactly 1 because of rounding. So distances are divided by ``|n|``, and reflections by ``|n|^2``.
         """
         law = self._of_straight.get((k, radius))
         if law is None:
@@ -112,7 +113,7 @@ class Laws:
             thick = ZERO if radius is None else arb(radius) + ball(obstacle.half_width)
             level = px * nx + py * ny + thick * length
             turn = arb(self._materials[obstacle.wall].restitution) + 1
-            if ny.is_zero() or nx.is_zero():  # exact: 1 and 0 need no division
+            if ny.is_zero() or nx.is_zero():  # components of 1 and 0 need no division, so they stay exact
                 xx, xy, yy = (1 - turn, ZERO, arb(1)) if ny.is_zero() else (arb(1), ZERO, 1 - turn)
             else:
                 xx, xy, yy = 1 - turn * nx * nx / length2, ZERO - turn * nx * ny / length2, 1 - turn * ny * ny / length2

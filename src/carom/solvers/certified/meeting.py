@@ -1,4 +1,4 @@
-"""Possible impacts of two bodies, and their remaining approach."""
+"""Possible impacts of two bodies, with their relative motion just before the impact."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 
 
 class PairApproach(NamedTuple):
-    """Two discs at `Meeting.at`: centres, relative position and velocity, and the remaining approach.
+    """Two discs at the instant `Meeting.at` just before their impact: their centres, relative position and velocity.
 
-    `root` is the square root of D, which is the closing speed at contact times the sum of the radii. `wait` is the time
-    until contact in seconds. `pull` is the relative acceleration; None if both paths have the same acceleration.
+    `root` is the closing speed at contact times the sum of the radii. `wait` is the time until contact in seconds.
+    `pull` is the relative acceleration; None if both discs have the same acceleration.
     """
 
     xi: arb
@@ -46,7 +46,7 @@ class PairApproach(NamedTuple):
 
     def slip(self) -> arb:
         """Return the tangential relative speed of the discs at contact, times their distance."""
-        if self.pull is None:  # the cross product u x d does not change along straight paths
+        if self.pull is None:  # the cross product u x d is constant on straight paths
             return self.ux * self.dy - self.uy * self.dx
         x, y = self.offset()
         return (self.ux + self.pull[0] * self.wait) * y - (self.uy + self.pull[1] * self.wait) * x
@@ -76,7 +76,7 @@ class RoundApproach(NamedTuple):
 
 
 class Seam(NamedTuple):
-    """An impact at the smooth joint of two obstacles, with a meeting for each obstacle."""
+    """An impact near the smooth joint of two edges of a wall, with a possible impact on each of them."""
 
     one: Meeting
     other: Meeting
@@ -87,17 +87,21 @@ class Meeting(NamedTuple):
 
     Attributes:
         first: Number of a disc.
-        second: A disc with a higher number, or the body number of an obstacle. If `second` equals `first`, the meeting
-            is the end of the disc's contact mode.
-        at: Float64 lower bound of the time, in seconds. States used for the impact refer to this instant.
-        time: Ball that contains the time of impact; if undecided, the earliest possible time.
-        latest: Float64 upper bound of `time`.
+        second: A disc with a higher number, or the body number of an obstacle. If `second` equals `first`, the event is
+            no impact: the disc stops sliding, rolling or resting.
+        at: Lower bound of the time, as a 64-bit float in seconds. Paths that the impact changes are stored for this
+            instant.
+        time: Interval that contains the time of impact. If it is undecided whether there is an impact, this is the
+            earliest possible time.
+        latest: Upper bound of `time`, as a 64-bit float.
         decided: Whether the impact is certain.
-        resting: Whether the impact is undecided because the bodies may already be in contact. If False, the meeting may
-            be a graze.
-        turning: Whether the impact is undecided because a driven body may start its next leg earlier.
-        proven: Whether the contact is certain, and only the order of impacts is undecided.
-        near: Remaining approach; None for a straight obstacle that the disc approaches at constant speed.
+        resting: Whether the impact is undecided because the bodies may already be in contact. If False, the bodies may
+            only graze each other.
+        turning: Whether the impact is undecided because the velocity of a body with a prescribed motion may change
+            before it.
+        proven: Whether the bodies certainly touch, so that only the order of impacts is undecided.
+        near: Relative motion just before the impact; None for a straight obstacle that the disc approaches at constant
+            speed.
     """
 
     first: int
@@ -113,28 +117,28 @@ class Meeting(NamedTuple):
 
     @property
     def obstacles(self) -> frozenset[int]:
-        """Obstacles that the disc may touch at the impact: two at a seam, otherwise one."""
+        """Obstacles that the disc may touch at the impact: two at a smooth joint of edges, otherwise one."""
         near = self.near
         return frozenset({near.one.second, near.other.second} if isinstance(near, Seam) else {self.second})
 
     def holds(self, other: Meeting) -> bool:
-        """Whether this meeting is at a seam, and `other` is with the other obstacle of the seam."""
+        """Whether this impact is at a smooth joint of two edges, and `other` is an impact on one of these edges."""
         return isinstance(self.near, Seam) and self.first == other.first and other.obstacles <= self.obstacles
 
 
 def undecided(
     first: int, second: int, instant_s: float, time: arb, *, resting: bool, proven: bool = False, turning: bool = False
 ) -> Meeting:
-    """Return an uncertain meeting. `time` is the earliest possible time."""
+    """Return a possible impact that is not certain. `time` is its earliest possible time."""
     return Meeting(first, second, instant_s, time, float_above(time), False, resting, proven, turning)
 
 
 def find_contacts(
     bodies: BallBodies, i: int, second: int, instant_s: float, powers: Sequence[arb], leg: BallLeg | None
 ) -> Iterator[tuple[arb, Meeting]]:
-    """Yield each time, measured from `instant_s`, at which a gap decreases through zero, with the meeting at this time.
+    """Yield each time after `instant_s` at which a gap changes from positive to negative, with the impact at this time.
 
-    `powers` has the gap's coefficients of powers of the time since `instant_s`. A meeting is undecided if the sign
+    `powers` contains the gap's coefficients of powers of the time since `instant_s`. An impact is undecided if the sign
     change is uncertain, or may come before the start of a path.
     """
     begin, discs = bodies.find_last_impact_of_either(i, second, instant_s), [body for body in (i, second) if body >= 0]

@@ -1,10 +1,13 @@
-"""Times, as balls, at which two bodies meet. A meeting is certain, certainly absent, or undecided.
+"""Times, as intervals, at which two bodies meet.
 
-The time is the root of a quadratic (`docs/theory/pic.md`). The quadratic starts from a float64 instant that is a
-proven, close lower bound. So the constant term c is nearly 0, and the root has only the error of the distance.
+It may be certain that they meet, certain that they do not, or undecided.
 
-The path of a driven body consists of legs, in each of which the velocity is constant. The legs are examined one by one.
-An impact on one leg must come before the next leg starts.
+The time is the root of a quadratic equation (`docs/theory/pic.md`). In this equation, time is measured from an instant
+that is proven to be shortly before the impact. So the constant term c is nearly 0, and the root has only the error of
+the distance.
+
+A prescribed motion consists of *legs*, in each of which the velocity is constant. The legs are examined one by one. An
+impact during one leg must come before the next leg starts.
 """
 
 from __future__ import annotations
@@ -52,7 +55,7 @@ def meet(bodies: BallBodies, disc: int, body: int, instant_s: float) -> Meeting 
 
 
 def _meet_on_leg(bodies: BallBodies, disc: int, body: int, instant_s: float, leg: BallLeg | None) -> Meeting | None:
-    """Return the result of `meet` as if the driven body stayed on one leg for ever."""
+    """Return the result of `meet` as if the body with a prescribed motion kept the velocity of one leg for ever."""
     if body >= 0:
         pair = min(disc, body), max(disc, body)
         curved = bodies.falls or any(bodies.acceleration[i] is not None for i in pair)
@@ -64,7 +67,7 @@ def _meet_on_leg(bodies: BallBodies, disc: int, body: int, instant_s: float, leg
 
 
 def _meet_on_curves(bodies: BallBodies, i: int, j: int, instant_s: float, leg: BallLeg | None) -> Meeting | None:
-    """Return the impact of discs `i` < `j` if a path is curved; None if there is certainly none."""
+    """Return the impact of discs `i` < `j` if at least one path is curved; None if there is certainly none."""
     law, (ax, ay), (bx, by) = bodies.laws.of_discs(i, j), bodies.acceleration_of(i), bodies.acceleration_of(j)
     pull = (bx - ax, by - ay)
     (xi, yi), (xj, yj) = bodies.centre(i, instant_s), bodies.centre(j, instant_s)
@@ -115,7 +118,7 @@ def _meet_pair(bodies: BallBodies, i: int, j: int, instant_s: float) -> Meeting 
     if begin is not None and not time > begin:
         if (
             root.is_finite() and time + 2 * root / (ux * ux + uy * uy) < begin
-        ):  # the discs separate before both paths start
+        ):  # the discs already separate when the later path starts
             return None
         touching = bool((time - begin).is_zero()) and not bodies.are_at_start(i, j)
         # Discs that already overlap and approach each other meet at once.
@@ -131,7 +134,10 @@ def _do_graze(bodies: BallBodies, i: int, j: int) -> bool:
 
 
 def _solve_on_line(d: arb, u: arb, reach: arb) -> tuple[arb | None, arb | None]:
-    """Return root and wait of an impact along an axis. A missing impact has no root, an undecided one no wait."""
+    """Return `root` and `wait` (see `PairApproach`) of an impact along an axis.
+
+    Without an impact, `root` is None. For an undecided impact, `wait` is None.
+    """
     if d > 0:
         gap, closing = d - reach, ZERO - u
     elif d < 0:

@@ -1,8 +1,9 @@
-"""Obstacles in exact numbers: half-planes, and faces, vertices and arcs of finite walls.
+"""Obstacles with exact coordinates: half-planes, and faces, vertices and arcs of finite walls.
 
-All numbers are rational functions of the scene's numbers. A finite wall's obstacles are its features, in the order of
-`carom.core.wall_features.build_features`. Faces and sides of arcs have a continuation at each end: a vertex, or the
-next face or arc if the joint is smooth. At a smooth joint a disc touches both at the same time.
+All coordinates are rational numbers. A finite wall consists of several obstacles, in the order of
+`carom.core.wall_features.build_features`: its straight sides (faces), the sides of its arcs, and its vertices. At each
+end, a side continues with a vertex, or with the next side if the joint is smooth. At a smooth joint a disc touches both
+sides at the same time.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ _NOWHERE = Fraction(0)
 
 
 class Between(NamedTuple):
-    """The edge of a face, from its first point to its last."""
+    """The edge to which a straight side belongs, given by its first and last point."""
 
     begin: Exact
     end: Exact
@@ -42,8 +43,8 @@ class Plane(NamedTuple):
 
     Attributes:
         point: Point on the surface, in metres.
-        normal: Vector into the free side, of any length.
-        stretch: Edge of a face; None for a half-plane.
+        normal: Vector of any length that points away from the wall.
+        stretch: Edge to which the side belongs; None for a half-plane.
     """
 
     point: Exact
@@ -56,11 +57,11 @@ class Round(NamedTuple):
 
     Attributes:
         centre: Centre, in metres.
-        radius2: Square of the radius of the wall's centre line, square metres; 0 for a vertex.
+        radius2: Square of the radius of the wall's centre line, in square metres; 0 for a vertex.
         inside: Whether this is the inner side of an arc.
         sector: Vectors from the centre to the start and end of the arc, counterclockwise; None for the whole circle.
-        stops2: Square of the arc's radius if this is a point of an arc that stops discs too large for the arc's inside;
-            otherwise 0.
+        stops2: Square of the arc's radius, if this point represents the inside of an arc for discs that are too large
+            for it; otherwise 0.
     """
 
     centre: Exact
@@ -72,17 +73,17 @@ class Round(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Obstacle:
-    """A feature of a wall that a disc can meet.
+    """A part of a wall that a disc can meet: a half-plane, a side of an edge or arc, or a vertex.
 
     Attributes:
         wall: Number of the wall.
-        shape: Shape of the feature.
+        shape: Shape of the part.
         half_width: Half of the wall's thickness, in metres: the wall is all points within this distance of its centre
             line.
-        kind: Kind of the feature of an edge; None for a half-plane.
-        edges: Numbers of the feature's edges; for a vertex the number of the lower edge.
-        neighbours: Body numbers of the continuations at the begin and end of the stretch or sector; None for no
-            continuation.
+        kind: Which part of an edge this is; None for a half-plane.
+        edges: Numbers of the edges to which the part belongs; for a vertex, only the lower number.
+        neighbours: Body numbers of the obstacles that follow at the beginning and the end of this one; None if there is
+            none.
     """
 
     wall: int
@@ -116,7 +117,7 @@ def dot(a: tuple[float, float] | Exact, b: tuple[float, float] | Exact) -> Fract
 
 
 def _outline_obstacles(k: int, outline: Outline, before: int, widest: Fraction) -> list[Obstacle]:
-    """Return the obstacles of a finite wall: both sides of each run of smoothly joined edges, then vertices and stops.
+    """Return the obstacles of a finite wall: the sides of its edges, then its vertices and stops (`_build_stop`).
 
     `before` is the number of obstacles of earlier walls, and `widest` is the largest radius of a disc, in metres.
     """
@@ -130,7 +131,7 @@ def _outline_obstacles(k: int, outline: Outline, before: int, widest: Fraction) 
         if isinstance(side.shape, Round) and (widest + thick) ** 2 >= side.shape.radius2
         for offset in find_stops(runs, n, closed=outline.closed)
     ]
-    if runs[0].edge.a == runs[-1].edge.b and len(runs) == 1:  # a whole circle, which has no joint
+    if runs[0].edge.a == runs[-1].edge.b and len(runs) == 1:  # a whole circle has no joint
         return [*sides, *stops]
     vertices: list[Obstacle] = []
     joints = [(i - 1, i) for i in range(len(runs))] if outline.closed else [(i, i + 1) for i in range(-1, len(runs))]
@@ -153,14 +154,14 @@ def _outline_obstacles(k: int, outline: Outline, before: int, widest: Fraction) 
 
 
 def _build_stop(side: Obstacle, arc: Round, offset: Exact) -> Obstacle:
-    """Return the obstacle for discs too large for an arc's inside: the arc's point in a direction from the centre."""
+    """Return a point of an arc that stops discs which are too large for the inside of the arc."""
     ((cx, cy), radius2, *_), (_, left, _, right) = arc, rotate_by_quarters(offset)
     shape = Round((cx + offset[0], cy + offset[1]), _NOWHERE, sector=Between(left, right), stops2=radius2)
     return replace(side, shape=shape, neighbours=(None, None))
 
 
 def _link_side(sides: list[Obstacle], number: int, run: JoinedEdges, end: int, body: int) -> None:
-    """Set the continuation of a side at an end of its run. For a clockwise arc, begin and end are exchanged."""
+    """Store which obstacle follows at an end of a side. For a clockwise arc, beginning and end are exchanged."""
     at_begin, at_end = sides[number].neighbours
     at_the_end = bool(end) == (run.turn >= 0)
     sides[number] = replace(sides[number], neighbours=(at_begin, body) if at_the_end else (body, at_end))
@@ -174,7 +175,7 @@ def _build_vertex(k: int, one: JoinedEdges | None, other: JoinedEdges | None, th
 
 
 def _build_sides(run: JoinedEdges, thick: Fraction) -> Iterator[tuple[Plane | Round, Fraction, EdgeKind]]:
-    """Yield the left side and the right side of a run."""
+    """Yield the left side and the right side of a sequence of smoothly joined edges."""
     a, b = to_exact(run.edge.a), to_exact(run.edge.b)
     if run.circle is None:
         ex, ey = subtract(b, a)

@@ -1,4 +1,4 @@
-"""Declarations of a certified run's options."""
+"""Options of `carom certify`; see `carom.support.options`."""
 
 from __future__ import annotations
 
@@ -8,22 +8,25 @@ from carom.support.options import DeclaredOptions, build_seconds_kind, build_who
 
 MOST_DIGITS = 10_000
 
-#: Default limit of the precision, enough for half a million impacts of 64 discs, which take about an hour.
+#: Default of the greatest precision, in bits. It suffices for half a million impacts of 64 discs, which take about an
+#: hour.
 MAX_PRECISION_BITS = 65536
 
-#: Largest limit of the precision: sixteen times the default. One exponential at this precision takes about a second.
+#: Largest allowed value of the greatest precision: sixteen times the default. With this precision, computing one
+#: exponential takes about a second.
 MOST_PRECISION_BITS = 2**20
 
-#: Different times don't agree in this many bits by chance, since the numbers of a scene have only 53 bits.
+#: If two events agree in this many bits, the run ends. Different times don't agree so closely by chance, because the
+#: numbers of a scene have only 53 bits.
 TIE_BITS = 512
 
-#: Smallest limit of the precision: the precision of floats, rounded up to a machine word.
+#: Smallest allowed value of the greatest precision: the 53 bits of floats, rounded up to a machine word.
 LEAST_BITS = 64
 
 
 @dataclass(frozen=True)
 class CertifyOptions(DeclaredOptions):
-    """Options of a certified run, except its scene: see `carom.certify`.
+    """Options of a certified run, except for its scene; `carom.certify` explains them.
 
     Raises:
         InputError: A value is invalid.

@@ -1,4 +1,4 @@
-"""Log of a certified run: impacts as float64 numbers with proven error bounds (radii), and as decimal numbers."""
+"""Log of a certified run: impacts as 64-bit floats with proven error bounds (radii), and as decimal numbers."""
 
 from __future__ import annotations
 
@@ -31,22 +31,22 @@ if TYPE_CHECKING:
 
 Spins = tuple[float, float, float, float]
 
-#: Number of bits that a converted ball has in addition to the requested digits.
+#: Number of bits with which numbers are converted, in addition to the bits of the requested digits.
 GUARD_BITS = 64
-#: Decimal digits that every float64 can represent.
+#: Number of decimal digits that a 64-bit float can always represent.
 MOST_FLOAT_DIGITS = 15
 BITS_A_DIGIT = math.log2(10)
 
 
 class Vector(NamedTuple):
-    """A vector as float64 numbers, with a radius for each."""
+    """A vector as two 64-bit floats, with an error bound for each."""
 
     value: tuple[float, float]
     radius: tuple[float, float]
 
 
 class RecordedImpact(NamedTuple):
-    """An impact: values, radii in the same fields, and decimal numbers of the time and the state after the impact."""
+    """An impact: its values, their error bounds, and decimal numbers of the time and the state after it."""
 
     values: ImpactRecord
     radii: ImpactRecord
@@ -54,7 +54,7 @@ class RecordedImpact(NamedTuple):
 
 
 class RecordedMode(NamedTuple):
-    """A change of a disc's mode: values, and radii in the same fields."""
+    """A change of a disc between flight, sliding, rolling and rest: its values, and their error bounds."""
 
     values: ModeRecord
     radii: ModeRecord
@@ -64,22 +64,24 @@ AT_REST = Vector((0.0, 0.0), (0.0, 0.0))
 
 
 def to_vector(x: arb, y: arb) -> Vector:
-    """Convert two balls to a vector with radii."""
+    """Convert two intervals to a vector with error bounds."""
     (x_value, x_radius), (y_value, y_radius) = round_to_float(x), round_to_float(y)
     return Vector((x_value, y_value), (x_radius, y_radius))
 
 
 class Recording:
-    """Log of the impacts of a run that are known to the requested digits.
+    """Log of those impacts of a run that are known to the requested digits.
 
-    All attempts, each with a higher precision, add to the same log. A new attempt skips the impacts already recorded.
+    All attempts, each with a higher precision, use the same log. A new attempt does not record again the impacts that
+    the log already contains.
 
     Attributes:
         digits: Requested decimal digits.
-        bits: Precision of converted balls, in bits.
+        bits: Precision with which numbers are converted, in bits.
         rows: The impacts, in order.
-        mode_rows: The changes of discs' modes, in order.
-        events: Number of events. An event is an impact with its changes of modes, or a change of mode alone.
+        mode_rows: The changes of discs between flight, sliding, rolling and rest, in order.
+        events: Number of events. An event is an impact, or a change of a disc between flight, sliding, rolling and
+            rest.
     """
 
     def __init__(self, scene: Scene, digits: int) -> None:
@@ -118,7 +120,7 @@ class Recording:
         return build_edge_array(row.values for row in self.rows) if self._has_edges else None
 
     def modes(self) -> NDArray[np.void] | None:
-        """Return the changes of discs' modes, as an array of `carom.model.trace.MODE_DTYPE`; None without contact."""
+        """Return changes between flight, sliding, rolling and rest, of type `MODE_DTYPE`; None if there are none."""
         return build_mode_array(row.values for row in self.mode_rows) if self.mode_rows else None
 
     def last_s(self) -> float:
@@ -136,14 +138,14 @@ class Recording:
         self._skip = self.events
 
     def add(self, event: BallEvent) -> None:
-        """Append an event. `convert` converts the added events later."""
+        """Append an event. A later call of `convert` converts it to floats."""
         if self._skip:
             self._skip -= 1
         else:
             self._pending.append(event)
 
     def convert(self) -> bool:
-        """Convert the added events. Return False if an event is not known to the requested digits."""
+        """Convert the added events to floats. Return False if an event is not known to the requested digits."""
         with ctx.workprec(self.bits):
             try:
                 return all(self._take(event) for event in self._pending)
@@ -167,7 +169,7 @@ class Recording:
         return True
 
     def _mode(self, mode: BallMode) -> RecordedMode | None:
-        """Convert a change of a disc's mode. Return None if a number is not known to the requested digits."""
+        """Convert a change between flight, sliding, rolling and rest to floats; None if it is not accurate enough."""
         time, spin, spin_rate = +mode.time, +mode.spin, +mode.spin_rate
         place, velocity, acceleration = ([+part for part in vector] for vector in mode[5:8])
         good = (
@@ -192,7 +194,8 @@ class Recording:
         time, *after = +impact.time, *(+v for v in impact.after)
         t, t_radius = round_to_float(time)
         velocities = [to_vector(*after[:2]), to_vector(*after[2:])]
-        # These radii include float64 rounding. If they exceed the limit, check the radii of the balls alone.
+        # These error bounds include float rounding. If they exceed the limit, compare the limit with the widths of the
+        # intervals instead.
         widest = max(velocities[0].radius + velocities[1].radius)
         if self._speed_tolerance < widest and not all(v.rad() <= self._speed_tolerance for v in after):
             return False
@@ -223,7 +226,7 @@ class Recording:
         return True
 
     def _spins(self, discs: list[int], after: list[arb]) -> tuple[Spins | None, Spins | None]:
-        """Return the spins before and after an impact, and their radii.
+        """Return the spins before and after an impact, and their error bounds.
 
         Store the spins after the impact. A wall's spin is 0.
         """

@@ -1,4 +1,4 @@
-"""Result of a certified run: a trace, and an error bound (radius) for each of its numbers."""
+"""Result of a certified run: a trace, and an error bound (called radius) for each of its numbers."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ if TYPE_CHECKING:
 
 
 class Ending(Enum):
-    """How a certified run ended. Reports show the value as a sentence."""
+    """How a certified run ended. Reports show the value."""
 
     COMPLETED = "certified to the end of the scene"
     MAX_IMPACTS = "stopped after the requested number of impacts"
     TIME_BUDGET = "stopped when the time budget was used up"
     PRECISION_CAP = "stopped at the precision limit: the requested digits need more bits than allowed"
     INTERRUPTED = "interrupted; the impacts certified before are kept"
-    DEGENERATE = "stopped at an event that has no certain answer"
+    DEGENERATE = "stopped at an event that has no certain result"
 
 
 class Degenerate(Enum):
-    """Why an event has no certain answer. Reports show the value as a sentence."""
+    """Why an event has no certain result. Reports show the value."""
 
     SHARED_INSTANT = "a disc has two impacts at one instant, and their order may matter"
     TOUCHING_START = "two bodies touch exactly at the start and move towards each other"
@@ -38,7 +38,7 @@ class Degenerate(Enum):
     RESTING_CONTACT = "two bodies already in contact are pressed together"
     GRAZE = "two bodies pass each other at nearly the contact distance, and it cannot be decided whether they touch"
     SIMULTANEOUS_NEIGHBOURS = "two simultaneous impacts are so close together that they may not be independent"
-    AT_A_TURN = "it cannot be decided whether an impact is before or after a driven body turns"
+    AT_A_TURN = "it cannot be decided whether an impact is before or after a moving body changes its velocity"
     AT_THE_END = "it cannot be decided whether an impact is before or after the end of the scene"
     MODE = "a disc in contact is so near the limit of friction that its further motion cannot be decided"
     EDGE = "a disc reaches the end of a straight edge and does not fly off: its motion around the end is not computed"
@@ -53,11 +53,11 @@ class Degeneracy:
     Attributes:
         kind: Kind of event.
         bodies: The bodies that take part, in ascending order. Walls are numbered as by `carom.model.trace.wall_body`.
-        earliest_s: Lower bound of the event's time, in seconds.
-        latest_s: Upper bound of the event's time, in seconds. The bound is infinity for a graze that may be no contact,
-            and the time of the last counted impact for a collapse.
-        proven: Whether the kind of the event is proven by exact arithmetic. Without proof, the event is undecided
-            although the state is known to `bits` bits.
+        earliest_s: Earliest possible time of the event, in seconds.
+        latest_s: Latest possible time of the event, in seconds. It is infinity for a graze that may be no contact, and
+            the time of the last counted impact for a collapse.
+        proven: Whether exact arithmetic proves that this is such an event. Otherwise the event is undecided although
+            the state is known to `bits` bits.
         bits: Accuracy of the state of the bodies, in bits.
     """
 
@@ -78,9 +78,9 @@ class Degeneracy:
 
 
 class Undecided(Exception):  # noqa: N818 - not an error: a signal that a higher precision may be needed
-    """Signal that the present precision does not decide the next event.
+    """Signal that a higher precision may be needed to decide which event is next.
 
-    `degeneracy` is reported if no precision decides the event.
+    `degeneracy` is reported if the event is undecided with the greatest precision.
     """
 
     def __init__(self, degeneracy: Degeneracy) -> None:
@@ -95,13 +95,13 @@ class CertifiedTrace(ByValue, Drawn):
     Attributes:
         trace: The trace, with method "certified". The trace ends at the end of the scene or at the last certified
             impact. Each number differs from its true value by at most its radius.
-        radii: Structured array like ``trace.impacts``, with a bound of each number's error including float64 rounding.
-            The fields `first` and `second` contain the bodies.
-        final_position_radius_m: Radii of `trace.final_position_m`, shape ``(n, 2)``.
-        final_velocity_radius_m_s: Radii of `trace.final_velocity_m_s`, shape ``(n, 2)``.
-        spin_radii: Radii of ``trace.spins``, a structured array; None if ``trace.spins`` is None.
-        final_spin_radius_rad_s: Radii of `trace.final_spin_rad_s`, shape ``(n,)``.
-        mode_radii: Radii of ``trace.modes``, a structured array; None if ``trace.modes`` is None.
+        radii: Structured array like ``trace.impacts``. It contains a bound of each number's error, including float
+            rounding. The fields `first` and `second` contain the bodies.
+        final_position_radius_m: Error bounds of `trace.final_position_m`, shape ``(n, 2)``.
+        final_velocity_radius_m_s: Error bounds of `trace.final_velocity_m_s`, shape ``(n, 2)``.
+        spin_radii: Error bounds of ``trace.spins``, as a structured array; None if ``trace.spins`` is None.
+        final_spin_radius_rad_s: Error bounds of `trace.final_spin_rad_s`, shape ``(n,)``.
+        mode_radii: Error bounds of ``trace.modes``, as a structured array; None if ``trace.modes`` is None.
         digits: The requested decimal digits.
         decimals: Decimal numbers for each impact: time and velocities after the impact ``(t, x1, y1, x2, y2)``, then
             the spins of the discs if any disc turns. The numbers have an error of at most one unit in the last digit.
@@ -109,10 +109,10 @@ class CertifiedTrace(ByValue, Drawn):
         ending: How the run ended.
         degeneracy: The event that stopped the run early; None if the run reached its end.
         commuted: Pairs of indices of impacts whose order is unknown and does not affect the result.
-        precision_bits: Initial precision of the last attempt, in bits.
-        bits_lost: Bits of accuracy that the least accurate disc lost until the end.
-        replays: Number of restarts at a higher precision.
-        elapsed_s: Elapsed seconds; not compared.
+        precision_bits: Precision at the start of the last attempt, in bits.
+        bits_lost: Number of bits of accuracy that the least accurate disc lost until the end.
+        replays: Number of restarts with a higher precision.
+        elapsed_s: Elapsed seconds; ignored when two traces are compared.
 
     Examples:
         >>> found = carom.certify("classics/gas", max_impacts=3)
@@ -144,8 +144,8 @@ class CertifiedTrace(ByValue, Drawn):
 def proven_decimal(value: float, radius: float) -> str:
     """Return a value with an error of at most `radius` as a decimal number with all proven digits.
 
-    With k decimals the shown number differs from the true value by at most ``radius + 10^-k / 2``. k is chosen so that
-    this difference is at most one unit in the last digit. If no digit is proven, the text is a bound.
+    With k decimals, the number in the text differs from the true value by at most ``radius + 10^-k / 2``. k is chosen
+    so that this difference is at most one unit in the last digit. If no digit is proven, the text is a bound.
     """
     if radius == 0.0:
         return repr(value)

@@ -1,7 +1,7 @@
-"""Certified run, which is repeated at a higher precision whenever a comparison is undecided.
+"""Certified run, which is repeated with a higher precision whenever a comparison is undecided.
 
-A repetition keeps the certified order of impacts and only recomputes the motion. The working precision is lowered as
-the balls grow, because the lost bits are meaningless.
+A repetition keeps the certified order of impacts, and only recomputes the motion. As the intervals become wider, the
+precision is lowered, because it is useless to compute with more bits than are known.
 """
 
 from __future__ import annotations
@@ -32,14 +32,15 @@ if TYPE_CHECKING:
     from carom.model.scene import Scene
     from carom.solvers.run import Progress
 
-#: Bits of the first attempt in addition to the requested digits: enough for a few hundred impacts in most scenes.
+#: Bits of the first attempt in addition to those of the requested digits. They suffice for a few hundred impacts in
+#: most scenes.
 _FIRST_BITS = 160
-#: The next precision is the prediction from the bits lost so far times 1.125. The next precision is between 1.5 and 8
-#: times the last one, since the first impacts predict little.
+#: The next precision is predicted from the bits that were lost so far, and multiplied by the first factor. But it is at
+#: least 1.5 times and at most 8 times the last one, because predictions from few impacts are inaccurate.
 _MARGIN, _MOST_RISE, _LEAST_RISE = 1.125, 8.0, 1.5
-#: Outcomes with infinitely many impacts.
+#: Outcomes of runs that end with infinitely many impacts.
 _ENDLESS = {Degenerate.COLLAPSE: Outcome.STANDSTILL, Degenerate.CRUSH: Outcome.CRUSHED}
-#: Outcome of a run for each ending from which the run can be advanced further.
+#: Outcomes of runs that can be advanced further, by the run's ending.
 _GOES_ON = {
     None: Outcome.COMPLETED,
     Ending.COMPLETED: Outcome.COMPLETED,
@@ -50,14 +51,14 @@ _GOES_ON = {
 class CertifiedRun:
     """A run of a scene with proven digits; implements `carom.solvers.run.Run`.
 
-    Advancing a run in pieces gives the same digits as advancing it in one piece. Radii can differ, since the precision
-    depends on the goal. A run that ended early can't be advanced further.
+    If a run is advanced in several calls, its digits are the same as with one call. Error bounds can differ, because
+    the precision depends on the goal. A run that ended early can't be advanced further.
 
     Attributes:
         ending: How the last call of `advance_to` ended; None before the first call.
-        degeneracy: The event that no precision decided; None without such an event.
+        degeneracy: The event that could not be decided with any precision; None without such an event.
         replays: Number of restarts at a higher precision.
-        precision_bits: Initial precision of the last attempt, in bits.
+        precision_bits: Precision at the start of the last attempt, in bits.
     """
 
     def __init__(self, scene: Scene, *, digits: int, max_precision_bits: int, tie_bits: int) -> None:
@@ -86,7 +87,7 @@ class CertifiedRun:
 
     @property
     def outcome(self) -> Outcome:
-        """How the run ended, as the outcome of a trace."""
+        """The outcome that a trace of this run contains."""
         if self.degeneracy is not None and self.degeneracy.kind in _ENDLESS:
             return _ENDLESS[self.degeneracy.kind]
         return _GOES_ON.get(self.ending, Outcome.STOPPED)
@@ -98,12 +99,13 @@ class CertifiedRun:
         progress: Progress | None = None,
         time_budget_s: float | None = None,
     ) -> Outcome:
-        """Certify every impact up to and including `time_s`, at rising precision.
+        """Certify every impact up to and including `time_s`, with higher and higher precision.
 
         Args:
             time_s: Seconds from the start.
             max_impacts: Stop after this many impacts in all; None for no limit.
-            progress: Called at intervals with the number of impacts so far and the time reached, in seconds.
+            progress: Function that is called at intervals with the number of impacts so far and the time reached, in
+                seconds.
             time_budget_s: Limit of elapsed seconds; None for no limit.
 
         Raises:
@@ -121,7 +123,7 @@ class CertifiedRun:
         attempt = self._attempt
         while stop.ending is None:
             stop = self._judge(attempt.advance(goal), attempt)
-            if attempt.has_replayed:  # the previous attempt can't improve the estimate any more
+            if attempt.has_replayed:  # the previous attempt is no longer needed
                 self._attempt = attempt
             if stop.ending is None:
                 self.precision_bits = self._next_bits(attempt, stop, goal)
@@ -135,7 +137,7 @@ class CertifiedRun:
         return self.outcome
 
     def positions(self) -> NDArray[np.float64]:
-        """Return the centres now, in metres, shape ``(n, 2)``."""
+        """Return the current centres, in metres, shape ``(n, 2)``."""
         return self.result().trace.final_position_m
 
     def velocities(self) -> NDArray[np.float64]:
@@ -143,18 +145,18 @@ class CertifiedRun:
         return self.result().trace.final_velocity_m_s
 
     def spins(self) -> NDArray[np.float64] | None:
-        """Return the current spins, in radians per second, shape ``(n,)``; None if nothing in the scene turns."""
+        """Return the current spins, in radians per second, shape ``(n,)``; None if no disc in the scene turns."""
         return self.result().trace.final_spin_rad_s
 
     def impacts_per_disc(self) -> NDArray[np.int64]:
-        """Return the number of certified impacts of each disc so far, with discs and walls, shape ``(n,)``."""
+        """Return the number of certified impacts that each disc has had with discs and walls, shape ``(n,)``."""
         bodies = [body for row in self.log.rows for body in (row.values.first, row.values.second) if body >= 0]
         return np.bincount(np.array(bodies, np.int64), minlength=len(self.scene.discs)).astype(np.int64)
 
     def result(self) -> CertifiedTrace:
         """Return the certified part of the run, with the state at the exact instant `time_s`."""
         attempt, impacts = self._attempt, len(self.log)
-        # An interrupt or an undecided contact may have left an event half applied.
+        # After an interrupt or an undecided contact, the last event may be only partly applied.
         if self.log.events < len(attempt.events) or attempt.is_cut or self.ending is Ending.INTERRUPTED:
             attempt = Attempt(self.scene, attempt.bits, self.log, attempt, self.log.events)
             if attempt.advance(Goal(self._undamped(self.time_s), impacts, math.inf, None)).ending is Ending.INTERRUPTED:
@@ -213,7 +215,7 @@ class CertifiedRun:
             return undamped_time_of(self.scene.damping_per_s, arb(time_s))
 
     def _judge(self, stop: Stop, attempt: Attempt) -> Stop:
-        """Decide whether a higher precision may help after an attempt. If it may, the returned ending is None."""
+        """Decide after an attempt whether a higher precision may help. The returned ending is None if it may help."""
         trouble = stop.degeneracy
         if stop.ending is not None:
             return stop
@@ -225,7 +227,7 @@ class CertifiedRun:
         return Stop(Ending.DEGENERATE if undecided else Ending.PRECISION_CAP, trouble)
 
     def _next_bits(self, attempt: Attempt, stop: Stop, goal: Goal) -> int:
-        """Return the next precision, predicted from the bits lost so far."""
+        """Return the next precision, predicted from the bits that were lost so far."""
         done = max(len(attempt.events), 1)
         reached_s = max(attempt.bodies.time)
         expected = done * (float_above(goal.time) / reached_s) if reached_s > 0 else math.inf
@@ -233,13 +235,16 @@ class CertifiedRun:
         bits_per_event = attempt.bits_lost() / done
         needed_bits = self._digits_bits + (bits_per_event * target * _MARGIN if bits_per_event else 0) + _FIRST_BITS
         needed_bits = min(needed_bits, attempt.bits * _MOST_RISE)
-        if stop.degeneracy is not None:  # enough bits to resolve this event
+        if stop.degeneracy is not None:  # use enough bits to decide this event
             needed_bits = max(needed_bits, attempt.bits + self._tie_bits - stop.degeneracy.bits + _FIRST_BITS)
         return min(math.ceil(max(needed_bits, attempt.bits * _LEAST_RISE)), self._most_bits)
 
 
 def find_degenerate_start(bodies: BallBodies) -> Degeneracy | None:
-    """Return the degeneracy of the start, if any. Contact is degenerate, except with a wall below the disc."""
+    """Find bodies that touch at the start, so that the motion has no certain result.
+
+    A disc may touch a wall below it.
+    """
     lying = BallContacts(bodies).find_resting() if bodies.falls else ()
     grounds = {i: bodies.trace_body(ground.body) for i, ground in lying}
     found = find_contact_at_start(bodies, grounds)

@@ -1,14 +1,13 @@
-"""Selection of the next impact by certified comparisons.
+"""Selection of the next impact by comparisons of intervals.
 
-Each event has a lower bound of its time. To solve an event is to compute its time in balls, which raises its bound. The
-event with the smallest bound is solved. When the smallest bound belongs to a solved event, all rivals are solved as
-well: the events whose bounds do not exceed the time of the solved event. The solved event is next if it certainly comes
-before each rival, except for rivals whose order with it does not matter. If neither is certain, the next impact is
-undecided.
+Each possible event has a lower bound of its time. To *solve* an event means to compute its time as an interval, which
+increases the bound. The event with the smallest bound is solved until the smallest bound belongs to a solved event. Its
+*rivals* are the events whose bounds are not after its time; they are solved as well. The solved event is next if it
+certainly comes before each rival, or if their order does not matter. Otherwise the next impact is undecided.
 
-The bound of an unsolved event can be much earlier than the impact. For example, it can be the start of both paths. A
-solution from such a bound only gives a better bound. When the better bound is the smallest, the event is solved again
-from it.
+The first bound of an event can be much earlier than the impact, for example the start of both paths. A solution that
+starts from such a bound is inaccurate, and is only used as a better bound. When this bound is the smallest of all
+events, the event's time is computed again, starting from the bound.
 """
 
 from __future__ import annotations
@@ -27,28 +26,28 @@ from carom.solvers.certified.meeting import Meeting
 from carom.solvers.certified.meeting_times import meet
 from carom.solvers.certified.result import Degeneracy, Degenerate, Undecided
 
-#: Number of solved times between two checks of the clock.
+#: Number of computed times between two checks of the clock.
 _CHUNK = 1024
 
 
 class OutOfTime(Exception):  # noqa: N818 - not an error: a signal to stop
-    """Signal that the time budget ran out during a search."""
+    """Signal that the time limit was reached during a search."""
 
 
 class Choice(NamedTuple):
-    """The next impact, and whether its order with the following impact is unknown and irrelevant."""
+    """The next impact, and whether its order with the following impact is unknown but does not matter."""
 
     meeting: Meeting
     commutes: bool
 
 
 class Selection:
-    """Selector of the next impact in ball arithmetic.
+    """Search for the next impact in interval arithmetic.
 
     Attributes:
         end_s: Impacts after this time, in seconds, are ignored.
         deadline_s: Value of `time.perf_counter` after which the search ends.
-        solved: Number of times of impact solved in balls.
+        solved: Number of times of impact that were computed as intervals.
     """
 
     def __init__(self, bodies: BallBodies) -> None:
@@ -62,13 +61,13 @@ class Selection:
             self.expect_end(i)
 
     def expect_end(self, i: int) -> None:
-        """Add the end of the mode of disc `i` to the events, if the mode ends."""
+        """Add the time at which disc `i` stops sliding, rolling or resting to the events, if there is one."""
         if self.bodies.contacts.end_of(i) is not None:
             self._meetings.pop((i, i), None)
             self.bounds.raise_to(i, i, self.bodies.time[i])
 
     def changed(self, meeting: Meeting) -> None:
-        """Update the selection after an applied impact."""
+        """Update the possible events after an impact."""
         for i in self._moved_by(meeting):
             for key in self._of[i]:
                 self._meetings.pop(key, None)
@@ -78,11 +77,10 @@ class Selection:
             self.expect_end(i)
 
     def next_impact(self) -> Choice | None:
-        """Return the impact that is certainly next; None if there is certainly none up to `end_s`.
+        """Return the impact that certainly comes next; None if there is certainly none up to `end_s`.
 
         Raises:
-            Undecided: This precision does not decide the next impact.
-            OutOfTime: The deadline has passed.
+            Undecided: With this precision it is unknown which impact is next. OutOfTime: The deadline has passed.
         """
         bounds, meetings = self.bounds, self._meetings
         while True:
@@ -97,7 +95,7 @@ class Selection:
                     return Choice(meeting, False)
                 continue
             limit, rivals = -math.inf, [(bound, disc, body)]
-            while (latest := self._latest(rivals)) > limit:  # a rival's upper bound may admit further rivals
+            while (latest := self._latest(rivals)) > limit:  # a rival with a late upper bound may add further rivals
                 limit, rivals = latest, bounds.up_to(latest)
             unsolved = [rival for rival in rivals if rival[1:] not in meetings]
             if not unsolved:
@@ -105,11 +103,14 @@ class Selection:
             self._solve(*min(unsolved))
 
     def _latest(self, rivals: list[tuple[float, int, int]]) -> float:
-        """Return the latest upper bound among the times of the solved rivals."""
+        """Return the latest possible time of all rivals."""
         return max(self._meetings[rival[1:]].latest for rival in rivals if rival[1:] in self._meetings)
 
     def _solve(self, instant_s: float, disc: int, body: int) -> Meeting | None:
-        """Solve an impact in balls from its bound, and raise the bound. Return the impact if the bound was close."""
+        """Compute the time of an impact as an interval, starting from its bound.
+
+        Return the impact if the bound was close to it.
+        """
         self.solved += 1
         if self.solved % _CHUNK == 0 and time.perf_counter() > self.deadline_s:
             raise OutOfTime
@@ -148,11 +149,11 @@ class Selection:
                 if not candidate.time <= self.end_s:
                     self.is_at_the_end(candidate)
                 return Choice(candidate, commutes)
-        assert blocking is not None  # noqa: S101 - at least one meeting may be in time, and no choice was returned
+        assert blocking is not None  # noqa: S101 - at least one impact may come before the end, but none was chosen
         raise blocking
 
     def is_at_the_end(self, meeting: Meeting) -> NoReturn:
-        """Raise the signal that it is undecided whether an impact comes before the end of the scene.
+        """Raise a signal: it is undecided whether an impact comes before the end of the scene.
 
         Raises:
             Undecided: Always.
@@ -160,7 +161,7 @@ class Selection:
         raise Undecided(self._report(Degenerate.AT_THE_END, (meeting,), meeting.time))
 
     def _commute(self, one: Meeting, other: Meeting) -> bool:
-        """Return whether two impacts of undecided order have the same result in either order."""
+        """Return whether two impacts in undecided order have the same result in both orders."""
         mine, theirs = self._moved_by(one), self._moved_by(other)
         if mine & theirs:
             one_each = all(m.second < 0 and len(m.obstacles) == 1 for m in (one, other))
@@ -172,11 +173,11 @@ class Selection:
         return {body for body in (meeting.first, meeting.second) if body >= 0 and self.bodies.movable[body]}
 
     def _out_of_reach(self, i: int, j: int, window: arb) -> bool:
-        """Return whether two discs are too far apart to meet in the window, for any result of the two impacts.
+        """Return whether two discs are too far apart to meet in the time `window`, whatever the impacts' results are.
 
-        After an impact with a partner of speed s, the speed of a disc of speed v is at most ``v + 2 (v + s)``. All
-        speeds are at most the greatest speed. Friction adds at most twice the slip, which is at most ``2 (v + s)`` plus
-        both rim speeds.
+        By an impact with a body of speed s, a disc of speed v becomes at most as fast as ``v + 2 (v + s)``. Friction
+        adds at most twice the slip speed, which is at most ``2 (v + s)`` plus both rim speeds. Both v and s are at most
+        the greatest speed of all bodies.
         """
         bodies = self.bodies
         instant_s = float(window.mid())
@@ -186,8 +187,8 @@ class Selection:
         fastest, speed_factor = fastest.sqrt().max(arb(bodies.fastest_drive)), 5
         if bodies.rubs:
             fastest, speed_factor = max([fastest, *(abs(bodies.rim_speed(k)).upper() for k in range(len(bodies)))]), 13
-        # Each disc moves at most at 5 times the greatest speed (13 times with friction), for twice the window plus the
-        # time from `instant_s`.
+        # Each disc moves at most with 5 times the greatest speed (13 times with friction), for twice the window plus
+        # the time from `instant_s`.
         length = 2 * (window.upper() - window.lower()) + abs(window - instant_s).upper()
         gained_speed = bodies.bound_acceleration() * (window.upper() + length)  # the velocities are values at time 0
         reach = bodies.laws.of_discs(i, j).reach + 2 * speed_factor * (fastest + gained_speed) * length
@@ -208,7 +209,7 @@ class Selection:
     def _report(self, kind: Degenerate, meetings: tuple[Meeting, ...], meeting_time: arb) -> Degeneracy:
         bodies = self.bodies
         involved = sorted({body for m in meetings for body in (m.first, m.second)})
-        if kind is Degenerate.RESTING_CONTACT:  # the partner of the last impact pushes one body into the other
+        if kind is Degenerate.RESTING_CONTACT:  # the last impact pushed one body into the other
             last = [bodies.partner[body] for body in involved if body >= 0]
             involved = sorted({*involved, *(body for body in last if body is not None)})
         proven = all(m.proven for m in meetings) or (

@@ -1,4 +1,4 @@
-"""Serialisation of certified runs: lossless in JSON, and readable without python-flint."""
+"""Conversion of certified runs to JSON values, without loss. These can be read without python-flint."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 _FORMAT = "carom certified run, 1"
 NUMBERS = ("digits", "precision_bits", "bits_lost", "replays")
-#: Fields of the trace that are written: rows with their types, and the final state. Fields that are None are omitted.
+#: Written fields of the trace: arrays with their types, and the final state. Fields that are None are omitted.
 ROWS = {"impacts": IMPACT_DTYPE, "spins": SPIN_DTYPE, "modes": MODE_DTYPE}
 FINAL = ("final_position_m", "final_velocity_m_s", "final_spin_rad_s")
 RADII = {"radii": IMPACT_DTYPE, "spin_radii": SPIN_DTYPE, "mode_radii": MODE_DTYPE}
@@ -27,7 +27,7 @@ FINAL_RADII = ("final_position_radius_m", "final_velocity_radius_m_s", "final_sp
 
 
 def enclosures(certified: CertifiedTrace) -> dict[str, Any]:
-    """Return a certified run as JSON values, with the radius of each number."""
+    """Return a certified run as JSON values, with the error bound of each number."""
     trace, degeneracy = certified.trace, certified.degeneracy
     trouble = degeneracy and dataclasses.asdict(degeneracy)
     if degeneracy and trouble:

@@ -1,9 +1,9 @@
-"""Falls: times at which a polynomial with ball coefficients changes from positive to negative.
+"""Search for *falls*: times at which a polynomial with interval coefficients changes from positive to negative.
 
-The time axis is divided into halves until, on each piece, the polynomial or its slope certainly has one sign. A Taylor
-expansion about the middle of a piece decides this. A fall is certain if the polynomial is positive, then has only
-pieces of negative slope, and then is negative. A fall is uncertain if the polynomial comes too close to zero for the
-precision.
+The time axis is repeatedly divided into halves, until on each piece the sign of the polynomial or of its slope is
+certain. This is tested with a Taylor expansion about the middle of the piece. A fall is certain if the polynomial is
+positive, then has negative slope on all pieces, and then is negative. If the polynomial comes too close to zero for the
+precision, the fall is uncertain.
 """
 
 from __future__ import annotations
@@ -15,11 +15,12 @@ from flint import arb, arb_poly, ctx
 
 from carom.solvers.certified.ball_arithmetic import ZERO
 
-#: The lengths of the first pieces are the horizon times powers of two, with exponents from minus this number to 0.
+#: The first pieces end at the end of the searched time, at half of it, at a quarter, and so on. This is the number of
+#: halvings.
 _FIRST = 8
-#: A piece is left undecided after _HALVINGS + p / 2 halvings, where p is the working precision in bits. This number is
-#: enough to resolve a double zero. A piece is also left undecided if the polynomial changes by at most _BLUR times the
-#: radius of its balls.
+#: A piece stays undecided after _HALVINGS + p / 2 halvings, where p is the precision in bits. This number of halvings
+#: suffices to find a double zero. A piece also stays undecided if the polynomial changes in it by at most _BLUR times
+#: the uncertainty of its coefficients.
 _HALVINGS, _BLUR = 60, 4
 _INFINITY = float("inf")
 
@@ -27,7 +28,7 @@ _INFINITY = float("inf")
 class Fall(NamedTuple):
     """A sign change from positive to negative: its time, and whether it certainly happens.
 
-    The time ball covers all possible times.
+    The time is an interval that contains all possible times.
     """
 
     time: arb
@@ -43,7 +44,7 @@ class _Piece(NamedTuple):
 def squared_gap_powers(
     place: tuple[arb, arb], velocity: tuple[arb, arb], pull: tuple[arb, arb], reach2: arb, *, inside: bool = False
 ) -> list[arb]:
-    """Return the coefficients of a squared distance from the origin minus `reach2`, by powers of time, lowest first.
+    """Return a squared distance from the origin minus `reach2`, as coefficients of powers of time, lowest first.
 
     `place`, `velocity` and `pull` (the acceleration) are those at time 0. For `inside`, all signs are reversed.
     """
@@ -56,8 +57,8 @@ def squared_gap_powers(
 def find_falls(powers: Sequence[arb], until: float | arb = _INFINITY) -> Iterator[Fall]:
     """Yield the times from 0 to `until` at which a polynomial changes from positive to negative, in order.
 
-    Coefficients are given lowest power first. If the first coefficients are exactly zero, the next one gives the sign
-    just after 0.
+    Coefficients are given lowest power first. If the first coefficients are exactly zero, the next one determines the
+    sign just after time 0.
     """
     left = list(powers)
     while left and left[-1].is_zero():
@@ -89,7 +90,7 @@ def find_falls(powers: Sequence[arb], until: float | arb = _INFINITY) -> Iterato
 
 
 def _find_parabola_falls(c: arb, b: arb, a: arb = ZERO) -> tuple[Fall, ...] | None:
-    """Return the falls of ``c + b t + a t^2`` after 0, at most one. Return None if undecided or if c is not above 0."""
+    """Return the fall of ``c + b t + a t^2`` after time 0, if any; None if undecided, or if c is not above 0."""
     d = b * b - 4 * a * c
     if not c > 0:
         return None
@@ -101,7 +102,7 @@ def _find_parabola_falls(c: arb, b: arb, a: arb = ZERO) -> tuple[Fall, ...] | No
 
 
 def _find_fall(polynomial: arb_poly, sign: int, pending: list[_Piece], at_end: int) -> Fall | None:
-    """Return the fall on consecutive pieces between two signs, if any. If `sign` is 0, the first sign is unknown."""
+    """Return the fall on consecutive pieces, if any, from the signs before and after them; 0 is unknown."""
     slopes = {piece.slope for piece in pending}
     if slopes <= {1} or (at_end > 0 and 0 not in slopes) or (sign < 0 and 0 not in slopes):
         return None
@@ -112,7 +113,7 @@ def _find_fall(polynomial: arb_poly, sign: int, pending: list[_Piece], at_end: i
 
 
 def _split_time(polynomial: arb_poly, horizon: arb) -> Iterator[tuple[_Piece | None, int]]:
-    """Yield pieces of the time up to a horizon, in order, each with the polynomial's sign at the end; 0 if undecided.
+    """Yield pieces of the time up to `horizon` in order, with the polynomial's signs at their ends; 0 if undecided.
 
     None replaces a piece that certainly has no zero.
     """
@@ -141,7 +142,7 @@ def _expand_about(polynomial: arb_poly, middle: arb) -> list[arb]:
 
 
 def _bound_change(powers: Sequence[arb], half: arb) -> arb:
-    """Return a bound of a polynomial minus its constant term, for arguments up to `half` in magnitude."""
+    """Return a bound of a polynomial without its constant term, for arguments of magnitude up to `half`."""
     total, power = arb(0), arb(1)
     for coefficient in powers[1:]:
         power = power * half
@@ -170,11 +171,12 @@ def _bound_zeros(powers: Sequence[arb], until: float | arb) -> arb:
 
 
 def _refine_zero(polynomial: arb_poly, low: arb, high: arb) -> arb:
-    """Return the zero between two times as narrowly as the balls permit.
+    """Return the zero between two times, as an interval that is as narrow as possible.
 
     The polynomial must decrease between the times.
 
-    Both times are kept instead of one ball, because a ball around them would extend further, perhaps to another zero.
+    Both times are stored instead of one interval, because an interval around them would be slightly wider, and might
+    contain another zero.
     """
     while True:
         middle, half = ((low + high) / 2).mid(), ((high - low) / 2).upper()
@@ -183,7 +185,7 @@ def _refine_zero(polynomial: arb_poly, low: arb, high: arb) -> arb:
         slope_change = _bound_change([k * expansion[k] for k in range(1, len(expansion))], half)
         slope = expansion[1] + (arb(0) - slope_change).union(slope_change)
         if slope < 0:
-            zero = middle - expansion[0] / slope  # a very wide ball if the slope is nearly 0 at one end
+            zero = middle - expansion[0] / slope  # a very wide interval if the slope is nearly 0 at one end
             first, last = first.max(zero.lower()), last.min(zero.upper())
         if not first <= last:
             return low.union(high)

@@ -1,7 +1,7 @@
-"""Deceleration of discs in certified runs: by damping, and by a table.
+"""Deceleration of discs in certified runs, by damping or by a table.
 
-With damping, the scene runs undamped, and its times are converted: see `carom.model.damping`. On a table every disc has
-the same deceleration against its motion until it stops.
+A scene with damping is run without it, and times are converted afterwards: see `carom.model.damping`. On a table, each
+disc has the same constant deceleration until it stops.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ def undamped_time_of(damping_per_s: float, time: arb) -> arb:
 
 
 def damped_time(damping_per_s: float, undamped_time: arb) -> arb:
-    """Return the inverse of `undamped_time_of`."""
+    """Return the time in which a damped disc moves as far as an undamped disc moves in `undamped_time`."""
     return undamped_time if not damping_per_s else ZERO - (ZERO - damping_per_s * undamped_time).log1p() / damping_per_s
 
 
@@ -34,10 +34,10 @@ def speed_fraction(damping_per_s: float, undamped_time: arb) -> arb:
 
 
 def start_deceleration(bodies: BallBodies, i: int, time: arb, instant_s: float) -> None:
-    """Apply the table's deceleration to disc `i`, whose velocity has changed at `time`.
+    """Let the table decelerate disc `i`, whose velocity has changed at `time`.
 
     Raises:
-        Undecided: The precision does not decide whether the disc moves.
+        Undecided: With this precision it is unknown whether the disc moves.
     """
     vx, vy = bodies.velocity(i, time, instant_s)
     if vx.is_zero() and vy.is_zero():
@@ -56,7 +56,7 @@ def start_deceleration(bodies: BallBodies, i: int, time: arb, instant_s: float) 
 
 
 def stop_disc(bodies: BallBodies, meeting: Meeting) -> None:
-    """Set the state of a disc that a table has stopped."""
+    """Set the velocity and acceleration of a disc that a table has stopped to 0."""
     i = meeting.first
     bodies.x[i], bodies.y[i] = bodies.centre_at(i, meeting.time)
     bodies.vx[i] = bodies.vy[i] = ZERO

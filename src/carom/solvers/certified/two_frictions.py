@@ -1,9 +1,9 @@
-"""Law of `core/wall_contact_law.h` in balls: the slip and rim speed that friction and rolling resistance remove.
+"""Contact law of `core/wall_contact_law.h` in interval arithmetic: how friction and rolling resistance change speeds.
 
-`limit_sticking` repeats the friction of impacts in `core/impact_law.h`.
+`limit_sticking` is a copy of the friction law of impacts in `core/impact_law.h`.
 
-Limiting a force is a continuous operation. If it is undecided whether a force exceeds its limit, the ball of the
-limited force covers both cases.
+If it is undecided whether a force exceeds its limit, the interval of the limited force includes both cases. This
+interval is narrow, because both cases have nearly the same result.
 """
 
 from __future__ import annotations
@@ -16,7 +16,10 @@ from carom.solvers.certified.ball_arithmetic import ZERO
 
 
 class BallFrictions(NamedTuple):
-    """`Frictions` of `core/wall_contact_law.h` in balls. `sticks` and `blocks` are None if undecided."""
+    """`Frictions` of `core/wall_contact_law.h` with intervals as numbers.
+
+    `sticks` and `blocks` are None if undecided.
+    """
 
     friction: arb
     rolling: arb
@@ -25,7 +28,7 @@ class BallFrictions(NamedTuple):
 
 
 def sign_of(ball: arb) -> int | None:
-    """Return the sign of all numbers in a ball; None if their signs differ."""
+    """Return the sign of all numbers in an interval; None if their signs differ."""
     return 0 if ball.is_zero() else 1 if ball > 0 else -1 if ball < 0 else None
 
 
@@ -35,14 +38,14 @@ def clamp(x: arb, limit: arb) -> arb:
 
 
 def limit_sticking(sticking: arb, limit: arb) -> BallFrictions:
-    """Return the slip that friction alone removes: `sticking`, limited to `limit` by the friction cone."""
+    """Return the slip that friction alone removes: `sticking`, but at most Coulomb's `limit`."""
     return BallFrictions(clamp(sticking, limit), ZERO, sticks=_within(sticking, limit), blocks=False)
 
 
 def share_frictions(
     s1: arb, q1: arb, limits: tuple[arb, arb], y: arb, signs: tuple[int, int] = (0, 0)
 ) -> BallFrictions:
-    """Compute `share_frictions` of `core/wall_contact_law.h`."""
+    """Compute the function `share_frictions` of `core/wall_contact_law.h`, with intervals as numbers."""
     (slip, rim), (f_most, h_most) = signs, limits
     f = h = ZERO
     blocks: bool | None = False

@@ -1,18 +1,18 @@
-"""Times, as balls, at which a disc meets a half-plane, a face, a vertex or an arc.
+"""Times, as intervals, at which a disc meets a half-plane, a face, a vertex or an arc.
 
-`docs/theory/walls.md` derives the formulas. All states are relative to the wall. If the wall is driven, one leg of its
-path is considered, in which its velocity is constant.
+`docs/theory/walls.md` derives the formulas. All states are relative to the wall. A wall with a prescribed motion is
+considered for a time in which its velocity is constant.
 
-A disc meets a face like a half-plane. With gravity the gap to a line is ``w + s t + a t^2 / 2``. Where the gap is 0,
-its derivative is ``+-sqrt(D)`` with ``D = s^2 - 2 a w``. At an impact the derivative is negative, so the only possible
-time is ``(-s - sqrt(D)) / a``.
+A disc meets a face like a half-plane. With gravity the gap to a line is ``w + s t + a t^2 / 2``. When the gap is 0, its
+derivative is ``+-sqrt(D)`` with ``D = s^2 - 2 a w``. At an impact the derivative is negative, so the only possible time
+is ``(-s - sqrt(D)) / a``.
 
 A disc meets a vertex or an arc's outer side like another disc: at the earlier root of ``|d + t u| = R``. The disc meets
-an arc's inner side at the later root. With gravity the time is a root at which a quartic decreases.
+an arc's inner side at the later root. With gravity, the time is a root at which a polynomial of degree four decreases.
 
-A contact with a finite wall must be on the edge. Near an end of the edge it can be undecided which of two neighbouring
-edges the disc meets. The boundary of the thickened wall is smooth there, so the time and the state after the impact are
-the hulls of the results for both edges.
+The point of contact with a finite wall must be on the edge. Near the joint of two edges it can be undecided which of
+them the disc meets. If the joint is smooth, both have nearly the same result. The intervals of the time and of the
+state after the impact then include both results.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from carom.model.scene import Scene
     from carom.solvers.certified.ball_arithmetic import BallLeg
 
-#: Precision in bits for checking contact at the start. This precision is far more than float64 input needs.
+#: Precision in bits for checking contact at the start. This is far more than 64-bit input needs.
 _START_BITS = 2048
 
 
@@ -54,7 +54,7 @@ def meet_straight(bodies: BallBodies, i: int, second: int, instant_s: float, leg
 
 
 def _glide_to_plane(bodies: BallBodies, i: int, second: int, instant_s: float, leg: BallLeg | None) -> Meeting | None:
-    """Return the impact of disc `i`, which is in contact with another straight obstacle."""
+    """Return the impact of disc `i` on a half-plane or face while it slides, rolls or rests on another one."""
     law = bodies.laws.of_straight(wall_index(second), bodies.scene.discs[i].radius_m)
     x, y, vx, vy = bodies.relative_state(i, instant_s, leg)
     gap, speed = x * law.nx + y * law.ny - law.level, vx * law.nx + vy * law.ny
@@ -65,7 +65,7 @@ def _glide_to_plane(bodies: BallBodies, i: int, second: int, instant_s: float, l
 
 
 def _meet_plane(bodies: BallBodies, i: int, second: int, instant_s: float, leg: BallLeg | None) -> Meeting | None:
-    """Return the impact of disc `i` if gravity has no component along the normal."""
+    """Return the impact of disc `i` on a half-plane or face, if gravity has no component along the normal."""
     law = bodies.laws.of_straight(wall_index(second), bodies.scene.discs[i].radius_m)
     x, y, vx, vy = bodies.subtract_leg(
         leg, instant_s, *bodies.centre_in_frame(i, instant_s), bodies.vx[i], bodies.vy[i]
@@ -74,7 +74,7 @@ def _meet_plane(bodies: BallBodies, i: int, second: int, instant_s: float, leg: 
     if speed >= 0:
         return None
     gap = x * law.nx + y * law.ny - law.level
-    if not speed < 0:  # the disc may move along the wall: its greatest possible speed gives the earliest time
+    if not speed < 0:  # may move parallel to the wall: use its greatest possible speed
         time = arb(instant_s) + (gap / (ZERO - speed.lower())).lower().max(ZERO)
         return undecided(i, second, instant_s, time, resting=not gap > 0)
     time = arb(instant_s) - gap / speed
@@ -86,7 +86,7 @@ def _meet_plane(bodies: BallBodies, i: int, second: int, instant_s: float, leg: 
 
 
 def _fall_on_plane(bodies: BallBodies, i: int, second: int, instant_s: float, leg: BallLeg | None) -> Meeting | None:
-    """Return the impact of disc `i` if gravity has a component along the normal."""
+    """Return the impact of disc `i` on a half-plane or face, if gravity has a component along the normal."""
     k = wall_index(second)
     law, pulled = bodies.laws.of_straight(k, bodies.scene.discs[i].radius_m), bodies.pulls[k]
     x, y, vx, vy = bodies.relative_state(i, instant_s, leg)
@@ -114,14 +114,14 @@ def _fall_on_plane(bodies: BallBodies, i: int, second: int, instant_s: float, le
 
 
 def _turns_back(bodies: BallBodies, i: int, k: int) -> bool:
-    """Return whether a disc on its initial path turns back exactly at a half-plane at rest. This is no impact."""
+    """Return whether a disc on its initial path turns back exactly where it touches a half-plane (no impact)."""
     obstacle = bodies.obstacles[k]
     is_at_start = obstacle.kind is None and bodies.are_at_start(i) and not bodies.is_driven(k)
     return is_at_start and does_graze_wall(bodies, i, k)
 
 
 class On(Enum):
-    """Position of a contact on its edge."""
+    """Position of a point of contact relative to its edge."""
 
     INSIDE = auto()
     BEGIN = auto()
@@ -142,7 +142,7 @@ def meet_feature(bodies: BallBodies, i: int, second: int, instant_s: float, leg:
     """
     launch = bodies.contacts.launch_from(i, second)
     if launch is not None:
-        # The gap and its rate were 0 at the launch, so the other coefficients give the next contact.
+        # At the launch, the gap and its rate of change were 0, so the next contact follows from the other coefficients.
         fall = next(find_falls(launch.powers), None)
         if fall is None:
             return None
@@ -177,7 +177,7 @@ def _find_touch(bodies: BallBodies, i: int, second: int, instant_s: float, leg: 
     x, y, vx, vy = bodies.relative_state(i, instant_s, leg)
     law = bodies.laws.of_straight(k, bodies.scene.discs[i].radius_m)
     straight = not bodies.pulls[k] and bodies.acceleration[i] is None
-    if straight and x * law.nx + y * law.ny < law.level:  # the disc is behind the edge or next to it
+    if straight and x * law.nx + y * law.ny < law.level:  # the disc is behind the edge or beyond its end
         return None
     meeting = meet_straight(bodies, i, second, instant_s, leg)
     if meeting is None or shape.stretch is None:
@@ -188,7 +188,7 @@ def _find_touch(bodies: BallBodies, i: int, second: int, instant_s: float, leg: 
 
 
 def _position_after(bodies: BallBodies, i: int, x: arb, y: arb, vx: arb, vy: arb, wait: arb) -> tuple[arb, arb]:
-    """Return the position of disc `i` after a wait."""
+    """Return the position of disc `i` after `wait` seconds."""
     if not bodies.falls and bodies.acceleration[i] is None:
         return x + vx * wait, y + vy * wait
     (gx, gy), half = bodies.acceleration_of(i), wait / 2
@@ -202,12 +202,12 @@ def _round_of(bodies: BallBodies, second: int) -> Round:
 
 
 def _passes_stop(bodies: BallBodies, i: int, k: int, shape: Round) -> bool:
-    """Return whether an obstacle is a stop of an arc that disc `i` passes, because the disc fits inside the arc."""
+    """Return whether an obstacle only stops discs that do not fit inside an arc, but disc `i` fits."""
     return (Fraction(bodies.scene.discs[i].radius_m) + bodies.obstacles[k].half_width) ** 2 < shape.stops2
 
 
 def _fall_on_round(bodies: BallBodies, i: int, second: int, instant_s: float, leg: BallLeg | None) -> _Touch | None:
-    """Return the first contact, on the edge, of a falling disc with an obstacle's circle; None if there is none."""
+    """Return the first contact of a falling disc with an arc or vertex; None if there is none."""
     law, shape = bodies.laws.of_round(wall_index(second), bodies.scene.discs[i].radius_m), _round_of(bodies, second)
     if law.reach <= 0:
         return None
@@ -238,10 +238,10 @@ def _touch_round(bodies: BallBodies, i: int, second: int, instant_s: float, leg:
     if d < 0 or a.is_zero() or (not shape.inside and (b >= 0 or d.is_zero() or _does_graze(bodies, i, second))):
         return None
     c = dx * dx + dy * dy - law.reach2
-    if c < 0 and not shape.inside:  # the disc is inside the circle: behind the arc or next to it
+    if c < 0 and not shape.inside:  # the disc is inside the circle: behind the arc or beyond its end
         return None
     if not (d > 0 and law.reach > 0 and (shape.inside or b < 0)):
-        # Take the point nearest to the centre, widened by the uncertainty of D.
+        # Use the time at which the disc is nearest to the centre, and widen it by the uncertainty of D.
         wait = ((ZERO - b) - _upper_root(d)).union(_upper_root(d) - b) / a
         if shape.sector is not None and _locate_direction(shape.sector, dx + ux * wait, dy + uy * wait) is On.BESIDE:
             return None
@@ -253,7 +253,7 @@ def _touch_round(bodies: BallBodies, i: int, second: int, instant_s: float, leg:
     px, py, time = dx + ux * wait, dy + uy * wait, arb(instant_s) + wait
     on = On.INSIDE if shape.sector is None else _locate_direction(shape.sector, px, py)
     begin = bodies.find_last_impact_of_either(i, second, instant_s)
-    past = ZERO if shape.inside else 2 * root / a  # time that the disc spends inside the circle of contact
+    past = ZERO if shape.inside else 2 * root / a  # time during which the disc would be inside the circle of contact
     if time < instant_s if begin is None else time + past < begin:
         return None
     if begin is not None and not time > begin:
@@ -264,7 +264,7 @@ def _touch_round(bodies: BallBodies, i: int, second: int, instant_s: float, leg:
 
 
 def _locate_foot(stretch: Between, x: arb, y: arb) -> On:
-    """Return whether a point's orthogonal projection is inside, outside or at an end of an edge."""
+    """Return whether the orthogonal projection of a point is inside, outside or at an end of an edge."""
     (ax, ay), (bx, by) = stretch
     ex, ey = ball(bx - ax), ball(by - ay)
     after_begin = ex * (x - ball(ax)) + ey * (y - ball(ay))
@@ -279,7 +279,7 @@ def _locate_foot(stretch: Between, x: arb, y: arb) -> On:
 
 
 def _locate_direction(sector: Between, x: arb, y: arb) -> On:
-    """Return whether a direction is inside, outside or at an end of a sector."""
+    """Return whether a direction is inside, outside or at an end of an arc's sector."""
     (fx, fy), (lx, ly) = sector
     turns = []
     for ex, ey, end in ((fx, fy, On.BEGIN), (lx, ly, On.END)):
@@ -300,7 +300,7 @@ def _does_graze(bodies: BallBodies, i: int, second: int) -> bool:
     """Return whether a disc on its initial path only grazes a vertex, or an arc from outside. This is no impact.
 
     The condition is ``u^2 (R + r)^2 = (d x u)^2``, where r is the radius plus the half width. The condition has the
-    form ``A + B R = 0`` with rational A, B and R^2, so squaring gives an exact answer.
+    form ``A + B R = 0`` with rational A, B and R^2, so it can be tested exactly by squaring.
     """
     if not bodies.are_at_start(i) or bodies.is_driven(wall_index(second)):
         return False
@@ -314,17 +314,17 @@ def _does_graze(bodies: BallBodies, i: int, second: int) -> bool:
 
 
 def _upper_root(square: arb) -> arb:
-    """Return the square root of a ball's upper bound; 0 if the bound is negative."""
+    """Return the square root of an interval's upper bound; 0 if the bound is negative."""
     return square.upper().max(ZERO).sqrt()
 
 
 def find_finite_contact_at_start(scene: Scene, grounds: Mapping[int, int]) -> Degeneracy | None:
-    """Return the degeneracy of the first disc that touches and approaches a finite wall at the start; None for none.
+    """Find the first disc that touches a finite wall at the start and moves towards it; None if there is none.
 
-    `grounds` maps discs to walls with which they start in contact; these pairs are ignored.
+    Discs that start in lasting contact with a wall are ignored; `grounds` maps their numbers to walls.
 
-    Contact is decided with balls of many bits. If a ball contains both an overlap and a gap, the degeneracy is reported
-    as not proven.
+    The gap is computed as an interval of many bits. If the interval contains positive and negative numbers, the result
+    is marked as not proven.
     """
     with ctx.workprec(_START_BITS):
         bodies = BallBodies(scene)
@@ -350,7 +350,7 @@ def _farthest_coordinate(wall: Outline) -> float:
 
 
 def _check_start(bodies: BallBodies, i: int, number: int) -> tuple[Degenerate, arb] | None:
-    """Return the degeneracy of a disc and an obstacle in contact at the start, and a ball with the gap's sign."""
+    """Return the kind of uncertain contact of a disc and an obstacle at the start, and the sign of the gap."""
     shape, radius = bodies.obstacles[number].shape, bodies.scene.discs[i].radius_m
     x, y, ux, uy = bodies.relative_state(i, 0.0, bodies.legs_after(wall_body(number), 0.0)[0])
     gx, gy = bodies.gravity
@@ -377,6 +377,6 @@ def _check_start(bodies: BallBodies, i: int, number: int) -> tuple[Degenerate, a
             return None
     if gap > 0 or free < 0 or on is On.BESIDE or speed > 0:
         return None
-    if speed.is_zero():  # the disc glides or rests, or the surface curves away
+    if speed.is_zero():  # the disc slides or rests, or the surface curves away from it
         return (Degenerate.RESTING_CONTACT, gap) if pull < 0 or not (pull >= 0) else None
     return (Degenerate.OVERLAPPING_START if gap < 0 else Degenerate.TOUCHING_START), gap

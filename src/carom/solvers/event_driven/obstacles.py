@@ -1,4 +1,4 @@
-"""Obstacles of a run (half-planes, and features of finite walls) and grounds, in the form that the core reads."""
+"""Walls of a run as arrays for the compiled core: their sides and vertices, and surfaces on which discs can rest."""
 
 from __future__ import annotations
 
@@ -19,19 +19,20 @@ if TYPE_CHECKING:
     from carom.core.wall_features import Point
     from carom.model.disc_arrays import DiscArrays
 
-#: Same as `MOST_OBSTACLES` of pic/state.h.
+#: Largest number of sides and vertices of walls; equal to `MOST_OBSTACLES` of pic/state.h.
 MOST_OBSTACLES = 67_108_863
-#: Marks an end of a face at which the wall continues smoothly, without a vertex: `NO_OBSTACLE` of pic/state.h.
+#: Marks an end of a straight side at which the wall continues smoothly, without a vertex; equal to `NO_OBSTACLE` of
+#: pic/state.h.
 NO_OBSTACLE = -1
 
 
 class Obstacles:
-    """Obstacles of a scene in which a wall is finite, driven or a belt, or has its own coefficients.
+    """Sides and vertices of walls, for a scene in which a wall is finite, moving, a belt, or of its own material.
 
     Attributes:
         rows: Data of each obstacle, as returned by `carom.core.input_rows.build_feature_row`.
-        driven: A row for each driven body and each conveyor wall: see `build_driven_rows`.
-        legs: A row for each leg of a driven path.
+        driven: A row for each body with a prescribed motion and each conveyor wall: see `build_driven_rows`.
+        legs: A row for each part of a prescribed motion, in which the velocity is constant.
     """
 
     def __init__(self, start: DiscArrays) -> None:
@@ -66,7 +67,7 @@ class Obstacles:
         )
 
     def is_order_free(self, one: int, other: int, elastic: bool) -> bool:
-        """Return whether the impacts of a disc on two features at one instant have the same result in either order."""
+        """Return whether impacts of a disc on two features at one instant have the same result in both orders."""
         first, second = self._finite[one][1], self._finite[other][1]
         return are_decidable(first.feature, second.feature, elastic=elastic)
 
@@ -82,7 +83,10 @@ class Obstacles:
 
     @cached_property
     def _lowest_edges(self) -> tuple[NDArray[np.void], NDArray[np.bool_]]:
-        """The lowest edge of each obstacle, and whether it is one of several edges. The last row is for no obstacle."""
+        """The lowest edge of each obstacle, and whether the obstacle consists of several edges.
+
+        The last row is for contacts without an obstacle.
+        """
         lowest = np.full(len(self.rows) + 1, np.array(NO_EDGE, EDGE_DTYPE))
         is_joined = np.zeros(len(lowest), bool)
         for obstacle, (_, part) in self._finite.items():
@@ -92,9 +96,10 @@ class Obstacles:
 
 
 class Grounds(NamedTuple):
-    """Data of each feature of all walls for lasting contact.
+    """For each side and vertex of a wall, whether discs can slide, roll or rest on it.
 
-    A ground is a half-plane or a straight face on which a disc can slide, roll or rest under gravity.
+    A *ground* is a half-plane, or a straight side of a finite wall, on which a disc can slide, roll or rest under
+    gravity.
 
     Attributes:
         rows: Shape ``(features, 4)``: whether a disc can be in lasting contact with the feature, the numbers of the
@@ -107,9 +112,9 @@ class Grounds(NamedTuple):
 
 
 def build_grounds(start: DiscArrays, features: dict[int, tuple[Outline, WallFeature]], walls: list[int]) -> Grounds:
-    """Return which features of a scene's walls are grounds: surfaces on which a disc can slide, roll or rest.
+    """Find the grounds among the features of a scene's walls: surfaces on which a disc can slide, roll or rest.
 
-    Half-planes and straight faces of finite walls are grounds, unless the wall is driven or is a belt.
+    Half-planes and straight sides of finite walls are grounds, unless the wall moves or is a conveyor belt.
 
     Args:
         start: The discs and walls.
@@ -162,8 +167,8 @@ class _Surroundings:
     def find_face_surroundings(self, face: Face) -> tuple[tuple[int, int], list[int]]:
         """Return the vertices at the ends of a face, and the features that a disc on this face never meets.
 
-        These features are both sides of the face, the vertices, and arcs that continue the wall smoothly. Without this
-        rule, rounding would decide whether the disc meets the arc or the face first.
+        These features are both sides of the edge, the vertices, and arcs that continue the wall smoothly. Without this
+        rule, it would depend on rounding whether the disc meets the arc or the face first.
         """
         first, last = (self._vertices.get((end, face.half_width), NO_OBSTACLE) for end in (face.a, face.b))
         never = [*self._faces[frozenset((face.a, face.b))]]

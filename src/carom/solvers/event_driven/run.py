@@ -1,4 +1,4 @@
-"""A PIC run that can be advanced in pieces, watched, saved and resumed."""
+"""A PIC run that can be advanced step by step, observed, saved and resumed."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
     from carom.solvers.run import Progress, Start
 
-#: Number of events per call of the kernel. A call takes about a tenth of a second. Progress and Ctrl-C are handled
-#: between calls.
+#: Number of events per call of the compiled code. A call takes about a tenth of a second. Between calls, progress is
+#: reported and Ctrl-C is handled.
 _EVENTS = 100_000
 #: Values of `Ending` of pic/state.h.
 _DONE, _LIMIT, _STANDSTILL, _PAUSE, _, _GLIDES, _CRUSHED, _, _AT_REST, _PRESSED, _CORNER, _EDGE = range(12)
@@ -42,7 +42,7 @@ _SHOWN = ("impacts", "wall_impacts", "predictions", "stale", "crossings", "beyon
 
 
 class RunState(NamedTuple):
-    """State from which a run of the same discs and walls can be resumed.
+    """State of a run, from which a run of the same discs and walls can be resumed.
 
     The state does not contain the recorded impacts.
     """
@@ -56,7 +56,7 @@ class RunState(NamedTuple):
 
 
 class EventDrivenRun:
-    """A PIC run that can be advanced in any number of pieces. The pieces do not change the result.
+    """A PIC run that can be advanced in any number of pieces. The number of pieces does not change the result.
 
     The class implements `carom.solvers.run.Run` for any number of discs. `DiscArrays` allow a million discs. With
     gravity, discs can slide, roll and rest on straight walls. Any other lasting contact ends the run: see
@@ -64,16 +64,17 @@ class EventDrivenRun:
 
     Args:
         start: A scene, or discs and walls as arrays.
-        record: Which impacts to record: "all" or "none". Impacts are always counted, see `impacts_per_disc`.
+        record: Which impacts to record: "all" or "none". Impacts are counted in both cases; see `impacts_per_disc`.
         window_s: First and last time of impacts to record, in seconds.
         contact_duration_s: Contact time of the TC model (Luding & McNamara, Granular Matter 1 (1998) 113). An impact
-            within this time after a disc's last impact has no energy loss and no friction, which prevents inelastic
-            collapse. 0 turns the model off.
+            within this time after the disc's previous impact has no energy loss and no friction. This prevents
+            inelastic collapse. 0 turns the model off.
         resume: State of an earlier run from which to continue. Radii, masses, moments of inertia, walls, coefficients
             and contact time must be the same. Positions, velocities and spins are those of the state.
-        cell_factor: Factor that multiplies the width of the search cells, at least 1; infinity for a single cell. The
-            factor does not change the result.
-        all_pairs: Compute all pairs at each event, without cells, queue or stored predictions. The result is the same.
+        cell_factor: Factor that multiplies the width of the cells in which near discs are searched, at least 1;
+            infinity for a single cell. It does not change the result.
+        all_pairs: Whether to compute all pairs at each event, without cells, queue or stored predictions. It does not
+            change the result.
 
     Raises:
         InputError: The scene has damping. A contact time is given, and the scene has gravity or a table that slows
@@ -136,7 +137,7 @@ class EventDrivenRun:
             start, obstacles, duration_s, accelerated_scene, contact_s, standstill, cell_factor, all_pairs
         )
         self._ended: Outcome | None = None
-        self._reached: tuple[float, float] = (0.0, 0.0)  # time since the epoch, as two floats: see double_double.h
+        self._reached: tuple[float, float] = (0.0, 0.0)  # the reached time as two floats, see double_double.h
         self._obstacles = obstacles
         self._fixed = _build_constants(start, contact_s) | {"acceleration": accelerations}
         if self.options.record == "all":
@@ -150,17 +151,19 @@ class EventDrivenRun:
             self._ended, self.notes = resume.ended, resume.notes
 
     def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:
-        """Carry out every impact up to and including `time_s`. Stop earlier if the run has had `max_impacts` in all.
+        """Apply every impact up to and including `time_s`.
+
+        Stop earlier if the run has had `max_impacts` impacts in total.
 
         Raises:
-            InputError: `time_s` is NaN, or `max_impacts` is not a number of impacts. Two discs meet so far from the
-                origin that floats can't distinguish their centres.
+            InputError: `time_s` is NaN, or `max_impacts` is not a whole number of 0 or more. Two discs meet so far from
+                the origin that floats can't distinguish their centres.
         """
         require_goal(time_s, max_impacts)
         if self._ended is not None:
             return self._ended
         ended = _PAUSE
-        while ended == _PAUSE:  # between calls Python handles Ctrl-C
+        while ended == _PAUSE:  # between calls, Python handles Ctrl-C
             ended = self._kernel.run(time_s, NO_LIMIT if max_impacts is None else max_impacts, _EVENTS)
             if progress is not None:
                 progress(self.impacts, self._kernel.clock["reported"])
@@ -181,7 +184,7 @@ class EventDrivenRun:
         return _OUTCOMES[ended]
 
     def _format_note(self, ended: int, reached_s: float) -> str:
-        """Return the note on a run that ended early because of an impact or a contact."""
+        """Describe why a run ended early because of an impact or a contact."""
         if ended == _CRUSHED:
             crush = self._kernel.crush
             one, other = map(body_name, crush["between"])
@@ -196,7 +199,7 @@ class EventDrivenRun:
     def _format_contact_note(
         self, ended: int, disc: int, other: int, obstacle: int, held_by: int, after_bounces: bool
     ) -> str:
-        """Return the note on a run that ended early because of a contact: see `ContactEnd` in accelerated_state.h."""
+        """Describe why a run ended early because of a contact; see `ContactEnd` in accelerated_state.h."""
         why = ", after infinitely many impacts" if after_bounces else ""
         if ended == _EDGE:
             wall = body_name(other)
@@ -211,19 +214,19 @@ class EventDrivenRun:
         return f"disc {disc} {'comes to rest' if after_bounces else 'rests'} on {body_name(other)}{why}"
 
     def positions(self) -> NDArray[np.float64]:
-        """Return the present centres, in metres, shape ``(n, 2)``."""
+        """Return the current centres, in metres, shape ``(n, 2)``."""
         return self._kernel.states(*self._reached)[:, :2].copy()
 
     def velocities(self) -> NDArray[np.float64]:
-        """Return the present velocities, in metres per second, shape ``(n, 2)``."""
+        """Return the current velocities, in metres per second, shape ``(n, 2)``."""
         return self._kernel.states(*self._reached)[:, 2:].copy()
 
     def spins(self) -> NDArray[np.float64] | None:
-        """Return the present spins, in radians per second, shape ``(n,)``; None in a scene in which nothing turns."""
+        """Return the current spins, in radians per second, shape ``(n,)``; None if no disc in the scene turns."""
         return self._kernel.spins_at(*self._reached)
 
     def impacts_per_disc(self) -> NDArray[np.int64]:
-        """Return the number of impacts of each disc so far, with discs and walls, shape ``(n,)``."""
+        """Return the number of impacts that each disc has had with discs and walls, shape ``(n,)``."""
         return self._kernel.impact_counts
 
     def state(self) -> RunState:
@@ -237,41 +240,42 @@ class EventDrivenRun:
 
     @property
     def counts(self) -> dict[str, int]:
-        """Work so far, by name.
+        """Counts of the work so far, by name.
 
-        The counts are impacts, impacts on walls, predictions after impacts, stale events, cell crossings, scans of all
-        wall features for discs outside the cells, changes of the cell grid, and new epochs.
+        There are counts of impacts, impacts on walls, predictions after impacts, outdated events, discs that cross into
+        another cell, scans of all walls for discs outside the cells, changes of the cell grid, and shifts of the origin
+        of time.
         """
         counts = self._kernel.counts
         return {name: counts[name] for name in _SHOWN}
 
     @property
     def bytes_per_disc(self) -> float:
-        """Memory of the run per disc, without recorded impacts."""
+        """Memory of the run in bytes, divided by the number of discs. Recorded impacts are not included."""
         return self._kernel.nbytes / len(self._kernel.discs)
 
 
 def compute_standstill_limit(bodies: int) -> int:
-    """Return the number of impacts at one instant that ends a run at a standstill.
+    """Return the number of impacts at one instant after which a run ends, because time no longer advances.
 
-    The limit must allow all finite sequences. n equal discs that touch in a line have at most n(n-1)/2 impacts at one
-    instant. Two discs in front of a wall have 31 impacts if their masses are 1:100, and 314 impacts if their masses are
-    1:10,000. For few bodies the limit is a hundred times the square of their number. The run then computes these
-    impacts in milliseconds. For many bodies the limit is ten million above the number for a line of discs. The run
-    computes these impacts in seconds.
+    The limit must be larger than any finite number of impacts at one instant. n equal discs that touch in a line have
+    at most n(n-1)/2 such impacts. Two discs in front of a wall have 31 impacts if their masses are 1:100, and 314
+    impacts if their masses are 1:10,000. For few bodies, the limit is a hundred times the square of their number, so
+    that a run ends within milliseconds. For many bodies, it is ten million above the number for a line of discs, so
+    that a run ends within seconds.
     """
     return min(100 * bodies**2, 10_000_000 + bodies**2 // 2)
 
 
 def _build_obstacles(start: DiscArrays, *, accelerated: bool) -> Obstacles | None:
-    """Return the features of the walls that discs can meet; None if the walls themselves are the obstacles."""
+    """Return the sides and vertices of the walls; None if all walls are half-planes that need no further data."""
     obstacles = None if start.has_plain_walls and not (start.driven or accelerated) else Obstacles(start)
     if (count := len(start.walls if obstacles is None else obstacles.rows)) > MOST_OBSTACLES:
         raise InputError(f"walls have {count} sides and vertices: at most {MOST_OBSTACLES} can be numbered")
     return obstacles
 
 
-#: Coefficients that must be equal in a resumed run.
+#: Names of coefficients that must be equal when a run is resumed.
 _LAW = (
     *("restitution", "wall_restitution", "wall_materials"),
     *("friction", "wall_friction", "tangential_restitution", "wall_tangential_restitution"),
@@ -280,7 +284,7 @@ _LAW = (
 
 
 def _build_constants(start: DiscArrays, contact_duration_s: float) -> dict[str, Any]:
-    """Return the constants of a run by name, except radii and masses, which the kernel stores."""
+    """Return the constants of a run by name, except for radii and masses, which the compiled code stores."""
     law = {name: getattr(start, name) for name in _LAW}
     inertia = start.inertia.copy() if start.turns else None
     return {"inertia_factor": inertia, "walls": start.walls, **law, "contact_duration_s": contact_duration_s}
@@ -297,7 +301,7 @@ def _require_same(state: RunState, fixed: Mapping[str, Any], discs: NDArray[np.v
         _require_equal(name, discs[field], theirs[field])
     for name, value in fixed.items():
         other = state.fixed[name]
-        if (value is None) != (other is None):  # only the inertia can be None, if the run has no spins
+        if (value is None) != (other is None):  # only the inertia may be None, in a run without spins
             has, got = ("with", "without") if other is None else ("without", "with")
             raise InputError(f"resume must be the state of a run {has} friction or spin, like this run, got one {got}")
         if isinstance(value, np.ndarray):

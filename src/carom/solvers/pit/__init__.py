@@ -1,1 +1,1 @@
-"""PIT, periodic interference test: Algorithm 1 for any number of discs."""
+"""PIT, the periodic interference test (discrete detection), for any number of discs."""

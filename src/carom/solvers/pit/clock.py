@@ -1,4 +1,4 @@
-"""Times of the frames of a PIT run."""
+"""Times of the frames of a PIT run, at which it checks for overlap."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 class FrameClock:
     """Times of frames: frame k, counted from 0, is at ``k * step_s / rate_hz``.
 
-    Frames are given by a length in seconds or by a rate in frames per second. The other number is 1, so that a time is
-    rounded only once.
+    Either the length of a frame in seconds or the number of frames per second is given. The other number keeps its
+    value of 1, so that each time is rounded only once.
     """
 
     step_s: float = 1.0
@@ -27,7 +27,7 @@ class FrameClock:
     def convert_units(self, units: Units) -> FrameClock:
         """Return the same clock in other units of time.
 
-        The units are powers of two of a second, so the change is exact.
+        The units are powers of two of a second, so the conversion causes no rounding.
         """
         if self.rate_hz != 1.0:
             return FrameClock(rate_hz=units.to_seconds(self.rate_hz))
@@ -43,7 +43,7 @@ class FrameClock:
         return frame * self.step_s / self.rate_hz
 
     def count_frames_before(self, time_s: float) -> int:
-        """Return the number of frames before a time. A frame that equals this time up to rounding is not counted.
+        """Return the number of frames before a time. A frame at this time, except for rounding, is not counted.
 
         Raises:
             InputError: The time is not a finite number of seconds, 0 or more.

@@ -25,28 +25,28 @@ if TYPE_CHECKING:
     from carom.solvers.run import Progress, Start
     from carom.solvers.units import RunInUnits, Units
 
-#: Skipping is turned off when the work that skipping wastes exceeds this many searches around all discs. A search
-#: around all discs takes place at the start and whenever bounds have expired. The number is a guess that has not been
-#: tuned.
+#: PIT searches around each disc to find frames at which no bodies can touch, and skips them. When the searches have
+#: cost more work than they saved, PIT stops skipping frames. The limit of this loss is the work of this many searches
+#: around all discs. The number is a guess that has not been tuned.
 MOST_WASTE = 2.0
-#: Number of tests per call of the loop. A call takes some hundredths of a second. Progress and Ctrl-C are handled
-#: between calls.
+#: Number of overlap tests per call of the compiled code. A call takes some hundredths of a second. Between calls,
+#: progress is reported and Ctrl-C is handled.
 _WORK = 2.0**23
-#: A recorded contact stores one number: the edge times this factor, plus the kind of the edge. See
-#: core/pit/chain_distance.h.
+#: A recorded contact stores the wall's edge as one number: the number of the edge times this factor, plus the kind of
+#: its part. See core/pit/chain_distance.h.
 _EDGE_KINDS = 4
 
 
 class FrameRun:
     """A PIT run in progress; implements `carom.solvers.run.Run`.
 
-    The stored state is that of the last passed frame. States at other times are computed from that frame, so pieces
-    that end between frames don't change the result.
+    The stored state is that of the last frame so far. States at other times are computed from this state. So it does
+    not change the result if the run is advanced in pieces that end between frames.
 
     Args:
-        loop: The loop over the frames.
-        clock: Instants of the frames.
-        edges_of: Function that finds the edges of recorded impacts; None without finite walls.
+        loop: The compiled loop over the frames.
+        clock: Times of the frames. edges_of: Function that finds the edges of recorded impacts; None without finite
+            walls.
         damping: Damping of the discs.
     """
 
@@ -66,27 +66,27 @@ class FrameRun:
 
     @property
     def frames(self) -> int:
-        """Number of frames passed. Skipped frames, at which no test can find an impact, are included."""
+        """Number of frames so far, including skipped frames, at which no test can find an impact."""
         return self._loop.frames
 
     @property
     def counts(self) -> dict[str, int]:
-        """Work so far, by name."""
+        """Counts of the work so far, by name."""
         return self._loop.counts
 
     def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:
-        """Pass every frame before `time_s`, or stop after the frame with impact number `max_impacts`.
+        """Run every frame before `time_s`, or stop after the frame with impact number `max_impacts`.
 
-        A frame at `time_s` itself is not passed. All impacts of a frame are applied, so there can be more than
+        A frame at `time_s` itself is not run. All impacts of a frame are applied, so there may be slightly more than
         `max_impacts`.
 
         Args:
             time_s: Seconds from the start.
             max_impacts: Number of impacts, counted from the start of the run; None for no limit.
-            progress: Called at intervals with the number of impacts so far and the time reached.
+            progress: Function that is called at intervals with the number of impacts so far and the time reached.
 
         Raises:
-            InputError: The time is not a finite number, 0 or more, or `max_impacts` is not a number of impacts.
+            InputError: The time is negative or not finite, or `max_impacts` is not a whole number of 0 or more.
         """
         require_goal(time_s, max_impacts)
         outcome = self._advance(self.clock.count_frames_before(time_s), max_impacts, progress)
@@ -94,12 +94,12 @@ class FrameRun:
         return outcome
 
     def advance_frames(self, frames: int) -> None:
-        """Pass this many frames, and advance to the time of the next frame."""
+        """Run this number of frames, and advance to the time of the next frame."""
         self._advance(self.frames + frames, None, None)
         self.time_s = max(self.time_s, self.clock.time_s(self.frames))
 
     def positions(self) -> NDArray[np.float64]:
-        """Return the centres now, in metres, shape ``(n, 2)``."""
+        """Return the current centres, in metres, shape ``(n, 2)``."""
         return self._loop.positions(self._damping.to_undamped(self.time_s))
 
     def velocities(self) -> NDArray[np.float64]:
@@ -108,12 +108,12 @@ class FrameRun:
         return self._loop.velocities(undamped_s) * self._damping.compute_kept_fraction(self.time_s)
 
     def spins(self) -> NDArray[np.float64] | None:
-        """Return the current spins, in radians per second, shape ``(n,)``; None if nothing in the scene turns."""
+        """Return the current spins, in radians per second, shape ``(n,)``; None if no disc in the scene turns."""
         spins = self._loop.present_spins()
         return None if spins is None else spins * self._damping.compute_kept_fraction(self.time_s)
 
     def impacts_per_disc(self) -> NDArray[np.int64]:
-        """Return the number of impacts of each disc so far, with discs and walls, shape ``(n,)``."""
+        """Return the number of impacts that each disc has had with discs and walls, shape ``(n,)``."""
         impacts = self.log.array()
         bodies = np.concatenate([impacts["first"], impacts["second"]])
         return np.bincount(bodies[bodies >= 0], minlength=len(self.positions()))
@@ -138,7 +138,7 @@ def start_pit_run(scene: Scene, clock: FrameClock, *, skipping: bool = True) -> 
     Args:
         scene: The scene.
         clock: Instants of the frames.
-        skipping: Whether to skip tests that can't find an impact. The result has the same bits.
+        skipping: Whether to skip tests that can't find an impact. This does not change any bit of the result.
     """
 
     def make(start: Start, units: Units) -> FrameRun:
@@ -169,15 +169,15 @@ def build_edges(contacts: NDArray[np.void]) -> NDArray[np.void]:
 def solve_pit(scene: Scene | str, *, frame_rate_hz: float | None = None, skipping: bool = True) -> Trace:
     """Run a scene by PIT.
 
-    Frame k is at ``k / frame_rate_hz``, from 0 to the last one before `scene.duration_s`.
+    PIT checks for overlap at the times ``k / frame_rate_hz``, from k = 0 to the last one before `scene.duration_s`.
 
     Args:
         scene: The scene, or its name in the catalogue.
         frame_rate_hz: Frames per second; the scene's own by default.
-        skipping: Whether to skip tests that can't find an impact. Only the work counts differ.
+        skipping: Whether to skip tests that can't find an impact. This only changes `Trace.counts`.
 
     Raises:
-        InputError: The frame rate is not a positive number, or gives too many frames.
+        InputError: The frame rate is not a positive number, or leads to too many frames.
 
     Examples:
         >>> len(carom.solve_pit("paper/missed", frame_rate_hz=24).impacts)  # there is one, between two frames

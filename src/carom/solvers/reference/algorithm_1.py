@@ -1,11 +1,12 @@
-"""Algorithm 1 of the source paper: PIT, the periodic interference test, for discs and half-planes on straight paths.
+"""Algorithm 1 of the paper by which Carom is inspired: PIT, for discs and half-planes on straight paths.
 
-Each pair is tested at each frame, and only then. If two bodies overlap and approach each other, they get new velocities
-along the line of centres. Positions are not corrected. So an impact is up to a frame late, and its normal is that of
-the overlapping discs. PIT misses an impact if the overlap begins and ends between two frames.
+Each pair of bodies is tested for overlap at each frame, and not in between. If two bodies overlap and approach each
+other, they get new velocities along the line of centres. Positions are not corrected. So an impact is up to a frame
+late, and its normal is that of the overlapping discs. PIT misses an impact if the overlap begins and ends between two
+frames.
 
-This module is for reading and for tests. `carom.solve_pit` gives the same bits, skips frames at which no impact is
-possible, and supports all bodies and motions.
+This module is for reading and for tests. `carom.solve_pit` returns exactly the same numbers. But it skips frames at
+which no impact is possible, and supports all bodies and motions.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class MovingDisc:
-    """A disc at the present frame.
+    """State of a disc at the present frame.
 
     Attributes:
         x: x coordinate of the centre, in metres.
@@ -49,7 +50,7 @@ class MovingDisc:
 
     @property
     def velocity(self) -> Vector:
-        """The velocity as a vector."""
+        """The velocity as a pair of components."""
         return self.vx, self.vy
 
     def move(self, seconds: float) -> None:
@@ -108,7 +109,7 @@ def run_algorithm_1(scene: Scene | str, *, frame_rate_hz: float | None = None) -
 
 
 def do_discs_interfere(first: MovingDisc, second: MovingDisc) -> bool:
-    """Return whether two discs approach each other and touch or overlap. PIT tests this condition at each frame."""
+    """Return whether two discs overlap or touch, and approach each other. PIT tests this at each frame."""
     if first.inverse_mass == second.inverse_mass == 0.0:
         return False
     dx, dy = second.x - first.x, second.y - first.y
@@ -117,7 +118,7 @@ def do_discs_interfere(first: MovingDisc, second: MovingDisc) -> bool:
 
 
 def does_wall_interfere(disc: MovingDisc, wall: HalfPlane) -> bool:
-    """Return whether a disc approaches a half-plane and touches or overlaps it."""
+    """Return whether a disc overlaps or touches a half-plane, and approaches it."""
     x, y, nx, ny = wall
     approaches = disc.vx * nx + disc.vy * ny < 0.0
     return approaches and (disc.x - x) * nx + (disc.y - y) * ny <= disc.radius
@@ -126,8 +127,8 @@ def does_wall_interfere(disc: MovingDisc, wall: HalfPlane) -> bool:
 def collide_discs(first: MovingDisc, second: MovingDisc, i: int, j: int, time_s: float, e: float) -> ImpactRecord:
     """Apply an impact along the line of centres to two discs. Return the record of the impact.
 
-    Let d be the vector from the first centre to the second. The impulse on the first disc is ``f d``. The formula uses
-    ``d.d`` without a square root, so that rounding of the length does not change the energy.
+    Let d be the vector from the first centre to the second. The impulse on the first disc is ``f d``. The formula
+    contains ``d.d`` without a square root, so that the rounding of a length does not change the energy.
     """
     dx, dy = second.x - first.x, second.y - first.y
     along = dx * (second.vx - first.vx) + dy * (second.vy - first.vy)
@@ -158,7 +159,7 @@ def _move(discs: list[MovingDisc], seconds: float) -> None:
 
 
 def _has_just_met(disc: MovingDisc, partner: int) -> bool:
-    """Return whether the disc's last impact was with this partner. The disc then does not approach the partner."""
+    """Return whether the disc's last impact was with this partner, so that they do not approach each other."""
     return disc.inverse_mass == 0.0 or disc.last_partner == partner
 
 

@@ -1,4 +1,4 @@
-"""`carom.advise`: the advice study from Python."""
+"""Python function `carom.advise`, which recommends step sizes for a scene."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class ShownAdvice(ShownResult, Advice):
-    """Advice that can be printed, shown in a notebook and plotted.
+    """Result of `carom.advise`, which can be printed, shown in a notebook and plotted.
 
     The plot shows the direction error against steps per second.
     """
@@ -51,15 +51,14 @@ def advise(
     Args:
         scene: The scene, or its name in the catalogue.
         engine_names: Names of adapters (default: all installed ones).
-        progress: Called with the number of finished tasks, the number of all tasks, and a description.
-        pool: Worker pool, which stays open. By default, a new pool is used and closed.
+        progress: Function that is called with the number of finished tasks, the number of all tasks, and a description.
+        pool: Pool of worker processes, which is not closed. By default, a new pool is used and closed.
         options: ``direction_error_rad``, ``profiles``, ``scheduler`` and the other fields of
             `carom.studies.advise.options.AdviceOptions`.
 
     Raises:
-        InputError: The scene has no reference or no impact, its first impact is already unreliable, or an option is
-            invalid.
-        UnknownNameError: The scene or an engine does not exist.
+        InputError: PIC can't solve the scene, the scene has no impact, rounding makes its first impact unreliable, or
+        an option is invalid. UnknownNameError: The scene or an engine does not exist.
 
     Examples:
         >>> advice = carom.advise("paper/late", ["pymunk"], profiles=["tuned"], phases=1)

@@ -1,4 +1,4 @@
-"""Document of `carom advise`: the recommended step sizes, the evidence for them, and the deciding impact."""
+"""Document of `carom advise`: the recommended step sizes, the tested ones, and the impact that is hardest to find."""
 
 from __future__ import annotations
 
@@ -48,8 +48,8 @@ def build_advice_document(advice: Advice, scene_word: str = "") -> Document:
 
     Args:
         advice: The advice.
-        scene_word: The scene as a command-line argument. The default is its name, which only works for scenes of the
-            catalogue.
+        scene_word: How to name the scene on the command line. The default is the scene's name, which only works for
+            scenes of the catalogue.
     """
 
     def order(one: Advised) -> tuple[bool, float, float]:
@@ -124,8 +124,8 @@ def write_advice(advice: Advice, folder: Path, scene_word: str = "") -> Path:
     """Write ``index.html`` into a folder and return its path. `scene_word` is as in `build_advice_document`.
 
     Raises:
-        MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed.
-        InputError: The folder is not writable, or contains foreign files.
+        MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed. InputError: The folder is not
+        writable, or contains files that Carom did not write.
     """
     require_report_extra()
     return write_files(folder, PURPOSE, {"index.html": render_html(build_advice_document(advice, scene_word))})
@@ -157,8 +157,8 @@ def _format_target_angle(advice: Advice) -> str:
 def _describe_longest_step(advice: Advice, question: Callable[[Advised], StepRange]) -> str:
     """Describe the largest step size that passes, and its method.
 
-    Methods whose steps Carom cuts are considered only if there are no other methods, because an engine has no setting
-    that cuts steps.
+    Methods whose steps Carom shortens are considered only if there are no other methods, because no setting of an
+    engine does this.
     """
     candidates = [one for one in advice.answers if one.method not in advice.located] or list(advice.answers)
     passing = [(found, answer) for answer in candidates if (found := question(answer)).passes]
@@ -173,7 +173,7 @@ def _describe_longest_step(advice: Advice, question: Callable[[Advised], StepRan
 
 
 def _passes_at_any_step(answer: Advised, found: StepRange) -> bool:
-    """Whether every step size of the grid passes, including the whole run in one step."""
+    """Whether every tested step size passes, including the whole run in one step."""
     return found.passes is not None and found.fails is None and answer.refused_s is None
 
 
@@ -191,9 +191,9 @@ def _count_steps_per_frame(advice: Advice, found: StepRange) -> int | None:
 
 
 def _build_code_blocks(advice: Advice, rows: Sequence[Advised], scene_word: str) -> Iterator[Block]:
-    """Yield each method's steps per frame, the engine's code for a frame, and the command that prints all settings.
+    """For each method, yield its steps per frame, the engine's code for a frame, and a command that prints settings.
 
-    A terminal shows only the first method.
+    On a terminal, only the first method is shown.
     """
     media = Media.EVERYWHERE
     for answer in rows:
@@ -248,7 +248,7 @@ def _describe_pit_steps(advice: Advice) -> str:
 
 
 def _build_notes(advice: Advice) -> Iterator[str]:
-    """Yield notes on methods that fail below a passing step size, on unfinished searches, and on the hardest impact."""
+    """Yield notes on the hardest impact, unfinished searches, and methods that fail below a passing step size."""
     for answer in advice.answers:
         never_misses = answer.never_misses
         for found, result in ((never_misses, "misses none"), (answer.demand, "meets the target")):
@@ -293,7 +293,7 @@ def _format_rate(dt_s: float) -> str:
 
 
 def _format_rates(trials: Iterable[StepTrial]) -> str:
-    """Return rates as a list. If there are many, return the first rate, the last rate and the number of rates."""
+    """List step sizes as steps per second; if there are many, only the first, the last and their number."""
     rates = [_format_rate(trial.dt_s) for trial in trials]
     if len(rates) < _MANY:
         return formatting.join_words(rates)
@@ -318,7 +318,7 @@ def _format_failing_rate(answer: Advised, found: StepRange) -> str:
 
 
 def _describe_search(advice: Advice, rows: Sequence[Advised]) -> Iterator[str]:
-    """Yield why searches ended, why step sizes were refused, and at which phases step sizes were tested."""
+    """Yield the reasons why searches ended and step sizes were refused, and describe the tested phases."""
     for ending, names in formatting.group_by((one.ending, one.method.label) for one in rows).items():
         yield f"For {formatting.join_words(names)}, no smaller step size was tested, because {ending.value}."
     for one in rows:
@@ -326,7 +326,7 @@ def _describe_search(advice: Advice, rows: Sequence[Advised]) -> Iterator[str]:
             yield f"Not run: {one.method.label} at {_format_rate(one.refused_s)} steps per second ({one.refusal})."
     yield (
         f"Each step size was tested at {formatting.format_count(advice.phases, 'phase')} that are spread evenly "
-        "over a step, and at phases at which a frame ends just before one of the hardest impacts. The largest step "
+        "over a step, and at phases at which a step ends just before one of the hardest impacts. The largest step "
         f"size of each range was tested at {max(CONFIRM, advice.phases)} phases."
     )
 
@@ -364,7 +364,7 @@ def _describe_hardest_impact(advice: Advice) -> str:
     direction = f"error is too large if the impact is found more than {late_text} late"
     if math.isinf(late):
         direction = "meets the target even if the impact is found late"
-    if advice.scene.arrays.rubs_discs:  # the effect of friction has no closed form
+    if advice.scene.arrays.rubs_discs:  # there is no formula for the effect of friction
         direction += " (without friction)"
     return (
         f"{which} {bodies_and_time}: {why}. The bodies overlap and approach each other for "

@@ -1,4 +1,4 @@
-"""Diagram of the advice: error against steps per second, with a line for each method and a line for the target."""
+"""Diagram of the direction error against steps per second, with a line for each method and for the accuracy target."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ from carom.studies.advise.run import Advice
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-#: Smallest error in the diagram, in degrees. This error is above the rounding of a direction and below any target.
+#: Smallest error in the diagram, in degrees. It is larger than the rounding error of a direction, and smaller than any
+#: target.
 _LEAST_DEG = 1e-9
 
 
@@ -37,7 +38,7 @@ def draw_advice(advice: Advice, axes: Axes, *, narrow: bool = False) -> None:
         found = [trial for trial in answer.trials if not trial.reason and not math.isnan(trial.direction_error_rad)]
         style = choose_line_style(answer.method.engine, profile=answer.method.profile)
         rates = [1.0 / trial.dt_s for trial in found]
-        # A logarithmic axis has no 0, so exact results are at the lower edge.
+        # A logarithmic axis has no 0, so exact results are drawn at the lower edge.
         degrees = [max(math.degrees(trial.direction_error_rad), _LEAST_DEG) for trial in found]
         axes.plot(rates, degrees, label=answer.method.label, **style)
         lossy_points = [(rate, error) for rate, error, trial in zip(rates, degrees, found, strict=True) if trial.lost]

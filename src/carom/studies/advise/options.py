@@ -19,7 +19,8 @@ def _parse_angle(text: str) -> float:
 
 
 _ANGLE_TEXT = "an angle such as 1deg or 0.02rad, above 0 and below 180 degrees"
-# A kind excludes its lower limit and includes its upper limit. Floats next to 0, 1 and pi reverse this where needed.
+# `build_measure_kind` excludes the lower limit and includes the upper limit. The next smaller float is given as a limit
+# where the opposite is needed.
 _ANGLE = build_measure_kind(_ANGLE_TEXT, "ANGLE", 0.0, math.nextafter(math.pi, 0.0), read=_parse_angle)
 _ABOVE, _UP_TO = math.nextafter(0.0, -1.0), math.nextafter(1.0, 0.0)
 _FRACTION = build_measure_kind("0 or more and below 1", "NUMBER", _ABOVE, _UP_TO, span="0 to below 1")
@@ -30,13 +31,13 @@ class AdviceOptions(LimitOptions):
     """Options of `carom advise`, except for the scene.
 
     Attributes:
-        engines: Names of adapters; None for all. PIC and PIT get no recommendation.
+        engines: Names of adapters; None for all. PIC and PIT are never recommended.
         profiles: Names of profiles.
         direction_error_rad: Largest allowed error of a disc's direction after any impact.
         miss_probability: Allowed fraction of phases at which an impact is missed or invented.
         phases: Number of phases, evenly spread over a step, at which each step size is tested.
-        budget_steps: Largest number of engine steps in the search for one method. The search ends with its present
-            result if the test of the next step size would exceed this number.
+        budget_steps: Largest number of engine steps in the search for one method. The search ends if the test of the
+            next step size would exceed this number.
 
     Raises:
         InputError: A value is invalid.

@@ -1,8 +1,8 @@
 """Search for the largest step sizes at which each engine misses no impact and meets an accuracy target.
 
-For two smooth discs, the largest step size of checking once per step (PIT) has a closed form; see
-`carom.studies.advise.sampling_limit`. All other step sizes are found by trials on a grid. Each step size is tested from
-two kinds of phases: evenly spread over one step, and with a check just before one of the hardest impacts.
+For two discs without friction, `carom.studies.advise.sampling_limit` computes PIT's largest step size by a formula. All
+other step sizes are found by testing a series of step sizes. Each step size is tested at phases that are evenly spread
+over a step, and at phases with a check just before one of the hardest impacts.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from carom.studies.advise.sampling_limit import Demand, HardImpact, rank_hardest
 from carom.studies.advise.step_search import Advised, StepSearch
 from carom.studies.advise.step_trial import StepTrial, list_start_phases, try_phases
 
-#: Number of hardest impacts for which phases are chosen.
+#: Number of the hardest impacts for which additional phases are tested.
 AIMED = 3
 
 
@@ -48,7 +48,7 @@ class Unable:
 
     Attributes:
         method: Engine and profile.
-        reason: Reason why the method can't run the scene at any step of the search.
+        reason: Reason why the method can't run the scene with any tested step size.
     """
 
     method: Method
@@ -57,11 +57,11 @@ class Unable:
 
 @dataclass(frozen=True)
 class ClosedForm:
-    """The largest step sizes for PIT with two smooth discs, in seconds, by formulas.
+    """The largest step sizes for PIT with two discs without friction, in seconds, computed by formulas.
 
     Attributes:
-        never_misses_s: Largest step size with which the engine misses the impact at no phase.
-        demand_s: Largest step size with which the engine meets the accuracy target at every phase.
+        never_misses_s: Largest step size with which PIT finds the impact at every phase.
+        demand_s: Largest step size with which PIT meets the accuracy target at every phase.
     """
 
     never_misses_s: float
@@ -73,22 +73,23 @@ class Advice:
     """Result of `carom advise`.
 
     Attributes:
-        scene: The scene, up to the end of its reliable reference.
+        scene: The scene. It is shortened if rounding makes its later impacts unreliable.
         demand: Required accuracy.
-        impacts: Number of impacts of the reference.
+        impacts: Number of impacts in the searched part of the scene.
         hardest: Some of the hardest impacts, beginning with the hardest one.
-        closed_form: The largest step sizes for PIT; None if they have no closed form.
-        sampling: Search result of PIT, for comparison, if there is no closed form.
-        answers: One entry per engine and profile.
+        closed_form: The largest step sizes for PIT; None if no formula exists.
+        sampling: Search result of PIT for comparison, if no formula exists.
+        answers: The search result of each engine and profile.
         unable: Engines and profiles that can't run the scene.
         phases: Number of evenly spread phases at which each step size was tested.
-        budget_steps: Budget of each search, in engine steps.
-        swept: Methods whose engine sweeps fast bodies, so that no body passes through another in a step.
-        located: Methods whose steps Carom cuts. No setting of the engine cuts steps.
-        code: The engine's code for one frame at the recommended step size, by method, if the adapter writes code.
-        environment: Machine and versions.
+        budget_steps: Largest number of engine steps in each search.
+        swept: Methods with continuous collision detection, so that no fast body passes through another in a step.
+        located: Methods whose steps Carom shortens so that they end at impacts. No setting of the engine does this.
+        code: For each method, the engine's code for one frame with the recommended step size, if the adapter can write
+            code.
+        environment: Description of the machine, and versions of packages.
         command: The command that repeats the study; empty if it was called from Python.
-        elapsed_s: Elapsed seconds.
+        elapsed_s: Duration of the whole study, in seconds.
         cut: Reason why the scene was shortened; None if it was not.
     """
 
@@ -119,12 +120,13 @@ def advise(
     Args:
         scene: The scene.
         options: Options of the study.
-        pool: Worker pool, which stays open.
-        progress: Called with the number of finished searches, the number of all searches, and a description.
-        command: The command that repeats the study, for the result.
+        pool: Pool of worker processes, which is not closed.
+        progress: Function that is called with the number of finished searches, the number of all searches, and a
+            description.
+        command: The command that repeats the study, which is stored in the result.
 
     Raises:
-        InputError: The scene has no reference or no impact, or its first impact is already unreliable.
+        InputError: PIC can't solve the scene, the scene has no impact, or rounding makes its first impact unreliable.
         UnknownNameError: An engine does not exist.
     """
     started = time.perf_counter()
@@ -191,14 +193,14 @@ def _has_continuous_detection(info: EngineInfo, profile: str) -> bool:
 def _write_frame_code(scene: Scene, answer: Advised, pool: Pool) -> str:
     """Return the engine's code for one frame.
 
-    If no step size meets the target, use the step size that misses no impact.
+    If no step size meets the target, the code uses the largest step size that misses no impact.
     """
     trial = answer.demand.in_frame or answer.never_misses.in_frame
     return "" if trial is None else find_step_code(answer.method.engine, answer.method.profile, scene, trial.dt_s, pool)
 
 
 def _cut_reference(scene: Scene) -> tuple[Trace, ReferenceCut | None]:
-    """Return the reliable part of a scene's reference, and why it is shorter than the scene; None if it is not."""
+    """Return the reliable part of a scene's PIC trace, and the reason why the scene is shortened, if it is."""
     reference = solve_reference(scene)
     if not isinstance(reference, Trace):
         raise InputError(f"there is no reference to compare with: {reference}")
@@ -214,8 +216,8 @@ def _cut_reference(scene: Scene) -> tuple[Trace, ReferenceCut | None]:
     if reliable == 0:
         why = f"because from its first impact on, {cut.value}"
         raise InputError(f"no step size can be recommended for {scene.name!r}, {why}")
-    # The shortened scene ends in the middle between its last impact and the next one. So if the start is rounded, the
-    # impacts move slightly, but the same impacts are still before the end.
+    # The shortened scene ends in the middle between its last impact and the next one. So an engine that rounds the
+    # starting state still has the same impacts before the end.
     ended = solve_reference(Scene(**{**dict(scene), "duration_s": 0.5 * (times[reliable - 1] + times[reliable])}))
     if not isinstance(ended, Trace):
         raise InputError(f"there is no reference to compare with: {ended}")
@@ -223,7 +225,7 @@ def _cut_reference(scene: Scene) -> tuple[Trace, ReferenceCut | None]:
 
 
 def _find_closed_form(scene: Scene, hardest: Sequence[HardImpact]) -> ClosedForm | None:
-    """Return PIT's largest step sizes; None if a third body, friction or forces exclude a closed form."""
+    """Compute PIT's largest step sizes by formulas; None if a third body, friction or forces exclude a formula."""
     slowed = scene.damping_per_s or scene.table_deceleration_m_s2
     is_accelerated = slowed or (any(scene.gravity_m_s2) and not all(scene.arrays.movable))
     turns = any(disc.legs for disc in scene.discs)
@@ -237,7 +239,7 @@ def _find_closed_form(scene: Scene, hardest: Sequence[HardImpact]) -> ClosedForm
 def _run_searches(
     scene: Scene, searches: Mapping[Method, StepSearch], aimed_s: Sequence[float], pool: Pool, progress: Progress
 ) -> None:
-    """Test the step sizes that the searches request, one per search at a time, until all searches have ended."""
+    """Test the step sizes that the searches request, until all searches have ended."""
     tested_count = 0
     while requests := {method: search.wanted for method, search in searches.items() if search.wanted is not None}:
         phases_by_method = {method: list_start_phases(one.dt_s, one.even, aimed_s) for method, one in requests.items()}

@@ -1,12 +1,13 @@
-"""Closed form of the largest step size at which checking once per step meets an accuracy target for one impact.
+"""Formulas for the largest step size with which a check once per step is accurate enough for one impact.
 
-A method that checks at t = k dt finds the impact of two discs at the first check in [first contact, closest approach),
-while the discs overlap and still approach. So if dt is at most the length of this window, the method finds the impact
-at every phase, with a delay of less than dt. The direction error that a delay causes follows from geometry. While the
-discs slide into one another, their line of centres turns, and the velocity of each disc after the impact moves on a
-circle. Let u be the relative velocity, ``k = (1 + e) mu / m``, and n the unit line of centres. Then a disc's velocity
-changes by ``k (u . n) n = (k / 2) (u + |u| w)``. Here w is the unit vector whose angle is twice the angle of n, minus
-the angle of u.
+A method that checks once per step finds the impact of two discs at the first check between first contact and closest
+approach, while the discs overlap and still approach. If the step dt is at most as long as this interval, the method
+finds the impact at every phase, with a delay of less than dt. The direction error that a delay causes follows from
+geometry. As the discs move into each other, the line between their centres turns. As a function of the delay, the
+velocity of each disc after the impact is a point on a circle. Let u be the relative velocity, n the unit vector along
+the line of centres, e the restitution, m the disc's mass, mu the reduced mass, and ``k = (1 + e) mu / m``. Then a
+disc's velocity changes by ``k (u . n) n = (k / 2) (u + |u| w)``. Here w is the unit vector whose angle is twice the
+angle of n, minus the angle of u.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ class Demand:
 
 @dataclass(frozen=True)
 class ContactWindow:
-    """Two discs at first contact.
+    """Two discs at first contact. They would overlap for some time if there were no impact.
 
     Attributes:
         reach_m: Distance of the centres at contact.
@@ -61,12 +62,12 @@ class ContactWindow:
 
     @property
     def share(self) -> float:
-        """The impact parameter divided by the contact distance: 0 for a head-on impact, 1 if the discs only touch."""
+        """The impact parameter divided by the contact distance: 0 for a head-on impact, 1 if the discs only graze."""
         return abs(self.miss_m) / self.reach_m
 
     @classmethod
     def of(cls, reach_m: float, normal: Vector, relative_m_s: Vector) -> ContactWindow:
-        """Return the window of two discs that touch along a normal."""
+        """Build this description of two discs that touch along a normal."""
         (nx, ny), (ux, uy) = normal, relative_m_s
         speed = math.hypot(ux, uy)
         return cls(reach_m, speed, reach_m * (nx * uy - ny * ux) / speed, normal, relative_m_s)
@@ -75,7 +76,7 @@ class ContactWindow:
 def compute_direction_limit(
     window: ContactWindow, velocity_before: Vector, sign: float, push: float, angle_rad: float
 ) -> float:
-    """Return the largest delay of an impact at which a disc's direction after the impact is wrong by at most an angle.
+    """Return the largest delay of an impact with which a disc's direction afterwards is wrong by at most an angle.
 
     Args:
         window: The two discs at contact.
@@ -85,7 +86,7 @@ def compute_direction_limit(
         angle_rad: The angle, above 0 and below pi.
 
     Returns:
-        Delay in seconds; infinite if the direction is never wrong by more than the angle within the window.
+        Delay in seconds; infinite if no delay makes the direction wrong by more than the angle.
     """
     (ux, uy), speed = window.relative_m_s, window.speed_m_s
     radius = 0.5 * push * speed
@@ -96,7 +97,7 @@ def compute_direction_limit(
     if radius == 0.0 or turn == 0.0:
         return math.inf
     reference = (centre[0] + sign * radius * math.cos(start), centre[1] + sign * radius * math.sin(start))
-    # A disc at rest after the impact has no direction. For such a disc, the velocity before the impact and the change
+    # A disc at rest after the impact has no direction. Its velocity before the impact and the change of velocity
     # cancel, except for rounding.
     if math.hypot(*reference) <= 8 * 2.0**-53 * (math.hypot(*velocity_before) + push * speed):
         return math.inf
@@ -111,11 +112,11 @@ def compute_direction_limit(
 
 
 def _delay_of_angle(window: ContactWindow, swept: float) -> float:
-    """Return the time in seconds until w has turned by an angle."""
+    """Return the delay in seconds after which w has turned by an angle; see the module's docstring."""
     along = window.length_s * window.speed_m_s
     aside = abs(window.miss_m)
-    # The line of centres turns by half of w's angle. The remaining distance to the closest approach is aside *
-    # tan(...).
+    # The line of centres turns by half of w's angle. The remaining distance to the closest approach is `aside` times
+    # the tangent of the remaining angle.
     angle_left = math.atan2(along, aside) - 0.5 * abs(swept)
     return (along - aside * math.tan(angle_left)) / window.speed_m_s
 
@@ -134,7 +135,7 @@ def _find_circle_ray_points(centre: Vector, radius: float, heading: float) -> li
 
 @dataclass(frozen=True)
 class PairLimit:
-    """The largest step sizes of a method that checks for overlap once per step, for one impact.
+    """Largest step sizes with which checks for overlap once per step find one impact accurately enough.
 
     Attributes:
         window: The two discs at contact; None for a wall.
@@ -159,7 +160,10 @@ def compute_pair_limit(
     restitution: float,
     demand: Demand,
 ) -> PairLimit:
-    """Return the largest step sizes for an impact of two discs. Inverse masses are in 1/kg, 0 for an immovable disc."""
+    """Return the largest step sizes for an impact of two discs.
+
+    Inverse masses are in 1/kg. They are 0 for an immovable disc.
+    """
     total = sum(inverse_masses)
     pushes = [(1.0 + restitution) * inverse / total for inverse in inverse_masses]
     direction = min(
@@ -169,8 +173,8 @@ def compute_pair_limit(
     return PairLimit(window, window.length_s / (1.0 - demand.miss_probability), direction)
 
 
-#: Smallest impact parameter of a graze, as a fraction of the contact distance: cos 30°. In a graze the overlap lasts
-#: less than half as long as in a head-on impact.
+#: An impact counts as a graze if its impact parameter, divided by the contact distance, is at least this number: cos
+#: 30°. Discs then overlap for less than half as long as in a head-on impact.
 GRAZE = math.cos(math.pi / 6)
 
 
@@ -186,13 +190,13 @@ class Cause(Enum):
 
 @dataclass(frozen=True)
 class HardImpact:
-    """An impact of the reference, with the largest step sizes at which checking once per step is accurate enough.
+    """An impact of the reference, with the largest step sizes for which a check once per step is accurate enough.
 
     Attributes:
         time_s: Time of the impact.
         first: The disc.
         second: The other disc, or a wall.
-        limit: The largest step sizes, without friction. If discs have friction, these step sizes only guide the search.
+        limit: The largest step sizes, computed without friction. If discs have friction, they only guide the search.
         cause: Reason why the impact needs a small step size.
     """
 
@@ -204,7 +208,7 @@ class HardImpact:
 
 
 def rank_hardest_impacts(reference: Trace, demand: Demand) -> tuple[HardImpact, ...]:
-    """Return the largest step sizes for each impact of a reference, beginning with the hardest impact."""
+    """Compute the largest step sizes for each impact of a reference, and sort the impacts by them."""
     found = [_build_hard_impact(reference, k, demand) for k in range(len(reference.impacts))]
     return tuple(sorted(found, key=lambda impact: (impact.limit.dt_s, impact.time_s)))
 

@@ -16,23 +16,24 @@ from carom.studies.advise.step_trial import StepTrial, compute_step_limit
 #: Number of evenly spread phases at which a result is confirmed.
 CONFIRM = 64
 
-#: The grid has two steps per octave: 1, 1.5, 2, 3, 4, 6 ... steps per frame. For steps of half a frame or less, these
-#: numbers are whole.
+#: Tested step sizes per octave: 1, 1.5, 2, 3, 4, 6 ... steps per frame. An octave is a factor of 2. From 2 steps per
+#: frame on, these numbers are whole.
 IN_AN_OCTAVE = (1.0, 1.5)
 
-#: A step size is a result only if all smaller step sizes of the grid also pass, down to this number of octaves below
-#: it. One more octave is required if the error is not proportional to the step size in these octaves.
+#: A step size is recommended only if all tested smaller step sizes also pass, down to this number of octaves below it.
+#: If the error is not proportional to the step size in these octaves, one more octave is tested.
 OCTAVES_BELOW = 2
 LONGEST = OCTAVES_BELOW + 1
 
-#: All steps down to one step per frame are tested, because one step per frame is usual. If checking once per step needs
-#: smaller steps, tests continue down to these steps, but at most this number of octaves below a frame. An engine that
-#: sweeps only fast discs does not sweep at small steps, so it may miss impacts that it finds at larger steps.
+#: The search always continues down to one step per frame, because this is a usual choice. If PIT needs smaller steps,
+#: the search continues down to PIT's steps, but at most this number of octaves below a frame. The reason is that an
+#: engine may use continuous collision detection only for discs that move far in a step. With smaller steps, it may miss
+#: impacts that it finds with larger ones.
 OCTAVES_COVERED = 3
 
-#: Numbers within this factor count as equal. An error is proportional to the step size if the ratio of both is equal
-#: over `OCTAVES_BELOW` octaves; the order of convergence is then within 0.16 of 1. An error does not depend on the step
-#: size if it is equal over `LONGEST` octaves; the order is then within 0.11 of 0.
+#: Numbers within this factor count as equal. An error counts as proportional to the step size if their quotient is
+#: equal for `OCTAVES_BELOW` octaves. The order of convergence is then between 0.84 and 1.16. An error counts as
+#: independent of the step size if it is equal for `LONGEST` octaves. The order is then between -0.11 and 0.11.
 SAME = 1.25
 
 #: The smallest tested step size, as a fraction of the shortest of these times: a frame, the whole run, and the step
@@ -52,13 +53,14 @@ class SearchEnding(Enum):
 
 @dataclass(frozen=True)
 class StepRange:
-    """Passing step sizes: every tested step size from `passes` down to `down_to_s`.
+    """A range of step sizes that are accurate enough: every tested step size from `passes` down to `down_to_s`.
 
     Attributes:
-        passes: The largest passing step size, confirmed at `CONFIRM` phases; None if there is none.
-        in_frame: The largest passing step size that divides a frame, confirmed like `passes`; None if there is none.
+        passes: The largest step size that passes, confirmed at `CONFIRM` phases; None if there is none.
+        in_frame: The largest step size that passes and divides a frame into equal steps, confirmed like `passes`; None
+            if there is none.
         down_to_s: The smallest tested step size, in seconds; NaN if none was tested.
-        fails: The smallest failing step size, which is the tested step just above the passing ones; None if no step
+        fails: The smallest step size that fails, which is the next larger one after `passes`; None if no step size
             fails.
         coarser_passes: Step sizes that pass although a smaller one fails, the largest first.
         finer_failures: Step sizes that fail although a larger one passes, the largest first.
@@ -83,9 +85,9 @@ class Advised:
 
     Attributes:
         method: Engine and profile.
-        trials: Every tested step size, beginning with the largest.
-        never_misses: Step sizes with which the engine misses and invents no impact at any phase.
-        demand: Step sizes that meet the whole accuracy target.
+        trials: Results of all tested step sizes, beginning with the largest.
+        never_misses: Range of step sizes with which the engine misses and invents no impact at any phase.
+        demand: Range of step sizes that meet the whole accuracy target.
         ending: Reason why no smaller step size was tested.
         refused_s: The smallest step size that the method refuses, in seconds; None if the method refuses none. Larger
             step sizes were not run.
@@ -107,7 +109,7 @@ class Advised:
 
     @property
     def flat_from_s(self) -> float | None:
-        """The largest step size below which the direction error is constant, in seconds; None if there is none.
+        """The step size in seconds below which the direction error no longer decreases; None if there is none.
 
         Only step sizes below the smallest one with a missed or invented impact are considered.
         """
@@ -121,14 +123,14 @@ class Advised:
 
 @dataclass(frozen=True)
 class Wanted:
-    """A step size that a search requests, with the number of evenly spread phases."""
+    """A step size that a search wants to test, with the number of evenly spread phases."""
 
     dt_s: float
     even: int
 
 
 def generate_step_grid(scene: Scene, guess_s: float) -> Iterator[float]:
-    """Yield the step sizes of the grid: the whole run in one step, then two per octave down to the smallest."""
+    """Yield the step sizes to test: the whole run in one step, then two per factor of 2 down to the smallest."""
     frame_s, whole_s = 1.0 / scene.frame_rate_hz, scene.duration_s
     finest = min(guess_s, frame_s, whole_s) * FINEST
     yield whole_s
@@ -146,13 +148,15 @@ def generate_step_grid(scene: Scene, guess_s: float) -> Iterator[float]:
 def count_steps_per_frame(dt_s: float, frame_rate_hz: float) -> int | None:
     """Return the number of steps per frame; None if that number is not whole."""
     times = 1.0 / (dt_s * frame_rate_hz)
-    # `times` and `dt_s` were each computed by two operations, so both have two rounding errors.
+    # `times` and `dt_s` have two rounding errors each.
     rounded = round(times)
     return rounded if rounded and abs(times - rounded) <= 8 * 2.0**-53 * rounded else None
 
 
 class StepSearch:
-    """Search for the largest step size of one method. The caller runs the step sizes that the search requests.
+    """Search for the largest step size with which one method is accurate enough.
+
+    The search requests step sizes, which the caller tests.
 
     Args:
         scene: The scene.
@@ -160,9 +164,10 @@ class StepSearch:
         demand: Required accuracy.
         guess_s: Largest step size at which checking once per step is accurate enough for the hardest impact.
         phases: Number of evenly spread phases at which each step size is tested.
-        aimed: Number of additional phases with a check just before a hard impact.
-        budget_steps: Budget of engine steps. A step size is tested only if its estimated cost is within the rest of the
-            budget. The estimate assumes that the runs end as early as those with the previous step size.
+        aimed: Number of additional phases, at which a check comes just before a hard impact.
+        budget_steps: Largest number of engine steps in the search. A step size is tested only if its estimated number
+            of steps is not more than what remains of this budget. The estimate assumes that runs end as early as with
+            the previous step size.
         refusal: Function that returns the reason why the method refuses a step size; an empty text if it accepts the
             step size.
     """
@@ -194,7 +199,7 @@ class StepSearch:
 
     @property
     def refused_all(self) -> bool:
-        """Whether the method refuses every step of the grid."""
+        """Whether the method refuses every step size."""
         return all(self._refusal(dt_s) for dt_s in self._grid)
 
     def take(self, trial: StepTrial | str) -> None:
@@ -241,7 +246,7 @@ class StepSearch:
     def _test(self, dt_s: float, even: int) -> Generator[Wanted, StepTrial | str, bool]:
         """Request a step size, and return whether the search continues."""
         max_steps = compute_step_limit(self._duration_s, dt_s, even + self._aimed)
-        # Expect this step's runs to end after the last impact, like the runs of the previous step.
+        # Expect that the runs end as early as those with the previous step size.
         if max_steps * self._used_part > self._budget_left:
             self._ending = SearchEnding.BUDGET
             return False
@@ -254,14 +259,14 @@ class StepSearch:
             self._confirmed.add(dt_s)
         self._budget_left -= trial.steps
         self._used_part = trial.steps / max_steps
-        # An engine that fails at a huge step may still run at smaller steps.
+        # An engine that fails with a huge step size may still run with a smaller one.
         if trial.reason and dt_s <= self._frame_s:
             self._ending = SearchEnding.BROKE
             return False
         return True
 
     def _find_unconfirmed(self) -> StepTrial | None:
-        """Return a step size that becomes a result if it also passes at more phases; None if there is none."""
+        """Return a step size that is recommended if it also passes at more phases; None if there is none."""
         for passes in self._questions:
             run = _select_finest_passing(self._tested, passes)
             for trial in (*run[:1], *self._select_frame_divisor(run)) if self._spans_enough(run) else ():
@@ -270,11 +275,11 @@ class StepSearch:
         return None
 
     def _select_frame_divisor(self, run: Sequence[StepTrial]) -> Sequence[StepTrial]:
-        """Return a sequence with the largest step size that divides a frame; an empty sequence if no step does."""
+        """Return a list of the result with the largest step size that divides a frame; an empty list if none does."""
         return [trial for trial in run if count_steps_per_frame(trial.dt_s, self._rate_hz)][:1]
 
     def _spans_enough(self, run: Sequence[StepTrial]) -> bool:
-        """Whether enough smaller step sizes were tested for the first step size of `run` to be a result."""
+        """Whether enough smaller step sizes were tested to recommend the first step size of `run`."""
         falling = _are_equal([trial.direction_error_rad / trial.dt_s for trial in run])
         return _spans_octaves(run, OCTAVES_BELOW if falling else LONGEST) and run[-1].dt_s <= self._coarsest_end_s
 
@@ -283,9 +288,9 @@ class StepSearch:
         return self._spans_enough(run) and run[0].dt_s in self._confirmed
 
     def _is_flat(self, dt_s: float) -> bool:
-        """Whether smaller step sizes can't help: the error is too large, and constant over the last octaves.
+        """Whether smaller step sizes can't help, because the error is too large and no longer decreases.
 
-        The answer is False at steps above a frame, or above the step that suffices for checking once per step.
+        The result is False for step sizes above a frame, or above the step size that PIT needs.
         """
         if dt_s > min(self._frame_s, self._guess_s):
             return False
@@ -306,16 +311,16 @@ class StepSearch:
 
 
 def _select_finest_passing(trials: Sequence[StepTrial], passes: Callable[[StepTrial], bool]) -> list[StepTrial]:
-    """Return the passing steps that are finer than every failing step, beginning with the largest."""
+    """Return the passing step sizes that are smaller than every failing step size, beginning with the largest."""
     return list(takewhile(passes, reversed(trials)))[::-1]
 
 
 def _spans_octaves(run: Sequence[StepTrial], octaves: int) -> bool:
-    """Whether the steps span this number of octaves."""
+    """Whether the step sizes cover this number of octaves (factors of 2)."""
     return bool(run) and run[0].dt_s >= 2**octaves * run[-1].dt_s
 
 
 def _are_equal(values: Sequence[float]) -> bool:
-    """Whether positive numbers agree within a quarter. Return False if one of them is NaN or infinite."""
+    """Whether the largest number is at most 1.25 times the smallest. False if a number is NaN or infinite."""
     sound = all(0.0 < value < math.inf for value in values)
     return sound and max(values, default=0.0) <= SAME * min(values, default=0.0)

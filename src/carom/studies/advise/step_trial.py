@@ -24,15 +24,16 @@ from carom.model.scene import Scene
 from carom.model.trace import Outcome
 from carom.studies.advise.sampling_limit import Demand
 
-#: At a chosen phase there is a check this fraction of a step before an impact. So checking once per step finds the
-#: impact almost a whole step late.
+#: At a phase that is chosen for a hard impact, a check comes this fraction of a step before the impact. So a check once
+#: per step finds the impact almost a whole step late.
 JUST_BEFORE = 1e-3
 
 #: A run continues for this number of steps after the scene's end, so that the engine reports all impacts before the
 #: end.
 BEYOND_STEPS = LATEST_STAMP_STEPS + 1
 
-#: Number of references that a worker caches. Methods that are tested with the same step size reuse these references.
+#: Number of PIC traces that a worker process caches. Methods that are tested with the same step size reuse these
+#: traces.
 REFERENCES_KEPT = 128
 
 
@@ -53,13 +54,13 @@ class PhaseResult:
 
 @dataclass(frozen=True)
 class StartTask(JobTask):
-    """Runs a job in a worker process and compares its impacts up to the scene's end with PIC's."""
+    """Task that runs an engine, and compares its impacts up to the scene's end with those of PIC."""
 
     def carry_out(self) -> PhaseResult:
         """Return the result of the run.
 
         Raises:
-            UnsupportedError: The scene cannot begin at this phase, or has no reference at this phase.
+            UnsupportedError: The scene can't be shifted to this phase, or PIC can't solve the shifted scene.
         """
         job = self.job
         adapter = load_supported_adapter(job)
@@ -70,7 +71,7 @@ class StartTask(JobTask):
         observed = observe_run(adapter, scene, job.profile, job.dt_s, overrides=job.method.tried, watched=False)
         aligned = match_impacts(reference, observed, comparison_range(reference, shifted_scene.duration_s))
         measured = measure_errors(reference, observed, aligned, compute_scales(scene, reference))
-        # After the extra steps, only a run that ended early has undecided impacts. Undecided impacts count as missed.
+        # After the additional steps, only a run that ended early has undecided impacts, so they count as missed.
         wrong = aligned.missed or aligned.spurious or aligned.undecided
         return PhaseResult(
             lost=bool(wrong) or observed.outcome is not Outcome.COMPLETED,
@@ -91,10 +92,10 @@ class StepTrial:
         even: Number of evenly spread phases at which the engine did not fail.
         phases: Number of all phases.
         lost_even: Number of evenly spread phases at which an impact was missed or invented, or the run ended early.
-        lost: The same number for all phases, evenly spread or chosen.
+        lost: Number of all phases at which an impact was missed or invented, or the run ended early.
         direction_error_rad: Largest direction error at any phase; NaN if no impact was found.
         steps: Number of engine steps.
-        reason: Error of the engine or its adapter, because of which the step size fails; empty if there is no error.
+        reason: Error message of the engine or its adapter. With an error, the step size fails. Empty if there is none.
     """
 
     dt_s: float
@@ -121,7 +122,7 @@ class StepTrial:
     def of(
         cls, dt_s: float, even: Sequence[Answer[PhaseResult]], aimed: Sequence[Answer[PhaseResult]]
     ) -> StepTrial | str:
-        """Return the combined result of the phases; if no phase could run, return the reason as text."""
+        """Combine the results of the phases. If the engine could run at no phase, return the reason as text."""
         answers = [*even, *aimed]
         broken = [answer for answer in answers if answer.status.is_failure or answer.status is Status.UNAVAILABLE]
         results = [answer.value for answer in answers if answer.value is not None]
@@ -149,13 +150,13 @@ def list_start_phases(dt_s: float, even: int, aimed_s: Iterable[float]) -> tuple
 
 
 def compute_step_limit(duration_s: float, dt_s: float, phases: int) -> int:
-    """Return the largest number of engine steps for runs at some phases."""
+    """Return the largest number of engine steps that runs at this number of phases can have."""
     # A run can begin up to a step before the scene's start.
     return phases * (math.ceil(duration_s / dt_s) + 1 + BEYOND_STEPS)
 
 
 def try_phases(jobs: Iterable[Job], pool: Pool) -> Mapping[tuple[Method, float], Answer[PhaseResult]]:
-    """Run jobs that have one step size per method, and return the results by method and phase."""
+    """Run jobs, and return their results by method and phase. All jobs of a method must have the same step size."""
     asks = [
         TaskRequest((job.method, job.phase), build_job_key(job), StartTask(job), steps=estimate_steps(job))
         for job in sort_by_start(jobs)

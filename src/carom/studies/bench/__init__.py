@@ -1,1 +1,1 @@
-"""Study: error against run time, and run time against the number of discs."""
+"""Study: measures error against run time, and run time against the number of discs."""

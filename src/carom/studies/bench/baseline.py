@@ -26,14 +26,14 @@ from carom.studies.bench.result import Bench, Point
 from carom.studies.bench.tables import format_error, format_point_name
 from carom.studies.bench.timing_pass import At
 
-#: A run time has changed if the whole confidence interval of its ratio to the earlier run time differs from 1 by more
-#: than this number. Smaller differences between two sessions have other causes, such as the program's position in
-#: memory and other work of the machine.
+#: A run time counts as changed if its quotient with the earlier run time, including the confidence interval, differs
+#: from 1 by more than this number. Smaller differences may have other causes, such as the program's position in memory
+#: and other programs on the machine.
 LEAST_CHANGE = 0.05
 
 
 class BaselineChange(Enum):
-    """Change of a point's run time or error. The value is the word that the report shows."""
+    """Change of a point's run time or error. Each value is the word that a report shows."""
 
     REGRESSED = "regressed"
     IMPROVED = "improved"
@@ -41,7 +41,10 @@ class BaselineChange(Enum):
 
 
 class Before(NamedTuple):
-    """A point of the earlier bench: run time / PIT's in each round, error, number of missed and invented impacts."""
+    """A point of the earlier bench.
+
+    Run times are divided by PIT's in each round. `lost` counts missed and invented impacts.
+    """
 
     ratios: Sequence[float]
     error: float
@@ -50,14 +53,14 @@ class Before(NamedTuple):
 
 @dataclass(frozen=True)
 class Compared:
-    """A point compared with the same point of an earlier bench.
+    """A method and step size on a scene, compared with the same point of an earlier bench.
 
     Attributes:
         scene: Name of the scene.
-        point: The point now.
+        point: The point of the new bench.
         before: The same point in the earlier bench.
-        ratio: The point's run time divided by PIT's, divided by the same quotient of the earlier bench; NaN if a bench
-            has too few rounds.
+        ratio: The new relative run time divided by the earlier one; NaN if a bench has too few rounds. Relative run
+            times are divided by PIT's.
         low: Lower end of the ratio's confidence interval. The confidence level holds for the intervals of all points
             together.
         high: Upper end of the interval.
@@ -81,7 +84,7 @@ class Compared:
     def accuracy(self) -> BaselineChange:
         """Change of the point's missed and invented impacts, and of its error rounded to two digits.
 
-        A change is never noise, because repeated runs of one version have equal errors.
+        Errors have no noise, because repeated runs of one version have equal errors.
         """
         current, earlier = ((one.lost, _round_error(one.error)) for one in (self.point, self.before))
         if current == earlier:
@@ -90,7 +93,7 @@ class Compared:
 
 
 def read_baseline(path: Path, environment: Environment) -> dict[tuple[str, At], Before]:
-    """Return the points of an earlier bench by scene, method and step size.
+    """Read an earlier bench, and return its points by scene, method and step size.
 
     Args:
         path: The earlier `bench.json`, or its folder.
@@ -148,10 +151,10 @@ def compare_points(bench: Bench, before: dict[tuple[str, At], Before]) -> list[C
 
 
 def _compute_ratio(point: Point, before: Before, points: int) -> tuple[float, float, float]:
-    """Return the geometric mean of a point's run times divided by the earlier mean, and the quotient's interval.
+    """Return the quotient of a point's mean run time and the earlier one, and both ends of its confidence interval.
 
-    The confidence interval is that of Welch's t-test, widened so that the intervals of the given number of points hold
-    together.
+    Means are geometric. The interval is that of Welch's t-test. It is widened so that the confidence level holds for
+    the intervals of all `points` together.
     """
     times = (point.timing.ratios if point.timing else (), before.ratios)
     one, other = ([math.log(value) for value in values if value > 0.0] for values in times)
@@ -171,7 +174,7 @@ def _round_error(error: float) -> float:
 
 
 def describe_baseline(found: Sequence[Compared]) -> Iterator[str]:
-    """Yield sentences on the numbers of points that regressed, improved or did not change, and on the worst point."""
+    """Describe how many points became worse, became better or did not change, and name the worst point."""
     if not found:
         yield "The baseline has none of these points. Run the baseline with the same scenes, engines and steps."
         return

@@ -13,8 +13,8 @@ from carom.comparator.thresholds import THRESHOLDS
 
 CONFIDENCE = 0.95
 
-#: Smallest order that counts as convergence. Checking once per step has order 1. With an order below 1/2, halving the
-#: error takes more than four times as many steps.
+#: Smallest order of convergence with which a method counts as convergent. Checking once per step has order 1. With an
+#: order below 1/2, half of the error requires more than four times as many steps.
 LEAST_ORDER = 0.5
 
 
@@ -33,12 +33,12 @@ class ConvergenceOrder:
     """A fitted power law ``error = factor * dt_s ** exponent``.
 
     Attributes:
-        verdict: Conclusion from the exponent's confidence interval.
+        verdict: Whether the method converges, according to the exponent's confidence interval.
         exponent: The slope on logarithmic axes; NaN if there are too few points.
         low: Lower end of the exponent's confidence interval.
         high: Upper end of this interval.
-        factor: Value of the power law at ``dt_s = 1``.
-        points: Number of fitted points. Points with errors within rounding are not fitted.
+        factor: Value of the power law at a step size of 1 second.
+        points: Number of points in the fit, which excludes errors within rounding.
     """
 
     verdict: Convergence
@@ -50,7 +50,7 @@ class ConvergenceOrder:
 
 
 def fit_order(dts_s: Sequence[float], errors: Sequence[float]) -> ConvergenceOrder:
-    """Fit the order of convergence to errors without unit and their step sizes.
+    """Fit the order of convergence to dimensionless errors and their step sizes.
 
     Errors that are infinite, unknown or within rounding are omitted. If all known errors are within rounding, the
     verdict is `EXACT`.
@@ -72,10 +72,13 @@ def fit_order(dts_s: Sequence[float], errors: Sequence[float]) -> ConvergenceOrd
 
 
 def fit_power(x: Sequence[float], y: Sequence[float]) -> tuple[float, float, float, float]:
-    """Fit a power law to positive points: return its exponent, both ends of the confidence interval, and its factor.
+    """Fit a power law to positive numbers.
 
-    The fit uses least squares on the logarithms. The interval assumes independent, normal deviations from the line. The
-    interval is NaN for fewer than three points. All values are NaN if fewer than two values of `x` differ.
+    Return its exponent, both ends of the exponent's confidence interval, and its factor.
+
+    The fit uses least squares on the logarithms. The interval assumes that deviations from the fitted line are
+    independent and normally distributed. The interval is NaN for fewer than three points. All values are NaN if fewer
+    than two values of `x` differ.
     """
     if len(set(x)) < 2:
         return math.nan, math.nan, math.nan, math.nan

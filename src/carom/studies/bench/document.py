@@ -1,4 +1,4 @@
-"""Document and files of `carom bench`: diagrams of accuracy against run time, tables, and all numbers."""
+"""Document and files of `carom bench`: diagrams of accuracy against run time, and tables."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ DIAGRAM_NOTE = (
 def build_bench_document(
     bench: Bench, axes: Sequence[Diagram] = tuple(Diagram), baseline: Sequence[Compared] | None = None
 ) -> Document:
-    """Return the document of a bench: diagrams, tables, omissions and the conditions of timing for each scene.
+    """Return the document of a bench: for each scene its diagrams, tables, omitted points and the conditions of timing.
 
     Args:
         bench: The bench.
@@ -60,8 +60,8 @@ def write_bench(
         The page.
 
     Raises:
-        MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed.
-        InputError: The folder is not writable, or contains foreign files.
+        MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed. InputError: The folder is not
+        writable, or contains files that Carom did not write.
     """
     require_report_extra()
     scenes = [{**fields_of(scene), "scene": scene.scene.name} for scene in bench.scenes]
@@ -86,7 +86,7 @@ def _select_diagrams(scene: SceneBench, axes: Sequence[Diagram]) -> tuple[Diagra
 def _build_scene_sections(
     bench: Bench, scene: SceneBench, axes: Sequence[Diagram], targets: Sequence[float]
 ) -> Iterator[Section]:
-    """Yield the sections of a scene. With several scenes, a terminal shows only the table of all methods."""
+    """Yield the sections of a scene. If there are several scenes, a terminal shows only one table for all of them."""
     figures = []
     for kind in _select_diagrams(scene, axes):
         draw = partial(render_diagram_svg, scene, kind, bench.plan.error)
@@ -116,7 +116,7 @@ def _build_scene_sections(
 
 
 def _describe_coverage(bench: Bench) -> Iterator[str]:
-    """Yield a sentence with the numbers of points that were not scored or not timed, if there are any."""
+    """Yield a sentence with the numbers of points without a score or a run time, if there are any."""
     points = [point for scene in bench.scenes for point in scene.points]
     unrun, untimed = [p.reason for p in points if p.reason], [p.untimed for p in points if p.untimed]
     if unrun or untimed:

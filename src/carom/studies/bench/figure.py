@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _WIDTH_IN, _HEIGHT_IN = 7.4, 4.8
-#: Exact results are drawn at the bottom of the diagram, half a decade below the lowest tick.
+#: Factor by which exact results are drawn below the lowest tick of the logarithmic axis.
 _FOOT = 10.0**0.5
 #: Errors with guide lines: a hundredth and a thousandth.
 _MARKED = (1e-2, 1e-3)
@@ -34,7 +34,7 @@ def render_diagram_svg(bench: SceneBench, axes: Diagram, error: ErrorKind, narro
 
 
 def render_diagram_png(bench: SceneBench, axes: Diagram, error: ErrorKind, foot: Sequence[str]) -> bytes:
-    """Return a diagram as PNG, with provenance lines at its bottom."""
+    """Return a diagram as PNG, with the lines of text in `foot` at its bottom."""
     with svg.use_drawing_style():
         return svg.render_png(_draw_figure(bench, axes, error, foot))
 
@@ -96,7 +96,8 @@ class _Drawing:
             self.axes.plot(*zip(*(place for place, _ in drawn_points), strict=True), **style)
             for (x, y), point in drawn_points:
                 sound = self.kind is Diagram.TIME_DT or point.sound
-                # If impacts are missed or invented, the error is only that of the other impacts. A cross shows this.
+                # If impacts are missed or invented, the error is only that of the other impacts. Such points are drawn
+                # as crosses.
                 as_drawn = marks if sound else {**marks, "marker": "x", "markersize": 6.0}
                 self.axes.plot([x], [y], color=style["color"], linestyle="none", zorder=4, **as_drawn)
         for (x, y), point in drawn_points:

@@ -1,4 +1,4 @@
-"""Growth bench: run time and memory against the number of discs, with and without gravity, with fitted exponents."""
+"""Growth bench: measures run time and memory for more and more discs, with and without gravity, and fits power laws."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ OWN_SIZES = (*SIZES, 30_000, 100_000)
 #: a second.
 PACKING = 0.3
 DT_S = 1 / 240
-#: Number of steps of a run. They cover a simulated second, because in less time few of a hundred discs would meet.
+#: Number of steps of a run. They take a simulated second. In less time, few of a hundred discs would meet.
 STEPS = 240
 
 #: Smallest number of discs in a fit. With fewer discs, fixed costs hide the growth.
@@ -52,13 +52,13 @@ START_S = 2.0
 
 @dataclass(frozen=True)
 class Grown:
-    """Cost of one run.
+    """Run time and memory of one run.
 
     Attributes:
         timing: Run times.
         before_bytes: Memory of the process before the world was built, in bytes.
         peak_bytes: Peak memory of the process, in bytes.
-        sitting: Start of the session that ran the gas, UTC. Only run times of one session are comparable.
+        sitting: Time at which the bench that ran the gas was started, UTC. Only run times of one start are comparable.
     """
 
     timing: Timing
@@ -69,7 +69,7 @@ class Grown:
 
 @dataclass(frozen=True)
 class GrowthTask:
-    """Task that runs a gas. Each task has a new worker process, so that nothing else affects the memory."""
+    """Task that runs a gas of discs. Each task has a new worker process, so that nothing else affects the memory."""
 
     discs: int
     method: Method
@@ -82,10 +82,10 @@ class GrowthTask:
         return self.method.engine
 
     def carry_out(self) -> Grown:
-        """Return the cost of the run.
+        """Run the gas, and return the run time and the memory.
 
         Raises:
-            UnsupportedError: The method does not support such a gas.
+            UnsupportedError: The method does not support a feature of the gas.
         """
         gas = partial(build_gas_scene, packing=PACKING, duration_s=STEPS * DT_S, gravity=self.gravity)
         scene = gas(self.discs)
@@ -109,10 +109,10 @@ class GrowthKey:
     Attributes:
         discs: Number of discs.
         method: Engine and profile.
-        versions: Names and versions of all packages that affect the cost.
+        versions: Names and versions of all packages that affect run time or memory.
         machine: See `carom.execution.environment.Environment.machine`.
         gravity: Whether the discs fall.
-        steps: Number of steps. This number is always 30 in journals of an earlier version.
+        steps: Number of steps. Runs in journals of an earlier version have 30 steps.
     """
 
     discs: int
@@ -123,7 +123,7 @@ class GrowthKey:
     steps: int = 30
 
 
-#: Opens the journal of a growth bench.
+#: Function that opens the journal of a growth bench.
 growth_journal = partial(Journal[GrowthKey, Grown], "growth", JournalEntry[GrowthKey, Grown])
 
 
@@ -138,9 +138,10 @@ class GrowthPoint:
         memory_bytes: Peak memory of the process minus its memory before the world was built; NaN if the gas was not
             run.
         peak_bytes: Peak memory of the process; NaN if the gas was not run.
-        ratio: `advance_s` divided by PIT's with the same number of discs; NaN unless the same session ran both methods.
+        ratio: `advance_s` divided by PIT's with the same number of discs. NaN unless both were measured after the same
+            start of the bench.
         reason: Reason why the gas was not run; empty if it was run.
-        sitting: Start of the session that ran the gas, UTC; empty if the gas was not run.
+        sitting: Time at which the bench that ran the gas was started, UTC; empty if the gas was not run.
     """
 
     discs: int
@@ -161,8 +162,9 @@ class GrowthCurve:
         engine: Name of the adapter.
         profile: Name of the profile.
         points: Points from few discs to many.
-        time_exponent: Exponent of run time against the number of discs, and its interval: (exponent, low, high).
-        memory_exponent: The same for memory.
+        time_exponent: Exponent of the power law of run time against the number of discs, and its confidence interval:
+            (exponent, low, high).
+        memory_exponent: Exponent of memory against the number of discs, and its confidence interval.
         gravity: Whether the discs fall.
     """
 
@@ -186,14 +188,14 @@ class GrowthCurve:
 
 @dataclass(frozen=True)
 class Growth:
-    """A finished growth bench.
+    """Result of a growth bench.
 
     Attributes:
         curves: Two curves per engine: without and with gravity.
-        environment: Machine and versions.
-        budget_s: Budget of each gas, in seconds.
+        environment: Description of the machine, and versions of packages.
+        budget_s: Time limit for all runs of each gas, in seconds.
         command: The command that repeats the bench.
-        elapsed_s: Elapsed seconds.
+        elapsed_s: Duration of the whole study, in seconds.
     """
 
     curves: tuple[GrowthCurve, ...]
@@ -210,14 +212,14 @@ def measure_growth(
     progress: Progress = no_progress,
     command: str = "",
 ) -> Growth:
-    """Run gases with more and more discs, with and without gravity, until the budget is used up.
+    """Run gases with more and more discs, with and without gravity, until the time limit is reached.
 
     Args:
         options: Options of the bench.
         notes: Journal of finished runs, to which new runs are added. Runs that were omitted for lack of time are tried
             again.
-        progress: Called with the number of finished runs, the number of all runs, and a description.
-        command: The command line to print.
+        progress: Function that is called with the number of finished runs, the number of all runs, and a description.
+        command: The command that the report shows.
 
     Raises:
         UnknownNameError: An engine does not exist.
@@ -241,7 +243,7 @@ def measure_growth(
         spent = dict.fromkeys(points, 0.0)
         for done, (size, gravity, info) in enumerate(planned_runs):
             before = time.perf_counter()
-            # Each engine may use its own share of the budget, and the time that finished engines have not used.
+            # Each engine may use an equal share of the time, and the time that finished engines have not used.
             all_left_s = 2 * budget_s - (before - started)
             to_run = {(one.name, falls) for _, falls, one in planned_runs[done:]}
             shares_s = {
@@ -271,7 +273,7 @@ def measure_growth(
 
 
 def _find_skip_reason(curve_points: Sequence[GrowthPoint], size: int, allowed_s: float) -> str:
-    """Return the reason to omit a run, based on the runs with fewer discs; an empty text if the run may be tried."""
+    """Return the reason to omit a run, which depends on the runs with fewer discs; an empty text if it may be tried."""
     if allowed_s <= 0:
         return "its share of the budget was used up; raise --budget"
     if curve_points and curve_points[-1].reason:  # a method that failed with fewer discs also fails with more discs
@@ -282,7 +284,7 @@ def _find_skip_reason(curve_points: Sequence[GrowthPoint], size: int, allowed_s:
         return ""
     last, before = completed_points[-1], completed_points[-2]
     spent, earlier = (point.advance_s + point.prepare_s for point in (last, before))
-    # Fixed costs can hide growth with few discs. So the expected growth is at least proportional.
+    # Fixed costs can hide growth with few discs. So run times are expected to grow at least in proportion to the discs.
     exponent = max(1.0, math.log(spent / earlier) / math.log(last.discs / before.discs))
     expected_s = spent * (size / last.discs) ** exponent
     if expected_s + START_S <= allowed_s:
@@ -301,10 +303,10 @@ def _build_point(discs: int, answer: Answer[Grown]) -> GrowthPoint:
 
 
 def select_same_method(points: Sequence[GrowthPoint]) -> list[GrowthPoint]:
-    """Return the points from the last decrease of the run time onwards. One algorithm has run all of these.
+    """Return the points after the last decrease of the run time, because these were run by one algorithm.
 
     If the run time decreases with more discs, the engine has changed its algorithm. For example, PIC solves two discs
-    by a closed form. A single power law would fit neither of the two algorithms.
+    by a closed form. One power law can't describe both algorithms.
     """
     falls = [k for k in range(1, len(points)) if points[k].advance_s < points[k - 1].advance_s]
     return list(points[falls[-1] if falls else 0 :])

@@ -54,7 +54,7 @@ def build_growth_document(growth: Growth) -> Document:
 
 
 def _describe_growth(growth: Growth) -> Iterator[str]:
-    """Yield a sentence for each gas, with the run times at the largest number of discs and the exponents of growth."""
+    """Yield a sentence for each gas, with the run times for the largest number of discs and the exponents of growth."""
     for gravity in (False, True):
         curves = [curve for curve in growth.curves if curve.gravity == gravity and curve.ran]
         engines = [curve for curve in curves if curve.engine not in {"pic", "pit"}] or curves
@@ -229,8 +229,8 @@ def write_growth(growth: Growth, folder: Path) -> Path:
     """Write `growth.html`, `growth.json` and the diagrams as SVG and PNG, and return the path of the page.
 
     Raises:
-        MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed.
-        InputError: The folder is not writable, or contains foreign files.
+        MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed. InputError: The folder is not
+        writable, or contains files that Carom did not write.
     """
     require_report_extra()
     foot = format_stamp_lines(growth.environment, growth.command)

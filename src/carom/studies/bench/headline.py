@@ -1,4 +1,4 @@
-"""Headline of a bench: the run time of exact results, and the errors and run times of the best engines."""
+"""Headline of a bench: PIC's run time, and the errors and run times of the best engines."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def _describe_engines(
     cheap, (_, best) = scene.find_cheapest_engine(target), sound[0]
     if cheap is None:
         which = "the most accurate engine"
-        if best.error > target:  # without a timing pass, no engine is the cheapest
+        if best.error > target:  # without run times, no engine is the fastest
             which = f"no engine reaches {target_text} at the tested step sizes. The most accurate"
         yield f"{which} is {_describe_point(best, kind)}"
     elif cheap.at == best.at:

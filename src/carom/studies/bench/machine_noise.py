@@ -1,4 +1,4 @@
-"""Noise of a machine, measured by fixed work that is timed repeatedly between the measurements."""
+"""Measurement of a machine's noise. The same fixed work is timed repeatedly between the measurements of a bench."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ def compute_spread(values: list[float]) -> Spread:
 
 @dataclass(frozen=True)
 class Noise:
-    """Spread of a machine's run times of fixed work.
+    """Variation of the time that a machine takes for the same work.
 
     Attributes:
         work_s: Median time, in seconds.
-        interquartile: Range of the middle half of all probes, divided by the median.
-        worst: Time of the slowest probe, divided by the median.
-        probes: Number of probes.
+        interquartile: Range of the middle half of all times, divided by the median.
+        worst: Longest time, divided by the median.
+        probes: Number of measurements.
     """
 
     work_s: float
@@ -58,11 +58,11 @@ class NoiseProbe:
         self._times: list[float] = []
 
     def take(self) -> None:
-        """Do the work once and record its time."""
+        """Do the work once and store its time."""
         self._times.append(self._time_work())
 
     def compute_noise(self) -> Noise:
-        """Return the spread of the probes. At least one probe must have been taken."""
+        """Return the spread of the measured times. At least one measurement must have been taken."""
         found, times = compute_spread(self._times), self._times
         return Noise(found.median, (found.high - found.low) / found.median, max(times) / found.median, len(times))
 

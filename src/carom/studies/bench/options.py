@@ -1,4 +1,4 @@
-"""Options of a bench and of a growth bench; see `carom.support.options`."""
+"""Options of `carom bench`; see `carom.support.options`."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ from carom.support.options import (
     parse_fraction,
 )
 
-#: Smallest number of rounds with a useful spread.
+#: Smallest number of rounds from which a useful spread can be computed.
 LEAST_ROUNDS = 3
 
-#: Default budget of a bench for each scene, or of a growth bench for each gas, in seconds.
+#: Default time limit of a bench for each scene, or of a growth bench for each gas, in seconds.
 BUDGET_S = 80.0
 
 
@@ -60,22 +60,22 @@ def declare_own_methods() -> Any:
 
 @dataclass(frozen=True)
 class BenchPlan(LimitOptions):
-    """Options of a bench.
+    """Options of `carom bench`, except for growth benches.
 
     Attributes:
         engines: Names of adapters; None for all.
-        dts: Step sizes, in seconds; None for each scene's own series.
+        dts: Step sizes, in seconds; None for default step sizes that depend on the scene's frame.
         profiles: Names of profiles.
-        phases: Number of phases, evenly spread over a step, at which each job is scored.
+        phases: Number of phases, evenly spread over a step, at which the error of each method is measured.
         error: Kind of error.
         target: The document names the fastest engine with at most this error.
         rounds: Number of rounds of the timing pass.
-        seed: Seed of the random order within a round.
-        budget_s: Budget of a scene, in seconds: half for scoring, half for timing. Jobs that do not fit are omitted
-            with a reason.
+        seed: Seed of the random order of runs in a round of timing.
+        budget_s: Time limit for a scene, in seconds: half of it for errors, half for run times. Runs that would take
+            longer are omitted with a reason.
         timing: Whether to measure run times.
-        own: Whether PIC and PIT run in addition to the chosen engines. They show the cost of exact results and of
-            sampling.
+        own: Whether PIC and PIT run in addition to the chosen engines. They are the scale for engines: PIC is exact,
+            and PIT checks once per step.
 
     Raises:
         InputError: A value is invalid.
@@ -121,14 +121,14 @@ class BenchPlan(LimitOptions):
 
 @dataclass(frozen=True)
 class GrowthOptions(LimitOptions):
-    """Options of a growth bench.
+    """Options of `carom bench --grow`, a growth bench.
 
     Attributes:
         engines: Names of adapters; None for all.
         profile: Name of the profile.
         sizes: Numbers of discs; None for `carom.studies.bench.growth.SIZES`, and `OWN_SIZES` for Carom's own methods.
-        budget_s: Budget of a gas, in seconds. A run is omitted with a reason if the previous runs predict that it would
-            exceed the rest of the budget.
+        budget_s: Time limit for all runs of a gas, in seconds. A run is omitted with a reason if it would probably take
+            longer than the rest of this time.
         own: Whether PIC and PIT run in addition to the chosen engines.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Carom's own methods in a bench. PIC shows the cost of exact results, and PIT the cost of sampling."""
+"""Choice of Carom's own methods, PIC and PIT, for a bench."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from carom.execution.describe_engines import describe_engines
 from carom.execution.job import PIT_METHOD, Method
 from carom.execution.pool import Pool
 
-#: The form of PIC whose error and run time do not depend on the step size.
+#: The profile of PIC whose error and run time do not depend on the step size.
 EXACT_METHOD = Method("pic", "event-driven")
 
 
 def list_own_methods(engine_names: Sequence[str] | None) -> dict[str, Method]:
-    """Return PIC and PIT by engine name, without those that the user requests by name.
+    """Return PIC and PIT by engine name, except if the user already requests them by name.
 
     Args:
         engine_names: Names of the requested adapters; None for all.
@@ -30,7 +30,7 @@ def add_own_methods(
     Args:
         infos: Descriptions of the engines.
         engine_names: Names of the requested adapters; None for all.
-        pool: Pool for describing adapters, which stays open.
+        pool: Pool of worker processes that describe adapters; it is not closed.
         needs_own_methods: Whether PIC and PIT run even if the user does not request them by name.
     """
     own_names = list_own_methods(engine_names)

@@ -1,4 +1,4 @@
-"""Results of a bench: points, curves, and the Pareto front of error and run time."""
+"""Results of a bench: points, curves, and the points that no other point beats in both error and run time."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ class Point:
         error_median: Median error over the phases.
         error_least: Smallest error over the phases.
         phases: Number of scored phases.
-        expected: Number of impacts of the reference, over all phases.
-        missed: Number of missed impacts, over all phases.
-        spurious: Number of invented impacts, over all phases.
+        expected: Number of the reference's impacts, added up over all phases.
+        missed: Number of missed impacts, added up over all phases.
+        spurious: Number of invented impacts, added up over all phases.
         reason: Reason why the point was not scored; empty if it was scored.
         timing: Run times; None if the point was not timed.
         untimed: Reason why the point was not timed; empty if it was timed.
@@ -58,7 +58,7 @@ class Point:
 
     @property
     def lost(self) -> int:
-        """Number of missed and invented impacts, over all phases."""
+        """Number of missed and invented impacts, added up over all phases."""
         return self.missed + self.spurious
 
     @property
@@ -75,8 +75,8 @@ class Curve:
         engine: Name of the adapter.
         profile: Name of the profile.
         points: Points from the largest to the smallest step size.
-        order: The fitted order of convergence of the sound points.
-        cheapest: The point of smallest run time that meets the target; None if there is none.
+        order: The order of convergence, fitted to the points with every impact found and none invented.
+        cheapest: The fastest point with an error of at most the target; None if there is none.
     """
 
     engine: str
@@ -92,7 +92,7 @@ class Curve:
 
     @property
     def best(self) -> Point | None:
-        """The sound point of smallest error; without one, the point with the fewest missed and invented impacts.
+        """The most accurate point that finds every impact. If no point does, the one with the fewest wrong impacts.
 
         None if no point was scored. Among equal points, the fastest is the best.
         """
@@ -112,7 +112,7 @@ class SceneBench:
         curves: One entry per engine and profile.
         front: The points that no other point beats in both error and run time, from the fastest to the most accurate.
             PIC's points are not included.
-        cheapest: The point of smallest run time that meets the target; None if there is none.
+        cheapest: The fastest point with an error of at most the target; None if there is none.
         noise: Spread of the run times of fixed work while this scene was timed; None if the scene was not timed.
         rounds: Number of rounds of the timing pass.
         timed_at: Time of the timing pass, UTC. If the bench was resumed, this may be the time of an earlier session.
@@ -133,7 +133,7 @@ class SceneBench:
 
     @property
     def exact(self) -> Point | None:
-        """PIC's point of smallest run time; None if PIC was not run or is not exact to rounding."""
+        """PIC's fastest point; None if PIC was not run, or has errors above rounding."""
         points = [point for curve in self.curves if curve.exact for point in curve.points if point.sound]
         return min((p for p in points if p.error <= THRESHOLDS.rounding), key=read_run_time, default=None)
 
@@ -146,18 +146,18 @@ class SceneBench:
         return []
 
     def find_cheapest_engine(self, target: float) -> Point | None:
-        """Return the cheapest point that reaches a target with any engine; None if no point does."""
+        """Return the fastest point of any engine with an error of at most the target; None if there is none."""
         return find_cheapest([point for curve in self.engines for point in curve.points], target)
 
 
 @dataclass(frozen=True)
 class Bench:
-    """A finished bench.
+    """Result of `carom bench`.
 
     Attributes:
         scenes: One entry per scene.
         plan: Options of the bench.
-        environment: Machine and versions.
+        environment: Description of the machine, and versions of packages.
         command: The command that repeats the bench.
         elapsed_s: Wall-clock seconds.
     """
@@ -175,20 +175,20 @@ def read_run_time(point: Point | None) -> float:
 
 
 def find_pareto_front(points: Sequence[Point]) -> tuple[Point, ...]:
-    """Return the sound, timed points that no other point beats in both run time and error.
+    """Return the points that no other point beats in both run time and error (the Pareto front).
 
-    The fastest point is first.
+    The fastest point is first. Points without a run time, or with missed or invented impacts, are excluded.
     """
     front: list[Point] = []
     for point in sorted((p for p in points if p.sound and p.timing), key=lambda p: (read_run_time(p), p.error)):
-        # Differences within rounding are no gain in accuracy.
+        # Differences within rounding do not count as more accurate.
         if not front or point.error < front[-1].error - THRESHOLDS.rounding:
             front.append(point)
     return tuple(front)
 
 
 def find_cheapest(points: Sequence[Point], target: float) -> Point | None:
-    """Return the sound point of smallest run time whose error is at most the target; None if there is none."""
+    """Return the fastest point that finds every impact with an error of at most the target; None if there is none."""
     meeting = [point for point in points if point.sound and point.timing and point.error <= target]
     return min(meeting, key=read_run_time, default=None)
 
@@ -196,7 +196,8 @@ def find_cheapest(points: Sequence[Point], target: float) -> Point | None:
 def sort_best_first(curves: Iterable[Curve]) -> list[Curve]:
     """Sort curves by their best points.
 
-    Sound points are sorted by error and run time. Other points follow, by their missed and invented impacts.
+    Points that find every impact are sorted by error and run time. Other points follow, sorted by their numbers of
+    missed and invented impacts.
     """
 
     def place(curve: Curve) -> tuple[bool, bool, float, float, float]:

@@ -1,4 +1,4 @@
-"""Execution of a bench: a scoring pass, then a timing pass with nothing else running, and the combined result."""
+"""Execution of a bench: first measures the errors of all methods, then their run times while nothing else runs."""
 
 from __future__ import annotations
 
@@ -41,16 +41,16 @@ def measure_work_precision(
     progress: Progress = no_progress,
     command: str = "",
 ) -> Bench:
-    """Score every job, time every method with every scored step size, and fit the order of convergence.
+    """Measure the errors and run times of every method with every step size, and fit orders of convergence.
 
     Args:
         scenes: Scenes with different names.
         plan: Options of the bench.
-        pool: Worker pool of the scoring pass. The pool is closed before the timing pass.
-        notes: Journal of scoring results, to which new results are added.
-        timings: Journal of timed scenes, to which new scenes are added.
-        progress: Called with the number of finished tasks, the number of all tasks, and a description.
-        command: The command line to print.
+        pool: Pool of worker processes for measuring errors. It is closed before run times are measured.
+        notes: Journal of measured errors, to which new results are added.
+        timings: Journal of measured run times, to which new results are added.
+        progress: Function that is called with the number of finished tasks, the number of all tasks, and a description.
+        command: The command that the report shows.
 
     Raises:
         InputError: There is no scene, or two scenes have the same name.
@@ -91,7 +91,7 @@ def measure_work_precision(
 def _build_jobs(
     scenes: Sequence[Scene], infos: Sequence[EngineInfo], profiles: Sequence[str], plan: BenchPlan, pool: Pool
 ) -> tuple[list[Job], Methods]:
-    """Return all jobs of the scoring pass, and the descriptions of their methods.
+    """Return all jobs whose errors are measured, and the descriptions of their methods.
 
     PIC runs only at the largest step size, because its error and run time do not depend on the step size. PIC and PIT
     use the requested profiles only if the user requests PIC and PIT by name.
@@ -116,7 +116,10 @@ def _build_jobs(
 
 
 def _build_point(method_step: At, found: Sequence[Answer[Measures] | None], unscored: str, kind: ErrorKind) -> Point:
-    """Return the point of a method and a step size from one answer per phase. The answer of an omitted job is None."""
+    """Combine the answers for all phases to one point of a method and step size.
+
+    The answer of an omitted job is None.
+    """
     method, dt_s = method_step
     answers = [answer for answer in found if answer is not None]
     measured = [answer.value for answer in answers if answer.value is not None]

@@ -1,4 +1,4 @@
-"""Scoring pass: scores every method of a scene with smaller and smaller step sizes until the budget is used up."""
+"""Scoring pass: measures the errors of all methods on a scene with smaller and smaller steps, up to a time limit."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ class ScoringPass:
     Attributes:
         jobs: Every job of the scene.
         methods: Descriptions of the jobs' methods.
-        budget_s: Budget of the pass, in seconds. The largest step size is always scored.
-        pool: Worker pool, which stays open.
+        budget_s: Time limit of the pass, in seconds. The largest step size is always run.
+        pool: Pool of worker processes, which is not closed.
         notes: Journal of results, to which new results are added.
-        progress: Called with the number of finished jobs, the number of all jobs, and a description.
+        progress: Function that is called with the number of finished jobs, the number of all jobs, and a description.
         before: Number of finished jobs of other scenes.
         total: Number of jobs of all scenes.
     """
@@ -45,8 +45,8 @@ class ScoringPass:
         """Return the results, and the reasons for missing results by method and step size.
 
         All methods run with a step size before any method runs with a smaller one. A method is omitted if its expected
-        run time exceeds the remaining budget. The best profile of each engine is chosen first, so that every engine
-        gets the smallest step size that the budget permits.
+        run time exceeds the remaining time. The best profile of each engine is chosen first, so that every engine gets
+        the smallest step size that the time limit permits.
         """
         results: dict[JobKey, Answer[Measures]] = {}
         unscored: dict[At, str] = {}
@@ -92,8 +92,8 @@ class ScoringPass:
     ) -> list[Method]:
         """Return the best profile of each engine, then the second best profile of each engine, and so on.
 
-        Profiles are ranked by their missed and invented impacts, and then by their errors with the smallest scored
-        step size.
+        Profiles are ranked by their numbers of missed and invented impacts, and then by their errors with the smallest
+        step size so far.
         """
 
         def badness(method: Method) -> tuple[int, float]:

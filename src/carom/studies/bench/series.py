@@ -10,7 +10,7 @@ from carom.errors import InputError
 if TYPE_CHECKING:
     from carom.model.scene import Scene
 
-#: The default series of step sizes: the smallest one, as a fraction of the scene's frame, and how many there are.
+#: Smallest step size of a scene's default series, as a fraction of its frame, and number of step sizes in the series.
 FINEST = 60 / 10_000
 STEPS = 6
 
@@ -31,7 +31,7 @@ def compute_geometric_steps(coarsest_s: float, finest_s: float, count: int) -> t
     coarsest_s, finest_s = max(coarsest_s, finest_s), min(coarsest_s, finest_s)
     rates = [(1 / coarsest_s) * (coarsest_s / finest_s) ** (k / (count - 1)) for k in range(count)]
     ends = rates[0], rates[-1]
-    if all(round(rate) >= 1 and abs(rate - round(rate)) < 1e-9 * rate for rate in ends):  # the float of 1/60 is rounded
+    if all(round(rate) >= 1 and abs(rate - round(rate)) < 1e-9 * rate for rate in ends):
         rates = [float(round(rate)) for rate in rates]
         return tuple(1.0 / rate for rate in dict.fromkeys(rates))
     return (coarsest_s, *(1.0 / rate for rate in rates[1:-1]), finest_s)

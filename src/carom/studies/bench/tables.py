@@ -34,10 +34,10 @@ TABLE_NOTE = (
 TABLE_SHORT = "ms is the run time, -n and +n are missed and spurious impacts, and the error grows as (step size)^order."
 EXACT = "exact"
 
-#: Smallest error that is shown in per cent, because 0.0009 % is hard to read.
+#: Smallest error that is shown in per cent. Smaller percentages, such as 0.0009 %, would be hard to read.
 LEAST_PERCENT = 1e-4
 
-#: Number of targets that a terminal shows. These are the smallest targets.
+#: Number of target errors that a terminal shows. It shows the smallest ones.
 TARGETS_SHOWN = 3
 
 #: The first column of every table of a bench.
@@ -56,7 +56,7 @@ def format_error(error: float, kind: ErrorKind) -> str:
 def list_reached_targets(bench: Bench) -> list[float]:
     """Return the targets that an engine reaches on at least one scene, from the largest error to the smallest.
 
-    If a method is exact on a scene, the last target is the error of rounding.
+    If a method is exact on a scene, the list ends with the rounding error.
     """
     engines = [point for scene in bench.scenes for curve in scene.engines for point in curve.points]
     all_points = [point for scene in bench.scenes for point in scene.points]
@@ -97,7 +97,7 @@ def _select_media(targets: Sequence[float], exact: Media = Media.EVERYWHERE) -> 
 
     Args:
         targets: Targets, from the largest error to the smallest.
-        exact: Media that show the target of rounding.
+        exact: Media that show the column for exact results.
     """
     errors = sum(target > THRESHOLDS.rounding for target in targets)
     hidden = max(0, errors - TARGETS_SHOWN)
@@ -105,7 +105,10 @@ def _select_media(targets: Sequence[float], exact: Media = Media.EVERYWHERE) -> 
 
 
 def build_suite_table(bench: Bench, targets: Sequence[float]) -> Table:
-    """Return a table with one row per method: how many scenes lose no impact, and how many reach each target."""
+    """Return a table with one row per method.
+
+    It counts the scenes in which a method finds every impact and reaches each target error.
+    """
     curves = [(scene, curve) for scene in bench.scenes for curve in scene.curves]
     by_method = formatting.group_by(((curve.engine, curve.profile), (scene, curve)) for scene, curve in curves)
     kind = bench.plan.error
@@ -123,7 +126,7 @@ def build_suite_table(bench: Bench, targets: Sequence[float]) -> Table:
         columns,
         sorted(methods, key=lambda method: method.build_sort_key(targets)),
         title=f"All methods on {formatting.format_count(len(bench.scenes), 'scene')}",
-        note="n counts scenes that reach the error; × is the median run time over PIC's.",  # noqa: RUF001
+        note="n counts scenes that reach the error; × is the median run time divided by PIC's.",  # noqa: RUF001
     )
 
 
@@ -142,14 +145,17 @@ class _Method(NamedTuple):
         return [scene for scene, curve in self.curves if any(_is_within_target(p, target) for p in curve.points)]
 
     def compute_median_cost(self, target: float) -> float:
-        """Return the median over scenes of the run time for a target, divided by PIC's run time; NaN if unknown."""
+        """Return the median run time for a target error, divided by PIC's run time; NaN if unknown."""
         cheap = [(scene, find_cheapest(curve.points, target)) for scene, curve in self.curves]
         cost_ratios = [read_run_time(point) / read_run_time(scene.exact) for scene, point in cheap]
-        known = [cost for cost in cost_ratios if 0 < cost < math.inf]  # a point that was not timed has no cost
+        known = [cost for cost in cost_ratios if 0 < cost < math.inf]  # a point without a run time has no cost
         return statistics.median(known) if known else math.nan
 
     def build_sort_key(self, targets: Sequence[float]) -> tuple[list[int], list[float]]:
-        """Return a sort key: first the numbers of scenes within each target, then the costs, smallest target first."""
+        """Return a sort key: the numbers of scenes within each target error, then the run times.
+
+        The smallest target is first.
+        """
         median_costs = [self.compute_median_cost(target) for target in reversed(targets)]
         reached = [-len(self.list_scenes_within(target)) for target in reversed(targets)]
         return reached, [math.inf if math.isnan(cost) else cost for cost in median_costs]
@@ -163,7 +169,7 @@ def _format_median_order(method: _Method) -> str:
     orders = [curve.order for _, curve in method.curves]
     if all(order.verdict is Convergence.EXACT for order in orders):
         return EXACT
-    known = [order.exponent for order in orders if not math.isnan(order.low)]  # an interval needs three steps
+    known = [order.exponent for order in orders if not math.isnan(order.low)]  # an interval requires three step sizes
     return f"{statistics.median(known):.2f}" if known else ""
 
 
@@ -215,7 +221,7 @@ def _format_best_step(curve: Curve) -> str:
 
 
 def _build_cost_cell(scene: SceneBench, target: float, curve: Curve) -> Cell:
-    """Return a cell for the cheapest point that reaches a target: run time, step, and ratio to PIC."""
+    """Return a cell for the fastest point within a target error: its run time, alone and divided by PIC's."""
     point = find_cheapest(curve.points, target)
     if point is None or point.timing is None:
         reaching_point = next((p for p in curve.points if _is_within_target(p, target)), None)

@@ -1,8 +1,9 @@
-"""Timing pass: unobserved runs, one at a time, in several rounds of random order.
+"""Timing pass: measures run times, one run at a time, in several rounds of random order.
 
-A ratio compares two times of the same round. The main time is that of all steps, in as few calls as the adapter allows.
-The preparation of the world is timed separately. Two more times show costs that do not depend on the scene: the time of
-Python's call into the world, and the time of the same number of steps of an empty world.
+The most important time is that of all steps, in as few calls as the adapter allows. The construction of the engine's
+world is timed separately. Two more times show costs that do not depend on the scene: the time of a Python call without
+a step, and the time of the same number of steps of a world without impacts. Times are only compared with other times of
+the same round.
 """
 
 from __future__ import annotations
@@ -30,27 +31,27 @@ from carom.studies.bench.machine_noise import Noise, NoiseProbe, Spread, compute
 from carom.studies.bench.options import LEAST_ROUNDS
 from carom.support.formatting import format_seconds
 
-#: A visit repeats a short run for `VISIT_S` seconds, but at most `MOST_REPEATS` times, to reduce effects of clock and
-#: caches.
+#: A short run is repeated for `VISIT_S` seconds, but at most `MOST_REPEATS` times, to reduce effects of the clock and
+#: of caches.
 VISIT_S = 5e-3
 MOST_REPEATS = 50
 
-#: Number of steps for which an empty world is timed. More steps do not change the cost per step.
+#: Number of steps for which a world without impacts is timed. More steps do not change the time per step.
 EMPTY_STEPS = 1000
 
-#: A method and a step, in seconds.
+#: A method and a step size in seconds.
 At = tuple[Method, float]
 
 
 @dataclass(frozen=True)
 class Visit:
-    """Times of one method with one step size in one round: medians of the repeats, in seconds.
+    """Times of one method with one step size in one round. Each is a median over repeated runs, in seconds.
 
     Attributes:
         prepare_s: Time to build the world.
         advance_s: Time of all steps.
         call_s: Time of a call with no steps; NaN if the adapter does not accept such a call.
-        empty_s: Time of the same number of steps of an empty world, without the time of the call.
+        empty_s: Time of the same number of steps of a world with one disc at rest, without the time of the call.
     """
 
     prepare_s: float
@@ -65,7 +66,7 @@ class Visit:
 
     @property
     def net_s(self) -> float:
-        """Time of all steps, without the times of the call and of an empty world."""
+        """Time of all steps, minus `call_s` and `empty_s`."""
         return self.advance_s - self.empty_s - (0.0 if math.isnan(self.call_s) else self.call_s)
 
 
@@ -89,7 +90,7 @@ class VisitTask:
         return self.at[0].engine
 
     def carry_out(self) -> Visit:
-        """Return the medians of the repeats."""
+        """Run the scene repeatedly, and return the median times."""
         method, dt_s = self.at
         adapter = load_adapter(method.engine)
         steps = self.scene.step_count(dt_s)
@@ -117,10 +118,10 @@ class CellTiming:
         whole_s: The sum of `advance_s` and `prepare_s`.
         call_s: Part of `advance_s` for Python's call into the world; NaN if the adapter does not accept a call without
             steps.
-        empty_s: Part of `advance_s` for the same number of steps of an empty world.
+        empty_s: Part of `advance_s` for the same number of steps of a world with one disc at rest.
         net_s: Rest of `advance_s`, without `call_s` and `empty_s`.
         ratio: `advance_s` divided by PIT's with the same step size in the same round; None if PIT was not timed.
-        whole_ratio: The same for `whole_s`.
+        whole_ratio: `whole_s` divided by PIT's with the same step size in the same round; None if PIT was not timed.
         ratios: `advance_s` divided by PIT's for each round; empty in files of an earlier version.
     """
 
@@ -139,7 +140,7 @@ class CellTiming:
 
 @dataclass(frozen=True)
 class TimingKey:
-    """Identity of a timing: timings with equal keys have the same machine, versions and order of visits.
+    """Identity of a scene's timing pass: passes with equal keys have the same machine, versions and random order.
 
     Attributes:
         scene: Name of the scene, for readers.
@@ -147,7 +148,7 @@ class TimingKey:
         asked: Timed methods and step sizes, in order.
         versions: Versions of the engines and of all packages that affect their numbers.
         machine: See `carom.execution.environment.Environment.machine`.
-        seed: Seed of the order of visits.
+        seed: Seed of the random order of runs in a round.
     """
 
     scene: str
@@ -160,7 +161,7 @@ class TimingKey:
 
 @dataclass(frozen=True)
 class SceneTiming:
-    """Result of a scene's timing pass. A ratio compares two times of the same round.
+    """Result of a scene's timing pass.
 
     Attributes:
         date: Time of the pass, UTC.
@@ -178,7 +179,7 @@ class SceneTiming:
 
     @property
     def cut_off(self) -> bool:
-        """Whether some methods or step sizes were not timed. A repetition of the pass may time the rest."""
+        """Whether some methods or step sizes were not timed, so that a repetition of the pass may time them."""
         return bool(self.untimed)
 
 
@@ -190,7 +191,7 @@ def build_timing_key(scene: Scene, method_steps: Iterable[At], seed: int) -> Tim
     return TimingKey(scene.name, compute_scene_hash(scene), ordered, versions, describe_environment().machine, seed)
 
 
-#: Opens the journal of a timing pass.
+#: Function that opens the journal of a timing pass.
 timing_journal = partial(Journal[TimingKey, SceneTiming], "timings", JournalEntry[TimingKey, SceneTiming])
 
 
@@ -198,16 +199,16 @@ timing_journal = partial(Journal[TimingKey, SceneTiming], "timings", JournalEntr
 class TimeScene(DependentTasks[SceneTiming]):
     """Task that times a scene with several methods and step sizes. The caller ensures that nothing else is running.
 
-    Each method is warmed up with each step size. In each round, each method is visited once with each step size, in
-    random order. PIT is timed with each step size, even if it is not requested.
+    Each method first runs once with each step size to warm up. In each round, each method then runs with each step
+    size, in random order. PIT is timed with each step size, even if it is not requested.
 
     Attributes:
         scene: The scene.
         asked: Methods and step sizes to time.
-        rounds: Largest number of rounds. If the budget is short, there are fewer rounds, but at least three.
-        seed: Seed of the order of visits.
-        budget_s: Budget of the pass, in seconds. Methods that exceed the budget are omitted with a reason.
-        progress: Called with the number of finished visits, the number of all visits, and a description.
+        rounds: Largest number of rounds. If the time is short, there are fewer rounds, but at least three.
+        seed: Seed of the random order of runs in a round.
+        budget_s: Time limit of the pass, in seconds. Methods that would take longer are omitted with a reason.
+        progress: Function that is called with the number of finished runs, the number of all runs, and a description.
     """
 
     scene: Scene
@@ -223,7 +224,7 @@ class TimeScene(DependentTasks[SceneTiming]):
         return PIT_METHOD.engine
 
     def run(self, runner: TaskRunner) -> Answer[SceneTiming]:
-        """Return the timings. Each engine has one worker process for all its visits."""
+        """Return the measured times. Each engine has one worker process for all its runs."""
         scene, progress = self.scene, self.progress
         requested = set(self.asked)
         pit = [(PIT_METHOD, dt_s) for dt_s in sorted({dt_s for _, dt_s in requested}, reverse=True)]
@@ -242,7 +243,7 @@ class TimeScene(DependentTasks[SceneTiming]):
         for turn in range(rounds):
             began = time.perf_counter()
             if turn >= LEAST_ROUNDS and began + last_s > until_s:
-                rounds = turn  # the visits are slower than the warm-up
+                rounds = turn  # the runs are slower than during the warm-up
                 break
             for place, k in enumerate(draw.permutation(len(tasks))):
                 method_step = list(tasks)[k]
@@ -273,7 +274,7 @@ class TimeScene(DependentTasks[SceneTiming]):
 def _measure_visit_costs(
     scene: Scene, ordered: Sequence[At], runner: TaskRunner, budget_s: float, progress: Progress
 ) -> tuple[dict[At, float], dict[At, str]]:
-    """Return the time of one visit by method and step size, in seconds, and the reasons for missing times."""
+    """Return the seconds of one run by method and step size, and the reasons why others were not run."""
     visit_costs_s: dict[At, float] = {}
     untimed: dict[At, str] = {}
     last: dict[Method, tuple[float, float]] = {}
@@ -282,7 +283,7 @@ def _measure_visit_costs(
         if method in last:
             coarser_s, cost = last[method]
             expected_s = cost * coarser_s / dt_s * LEAST_ROUNDS
-            # Omit a method that alone would use more than a quarter of the budget.
+            # Omit a method that alone would use more than a quarter of the time limit.
             if expected_s > budget_s / 4:
                 budget = f"a budget of {budget_s:.0f} s for this scene; raise --budget"
                 untimed[method_step] = f"its {LEAST_ROUNDS} rounds would take about {expected_s:.0f} s of {budget}"
@@ -304,7 +305,7 @@ def _measure_visit_costs(
 def _count_fitting_rounds(visit_costs_s: dict[At, float], untimed: dict[At, str], rounds: int, left_s: float) -> int:
     """Return the number of rounds that fit into the remaining time.
 
-    If even the smallest number of rounds does not fit, the most expensive methods are moved to `untimed`.
+    If even the smallest number of rounds would take too long, the slowest methods are moved to `untimed`.
     """
 
     def compute_round_time() -> float:
@@ -323,7 +324,7 @@ def _count_fitting_rounds(visit_costs_s: dict[At, float], untimed: dict[At, str]
 
 def _summarise_visits(steps: int, visits: Sequence[Visit], pit: Sequence[Visit] | None) -> CellTiming:
     calls = [visit.call_s for visit in visits if not math.isnan(visit.call_s)]
-    # The k-th visits of all methods are in round k, so both times of a ratio were measured under the same conditions.
+    # The k-th runs of all methods are in round k, so run times are divided by PIT's of the same round.
     rounds = list(zip(visits, pit, strict=True)) if pit else []
     ratios = tuple(own_visit.advance_s / base.advance_s for own_visit, base in rounds)
     return CellTiming(

@@ -1,1 +1,1 @@
-"""Study: runs scenes on engines, and scores each run against PIC. The study makes the report of `carom run`."""
+"""Study behind `carom run`: runs scenes on engines, and compares each run with PIC."""

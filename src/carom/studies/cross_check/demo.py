@@ -1,4 +1,4 @@
-"""Demonstration: the run of an engine that misses an impact, and a play page with the same discs."""
+"""Demonstration: an engine misses an impact, and readers can throw the same discs on a web page."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ _FIRST = "pymunk"
 
 @dataclass(frozen=True, repr=False)
 class Demo:
-    """An engine that misses an impact, and the play page of the same scene.
+    """Run of an engine that misses an impact, and the play page, on which readers can throw the same discs.
 
     Attributes:
-        replay: The engine's run next to the exact run.
+        replay: Animation of the engine's run next to the exact run.
         page: Path of the play page.
         opened: Whether the page was opened in a browser.
     """
@@ -80,7 +80,10 @@ def demo(path: str | Path | None = None) -> Demo:
 
 
 def _find_missing_replay() -> Replay:
-    """Return the replay of the first method that misses an impact. PIT always misses an impact in this scene."""
+    """Run methods until one of them misses an impact, and return its replay.
+
+    PIT always misses an impact in this scene.
+    """
     reference = solve_pic(_SCENE)
     for name in _list_methods():
         try:
@@ -95,7 +98,7 @@ def _find_missing_replay() -> Replay:
 def _list_methods() -> Iterator[str]:
     """Yield methods in the order in which they are tried.
 
-    The other engines are only looked up if the first one misses no impact, because the look-up takes time.
+    Other engines are only searched for if the first one misses no impact, because this takes time.
     """
     yield _FIRST
     yield from (info.name for info in engines() if info.available and info.engine != "Carom" and info.name != _FIRST)

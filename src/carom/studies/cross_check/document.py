@@ -1,4 +1,4 @@
-"""Report of a cross-check. The results become a grid, and the sections of the document are built from the grid."""
+"""Report of a cross-check. The results are arranged in a grid, from which the sections of the document are built."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def cross_check_document(results: Results) -> Document:
 
 
 def rebuild_document(summary: Summary, lines: Sequence[RowLine]) -> Document:
-    """Build the report of a cross-check from its records, without running engines."""
+    """Build the report of a cross-check from its results.jsonl, without running engines."""
     return _build_document("Carom cross-check, from its records", f"{ABOUT} {FROM_RECORDS}", read_grid(summary, lines))
 
 
@@ -80,7 +80,8 @@ class Report:
     """A report before it is written.
 
     Attributes:
-        results: The reported results. A row that can't be written or replayed is replaced by a failure.
+        results: The results on which the report is based. If a result can't be written or replayed, it is replaced by a
+            failure.
         document: The content of `index.html` and `report.md`.
         files: Content of the files by name: `index.html`, `report.md`, `results.jsonl`, `junit.xml`, and `play.html`
             with the scenes that the play page can show.
@@ -104,7 +105,7 @@ def build_report(results: Results, fail_on: Grade | None = Grade.INACCURATE) -> 
 
     Args:
         results: The results to report.
-        fail_on: The best grade that fails a case of `junit.xml`; None if no grade fails.
+        fail_on: In `junit.xml`, a run with this grade or a worse one is a failed test; None if no grade is a failure.
 
     Raises:
         MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed.
@@ -113,7 +114,7 @@ def build_report(results: Results, fail_on: Grade | None = Grade.INACCURATE) -> 
         return _render_report(results, fail_on)
     except CaromError:
         raise
-    except Exception:  # noqa: BLE001 - find the rows that can't be reported, and replace them
+    except Exception:  # noqa: BLE001 - find and replace the results that can't be reported
         return _render_report(_replace_unreportable(results), fail_on)
 
 
@@ -136,7 +137,7 @@ def _render_report(results: Results, fail_on: Grade | None) -> Report:
 
 
 def _replace_unreportable(results: Results) -> Results:
-    """Replace each row that can't be written or replayed. The new row is a failure with the reason."""
+    """Replace each result that can't be written or replayed by a failure with the reason."""
     from carom.report.results_file.records import format_record
 
     def check(row: Row) -> Row:
@@ -144,7 +145,7 @@ def _replace_unreportable(results: Results) -> Results:
             format_record(row)
             if row.trace is not None and row.score is not None:
                 pack_data(build_replay_data(results.references[row.job.scene.name], [(row.trace, row.score, {})]))
-        except Exception as error:  # noqa: BLE001 - one bad row must not prevent a report
+        except Exception as error:  # noqa: BLE001 - one bad result must not prevent a report
             return Row(row.job, Status.FAILED, f"the engine's result can't be reported: {describe_exception(error)}")
         return row
 

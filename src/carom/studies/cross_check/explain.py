@@ -1,4 +1,7 @@
-"""Description of a cross-check's plan: its runs, and its omissions with reasons. Only Carom's own methods run."""
+"""Description of a cross-check before it runs: planned runs, and omitted ones with reasons.
+
+Only PIC and PIT are run.
+"""
 
 from __future__ import annotations
 
@@ -64,7 +67,7 @@ def explain(plan: Plan) -> Iterator[str]:
 
 
 def _list_skipped(scene: Scene, reference: Trace, dt_s: float) -> str:
-    """Return text that lists the work that methods skip with this step size; an empty text if they skip nothing."""
+    """Describe the steps that methods skip with this step size; an empty text if they skip none."""
     skipped = ["event queue", "grid"] if time_saved.is_closed_form(reference) else []
     skipped += [] if scene.walls else ["wall tests"]
     frames = scene.step_count(dt_s)
@@ -78,9 +81,10 @@ def _list_skipped(scene: Scene, reference: Trace, dt_s: float) -> str:
 
 
 def _count_needed_steps(scene: Scene, reference: Trace, dt_s: float) -> int:
-    """Return the number of steps until, according to PIC, only free flight remains.
+    """Return the number of steps after which, according to PIC, all discs fly freely.
 
-    This is the number of all steps if forces act, if there is no impact, or if impacts follow after the scene's end.
+    This is the number of all steps if forces act, if there is no impact, or if impacts would follow after the scene's
+    end.
     """
     steps = scene.step_count(dt_s)
     forces = any(scene.gravity_m_s2) or scene.damping_per_s or scene.table_deceleration_m_s2
@@ -90,7 +94,7 @@ def _count_needed_steps(scene: Scene, reference: Trace, dt_s: float) -> int:
 
 
 def describe_pic(scene: Scene, trace: Trace) -> str:
-    """Describe the form of PIC that runs a scene, and the run's numbers of impacts and predictions."""
+    """Describe which variant of PIC solves a scene, with the numbers of its impacts and predictions."""
     predicted = format_count(trace.counts.get("predictions", 0), "prediction")
     found = f"{format_count(len(trace.impacts), 'impact')} in {predicted}"
     walls = "" if scene.walls else ", no walls to test"
@@ -105,7 +109,7 @@ def describe_pic(scene: Scene, trace: Trace) -> str:
 
 
 def describe_pit(scene: Scene, dt_s: float) -> str:
-    """Describe how many frames and pairs PIT tests; only the number of frames if PIT would run for too long."""
+    """Describe how many frames and pairs PIT tests. If PIT would run for too long, give only the number of frames."""
     frames = scene.step_count(dt_s)
     if frames > MOST_FRAMES:
         return f"{frames} frames"
@@ -118,7 +122,7 @@ def describe_pit(scene: Scene, dt_s: float) -> str:
 
 
 def _describe_saving(saved: time_saved.SkippedTime | None, plain: str) -> str:
-    """Describe the time that skipping saves; an empty text if the measurement would take too long."""
+    """Describe how much time it saves to skip work; an empty text if the measurement would take too long."""
     if saved is None:
         return ""
     takes = f"{plain} takes {format_number(saved.ratio)} times as long"

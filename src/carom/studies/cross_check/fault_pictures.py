@@ -1,4 +1,7 @@
-"""Pictures of faults: the source paper's cases with PIT, and the worst runs. Each run is next to its reference."""
+"""Pictures of faults: the cases of the paper by which Carom is inspired, and the worst runs.
+
+Each run is shown next to PIC's.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,8 @@ from carom.report.picture import draw_pair
 from carom.studies.cross_check.grid import Grid, GridCell
 from carom.support.limits import MOST_DISCS_DRAWN
 
-#: Group of the source paper's four cases, which are always shown with the paper's method, PIT.
+#: Group of the four scenes from the paper by which Carom is inspired. They are always shown with the paper's method,
+#: PIT.
 PAPER_GROUP = "paper"
 WORST_SHOWN = 3
 
@@ -44,7 +48,7 @@ def build_picture_sections(grid: Grid) -> Iterator[Section]:
 
 
 def _build_pair(entry: Divergence) -> Pair:
-    """Return a pair of pictures with method, step size, and all verdicts with their numbers."""
+    """Return pictures of the reference and the run, with the method, the step size, and all verdicts."""
     cell, reference, observed = entry
     scene, name = reference.scene, cell.column.name
     sentence = f"{name} at {formatting.format_step(observed.dt_s)}: {'; '.join(cell.reasons)}."
@@ -56,7 +60,7 @@ def _build_pair(entry: Divergence) -> Pair:
 
 
 def find_divergences(grid: Grid) -> tuple[tuple[Divergence, ...], tuple[Divergence, ...]]:
-    """Find the paper's cases with PIT, and the worst runs of other scenes, one run per scene, the worst first.
+    """Find PIT's runs of the paper's scenes, and the worst run of each other scene, sorted from the worst on.
 
     Scenes with too many discs for a picture are omitted.
     """
@@ -80,8 +84,8 @@ def find_divergences(grid: Grid) -> tuple[tuple[Divergence, ...], tuple[Divergen
 def _compute_badness(cell: GridCell) -> tuple[int, float, bool, float, float]:
     """Return a sort key that is largest for the worst run.
 
-    The key is the grade, the fraction of wrong impacts, whether the run is an engine's, the velocity error and the
-    energy error.
+    The key consists of the grade, the fraction of wrong impacts, whether an engine ran the scene, the velocity error
+    and the energy error.
     """
     velocity = 0.0 if math.isnan(cell.errors.velocity) else cell.errors.velocity
     share = (cell.missed + cell.invented) / max(1, cell.expected)

@@ -1,4 +1,4 @@
-"""A replay as a film: a run next to its reference, at the same times.
+"""A replay as a film, which shows a run next to its reference at the same times.
 
 The film becomes slow before the first fault, magnifies the fault, and pauses at it.
 """
@@ -29,17 +29,18 @@ if TYPE_CHECKING:
 
     from carom.comparator import Score
 
-#: Durations as in the page's replay, in seconds: the film at normal speed, the part before the first fault that is
-#: slowed down (its duration at normal speed), and the pause at the fault. The last constant is the frame rate. A GIF
-#: measures time in hundredths of a second, and a frame lasts four of them.
+#: Durations in seconds, as in the page's replay: the film without slow motion, the part before the first fault that is
+#: shown in slow motion (its duration without it), and the pause at the fault. The last constant is the frame rate. In a
+#: GIF, the duration of a frame is a whole number of hundredths of a second, here 4.
 _FILM_S, _LEAD_S, _HELD_S, FRAMES_PER_S = 6, 0.6, 1.5, 25
-#: Smallest speed of the slow part, relative to normal speed.
+#: Smallest speed of the slow motion, relative to normal speed.
 _SLOWEST = 1.0 / 8.0
-#: Flashes of the discs at each frame of the run, as in the page: duration in seconds, largest number at once, and the
-#: number of discs above which only failing discs flash.
+#: Flashes of the discs at each step of the run, as in the page: duration in seconds, largest number at once, and the
+#: number of discs above which only discs with a missed impact flash.
 _FLASH_S, _MOST_FLASHES, _CROWD = 0.45, 3, 4
-#: The magnified inset, as in the page: half the side of the magnified region in disc radii, the inset's largest side
-#: relative to the picture's width and height, and its smallest magnification.
+#: Sizes of the magnifying inset, which are those of the page. The first is half the side of the magnified region, in
+#: disc radii. The next two are the inset's largest size, divided by the picture's width and height. The last is its
+#: smallest magnification.
 _REACH, _ASIDE, _MAGNIFIES = 2.5, (0.42, 0.56), 1.4
 #: Colours of exact positions and of missed impacts, as in the page.
 _GHOST, _WRONG = "#74777c", "#d5452f"
@@ -50,7 +51,7 @@ Array = NDArray[np.float64]
 
 
 class _Moving(NamedTuple):
-    """A circle, its position in each frame, shape ``(frames, 2)``, and its opacity in each frame."""
+    """A circle of the film, with its position, shape ``(frames, 2)``, and its opacity in each frame."""
 
     circle: Circle
     places_m: Array
@@ -60,8 +61,8 @@ class _Moving(NamedTuple):
 def build_film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation:
     """Return the reference and the run side by side as an animation, with the same times and the same scale.
 
-    On the side of the run, the discs of the run are solid, exact positions are grey, and positions in the run's latest
-    frame are dashed. Discs flash at each frame. A cross marks a missed impact, and text states the outcome of each
+    On the side of the run, the discs of the run are solid, exact positions are grey, and positions at the run's latest
+    step are dashed. Discs flash at each step. A cross marks a missed impact, and text states the outcome of each
     impact.
     """
     from matplotlib.animation import FuncAnimation
@@ -137,7 +138,7 @@ def build_film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation
 
 
 def _compute_frame_times(scene: Scene, held_s: float | None) -> Array:
-    """Return the scene's time in each frame, in seconds.
+    """Return the scene's time in each frame of the film, in seconds.
 
     The film is slower before the first fault, and pauses at the fault.
     """
@@ -151,7 +152,7 @@ def _compute_frame_times(scene: Scene, held_s: float | None) -> Array:
 
 
 def _compute_lead_time(scene: Scene) -> float:
-    """Return the duration of the slow part of a film before the first fault, in simulated seconds."""
+    """Return the simulated seconds before the first fault that the film shows in slow motion."""
     return scene.duration_s * _LEAD_S / _FILM_S
 
 
@@ -176,12 +177,12 @@ def _draw_discs(
 def _draw_frames(
     axes: Axes, scene: Scene, tracks: Sequence[Track], times: Array, dt_s: float, failing: Sequence[int]
 ) -> Iterator[_Moving]:
-    """Draw the discs in the run's latest frame before each time.
+    """Draw the discs at the run's latest step before each time.
 
-    Also draw fading flashes of the discs in the last few frames.
+    Also draw fading flashes of the discs at the last few steps.
     """
-    # For each frame of the film, the number of the run's latest frame. Without the added 1e-9, rounding could lose a
-    # frame.
+    # `looks` is the number of the run's latest step at each frame of the film. The added 1e-9 prevents rounding to the
+    # step before.
     looks, frames = np.floor(times / dt_s + 1e-9), np.arange(len(times))
     yield from _draw_discs(axes, scene, tracks, looks * dt_s, fill=False, linestyle="--", path=False)
     is_failing_only = len(scene.discs) > _CROWD and bool(failing)
@@ -196,7 +197,7 @@ def _draw_frames(
 
 
 def _compute_inset_side(limits: Limits) -> float:
-    """Return the side of the inset in metres, on the scale of the surrounding picture."""
+    """Return the side of the inset, converted to metres of the surrounding picture."""
     return float(np.min(np.array(_ASIDE) * (limits[1] - limits[0])))
 
 

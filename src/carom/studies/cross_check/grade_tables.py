@@ -16,8 +16,8 @@ from carom.report.outcome_marks import RIGHT, Mark
 from carom.report.replay import build_impact_rows
 from carom.studies.cross_check.grid import RANKING_NOTE, Grid, GridCell, GridColumn, compute_standing
 
-#: Largest numbers of impacts in the table of impacts, of impacts in the table of methods, and of methods whose columns
-#: fit on a terminal.
+#: Largest number of rows in the table of impacts, of columns with impacts in the table of methods, and of columns with
+#: methods on a terminal.
 MOST_IMPACTS, MOST_BESIDE, MOST_ACROSS = 40, 4, 3
 
 METHOD_NOTE = (
@@ -40,7 +40,7 @@ SCENE_NOTE = (
     "\N{MULTIPLICATION SIGN} is the error divided by PIT's error."
 )
 
-#: Marks that are counted together, by column heading.
+#: Column headings, each with the outcomes that are counted in this column.
 _COUNTED = {
     "exact": (Mark.EXACT, Mark.EXACT_32),
     "close": (Mark.CLOSE,),
@@ -52,7 +52,7 @@ _COUNTED = {
 
 
 def build_methods_section(grid: Grid) -> Section:
-    """Return a section with all methods, best first.
+    """Return a section with a table of all methods, best first.
 
     For a single scene, the section also has the errors of each run.
     """
@@ -75,7 +75,7 @@ def build_methods_section(grid: Grid) -> Section:
 
 
 def _build_method_table(grid: Grid, methods: Sequence[GridColumn], impacts: Sequence[_Impact]) -> Table:
-    """Return a table with one row per method: grades, missed and invented impacts, error / PIT's, groups of scenes.
+    """Return a table with one row per method, which summarises its grades, wrong impacts and errors.
 
     For a single scene, the table also has a column for each given impact.
     """
@@ -129,10 +129,10 @@ def _format_cost(cells: Sequence[GridCell]) -> str:
 
 
 def _find_worst(cells: Sequence[GridCell]) -> GridCell | None:
-    """Find the cell with the worst grade; None if no cell is graded.
+    """Find the run with the worst grade; None if no run is graded.
 
-    Among cells with the same grade, the cell with more missed and invented impacts is worse, then the cell with the
-    larger cost.
+    Among runs with the same grade, the one with more missed and invented impacts is worse, then the one with the larger
+    error.
     """
 
     def badness(cell: GridCell) -> tuple[int, int, float]:
@@ -147,7 +147,7 @@ def _build_worst_scene_cell(cells: Sequence[GridCell]) -> Cell:
 
 
 def _read_group(scene: str) -> str:
-    """Return the group in a scene's name; ``others`` for a scene without a group."""
+    """Return the part of a scene's name before the slash, which is its group; ``others`` if there is no slash."""
     group, slash, _ = scene.partition("/")
     return group if slash else "others"
 
@@ -158,7 +158,7 @@ def _build_group_column(grid: Grid, name: str, scenes: Sequence[str]) -> Column:
 
 
 def _build_group_cell(grid: Grid, names: Sequence[str], method: GridColumn) -> Cell:
-    """Return a cell that counts the exact and close scenes of a group, and links to the worst scene."""
+    """Return a cell that counts the scenes of a group with grades exact and close, and links to the worst scene."""
     cells = [cell for cell in grid.list_cells(method) if cell.scene in names]
     worst, graded = _find_worst(cells), [cell.mark for cell in cells if cell.mark.rank is not None]
     if worst is None:
@@ -176,7 +176,7 @@ def _build_group_cell(grid: Grid, names: Sequence[str], method: GridColumn) -> C
 
 
 def find_first_replay(grid: Grid) -> Cell | None:
-    """Return a link to the replay of the worst run of an engine; None if no run with errors has a replay.
+    """Return a link to the replay of the worst run of an engine; None if no replay shows an error.
 
     Among runs with the same grade, runs that miss an impact are preferred, and then scenes with few impacts. Without
     runs of engines, the link leads to a run of one of Carom's own methods.
@@ -205,7 +205,7 @@ def _build_counts_table(grid: Grid, methods: Sequence[GridColumn]) -> Table:
 
 
 def _list_scored_runs(grid: Grid) -> list[GridCell]:
-    """Return the scored runs of the methods, sorted by step size (largest first) and quality."""
+    """Return the scored runs, sorted by step size, beginning with the largest, and then by quality."""
     methods = grid.compared
     runs = [cell for cell in grid.runs if cell.scored and cell.column in methods]
     return sorted(runs, key=lambda cell: (-cell.line.dt_s, compute_standing([cell])))
@@ -247,7 +247,7 @@ def _error_column(head: str, under: str, read: Callable[[GridCell], float], unit
 
 
 def _format_error(cell: GridCell, value: float, unit: float, *, sign: bool = False, limit: float | None = None) -> str:
-    """Format an error. Errors of a diverged trajectory are accidental, so they are shown as absent.
+    """Format an error. For a diverged trajectory, no error is shown, because it would depend on chance.
 
     Args:
         cell: The cell.
@@ -276,7 +276,8 @@ def build_impacts_section(grid: Grid) -> Section:
     if len(grid.rows) != 1 or not methods:
         return Section("", ())
     impacts = _find_impacts(grid, methods)
-    # If there are few impacts, a page shows them in the table of methods. A terminal has space for few methods only.
+    # If there are few impacts, a page already shows them in the table of methods. A terminal only has space for few
+    # methods.
     media = Media.DETAIL if len(impacts) <= MOST_BESIDE else Media.IN_FULL
     media |= Media.TERMINAL if len(methods) <= MOST_ACROSS else Media.DETAIL
     columns = [
@@ -316,7 +317,7 @@ def _format_verdict_lines(grid: Grid, *, full: bool) -> tuple[str, ...]:
 
 
 class _Impact(NamedTuple):
-    """An impact of the reference or a spurious impact, with its outcome by method."""
+    """An impact of the reference, or an invented impact of a run, with the result of each method."""
 
     bodies: str
     time_s: float | None
@@ -329,7 +330,7 @@ class _Impact(NamedTuple):
 
 
 def _find_impacts(grid: Grid, methods: Sequence[GridColumn]) -> list[_Impact]:
-    """Find the impacts of a single scene in order of time, including spurious ones."""
+    """Find the impacts of the reference, and invented impacts of all runs, in order of time."""
     found: dict[tuple[str, float | None], dict[GridColumn, str]] = {}
     for cell in grid.rows[0].cells if len(grid.rows) == 1 else ():
         if cell.column in methods and cell.row and cell.row.trace is not None and cell.row.score is not None:

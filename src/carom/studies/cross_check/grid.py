@@ -1,4 +1,7 @@
-"""Grid of a cross-check: its runs as cells, built from results or from results.jsonl. All sections use the grid."""
+"""Grid of a cross-check, with a cell for each run.
+
+It is built from results or from results.jsonl, and used by all sections.
+"""
 
 from __future__ import annotations
 
@@ -24,23 +27,23 @@ from carom.report.results_file.lines_from_rows import build_line, build_summary,
 
 T = TypeVar("T")
 
-#: Carom's own methods. Engines are compared with these.
+#: Carom's own methods, with which engines are compared.
 _OWN = frozenset({"pic", "pit"})
-#: Reason for a missing row: `carom.execution` drops a profile that has the same settings as another profile.
+#: Reason for a missing run: `carom.execution` omits a profile that has the same settings as another profile.
 NOT_PLANNED = "not run separately, because another profile of the engine has the same settings at this step size"
 _NO_ERRORS = Errors(**{field.name: math.nan for field in fields(Errors)})
-#: Fields of the line of a cell without a row: all are unknown.
+#: Fields of a results.jsonl line, all unknown, for a cell without a run.
 _NOTHING: dict[str, Any] = {field.name: None for field in fields(RowLine)}
 _NO_LINE = RowLine(**_NOTHING | {"dt_s": math.nan, "reason": NOT_PLANNED, "verdicts": (), "refinement": 0})
 _NO_SCENE = SceneLine(0, None, 0, None)  # type: ignore[arg-type] # not scored
-#: Verdicts that an impact was missed. The impacts of a diverged trajectory cause no such verdict.
+#: Verdicts which state that an impact was missed. After a trajectory has diverged, its impacts cause no such verdict.
 _MISSES = {verdict.name.lower() for verdict in (Verdict.MISSED, Verdict.MULTIPLE_MISSED, Verdict.PASSED_THROUGH)}
 #: Rank of a run without a result: one more than the rank of the worst grade.
 _BROKEN_RANK = 1 + max(mark.rank for mark in Mark if mark.rank is not None)
 
 
 class GridColumn(NamedTuple):
-    """A method, and whether it is one of Carom's own methods."""
+    """A column of the grid: a method, and whether it is one of Carom's own methods."""
 
     method: Method
     own: bool
@@ -52,7 +55,7 @@ class GridColumn(NamedTuple):
 
     @property
     def profile(self) -> str:
-        """The profile as reports show it, with the settings that replace settings of the profile."""
+        """The profile as reports show it, with the user's settings that replace settings of the profile."""
         return self.method.profile_shown
 
     @property
@@ -73,11 +76,11 @@ class GridCell:
     Attributes:
         scene: Name of the scene.
         column: Engine and profile.
-        mark: The outcome.
-        reasons: Every verdict with its numbers, or why there is no run, as sentences without a full stop.
+        mark: The grade, or the kind of failure.
+        reasons: Every verdict with its reason, or the reason why there is no run, as sentences without a full stop.
         line: All numbers of the run, as in results.jsonl; unknown if no run was planned.
-        of_scene: Values of the scene: number of impacts, horizon and scales.
-        pit: PIT's errors by name, for the same scene and step size; empty if PIT was not run.
+        of_scene: Number of impacts, horizon and scales of the scene.
+        pit: PIT's errors by name for the same scene and step size; empty if PIT was not run.
         row: The run with its trace; None if no run was planned, or if the grid comes from results.jsonl.
     """
 
@@ -94,7 +97,7 @@ class GridCell:
     def rank(self) -> int | None:
         """Rank of the grade. Better grades have smaller ranks.
 
-        A run without a result ranks last. Other marks without a grade have the rank None.
+        A run that failed ranks last. The rank is None for other runs without a grade.
         """
         return _BROKEN_RANK if self.mark in BROKEN else self.mark.rank
 
@@ -115,7 +118,7 @@ class GridCell:
 
     @property
     def expected(self) -> int:
-        """Number of compared impacts of the reference."""
+        """Number of the reference's impacts with which the run was compared."""
         return self.of_scene.expected if self.scored else 0
 
     @property
@@ -125,17 +128,17 @@ class GridCell:
 
     @property
     def invented(self) -> int:
-        """Number of spurious impacts."""
+        """Number of impacts that the run invents."""
         return len(self.line.spurious or ())
 
     @property
     def undecided(self) -> int:
-        """Number of impacts that are so close to the end of the run that they may not have been reported yet."""
+        """Number of impacts so close to the end of the run that the run may not have reported them yet."""
         return len(self.line.undecided or ())
 
     @property
     def matched(self) -> int:
-        """Number of found impacts."""
+        """Number of impacts that the run found."""
         return self.line.matched or 0
 
     @property
@@ -170,7 +173,7 @@ class GridCell:
     def has_miss(self) -> bool:
         """Whether a verdict of the run states that an impact was missed.
 
-        After a divergence, only the comparison of steps can show a missed impact.
+        After a trajectory has diverged, only the comparison of single steps can show a missed impact.
         """
         return any(one.verdict in _MISSES for one in self.line.verdicts)
 
@@ -211,8 +214,8 @@ class GridRow(NamedTuple):
 
     Attributes:
         name: Name of the scene.
-        description: Topic of the scene.
-        certified: The certified part of the scene's reference; empty if unknown.
+        description: Short description of the scene.
+        certified: Description of the impacts whose error bounds are proven; empty if unknown.
         cells: Cells of the scene, in the order of columns.
     """
 
@@ -227,12 +230,12 @@ class Grid:
     """All runs of a cross-check.
 
     Attributes:
-        columns: Columns by method, in the order of results.
+        columns: One column for each method, in the order of the results.
         rows: Scenes, each at its largest step size.
         runs: Every run with every step size.
-        step_phrase: The step sizes of the rows, as a phrase.
-        results: References, known answers, engines and machine. References and engines are missing if the grid comes
-            from results.jsonl.
+        step_phrase: Phrase that describes the step sizes of the rows.
+        results: The results of the cross-check. References and engines are missing if the grid comes from
+            results.jsonl.
     """
 
     columns: Mapping[Method, GridColumn]
@@ -247,13 +250,13 @@ class Grid:
 
     @property
     def marks(self) -> tuple[Mark, ...]:
-        """The marks for the legend: all grades, and other marks that occur."""
+        """The outcomes that the legend explains: all grades, and other outcomes that occur."""
         present = {cell.mark for row in self.rows for cell in row.cells}
         return tuple(mark for mark in Mark if mark in present or (mark.rank is not None and mark is not Mark.EXACT_32))
 
     @property
     def compared(self) -> list[GridColumn]:
-        """The columns to compare with PIC, best first. If nothing else ran, this is PIC's own column."""
+        """The columns to compare with PIC, best first. If only PIC ran, this is PIC's own column."""
         scored = [column for column in self.columns.values() if any(cell.scored for cell in self.list_cells(column))]
         return rank_methods(self, [column for column in scored if column.engine != "pic"] or scored)
 
@@ -269,15 +272,15 @@ def build_grid(results: Results) -> Grid:
 
 
 def read_grid(summary: Summary, lines: Sequence[RowLine]) -> Grid:
-    """Build the grid of a cross-check from its records, which contain neither traces nor references."""
+    """Build the grid of a cross-check from its results.jsonl, which contains neither traces nor references."""
     results = Results((), {}, {}, (), summary.environment, summary.command, summary.elapsed_s)
     return _assemble_grid(summary, lines, [None] * len(lines), results)
 
 
 def _assemble_grid(summary: Summary, lines: Sequence[RowLine], rows: Sequence[Row | None], results: Results) -> Grid:
     methods = list(dict.fromkeys(map(_build_method, lines)))
-    # Put the profiles of each engine together. They can be apart, because the first step size may not have all
-    # profiles.
+    # Put the profiles of each engine together. They may be separated, because not all profiles run with the first step
+    # size.
     engines = list(dict.fromkeys(method.engine for method in methods))
     methods.sort(key=lambda method: engines.index(method.engine))
     columns = {method: GridColumn(method, method.engine in _OWN) for method in methods}
@@ -315,19 +318,19 @@ def _build_method(line: RowLine) -> Method:
 
 
 def merge_own_profiles(contents: Mapping[GridColumn, object]) -> list[list[GridColumn]]:
-    """For each of Carom's own methods, put the profiles with equal content into one group.
+    """Group equal profiles of Carom's own methods, for example all profiles of PIC.
 
     Every column of an engine is a separate group, because the profiles of an engine differ in settings.
 
     Args:
-        contents: Content of each column, in the order of columns.
+        contents: The values by which the profiles are compared, for each column.
     """
     found = (((column.engine if column.own else column, content), column) for column, content in contents.items())
     return list(formatting.group_by(found).values())
 
 
 def keep_worst(items: Sequence[T], max_items: int, cells_of: Callable[[T], Sequence[GridCell]]) -> Sequence[T]:
-    """Return the items whose cells have the worst grades, in their original order; all items if there are few."""
+    """Return the `max_items` items whose cells have the worst grades, in their original order."""
     if len(items) <= max_items:
         return items
 
@@ -355,10 +358,10 @@ def rank_methods(grid: Grid, columns: Iterable[GridColumn]) -> list[GridColumn]:
 
 
 def compute_standing(cells: Iterable[GridCell]) -> tuple[float, float]:
-    """Compute the sort key of a method from its cells, one per scene. The best method has the smallest key.
+    """Compute the sort key of a method from its cells, one for each scene. The best method has the smallest key.
 
     The key is the mean grade, then the median error divided by PIT's (0 if no scene has one). A method without a grade
-    is last. Keys are comparable if all methods have cells of the same scenes.
+    is last. Keys can only be compared if all methods have cells of the same scenes.
     """
     cells = list(cells)
     places = [cell.rank for cell in cells if cell.rank is not None]

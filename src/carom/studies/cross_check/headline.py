@@ -1,4 +1,4 @@
-"""Headline of a cross-check: its result in numbers, and the evidence for the reference."""
+"""Headline of a cross-check: sentences with its main results, and the evidence for PIC's accuracy."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ MOST_NAMES = 4
 
 
 def build_headline(grid: Grid) -> Headline:
-    """Return a sentence with the result, and further sentences on the reference, grades and the effect of phases."""
+    """Build the headline: the main result, and sentences on the reference, the grades and the effect of phases."""
     compared = grid.compared
     columns = [column for column in compared if not column.own] or compared
     if not columns:
@@ -78,7 +78,10 @@ def _format_profile(profile: str) -> str:
 
 
 def _describe_misses(grid: Grid, columns: Sequence[GridColumn]) -> str:
-    """Describe in how many scenes all methods miss an impact; if in none, in how many scenes each method misses one."""
+    """Describe in how many scenes all methods miss an impact.
+
+    If there are none, describe how many each method misses.
+    """
     scenes = len(grid.rows)
     counts = [sum(cell.has_miss for cell in grid.list_cells(column)) for column in columns]
     scored_cells = [[cell for cell in row.cells if cell.column in columns and cell.scored] for row in grid.rows]
@@ -95,7 +98,7 @@ def _describe_misses(grid: Grid, columns: Sequence[GridColumn]) -> str:
 
 
 def _describe_sampled(grid: Grid, columns: Sequence[GridColumn]) -> str:
-    """Describe in how many scenes each method finds all impacts and has no larger errors than PIT can have."""
+    """Describe in how many scenes each method finds all impacts and has errors that are at most PIT's."""
     good = RIGHT | {Mark.SAMPLED}
     counts = [sum(cell.mark in good for cell in grid.list_cells(column)) for column in columns]
     names, does = _join_names([column.label for column in columns]), "is" if len(columns) == 1 else "are"
@@ -136,7 +139,7 @@ def _describe_reference(results: Results) -> str:
 def _describe_counts(grid: Grid, columns: Sequence[GridColumn]) -> str:
     """Describe the numbers of runs by grade."""
     counted_columns, noun = [column for column in grid.columns.values() if not column.own], "engine run"
-    if not counted_columns:  # if only Carom's own methods ran, PIT is compared with PIC
+    if not counted_columns:  # if only Carom's own methods ran, count PIT
         counted_columns = list(columns) or list(grid.columns.values())
         labels = {column.label for column in counted_columns}
         noun = f"{labels.pop()} run" if len(labels) == 1 else "run"

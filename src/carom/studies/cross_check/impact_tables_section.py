@@ -12,13 +12,13 @@ from carom.report import formatting
 from carom.report.document import Column, Media, Section, Table
 from carom.studies.cross_check.grid import Grid
 
-#: Largest number of runs that have a table of impacts, and largest number of impacts in such a table.
+#: Largest number of runs for which tables of impacts are shown, and largest number of impacts in a table.
 MOST_TABLES = 4
 MOST_IMPACTS = 40
 
 
 class _Impact(NamedTuple):
-    """An impact of the reference or a spurious impact, with its errors in a run."""
+    """An impact of the reference, or an invented impact of a run, with the run's errors."""
 
     bodies: str
     time_s: float | None
@@ -27,7 +27,7 @@ class _Impact(NamedTuple):
 
 
 def _build_error_column(head: str, digits: int, compute: Callable[[float, ImpactError], float]) -> Column:
-    """Return a column with a number that is computed from a found impact's exact time and errors."""
+    """Return a column with a number that is computed from an impact's exact time and the run's errors."""
 
     def format_error(impact: _Impact) -> str:
         value = math.nan if impact.error is None or impact.time_s is None else compute(impact.time_s, impact.error)
@@ -50,7 +50,7 @@ _COLUMNS = (
     _build_error_column("direction, degrees", 3, lambda _, error: math.degrees(error.direction_rad)),
     _build_error_column("restitution", 6, lambda _, error: error.restitution),
 )
-#: Additional column if discs turn.
+#: Additional column for scenes in which discs spin.
 _SPIN_COLUMN = _build_error_column("spin error", 3, lambda _, error: error.spin)
 
 

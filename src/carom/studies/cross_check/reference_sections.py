@@ -1,4 +1,4 @@
-"""Sections on the reference: its reliable part, and its deviations from known answers."""
+"""Sections on PIC's traces: how far they are reliable, and how much they deviate from known answers."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from carom.report import formatting
 from carom.report.document import Block, Cell, Column, Lines, Media, Section, Table, Text
 from carom.studies.cross_check.grid import Grid
 
-#: Largest number of references that a terminal lists. With more references, only the report lists them.
+#: Largest number of PIC's traces that a terminal lists. If there are more, only the page lists them.
 MOST_LISTED = 3
 
 REFERENCE_NOTE = (
     "Beyond its horizon, a reference is unreliable because of rounding, so impacts are only scored from the "
-    "engine's own state. A certified run, in which every digit is proven, gives the horizon. Without a certified "
+    "engine's own state. A certified run, in which every digit is proven, yields the horizon. Without a certified "
     "run, the horizon is an estimate."
 )
 ESTIMATE_NOTE = "The estimate compares PIC with a run whose initial numbers are moved by one unit in the last place."
@@ -31,7 +31,7 @@ KNOWN_NOTE = (
 
 
 def build_reference_section(grid: Grid) -> Section:
-    """Describe the reliable parts of references that were certified or that are not reliable to their ends."""
+    """Describe up to which time PIC's traces are reliable, if they are certified or not reliable to their ends."""
     results, lines = grid.results, []
     for name in dict.fromkeys((*results.certified, *results.horizons)):
         phrases = [str(results.certified[name])] if name in results.certified else []

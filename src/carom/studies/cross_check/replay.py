@@ -57,14 +57,14 @@ class Replay:
         trace = self.observed
         job = Job(trace.scene, Method(trace.method, trace.profile, tuple(trace.tried.items())), trace.dt_s)
         row = Row(job, Status.RAN, trace=trace, score=self.score)
-        # A trace by a solver that was called directly has no profile and no command.
+        # A trace from a direct call of a solver has no profile, so no command can repeat it.
         command = format_run_command("scene.toml", job) if trace.profile else ""
         description = describe_run(row, trace.method, escape_controls(trace.scene.name), command)
         data = pack_data(build_replay_data(self.reference, [(trace, self.score, description)]))
         return render_replay_page(escape_controls(trace.scene.name), data, description["said"], self._draw_stills())
 
     def _draw_stills(self) -> list[tuple[str, str]]:
-        """Return captions and SVG pictures for browsers without JavaScript; empty if they can't be drawn."""
+        """Return captions and SVG pictures for browsers without JavaScript; an empty list if they can't be drawn."""
         trace, name = self.observed, f"{self.observed.method} {self.observed.profile_shown}".strip()
         many = len(trace.scene.discs) > MOST_DISCS_DRAWN or len(trace.impacts) > _MOST_IMPACTS_DRAWN
         if many or find_non_finite(trace):
@@ -77,8 +77,8 @@ class Replay:
             page = self.html()
         except MissingExtraError:
             return None
-        # The sandbox isolates the page from the notebook. With this height, a phone shows both pictures and the
-        # buttons.
+        # The sandbox isolates the page from the notebook. The height suffices for both pictures and the buttons on a
+        # phone.
         frame = 'sandbox="allow-scripts" style="width:100%;height:54em;border:0"'
         return f'<iframe title="replay" {frame} srcdoc="{escape(page)}"></iframe>'
 

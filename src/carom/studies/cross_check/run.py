@@ -41,11 +41,11 @@ from carom.model.trace import Setting, Trace
 from carom.support.limits import DEFAULT_TIME_LIMIT_S, MOST_DISCS_DRAWN
 from carom.support.options import build_step_kind, check_value
 
-#: The form of a job that stores states for drawing; see `carom.execution.cache_key.JobKey`.
+#: Marks the key of a job that stores states for pictures; see `carom.execution.cache_key.JobKey`.
 DRAWN = "drawn"
 
-#: Opens the journal of a cross-check. Callers pass `Options.stamp` as the stamp. The journal contains no run times,
-#: because only times of one session can be compared.
+#: Function that opens the journal of a cross-check. Callers must pass `Options.stamp` as its stamp. The journal
+#: contains no run times, because only times of one session can be compared.
 observed_journal = partial(Journal[JobKey, Trace], "traces", JournalEntry[JobKey, CarriedTrace])
 
 
@@ -116,9 +116,9 @@ def cross_check(
     Args:
         scenes: Scene objects, or scenes of the catalogue by name, group or pattern. Names must differ.
         engine_names: Names of adapters, or manifests (default: all installed ones).
-        progress: Called with the number of finished jobs, the number of all jobs, and a description.
-        command: The command line to print in the report.
-        pool: Worker pool, which stays open. By default, a new pool is used and closed.
+        progress: Function that is called with the number of finished jobs, the number of all jobs, and a description.
+        command: The command that the report shows.
+        pool: Pool of worker processes, which is not closed. By default, a new pool is used and closed.
         options: ``dts``, ``profiles``, ``settings``, ``phases``, ``scheduler`` and the other fields of
             `carom.execution.run_options.Options`.
 
@@ -151,10 +151,10 @@ def execute(
 
     Args:
         plan: The jobs to run.
-        pool: Worker pool, which stays open.
+        pool: Pool of worker processes, which is not closed.
         notes: Journal of finished runs, to which new runs are added.
-        progress: Called with the number of finished jobs, the number of all jobs, and a description.
-        command: The command line to print in the report.
+        progress: Function that is called with the number of finished jobs, the number of all jobs, and a description.
+        command: The command that the report shows.
     """
     started, options = time.perf_counter(), plan.options
     references = _solve_references(plan, progress)
@@ -251,7 +251,7 @@ def _solve_references(plan: Plan, progress: Progress) -> dict[str, Reference | s
 
 
 def _build_pit_job(job: Job) -> Job:
-    """Return the job of PIT on the same scene with the same step size. PIT's errors are the cost of sampling."""
+    """Return the job that runs PIT on the same scene with the same step size."""
     return replace(job, method=PIT_METHOD)
 
 

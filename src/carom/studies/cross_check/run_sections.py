@@ -16,7 +16,7 @@ from carom.report.document import Cell, Column, Media, Section, Table, Text
 from carom.report.results_file.line_types import RowLine
 from carom.studies.cross_check.grid import Grid, GridCell, GridColumn, keep_worst, omission_note
 
-#: Largest number of listed cells. A browser takes seconds to show this many.
+#: Largest number of rows in the table of all runs. A browser takes seconds to show this many.
 MOST_CELLS = 10_000
 
 SPREAD_NOTE = (
@@ -40,7 +40,10 @@ SETTINGS_NOTE = (
 
 
 def build_spread_section(grid: Grid) -> Section:
-    """Return a section with the cells that were run at several phases. PIC does not depend on the phase."""
+    """Return a section on runs that were repeated at several phases.
+
+    PIC is omitted, because it does not depend on the phase.
+    """
     cells = [
         (cell, cell.line.dt_s, cell.line.spread)
         for cell in grid.runs
@@ -69,7 +72,7 @@ def build_spread_section(grid: Grid) -> Section:
 
 
 class _RunTimes(NamedTuple):
-    """Run times of a method divided by PIT's, and for each scene the number of different final states of timed runs."""
+    """Run times of a method divided by PIT's, and the number of different final states of repeated runs by scene."""
 
     column: GridColumn
     ratios: list[float]
@@ -111,7 +114,7 @@ def build_run_time_section(grid: Grid) -> Section:
 
 
 def build_settings_section(grid: Grid) -> Section:
-    """Return the settings used at the first scene's largest step size, and how they vary with step and scene."""
+    """Return a section with the settings of each profile, and how they depend on the step size and the scene."""
     profiles = {info.name: info.profiles for info in grid.results.engines}
     used = formatting.group_by((cell.column, cell.line) for cell in grid.runs if cell.line.settings is not None)
     first = {column: min(lines, key=lambda line: line.refinement) for column, lines in used.items()}
@@ -136,7 +139,7 @@ def _describe_profile(column: GridColumn, profiles: Mapping[str, Mapping[str, st
 
 
 def _describe_settings(row_line: RowLine, lines: Sequence[RowLine]) -> Iterator[str]:
-    """Yield each setting of a run, and whether it varies with the step size or the scene."""
+    """Yield each setting of a run, and whether its value depends on the step size or the scene."""
     same_scene = [line for line in lines if line.scene == row_line.scene]
     same_step = [line for line in lines if line.dt_s == row_line.dt_s and line.scene != row_line.scene]
     for name, value in (row_line.settings or {}).items():

@@ -1,4 +1,4 @@
-"""Section on the cost of sampling: each engine's error divided by PIT's, and the error that sampling can't explain."""
+"""Section that compares each engine's errors with PIT's, which are the errors of checking once per step."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class EngineCost:
 
     Attributes:
         column: The engine and profile.
-        cells: The profile's cells for scenes that have a unique answer and were run with PIT.
+        cells: The runs in scenes in which simultaneous impacts have a unique result, and which PIT also ran.
     """
 
     column: GridColumn
@@ -64,17 +64,17 @@ class EngineCost:
 
     @property
     def own(self) -> list[float]:
-        """The velocity error that sampling does not explain, for each scene with such an error."""
+        """The velocity error that checking once per step does not explain, for each scene with such an error."""
         return _select_known_errors(cell.line.own_velocity for cell in self.cells)
 
     @property
     def total(self) -> list[float]:
-        """The largest velocity error against the reference, for each scene with such an error."""
+        """The largest velocity error relative to the reference, for each scene with such an error."""
         return _select_known_errors(cell.errors.velocity for cell in self.cells)
 
     @property
     def local_own_errors(self) -> list[float]:
-        """The part of each impact's velocity error that sampling does not explain, in scenes with a horizon.
+        """The velocity error of each impact that checking once per step does not explain, in scenes with a horizon.
 
         Each error is measured from the engine's own state before this impact.
         """
@@ -93,7 +93,7 @@ def _select_known_errors(errors: Iterable[float | None]) -> list[float]:
 
 
 def measure_engine_costs(grid: Grid) -> tuple[EngineCost, ...]:
-    """Measure the cost of sampling for every engine except Carom's own methods; empty if PIT was not run."""
+    """Compare the errors of every engine with PIT's; return an empty tuple if PIT was not run."""
 
     def list_cells(column: GridColumn) -> tuple[GridCell, ...]:
         cells = grid.list_cells(column)
@@ -104,7 +104,7 @@ def measure_engine_costs(grid: Grid) -> tuple[EngineCost, ...]:
 
 
 def build_sampling_cost_section(grid: Grid) -> Section:
-    """Return a section with the chart of errors, and a row per engine with its error divided by PIT's."""
+    """Return a section with a chart of errors, and a table of errors divided by PIT's with a row for each engine."""
     found = measure_engine_costs(grid)
     if not found:
         return Section("", ())
@@ -121,7 +121,7 @@ def build_sampling_cost_section(grid: Grid) -> Section:
 
 
 def draw_sampling_costs(found: Sequence[EngineCost], narrow: bool = False) -> str:
-    """Draw each engine's velocity error against PIC, and the part not explained by sampling, as SVG."""
+    """Draw each engine's velocity error, and the part that checking once per step does not explain, as SVG."""
     with svg.use_drawing_style():
         drawn_costs = [(p, statistics.median(p.total), statistics.median(p.own)) for p in found if p.total and p.own]
         width, height = _NARROW_IN if narrow else _WIDTH_IN, _FOOT_IN + _LINE_IN * max(2, len(drawn_costs))
@@ -135,7 +135,7 @@ def draw_sampling_costs(found: Sequence[EngineCost], narrow: bool = False) -> st
             axes.plot([along(own), along(total)], [-k, -k], color=color, linestyle=dash, linewidth=2.0, alpha=0.6)
             axes.plot([along(total)], [-k], "o", color=color, markerfacecolor=svg.SURFACE, markersize=8)
             axes.plot([along(own)], [-k], "o", color=color, markersize=6)
-        # The limits of the y axis leave half a line of margin.
+        # Leave a margin of half a line above and below.
         axes.set(ylim=(0.5 - max(2, len(drawn_costs)), 0.5), xlabel="velocity error / greatest speed")
         axes.set_yticks([-k for k in range(len(drawn_costs))], [cost.column.name for cost, _, _ in drawn_costs])
         svg.finish(axes)
@@ -143,7 +143,7 @@ def draw_sampling_costs(found: Sequence[EngineCost], narrow: bool = False) -> st
 
 
 def _build_median_formatter(numbers: Callable[[EngineCost], list[float]]) -> Callable[[EngineCost], Cell | str]:
-    """Return a function for a column that formats several numbers: their median, smallest and largest value."""
+    """Return a function that formats a column's cell with the median, smallest and largest of several numbers."""
 
     def say(cost: EngineCost) -> Cell | str:
         known = numbers(cost)

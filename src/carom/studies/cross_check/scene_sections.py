@@ -1,4 +1,4 @@
-"""Sections with the results of every scene on every engine, with replays, and with reasons for missing scores."""
+"""Sections with the results of every scene on every engine, and with the reasons why runs have no score."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from carom.support.escaping import escape_controls
 #: Largest number of scenes in the table.
 MOST_SCENES = 500
 
-#: Marks whose cause a user can remove: install an engine, report a crash, or raise a limit.
+#: Failures that a user can do something about: install an engine, report a crash, or raise a limit.
 _ACTIONABLE = (Mark.UNAVAILABLE, Mark.CRASHED, Mark.TIMED_OUT, Mark.FAILED)
 
 FIGURE_NOTE = (
@@ -74,7 +74,7 @@ def _build_cell(column: GridColumn, row: GridRow) -> Cell:
 
 
 def pack_replays(grid: Grid) -> Iterator[tuple[str, str]]:
-    """Yield the name and the packed replays of each scene that has a reference."""
+    """Yield the name of each scene that has a reference, and the packed data of its replays."""
     for row in grid.rows:
         reference = grid.results.references.get(row.name)
         runs = []
@@ -114,7 +114,7 @@ def _list_reasons(grid: Grid) -> Iterator[tuple[str, bool]]:
 
     Also yield whether the reason is important.
 
-    A reason is important if it concerns all scenes, or if a user can remove its cause.
+    A reason is important if it concerns all scenes, or if a user can do something about it.
     """
     unscored = (cell for cell in grid.runs if not cell.mark.ran)
     found = formatting.group_by(((cell.mark, cell.column.engine, "; ".join(cell.reasons)), cell) for cell in unscored)

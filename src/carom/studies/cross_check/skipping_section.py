@@ -1,4 +1,4 @@
-"""Section on skipped work: calculations that a scene does not need, and the time that PIC and PIT save."""
+"""Section on skipped work: calculations that PIC and PIT omit in a scene, and the time that this saves."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ NOTE = (
 
 
 class _Scene(NamedTuple):
-    """A scene's reference, and the time that skipping saves."""
+    """A scene's PIC trace, and the run times of PIC and PIT with and without skipping."""
 
     reference: Trace
     skips: SceneSkips

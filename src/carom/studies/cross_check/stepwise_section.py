@@ -1,4 +1,4 @@
-"""Section on stepwise accuracy, for runs in which single steps reveal more than the whole trajectory."""
+"""Section on the accuracy of single steps, for runs in which they reveal more than the whole trajectory."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ def _find_listed_runs(grid: Grid) -> Iterator[_Steps]:
 
 
 def _compute_sort_key(run: _Steps) -> tuple[bool, int, int, int, float, float]:
-    """Return the sort key of a run, which is smallest for the best run. Differences within rounding do not count."""
+    """Return the sort key of a run, which is smallest for the best run. Differences within rounding are ignored."""
     local = run.local
     ratio = math.inf if math.isnan(local.ratio[1]) else float(f"{local.ratio[1]:.3e}")
     energy = local.energy if local.energy > local.energy_rounding else 0.0
@@ -137,7 +137,7 @@ def _format_impacts(local: LocalScore) -> str:
 
 
 def _compute_entangled_fraction(local: LocalScore) -> float:
-    """Return the fraction of compared windows that are entangled; NaN if no window was compared."""
+    """Return the fraction of compared windows that contain several impacts; NaN if no window was compared."""
     compared = local.entangled + local.judged
     return local.entangled / compared if compared else math.nan
 
@@ -148,7 +148,7 @@ def _format_divergence_time(run: _Steps) -> str:
 
 
 def _describe_divergence(found: Sequence[_Steps]) -> Iterator[str]:
-    """Yield a sentence on the times at which methods and PIT diverged from the reference, if any did."""
+    """Yield a sentence with the times at which methods and PIT diverged from the reference, if any did."""
     lines = [run.cell.line for run in found if run.cell.line.diverged_s is not None]
     times = sorted(line.diverged_s for line in lines if line.diverged_s is not None)
     if times:

@@ -1,4 +1,4 @@
-"""Section on errors at each step size, as medians over the same scenes for all step sizes."""
+"""Section on the dependence of errors on the step size. Medians at all step sizes are over the same scenes."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class TrendPoint(NamedTuple):
 
 
 class Series(NamedTuple):
-    """The points of an engine and profile, one per step size, and the name in legend and table."""
+    """The results of an engine and profile, one for each step size, with the name in the legend and the table."""
 
     column: GridColumn
     points: tuple[TrendPoint, ...]
@@ -62,10 +62,10 @@ class Trend:
 
     Attributes:
         parts: Step sizes as fractions of each scene's largest step size, beginning with 1.
-        coarsest_s: Smallest and largest value, over all scenes, of the largest step size of a scene. In seconds.
-        series: One series per column of the grid. Equal profiles of Carom's own methods share one series.
+        coarsest_s: Each scene has a largest step size. This is the smallest and the largest of these, in seconds.
+        series: One series for each column of the grid. Equal profiles of Carom's own methods share one series.
         scenes: Names of the scenes in the velocity medians.
-        left_out: Names of the omitted scenes, by reason.
+        left_out: Names of the scenes that are not in the medians, by reason.
     """
 
     parts: tuple[float, ...]
@@ -85,7 +85,7 @@ _EXACT, _MISSED, _WITHOUT, _OTHER = _LEFT_OUT = (
 
 
 def build_trend(grid: Grid) -> Trend:
-    """Compute the series over the scenes in which PIT has a velocity error at every step size."""
+    """Compute the medians over those scenes in which PIT has a velocity error at every step size."""
     by_place = formatting.group_by(((cell.column, cell.line.refinement), cell) for cell in grid.runs)
     coarsest = {cell.scene: cell.line.dt_s for cell in grid.runs if cell.line.refinement == 0}
     planned = [cell for cell in grid.runs if cell.scene in coarsest]

@@ -1,1 +1,1 @@
-"""Study: comparison of two cross-checks, and what became better or worse."""
+"""Study: compares two cross-checks, and reports what became better or worse."""

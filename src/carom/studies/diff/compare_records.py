@@ -1,4 +1,4 @@
-"""Changes between the records of two cross-checks, cell by cell. Differences within rounding are no changes."""
+"""Changes between the results.jsonl files of two cross-checks. Differences within rounding do not count."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from carom.studies.diff.read_cells import DiffCell, read_cells
 
 
 class Kind(Enum):
-    """Kinds of changes of a cell, beginning with the worst."""
+    """Kinds of changes of a run, beginning with the worst."""
 
     WORSE = "worse"
     MIXED = "mixed"
@@ -33,12 +33,12 @@ class Kind(Enum):
 
 @dataclass(frozen=True)
 class BeforeAfter:
-    """A number of a cell before and after; None if it is not measured.
+    """A number of a run in the old and the new report; None if it is not measured.
 
     Attributes:
         name: Name of the number.
-        old: The number before, with its sign.
-        new: The number after.
+        old: The number in the old report, with its sign.
+        new: The number in the new report.
         rounding: Largest difference that does not count as a change.
         unit: Unit of the number; empty without a unit.
     """
@@ -72,7 +72,7 @@ class BeforeAfter:
     def __str__(self) -> str:
         if isinstance(self.old, bool):
             return f"{self.name}: {'gone' if self.old else 'new'}"
-        # Use as few digits as show the difference. 17 digits distinguish any two floats.
+        # Use as few digits as possible to show the difference. 17 digits distinguish any two floats.
         texts = ([_format_number(value, digits) for value in (self.old, self.new)] for digits in range(3, 18))
         old, new = next((pair for pair in texts if pair[0] != pair[1]), ["", ""])
         return f"{self.name} {old} → {new}{self.unit}"
@@ -84,18 +84,19 @@ def _format_number(value: float | None, digits: int) -> str:
 
 @dataclass(frozen=True)
 class Change:
-    """A changed cell.
+    """A run whose result changed.
 
     Attributes:
         kind: Kind of the change.
         scene: Name of the scene.
-        method: Engine and profile; those of both runs if they differ.
+        method: Engine and profile. If they differ between the reports, both are named.
         dt_s: Step size, in seconds.
-        old: The cell's mark in the old report.
-        new: The cell's mark in the new report.
+        old: Grade or failure in the old report.
+        new: Grade or failure in the new report.
         measures: The numbers that changed.
         verdicts: Verdicts that only one run has.
-        changed: Changed settings, versions and reference values: name, and text of before and after.
+        changed: Changed settings, versions and reference values. Each has a name, and the old and the new value as
+            text.
     """
 
     kind: Kind
@@ -124,11 +125,11 @@ class Change:
     def badness(self) -> tuple[float, ...]:
         """Sort key that is largest for the worst change.
 
-        The key contains whether the change is graded, its kind, the new and the old grade, the growth of missed and
-        spurious impacts, and the largest growth of an error.
+        Changes are compared by these values in turn: whether they are graded, their kind, the new and the old grade,
+        the growth of missed and spurious impacts, and the largest growth of an error.
         """
         impacts = sum(measure.growth for measure in self.measures if measure.counts)
-        # Compare only errors relative to the scene's scales, because seconds and degrees are not comparable.
+        # Only errors without a unit are compared, because seconds and degrees are not comparable.
         growth = max((one.growth for one in self.measures if not (one.counts or one.unit)), default=0.0)
         kind = -list(Kind).index(self.kind)
         return (float(self.graded), kind, _rank_of(self.new), -_rank_of(self.old), impacts, growth)
@@ -137,9 +138,9 @@ class Change:
     def telling(self) -> BeforeAfter | None:
         """The most important changed number; None if no number changed.
 
-        A number that changed in the same direction as the cell (better or worse) is preferred. Then missed and spurious
-        impacts come first, errors relative to the scene's scales next, errors with a unit after them, and verdicts
-        last. Among equally important numbers, the first is returned, because errors of impacts cause the later errors.
+        If the run became worse, a number that became worse is preferred, and vice versa. Missed and spurious impacts
+        are more important than errors without a unit. Errors with a unit follow, and verdicts are last. Among equally
+        important numbers, the first is returned. Errors of impacts are first, because they cause the other errors.
         """
         direction = -1.0 if self.kind is Kind.BETTER else 1.0
 
@@ -149,7 +150,7 @@ class Change:
         return max(self.measures, key=order, default=None)
 
     def is_regression_to(self, fail_on: Grade) -> bool:
-        """Whether a graded cell became worse, and its grade now is `fail_on` or a worse one.
+        """Whether a graded run became worse, and its new grade is `fail_on` or a worse one.
 
         A mixed change counts as worse, and a failed run is worse than all grades.
         """
@@ -166,7 +167,7 @@ class Diff:
 
     Attributes:
         changes: The changes, worst first.
-        unchanged: Number of unchanged cells.
+        unchanged: Number of unchanged runs.
         around: Differences in versions and machine, each as a phrase.
     """
 
@@ -176,7 +177,7 @@ class Diff:
 
 
 def compare_records(old: Path, new: Path, match: Sequence[tuple[str, str]] | None = None) -> Diff:
-    """Compare the records of two cross-checks.
+    """Compare the results.jsonl files of two cross-checks.
 
     Args:
         old: Folder of the old report, or its `results.jsonl`.
@@ -184,7 +185,8 @@ def compare_records(old: Path, new: Path, match: Sequence[tuple[str, str]] | Non
         match: See `carom.studies.diff.options.DiffOptions`.
 
     Raises:
-        InputError: A file can't be read or has another format, no cell is in both, or `match` is not a list of pairs.
+        InputError: A file can't be read or has another format, the reports have no run in common, or `match` is not a
+        list of pairs.
     """
     match = DiffOptions(match).match
     (before, old_cells), (after, new_cells) = read_cells(old), read_cells(new)
@@ -195,7 +197,8 @@ def compare_records(old: Path, new: Path, match: Sequence[tuple[str, str]] | Non
     def key(cell: DiffCell) -> tuple[object, ...]:
         if len(methods[0]) == len(methods[1]) == 1:
             return (cell.scene, cell.dt_s)
-        # The key ignores replaced settings, so that a run with replaced settings is compared with a run of its profile.
+        # The key ignores settings that the user has replaced. So a run with replaced settings is compared with a run of
+        # the unchanged profile.
         return (cell.scene, cell.dt_s, cell.method.profile, cell.pair or cell.method.engine)
 
     olds, news = {key(cell): cell for cell in old_cells}, {key(cell): cell for cell in new_cells}
@@ -214,7 +217,7 @@ def compare_records(old: Path, new: Path, match: Sequence[tuple[str, str]] | Non
 
 
 def _has_run(cell: DiffCell | None) -> bool:
-    """Whether a cell was run, even if the run failed."""
+    """Whether an engine was run for this cell, even if the run failed."""
     return cell is not None and (cell.mark.ran or cell.mark in BROKEN)
 
 
@@ -230,10 +233,10 @@ def _find_method(cells: Sequence[DiffCell], name: str, path: Path) -> list[DiffC
 
 
 def _select_pairs(cells: Sequence[DiffCell], match: Sequence[tuple[str, str]], side: int, path: Path) -> list[DiffCell]:
-    """Return the cells of one report that `match` selects, each with the number of its pair of names.
+    """Return the runs of one report that `match` selects. Each is marked with the number of its pair of names.
 
     Args:
-        cells: All cells of the report.
+        cells: All runs of the report.
         match: Pairs of names in the old and the new report.
         side: 0 for the old report, 1 for the new one.
         path: Path of the report, for messages.
@@ -246,7 +249,7 @@ def _select_pairs(cells: Sequence[DiffCell], match: Sequence[tuple[str, str]], s
 
 
 def _find_changed_versions(old: Environment, new: Environment) -> dict[str, str]:
-    """Return the differences in versions and machine: text of before and after, by name."""
+    """Return the differences in versions and machine by name. Each is a text with the old and the new value."""
     olds, news = (
         {"Carom": one.carom, **one.versions, "python": one.python, "system": one.system, "processor": one.processor}
         for one in (old, new)
@@ -260,14 +263,17 @@ def _find_differences(old: Mapping[str, Any], new: Mapping[str, Any]) -> dict[st
 
 
 def _are_equal(a: object, b: object) -> bool:
-    """Whether two values are equal. Numbers may differ by rounding, because machines differ."""
+    """Whether two values are equal.
+
+    Numbers may differ by rounding, because the reports may be from different machines.
+    """
     if not (isinstance(a, float) and isinstance(b, float)):
         return a == b
     return math.isclose(a, b, rel_tol=THRESHOLDS.rounding) or (math.isnan(a) and math.isnan(b))
 
 
 def _compare_cell(old: DiffCell | None, new: DiffCell | None, versions: Mapping[str, str]) -> Change | None:
-    """Return the change of a cell; None if nothing changed."""
+    """Compare two runs, and return the change; None if nothing changed."""
     one = new or old
     if one is None:
         return None
@@ -283,9 +289,9 @@ def _compare_cell(old: DiffCell | None, new: DiffCell | None, versions: Mapping[
 
 
 def _list_changed_numbers(old: DiffCell, new: DiffCell) -> Iterator[BeforeAfter]:
-    """Yield the numbers that changed.
+    """Yield the errors and numbers of impacts that changed.
 
-    If the runs declare different float widths, the smaller rounding error is used.
+    If the runs have floats of different widths, the smaller rounding error is used.
     """
     for a, b, before, after in zip(old.measures, new.measures, old.numbers, new.numbers, strict=True):
         if before != after:
@@ -296,8 +302,7 @@ def _list_changed_numbers(old: DiffCell, new: DiffCell) -> Iterator[BeforeAfter]
 
 def _classify(old_mark: Mark, new_mark: Mark, measures: Sequence[BeforeAfter]) -> Kind | None:
     grew = _rank_of(new_mark) - _rank_of(old_mark) if _are_graded(old_mark, new_mark) else 0
-    # The numbers of impacts are compared first, because errors of impacts that only one run has found can't be
-    # compared.
+    # Numbers of impacts are compared first, because a run has no errors for impacts that it does not find.
     impacts = sum(measure.growth for measure in measures if measure.counts)
     growths = [impacts] if impacts else [measure.growth for measure in measures]
     rose, fell = any(growth > 0 for growth in growths), any(growth < 0 for growth in growths)
@@ -313,7 +318,7 @@ def _are_graded(old_mark: Mark, new_mark: Mark) -> bool:
 
 
 def _rank_of(mark: Mark) -> int:
-    """Return the rank of a mark among the grades, from best to worst. A failed run has the worst rank."""
+    """Return a number that is larger for a worse grade, and largest for a failed run."""
     grades = list(Grade)
     return len(grades) if mark in BROKEN else -1 if mark not in GRADED else grades.index(GRADED[mark])
 
@@ -335,7 +340,7 @@ def _list_causes(old: DiffCell | None, new: DiffCell | None, versions: Mapping[s
         if old.settings and new.settings:
             for name, values in _find_differences(old.settings, new.settings).items():
                 yield f"settings: {name}", values
-        # The header contains versions by engine name. In lower case, an engine's name is usually the adapter's name.
+        # The header contains versions by engine name. An engine's name in lower case is usually the adapter's name.
         for name in versions:
             if name.casefold() in (new.method.engine.casefold(), "carom"):
                 yield f"version: {name}", versions[name]

@@ -1,4 +1,4 @@
-"""Document of `carom diff`: the numbers of changes, and the changed cells, worst first."""
+"""Document of `carom diff`: the number of changes, and a table of the changed runs, worst first."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ from carom.report import formatting
 from carom.report.document import Cell, Column, Document, Headline, Media, Section, Table, Text
 from carom.studies.diff.compare_records import Change, Diff, Kind
 
-#: Largest number of rows. A comment on a pull request has a limited length.
+#: Largest number of rows. The whole table must fit into a comment on a pull request, whose length is limited.
 MOST_ROWS = 50
-#: Numbers of groups that fit into 25 lines of a terminal, for three kinds of changes: worse, mixed or vanished; other
-#: changes; not graded. A group takes two lines if all cells are of one method, and three lines otherwise.
+#: Largest numbers of groups of similar changes on a terminal, so that 25 lines suffice. There are three numbers: for
+#: worse, mixed or vanished runs; for other changes; and for runs without a grade. A group takes two lines if there is
+#: only one method, and three lines otherwise.
 MOST_ALONE, MOST_OF_SEVERAL = (4, 2, 1), (3, 1, 1)
 #: Largest number of settings on a terminal, and of characters of a value.
 MOST_SETTINGS, MOST_LETTERS = 4, 40
@@ -26,14 +27,15 @@ _COLUMNS = (
 )
 
 
-#: Changes of equal kind and grades in which the same settings and versions changed. The first change is the worst.
+#: Similar changes: their kind, their grades, and the changed settings and versions are equal. The first change is the
+#: worst.
 _Group = list[Change]
 
 
 def build_diff_document(found: Diff, old: str, new: str) -> Document:
-    """Return a document with the changed cells and their numbers.
+    """Return a document with the changed runs and their numbers.
 
-    A terminal shows the most important of these cells in 25 lines.
+    On a terminal, only the most important ones are shown, in 25 lines.
 
     Args:
         found: The changes.
@@ -72,7 +74,7 @@ def _build_summary_tables(changes: Sequence[Change]) -> Iterator[Table]:
     ):
         groups += _group_changes(selected)[:max_groups]
     shown_count = sum(map(len, groups))
-    note = "" if shown_count == len(changes) else f"{shown_count} of {len(changes)} cells; -v for all"
+    note = "" if shown_count == len(changes) else f"{shown_count} of {len(changes)} runs; -v for all"
     columns = (
         Column("cells", lambda group: str(len(group)), number=True),
         Column("change", lambda group: Cell(_format_kind(group[0]), _format_marks(group[0]))),
@@ -90,7 +92,7 @@ def _group_changes(changes: Sequence[Change]) -> list[_Group]:
     """
 
     def shared(change: Change) -> tuple[object, ...]:
-        # Changed numbers of impacts and changed errors form different groups, because their causes differ.
+        # Changed numbers of impacts and changed errors are in different groups, because they have different causes.
         counts = any(measure.counts for measure in change.measures)
         return (change.kind, change.old, change.new, counts, tuple(name for name, _ in change.changed))
 
@@ -126,7 +128,7 @@ def _describe_setting_changes(changes: Sequence[Change]) -> Iterator[str]:
         count_text = "" if len(texts) == len(changes) else f" (in {len(texts)})"
         phrases.append(f"{name.partition(': ')[2]} {value}{count_text}")
     omission = f" and {len(values) - MOST_SETTINGS} more" if len(values) > MOST_SETTINGS else ""
-    yield f"Also changed in {formatting.format_count(len(changes), 'cell')}: {', '.join(phrases)}{omission}."
+    yield f"Also changed in {formatting.format_count(len(changes), 'run')}: {', '.join(phrases)}{omission}."
 
 
 def _format_kind(change: Change) -> str:

@@ -23,12 +23,12 @@ _PAIRS = ValueKind(_SAID, "OLD=NEW", _parse_two_names, lambda text: text.split("
 
 @dataclass(frozen=True)
 class DiffOptions(DeclaredOptions):
-    """Options of a comparison, except for the two reports.
+    """Options of `carom diff`, except for the two reports.
 
     Attributes:
         match: Pairs of old and new engines ("pymunk") or methods ("pymunk/tuned") to compare. Other engines and methods
-            are omitted. By default, methods with the same name are compared; or, if each report has one method, these
-            two.
+            are omitted. By default, methods with the same name are compared. If each report has only one method, these
+            two are compared.
         fail_on: The comparison fails if a run became worse and now has this grade or a worse one.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Cells of a results.jsonl for a comparison.
+"""Runs from a results.jsonl, for a comparison with another results.jsonl.
 
 The file is read row by row, so that a large file need not fit into memory.
 """
@@ -21,14 +21,14 @@ from carom.report.outcome_marks import Mark, parse_mark
 from carom.report.results_file.line_types import RowLine, Summary
 from carom.report.results_file.records import stream_records
 
-#: Verdicts of which only the presence is compared, not a number.
+#: Verdicts without a number. Only their presence is compared.
 _FLAGS = (
     *(Verdict.NOT_FINITE, Verdict.CUT_SHORT, Verdict.WRONG_ORDER, Verdict.DRIFTS, Verdict.TURNS),
     *(Verdict.SPINS, Verdict.WRONG_STAMP, Verdict.WRONG_NORMAL, Verdict.MOMENTUM, Verdict.ANGULAR),
     *(Verdict.SLID, Verdict.STUCK),
 )
 _NAMES: dict[str, str] = {field.name: field.metadata["name"] for field in fields(Errors)}
-#: The errors that decide a grade, and the direction error, which is visible in pictures.
+#: The errors that determine a grade, and the direction error, which is visible in pictures.
 _ERRORS = ("time_s", "velocity", "spin", "direction_rad", "energy", "final_position", "final_velocity", "final_spin")
 
 
@@ -42,7 +42,7 @@ class Measure(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class DiffCell:
-    """A row of the records with the data of its scene from the header. Cells share equal values to save memory."""
+    """A run from results.jsonl, with the data of its scene. Cells share equal values to save memory."""
 
     method: Method
     scene: str
@@ -53,14 +53,14 @@ class DiffCell:
     verdicts: tuple[str, ...]
     settings: Mapping[str, Any]
     reference: Mapping[str, Any]
-    pair: int = 0  # number, from 1, of the requested pair of names that contains the cell; 0 if no pair does
+    pair: int = 0  # number of the pair of names, from 1, that selects this run; 0 if no pair does
 
 
 def read_cells(path: Path) -> tuple[Summary, list[DiffCell]]:
-    """Return the first line and the cells of a results.jsonl. The path may also be the folder of a report.
+    """Return the first line and the runs of a results.jsonl. The path may also be the folder of a report.
 
     Raises:
-        InputError: The file can't be read, or a line is not a cell of a cross-check.
+        InputError: The file can't be read, or a line is not a run of a cross-check.
     """
     file = path / "results.jsonl" if path.is_dir() else path
     summary, lines = stream_records(file)
@@ -71,7 +71,7 @@ def read_cells(path: Path) -> tuple[Summary, list[DiffCell]]:
         cells.extend(_build_cell(summary, line, references, shared) for line in lines)
     except InputError:
         raise
-    except (ArithmeticError, KeyError, TypeError, ValueError) as error:  # the types are valid, but the cell is not
+    except (ArithmeticError, KeyError, TypeError, ValueError) as error:  # all types are valid, but the values are not
         message = f"{file}, line {len(cells) + 2}: not a run of a cross-check ({error!r})"
         raise InputError(message, hints=["run the cross-check again"]) from None
     return summary, cells
@@ -93,7 +93,7 @@ def _build_cell(
         measures=_read_measures(line, summary) if mark.ran else (),
         numbers=tuple(_list_numbers(line, found)) if mark.ran else (),
         verdicts=verdict_texts or (line.reason,) * bool(line.reason),
-        # The keys are texts, because the different settings 1, 1.0 and True are equal as values.
+        # Settings are compared as text, because 1, 1.0 and True are different settings but equal values.
         settings=shared.setdefault(repr(settings), settings),
         reference=references[line.scene] if mark.ran else {},
     )
@@ -137,9 +137,9 @@ def _read_float_width(line: RowLine) -> int:
 
 
 def _list_numbers(line: RowLine, found: Mapping[str, str]) -> Iterator[float | bool | None]:
-    """Yield the numbers of a cell to compare, in the order of `_list_measures`."""
+    """Yield the numbers of a run that are compared, in the order of `_list_measures`."""
     missed, invented = len(line.missed or ()), len(line.spurious or ())
-    # After a divergence, impacts match only by chance, so use the comparison of single steps.
+    # After a trajectory has diverged, impacts match only by chance, so use the comparison of single steps.
     if line.diverged_s is not None and line.local_truth:
         missed, invented = line.local_truth.missed, line.local_truth.invented
     yield float(missed)

@@ -1,4 +1,4 @@
 """Study: changes between releases of an engine.
 
-Releases are installed from the engine's registry and run with the present adapter.
+Releases are installed from the engine's registry, and run with the installed adapter.
 """

@@ -1,4 +1,4 @@
-"""Stored result of a run of a release, and the comparison of two releases in one cell."""
+"""Stored result of a release's run, and the comparison of two releases in one cell: a scene, profile and step size."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ from carom.model.trace import Outcome, Trace
 from carom.studies.history.options import FEWEST_PHASES
 from carom.support.formatting import format_number
 
-#: Number of references, and of runs of PIT, that a worker caches.
+#: Number of PIC's and of PIT's runs that a worker process caches.
 _KEPT = 64
-#: Number of evenly spread instants at which positions are compared. Earlier instants than the end are included, because
-#: runs with different bounces may agree again at the end.
+#: Number of evenly spread instants at which positions are compared. Not only the end is compared, because runs with
+#: different bounces may agree again at the end.
 PLACES = 8
 
 _reference, _sampling = lru_cache(maxsize=_KEPT)(solve_reference), lru_cache(maxsize=_KEPT)(run_pit)
@@ -44,7 +44,7 @@ _Name = Annotated[str, AfterValidator(lambda name: EARLIER_WORDS.get(name.lower(
 
 @dataclass(frozen=True)
 class ReleaseRun:
-    """Stored result of a run.
+    """Stored result of a run of one release.
 
     Attributes:
         digest: SHA-256 of all bits of the impacts and the final state.
@@ -52,15 +52,15 @@ class ReleaseRun:
         grade: Name of the grade.
         verdicts: Names of the verdicts.
         expected: Number of impacts of the reference.
-        found: Number of impacts found from the engine's contacts.
+        found: Number of impacts that were found from the contacts that the engine reports.
         lost: Number of missed and invented impacts.
-        velocity: Largest velocity error divided by the scene's speed; NaN if no impact was matched.
+        velocity: Largest velocity error divided by the scene's greatest speed; NaN if no impact was matched.
         late_steps: Largest time error, in steps; NaN if no impact was matched.
         off_m: Errors of positions at `PLACES` evenly spread instants up to the end: x and y of each disc, in metres. An
-            error is infinite if the run or the reference ends before its instant.
+            error is infinite if the run or the reference ends before the instant.
         off_m_s: Errors of final velocities: x and y of each disc, in metres per second.
         place_rounding_m: Rounding error of a position, in metres.
-        speed_m_s: The scene's speed, in metres per second.
+        speed_m_s: The scene's greatest speed, in metres per second.
         float_bits: Width of the floats that the adapter declares.
     """
 
@@ -81,24 +81,24 @@ class ReleaseRun:
 
     @property
     def observes_no_contact(self) -> bool:
-        """Whether velocities changed but no impact was reported, which shows that the adapter observes no contacts."""
+        """Whether velocities changed but no impact was reported, so that the adapter does not observe contacts."""
         return self.expected > 0 and self.found == 0 and self.misses_contacts
 
     @property
     def misses_contacts(self) -> bool:
-        """Whether a velocity changed without a reported impact, which shows that the adapter misses contacts."""
+        """Whether a velocity changed without a reported impact, so that the adapter does not observe every contact."""
         return Verdict.TURNS.name in self.verdicts
 
 
 @dataclass(frozen=True)
 class HistoryTask(JobTask):
-    """Runs a job at its phase in a worker process, and scores it."""
+    """Task that runs an engine on a scene, shifted to the job's phase, and scores the run."""
 
     def carry_out(self) -> ReleaseRun:
         """Return the stored result.
 
         Raises:
-            UnsupportedError: There is no reference, or the scene cannot begin at this phase.
+            UnsupportedError: PIC can't solve the scene, or the scene can't be shifted to this phase.
         """
         job = self.job
         adapter = load_supported_adapter(job)
@@ -129,7 +129,7 @@ class HistoryTask(JobTask):
 
 
 def _compute_largest_error(coordinates: Sequence[float]) -> float:
-    """Return the length of the longest vector. The argument contains x and y of each vector in turn."""
+    """Return the length of the longest vector in a list of coordinates x, y, x, y and so on."""
     return max(map(math.hypot, coordinates[::2], coordinates[1::2]))
 
 
@@ -138,7 +138,7 @@ def _compute_state_errors(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return errors of positions, shape ``(PLACES, n, 2)``, and of final velocities, shape ``(n, 2)``.
 
-    Errors after `until_s` or the end of a run are infinite. Errors of a state that is not a number are NaN.
+    An error is infinite after `until_s` or after the end of a run. It is NaN if a coordinate of the run is NaN.
     """
     scene, flights, samples = trace.scene, list(free_flights(reference)), trace.samples
     assert samples is not None  # noqa: S101 - samples were requested
@@ -158,31 +158,31 @@ def _compute_state_errors(
 
 
 def _compute_digest(trace: Trace) -> str:
-    """Return a digest of a run's results. Every bit of every number affects the digest."""
+    """Return a hash of all bits of a run's results."""
     arrays = (trace.impacts, trace.final_position_m, trace.final_velocity_m_s, trace.spins, trace.final_spin_rad_s)
     parts = (b"none" if array is None else array.tobytes() for array in arrays)
     return hashlib.sha256(b"".join((trace.outcome.name.encode(), *parts))).hexdigest()
 
 
-#: Opens the journal of a history.
+#: Function that opens the journal of a history.
 history_journal = partial(Journal[JobKey, ReleaseRun], "releases", JournalEntry[JobKey, ReleaseRun])
 
 
 @dataclass(frozen=True)
 class SeenCell:
-    """Results of one release in one cell: at the scene's own phase, and at other phases if requested."""
+    """Results of one release for a scene, profile and step size, at phase 0 and, if requested, at other phases."""
 
     own: Answer[ReleaseRun]
     phases: tuple[Answer[ReleaseRun], ...] = ()
 
     @property
     def ran(self) -> tuple[ReleaseRun, ...]:
-        """Results at all phases, including the scene's own."""
+        """Results at all phases, including phase 0."""
         return tuple(answer.value for answer in (self.own, *self.phases) if answer.value is not None)
 
 
 class ChangeKind(Enum):
-    """Change of a cell from one release to the next. The value is the phrase that the report shows."""
+    """Change of a run from one release to the next. The value is the phrase that the report shows."""
 
     NOTHING = "same bits"
     ROUNDING = "other bits, but equal to rounding at this phase"
@@ -197,13 +197,13 @@ class ChangeKind(Enum):
 
     @property
     def real(self) -> bool:
-        """Whether the change is one of the engine's motion, and not only of settings, adapter or reported contacts."""
+        """Whether the engine's motion changed, and not only its settings, its adapter or its reported contacts."""
         return self in {ChangeKind.WORSE, ChangeKind.BETTER, ChangeKind.NEITHER}
 
 
 @dataclass(frozen=True)
 class CellChange:
-    """Change of a cell.
+    """Difference between two releases for one scene, profile and step size.
 
     Attributes:
         kind: Kind of change.
@@ -216,7 +216,7 @@ class CellChange:
 
 @dataclass(frozen=True)
 class _Measure:
-    """A number of a run in which two releases may differ. A larger number is worse.
+    """A number by which the runs of two releases are compared. A larger number is worse.
 
     Attributes:
         name: Name of the number.
@@ -244,12 +244,12 @@ def _compute_place_error(run: ReleaseRun) -> float:
     return _compute_largest_error(run.off_m)
 
 
-#: Measures of the motion, which do not depend on contact listeners.
+#: Numbers that describe the motion, and do not depend on reported contacts.
 _MOTION = (
     _Measure("error of final velocities, divided by the greatest speed", _compute_velocity_error, _read_rounding),
     _Measure("error of positions in metres", _compute_place_error, attrgetter("place_rounding_m")),
 )
-#: Measures of the reported contacts.
+#: Numbers that describe the reported contacts.
 _CONTACTS = (
     _Measure("missed and invented impacts", attrgetter("lost"), lambda _: 0.0),
     _Measure("velocity error", attrgetter("velocity"), _read_rounding),
@@ -258,7 +258,7 @@ _CONTACTS = (
 
 
 def are_different(old: ReleaseRun, new: ReleaseRun) -> bool:
-    """Return whether two runs differ in grade, verdicts, numbers or motion by more than rounding."""
+    """Return whether two runs differ by more than rounding in their grades, verdicts, numbers or motion."""
     if (old.grade, old.verdicts) != (new.grade, new.verdicts) or not _have_same_motion(old, new):
         return True
     return any(_do_differ(one.of(old), one.of(new), _compute_largest_rounding(one, [old, new])) for one in _CONTACTS)
@@ -281,14 +281,14 @@ def _have_same_motion(old: ReleaseRun, new: ReleaseRun) -> bool:
 
 
 def classify_change(old: SeenCell, new: SeenCell) -> CellChange:
-    """Return the change of a cell between two releases.
+    """Compare two releases for one scene, profile and step size, and classify the change.
 
-    A change is attributed to the engine if the settings read back are equal and the motion differs. The motion is
-    described by coordinates and by the errors of positions and final velocities. The motion differs if the ranges of
-    one of these numbers over at least `FEWEST_PHASES` phases do not overlap. The gap between the ranges must exceed
-    rounding and the estimated effect of untested phases. So contact listeners and the phase can't explain the change.
-    Otherwise the reported contacts changed, or the phase explains the change. If velocities change without a reported
-    impact, the adapter does not observe every contact, and the releases are not compared.
+    A change is attributed to the engine if the settings read back from it are equal and the motion differs.
+    Coordinates, and the errors of positions and final velocities, describe the motion. Each number has a range over at
+    least `FEWEST_PHASES` phases. The motion differs if the ranges of one number do not overlap. The gap between them
+    must exceed rounding and the estimated effect of untested phases. Otherwise only reported contacts changed, or the
+    phase explains the change. If velocities change without a reported impact, the adapter does not observe every
+    contact, and the releases are not compared.
     """
     a, b = old.own.value, new.own.value
     if a is None or b is None:
@@ -297,7 +297,7 @@ def classify_change(old: SeenCell, new: SeenCell) -> CellChange:
         return CellChange(ChangeKind.NOTHING)
     if a.settings != b.settings:
         return CellChange(ChangeKind.OTHER_SETTINGS, ", ".join(_describe_changed_settings(a.settings, b.settings)))
-    if a.misses_contacts or b.misses_contacts:  # contacts that the adapter misses would count as changes of the engine
+    if a.misses_contacts or b.misses_contacts:  # missed contacts would look like changes of the engine
         return CellChange(ChangeKind.UNOBSERVED)
     if not are_different(a, b):
         return CellChange(ChangeKind.ROUNDING)
@@ -330,7 +330,7 @@ def _find_separated_measures(
 
 
 def _compute_range_gaps(before: NDArray[np.float64], after: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return by how much the new range is above the old range, and by how much it is below.
+    """Return by how much the range of new values is above the range of old values, and by how much it is below.
 
     The first axis has the runs.
 
@@ -342,13 +342,13 @@ def _compute_range_gaps(before: NDArray[np.float64], after: NDArray[np.float64])
         low, lower, *_, higher, high = np.sort(values, axis=0)[[0, 1, -2, -1]]
         return np.where(low == lower, low, 2 * low - lower), np.where(high == higher, high, 2 * high - higher)
 
-    with np.errstate(invalid="ignore"):  # infinite errors in both sets leave no gap
+    with np.errstate(invalid="ignore"):  # if errors are infinite in both releases, there is no gap
         (old_low, old_high), (new_low, new_high) = reach(before), reach(after)
         return np.nan_to_num(np.stack([new_low - old_high, old_low - new_high]), nan=0.0, posinf=np.inf)
 
 
 def _describe_coordinate(old: Sequence[ReleaseRun], new: Sequence[ReleaseRun]) -> str:
-    """Describe where and when the ranges of a coordinate differ most; an empty text if no ranges differ."""
+    """Describe where two releases differ most: in which coordinate and when. Empty if they do not differ."""
     before, after = (np.array([run.off_m for run in runs]) for runs in (old, new))
     gaps = _compute_range_gaps(before, after).max(axis=0)
     k = int(gaps.argmax())
@@ -382,7 +382,7 @@ def _describe_changed_settings(old: Sequence[tuple[str, str]], new: Sequence[tup
 
 
 def _find_verdict_changes(old: Sequence[ReleaseRun], new: Sequence[ReleaseRun]) -> list[str]:
-    """Return the verdicts that hold at every phase of one release and at no phase of the other, as phrases."""
+    """Describe the verdicts that one release has at every phase, and the other release at no phase."""
 
     def own(own_runs: Sequence[ReleaseRun], other_runs: Sequence[ReleaseRun]) -> list[str]:
         shared = set.intersection(*(set(run.verdicts) for run in own_runs))

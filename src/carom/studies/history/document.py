@@ -1,4 +1,4 @@
-"""Document of `carom history`: a row per release, the changed cells with their numbers, and errors by release."""
+"""Document of `carom history`: a table of releases, a table of changed runs, and a diagram of errors."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ _WIDTH_IN, _HEIGHT_IN = 8.6, 4.2
 
 RULE = (
     "A change is attributed to the engine if the settings read back are equal and the motion differs. The motion is "
-    "compared at {phases} phases of the step and at the scene's own phase. The motion differs if the ranges of one "
-    "number (a final velocity error, a position error at one of eight instants, or one coordinate) do not overlap. The "
-    "gap between the ranges must exceed rounding, and the distance from the last value of a range to its neighbour. "
-    "Differences of reported contacts do not count. 'Same bits' means that impacts and final states are bit-identical "
-    "at the scene's own phase."
+    "compared for the unshifted scene, and for the scene shifted to {phases} phases of the step. The motion differs if "
+    "the ranges of one number (a final velocity error, a position error at one of eight instants, or one coordinate) "
+    "do not overlap. The gap between the ranges must exceed rounding, and the gaps between the outermost two values of "
+    "each range. Differences of reported contacts do not count. 'Same bits' means that impacts and final states are "
+    "bit-identical for the unshifted scene."
 )
 
 
@@ -50,14 +50,14 @@ _HEADINGS = {
 
 
 class _Row(NamedTuple):
-    """A release, and the changes since the previous release that ran (None for the first release)."""
+    """A table row with a release, and the changes since the previous release that ran (None for the first release)."""
 
     release: Release
     since: Transition | None
 
 
 class _Changed(NamedTuple):
-    """A cell that changed from one release to the next."""
+    """A scene, profile and step size for which the result changed from one release to the next."""
 
     step: Transition
     cell: RunCell
@@ -86,8 +86,7 @@ def write_history(found: History, folder: Path) -> Path:
     """Write ``history.md`` and ``history.svg`` into a folder, and return the path of ``history.md``.
 
     Raises:
-        InputError: The folder contains foreign files.
-        OSError: The files can't be written.
+        InputError: The folder contains files that Carom did not write. OSError: The files can't be written.
     """
     files = {"history.md": render_markdown(build_history_document(found)), "history.svg": render_error_chart(found)}
     return write_files(folder, PURPOSE, files)
@@ -99,7 +98,7 @@ def describe_listing(origin: Origin, versions: tuple[str, ...]) -> Iterator[str]
         notes = []
         if is_older(version, origin.oldest):
             notes.append(f"older than {origin.oldest}, the oldest supported release")
-        # A test with release "7.3" also covers 7.3.1.
+        # A test with release "7.3" also counts for 7.3.1.
         newest_tested = parse_release_numbers(origin.newest_tried)
         if newest_tested and parse_release_numbers(version)[: len(newest_tested)] > newest_tested:
             notes.append(f"newer than {origin.newest_tried}, the newest tested release")
@@ -109,7 +108,7 @@ def describe_listing(origin: Origin, versions: tuple[str, ...]) -> Iterator[str]
 
 
 def describe_bisection(found: Bisection | None) -> Iterator[str]:
-    """Yield the result of a bisection."""
+    """Yield sentences with the result of a bisection."""
     if found is None:
         yield "The oldest and the newest release agree in this run within the range over phases."
         return
@@ -160,7 +159,7 @@ def _build_release_columns(found: History) -> tuple[Column, ...]:
 
 
 def _count_changes(kind: ChangeKind, row: _Row) -> str:
-    """Return the number of cells with this kind of change since the previous release; an empty text for 0."""
+    """Return the number of runs with this kind of change since the previous release; an empty text for 0."""
     return "" if row.since is None else str(row.since.count(kind) or "")
 
 
@@ -169,7 +168,7 @@ def _format_same_bits(row: _Row) -> str:
 
 
 def _count_grade(grade: Grade, row: _Row) -> str:
-    """Return the number of cells with a grade; an empty text for 0, or if the release was not run."""
+    """Return the number of runs with a grade; an empty text for 0, or if the release was not run."""
     results = [seen_cell.own.value for seen_cell in row.release.seen.values() if seen_cell.own.value is not None]
     return "" if row.release.not_run else str(sum(one.grade == grade.name for one in results) or "")
 
@@ -181,7 +180,7 @@ def _release_note(release: Release) -> str:
 
 
 def _describe_settings(found: History) -> Iterator[Lines]:
-    """Yield the settings that differ between consecutive releases, and the cells that a release could not run."""
+    """Describe the settings that differ between consecutive releases, and the runs that failed."""
     setting_changes = dict.fromkeys(
         f"Different settings: {step.old.version} → {step.new.version}, {cell.profile}: {change.why}"
         for step in found.transitions
@@ -213,10 +212,10 @@ _CHANGE_COLUMNS = (
 
 
 def render_error_chart(found: History) -> str:
-    """Return a chart of the median and the largest velocity error by release for each profile, as SVG.
+    """Draw the median and the largest velocity error of each profile against the release, as SVG.
 
-    Only cells with a known error in every release are included. A vertical line shows each release in which a bit of a
-    result changed.
+    Only scenes and step sizes with a known error in every release are included. A vertical line marks a release in
+    which a bit of a result changed.
     """
     with use_drawing_style():
         figure, axes = build_framed_figure(_WIDTH_IN, _HEIGHT_IN, f"{found.origin.engine}: velocity error by release")
@@ -234,14 +233,14 @@ def render_error_chart(found: History) -> str:
                 axes.axvline(k, linewidth=0.6, alpha=0.4, zorder=0)
         axes.set_yscale("symlog", linthresh=1e-9)
         axes.set_xticks(list(places), [release.version for release in releases], rotation=45, ha="right")
-        axes.set_ylabel("velocity error / scene's speed")
+        axes.set_ylabel("velocity error / scene's greatest speed")
         if axes.lines:
             finish(axes)
         return to_separate_svg(render(figure, f"Velocity error of {found.origin.engine} by release"))
 
 
 def _list_errors(releases: list[Release], profile: str) -> list[list[float]]:
-    """Return each release's velocity errors in those cells of a profile that have an error in every release."""
+    """Return each release's velocity errors in those runs of a profile that have an error in every release."""
 
     def read_error(release: Release, cell: RunCell) -> float:
         seen_cell = release.seen.get(cell)

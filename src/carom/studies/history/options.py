@@ -25,22 +25,22 @@ from carom.support.options import (
 if TYPE_CHECKING:
     from carom.model.scene import Scene
 
-#: Smallest number of phases that can show a change. With fewer phases, the phase alone can make a release look good or
-#: bad.
+#: Smallest number of phases from which a change can be concluded. With fewer phases, a release may look better or worse
+#: by chance.
 FEWEST_PHASES = 8
 
 
 @dataclass(frozen=True)
 class HistoryOptions(LimitOptions):
-    """Options of a history, except for its engine and scenes.
+    """Options of `carom history`, except for its engine and scenes.
 
     Attributes:
         versions: Releases to run: versions, and conditions such as ">=6" or "3.0..4.0" (default: all).
-        most: Largest number of releases that meet the conditions. The newest ones are used.
+        most: Largest number of releases that meet the conditions. If there are more, the newest ones are used.
         installed: Whether the installed engine also runs, after all releases.
         profiles: Names of profiles.
         dts: Step sizes, in seconds (default: each scene's own frame).
-        phases: Number of additional phases at which a changed cell is run.
+        phases: Number of additional phases at which a changed run is repeated.
         seed: Start of the quasi-random sequence of phases.
         kept_mb: Largest size of cached releases, in megabytes.
 

@@ -1,7 +1,7 @@
 """Registry clients (pip and npm): list the releases of a package, and install a release into a folder.
 
-Installation runs no code of a package: pip takes only wheels, and npm runs no scripts. Time and output of a client are
-limited, and no client keeps running after its call.
+No code of a package runs during installation: pip only installs wheels, and npm runs no scripts. The run time and the
+output of a client are limited, and no process of a client outlives its call.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from carom.support.versions import require_version
 #: Time limits of listing and installing, in seconds. Listing takes seconds. Installing the largest tested release, 300
 #: MB, takes half a minute.
 LISTING_S, INSTALLING_S = 60.0, 600.0
-#: Largest number of bytes read from a client's output. A list of a thousand releases has a hundredth of this size.
+#: Largest number of bytes read from a client's output. A list of a thousand releases is a hundred times smaller.
 MOST_PRINTED_BYTES = 2**22
 
 _NAME = re.compile(r"(@[a-z0-9][a-z0-9._-]*/)?[A-Za-z0-9][A-Za-z0-9._-]*")
@@ -37,7 +37,7 @@ class ClientError(CaromError):
 
 
 class Client(Protocol):
-    """A registry's client."""
+    """A program that lists and installs the releases of packages."""
 
     def list_versions(self, package: str) -> tuple[str, ...]:
         """Return the versions that the registry lists for a package, unordered.
@@ -77,7 +77,7 @@ class Pip:
         resolved = [f"{_check_name(name)}=={require_version(one)}" for name, one in found]
         needed = (one for one in resolved if _normalize_name(one) != _normalize_name(requirement))
         needs = tuple(dict.fromkeys((requirement, *needed)))
-        # The list includes requirements, except for packages that are already installed.
+        # The list of packages already includes requirements, except for those that are installed.
         into = ["--no-deps", "--target", str(folder)]
         _run([*_PIP, "install", "--quiet", *_LIMITS, *_WHEELS, *into, *needs], INSTALLING_S)
         return needs
@@ -118,7 +118,7 @@ _QUIET = ("--no-audit", "--no-fund", "--no-update-notifier", "--fetch-retries", 
 
 
 def _check_name(package: str) -> str:
-    """Return the name of a package if it is safe for a client. Other words might be options or paths."""
+    """Return the name of a package if it can't be mistaken for an option or a path; otherwise raise an error."""
     if not _NAME.fullmatch(package):
         raise ClientError(f"{format_value(package)} is not a package name")
     return package
@@ -136,7 +136,7 @@ def _read_json(text: str, client: str) -> Any:
 
 
 def _run(words: Sequence[str], most_s: float, folder: Path | None = None) -> str:
-    """Return a client's standard output.
+    """Run a client, and return its standard output.
 
     Raises:
         ClientError: The client is missing, fails, or takes too long.
@@ -163,7 +163,7 @@ def _run(words: Sequence[str], most_s: float, folder: Path | None = None) -> str
         except subprocess.TimeoutExpired:
             raise ClientError(f"{client} did not finish within {most_s:g} s") from None
         finally:
-            if process.poll() is None:  # after the time limit or Ctrl-C, child processes are ended too
+            if process.poll() is None:  # after the time limit or Ctrl-C, also end child processes
                 with suppress(ProcessLookupError):
                     os.killpg(process.pid, signal.SIGKILL)
                 process.wait()

@@ -1,7 +1,8 @@
 """Cache of installed releases, with a limited size. Each release has a separate folder.
 
 A folder is filled under a temporary name and renamed when it is complete, so an interrupted installation is never used.
-Each running history holds a shared lock, and removal needs the exclusive lock, so folders in use are never removed.
+Each running `carom history` holds a shared lock. Folders are only removed under an exclusive lock, so folders in use
+are never removed.
 """
 
 from __future__ import annotations
@@ -20,13 +21,13 @@ from pathlib import Path
 
 from carom.studies.history.registry_clients import Client
 
-#: Name of the file that lists the packages in a folder. A folder without this file is incomplete.
+#: Name of the file that lists the packages in a folder. If a folder lacks this file, its installation is incomplete.
 _NOTE = "carom-release.json"
 
 
 @dataclass(frozen=True)
 class ReleaseCache:
-    """The folders of cached releases below a root folder."""
+    """Installed releases, each in a separate folder below a root folder."""
 
     root: Path
 
@@ -42,7 +43,7 @@ class ReleaseCache:
         return folder
 
     def install(self, client: Client, registry: str, package: str, version: str) -> Path:
-        """Return the folder of a release, after installing it if necessary.
+        """Install a release unless it is installed, and return its folder.
 
         For pip, the folder must be first on Python's path. For npm, the folder contains a `node_modules`.
 
@@ -77,7 +78,10 @@ class ReleaseCache:
         return tuple(note.parent.name.removesuffix(tag) for note in notes)
 
     def prune(self, most_bytes: float) -> None:
-        """Remove interrupted installations, and the least recently used releases beyond `most_bytes`."""
+        """Remove interrupted installations.
+
+        Also remove the least recently used releases until the rest has `most_bytes` at most.
+        """
         for broken in self.root.glob("*/*/.new-*"):
             shutil.rmtree(broken, ignore_errors=True)
         notes = sorted(self.root.glob(f"*/*/*/{_NOTE}"), key=lambda note: note.lstat().st_mtime, reverse=True)
@@ -93,16 +97,18 @@ class ReleaseCache:
 
 
 def _build_platform_tag(registry: str) -> str:
-    """Return a name that distinguishes installations by machine and interpreter."""
+    """Return a folder name that differs between kinds of machines and between interpreters."""
     machine = re.sub(r"[^A-Za-z0-9]+", "_", sysconfig.get_platform())
     return f"cp{sys.version_info[0]}{sys.version_info[1]}-{machine}" if registry == "pip" else machine
 
 
 @contextmanager
 def open_release_cache(most_bytes: float, root: Path | None = None) -> Iterator[ReleaseCache]:
-    """Open the cache of releases, ``$XDG_CACHE_HOME/carom/history``, and reduce it to its limit at the end.
+    """Open the cache of releases, ``$XDG_CACHE_HOME/carom/history``.
 
-    The cache is not reduced while another history uses its releases.
+    At the end, remove old releases if it is too large.
+
+    Nothing is removed while another `carom history` uses the cache.
     """
     cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
     place = (root or cache / "carom" / "history").resolve()
@@ -117,10 +123,10 @@ def open_release_cache(most_bytes: float, root: Path | None = None) -> Iterator[
 
 
 def _lock(file: int, *, is_exclusive: bool) -> bool:
-    """Try to take the exclusive or shared lock, and return whether that succeeded."""
+    """Try to acquire the exclusive or the shared lock, and return whether this succeeded."""
     try:
         import fcntl
-    except ImportError:  # not a POSIX system: other processes can't be detected
+    except ImportError:  # not a POSIX system, so other processes can't be detected
         return not is_exclusive
     try:
         fcntl.flock(file, (fcntl.LOCK_EX | fcntl.LOCK_NB) if is_exclusive else fcntl.LOCK_SH)

@@ -1,4 +1,4 @@
-"""Manifests with which each release of an engine runs as a separate engine, driven by the present adapter."""
+"""Manifests with which each release of an engine runs as a separate engine, with the installed adapter."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ from carom.execution.job import AdapterTask
 
 @dataclass(frozen=True)
 class Origin:
-    """Origin of an engine's releases.
+    """The registry and package from which an engine's releases are installed.
 
     Attributes:
         engine: Display name of the engine.
         registry: Client of the registry, "pip" or "npm"; empty without a registry.
         package: Name of the engine's package in the registry.
-        oldest: Oldest release that the adapter supports; empty if no release is known to fail.
+        oldest: Oldest release that the adapter supports; empty if no release is known that it does not support.
         newest_tried: Newest release that was tested with the adapter; empty if unknown.
         manifest: Manifest of an engine in another language; empty for an adapter in Python.
         installed: The installed release; empty if none is installed.
@@ -53,10 +53,10 @@ class Origin:
 
 @dataclass(frozen=True)
 class OriginTask(AdapterTask):
-    """Finds the origin of an adapter's engine, without importing the engine."""
+    """Task that finds the registry and package of an adapter's engine, without importing the engine."""
 
     def carry_out(self) -> Origin:
-        """Return the origin."""
+        """Return the registry and package."""
         adapter = load_adapter(self.engine)
         known, version = adapter.engine, find_version(adapter, distribution_of(self.engine))
         registry, package, manifest = "pip" if known.distribution else "", known.distribution, ""
@@ -70,7 +70,7 @@ class OriginTask(AdapterTask):
 
 @dataclass(frozen=True)
 class ServedManifestTask(AdapterTask):
-    """Builds a TOML manifest that runs an adapter in Python with a given release of its engine."""
+    """Task that builds a TOML manifest, which runs an adapter in Python with a given release of its engine."""
 
     name: str
     version: str

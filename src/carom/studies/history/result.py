@@ -1,4 +1,4 @@
-"""Result of a history: releases, the changes between consecutive ones, and a bisected change."""
+"""Results of `carom history`: releases, the changes between consecutive ones, and the release that caused a change."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from carom.studies.history.release_engines import Origin
 
 @dataclass(frozen=True, order=True)
 class RunCell:
-    """A scene by name, a profile and a step size."""
+    """A scene (by its name), a profile and a step size."""
 
     scene: str
     profile: str
@@ -30,7 +30,7 @@ class Release:
         version: Version of the release.
         name: Name of the release in the list of engines; empty if it is not in the list.
         reason: Reason why the release was not run; empty if it was run.
-        seen: Results by cell.
+        seen: Results by scene, profile and step size.
     """
 
     version: str
@@ -40,13 +40,13 @@ class Release:
 
     @property
     def observes_no_contact(self) -> bool:
-        """Whether the release reported no contact in any cell with an impact, so that its results are meaningless."""
+        """Whether the release never reports a contact when velocities change, so that its results are useless."""
         results = [one.own.value for one in self.seen.values() if one.own.value is not None and one.own.value.expected]
         return bool(results) and all(one.observes_no_contact for one in results)
 
     @property
     def not_run(self) -> str:
-        """Most frequent reason why the release was not run, if it was run in no cell; otherwise empty."""
+        """Most frequent reason why the release could not run, if it ran no scene at all; otherwise empty."""
         if self.reason or any(one.ran for one in self.seen.values()):
             return self.reason
         reasons = [one.own.said for one in self.seen.values()]
@@ -60,7 +60,7 @@ class Transition:
     Attributes:
         old: The previous release.
         new: The release.
-        changes: Change of each cell.
+        changes: The change for each scene, profile and step size.
     """
 
     old: Release
@@ -74,26 +74,26 @@ class Transition:
 
     @property
     def compared(self) -> int:
-        """Number of cells that both releases ran."""
+        """Number of runs (scenes with a profile and step size) that both releases completed."""
         return len(self.changes) - self.count(ChangeKind.NOT_RUN)
 
     def count(self, kind: ChangeKind) -> int:
-        """Return the number of cells with this change."""
+        """Return the number of changes of one kind."""
         return sum(change.kind is kind for change in self.changes.values())
 
 
 @dataclass(frozen=True)
 class History:
-    """Result of a history.
+    """Result of `carom history`.
 
     Attributes:
         engine: Name of the adapter.
-        origin: Origin of the engine's releases.
-        options: Options of the history.
+        origin: Registry and package of the engine's releases.
+        options: Options of the study.
         releases: Releases from the oldest to the newest.
-        environment: Machine and versions.
+        environment: Description of the machine, and versions of packages.
         command: The command that repeats the history; empty if it was called from Python.
-        elapsed_s: Elapsed seconds.
+        elapsed_s: Duration of the whole study, in seconds.
     """
 
     engine: str
@@ -106,7 +106,7 @@ class History:
 
     @property
     def ran(self) -> tuple[Release, ...]:
-        """Releases that ran in at least one cell."""
+        """Releases that ran at least one scene."""
         return tuple(one for one in self.releases if any(seen_cell.ran for seen_cell in one.seen.values()))
 
     @cached_property
@@ -116,17 +116,17 @@ class History:
 
     @property
     def worse_now(self) -> bool:
-        """Whether the newest release is worse than the previous one in a cell, beyond the effect of the phase."""
+        """Whether the newest release is worse than the previous one in some run, beyond the effect of the phase."""
         last = self.transitions[-1:] if self.ran and self.ran[-1] is self.releases[-1] else ()
         return any(change.kind is ChangeKind.WORSE for one in last for change in one.changes.values())
 
 
 @dataclass(frozen=True)
 class Bisection:
-    """The release at which a cell changed.
+    """The release that changed the result for a scene, profile and step size.
 
     Attributes:
-        cell: The cell.
+        cell: The scene, profile and step size.
         last: The last release that agrees with the oldest release.
         first: The next release, which differs from the oldest release.
         change: The change, with its kind and numbers.

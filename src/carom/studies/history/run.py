@@ -1,4 +1,4 @@
-"""Execution of a history: runs releases from a registry, compares consecutive releases, and bisects a change."""
+"""Execution of `carom history`: runs releases from a registry, compares consecutive releases, and bisects a change."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ PURPOSE, JOURNAL = "history", "journal.jsonl"
 
 
 def list_releases(engine: str, options: HistoryOptions, cache: ReleaseCache) -> tuple[Origin, tuple[str, ...]]:
-    """Return the origin of an engine, and the releases that its registry lists, from the oldest to the newest.
+    """Return an engine's registry and package, and the releases that the registry lists, from the oldest to the newest.
 
     Raises:
         UnknownNameError: The engine does not exist.
@@ -77,7 +77,7 @@ def _find_origin(engine: str, pool: Pool) -> Origin:
 def _list_versions(origin: Origin, options: HistoryOptions, cache: ReleaseCache) -> Sequence[str]:
     """Return the registry's list.
 
-    If the registry is unreachable, return the cached releases if they include all requested ones.
+    If the registry is unreachable, but all requested releases are cached, return the cached releases instead.
     """
     try:
         return CLIENTS[origin.registry].list_versions(origin.package)
@@ -107,7 +107,7 @@ class _ReleaseRuns:
         self._progress, self._done, self._total = progress, 0, 0
 
     def job(self, name: str, cell: RunCell, phase: float = 0.0) -> Job:
-        """Return the job that runs a cell on an engine."""
+        """Return the job that runs a scene, with a profile and a step size, on an engine."""
         return Job(self.scenes[cell.scene], Method(name, cell.profile), cell.dt_s, phase=phase)
 
     def run_jobs(self, jobs: Iterable[Job], pool: Pool) -> dict[Job, Answer[ReleaseRun]]:
@@ -132,9 +132,9 @@ class _ReleaseRuns:
         self._progress(self._done, max(self._total, self._done), description)
 
     def seen(self, names: Sequence[str], cells: Sequence[RunCell], pool: Pool) -> dict[str, dict[RunCell, SeenCell]]:
-        """Return the results of each engine in each cell.
+        """Return the results of each engine for each scene, profile and step size.
 
-        If consecutive engines differ in a cell, all phases are run.
+        If the results of consecutive engines differ, both are run again at all phases.
         """
         answers = self.run_jobs((self.job(name, cell) for name in names for cell in cells), pool)
         seen_cells = {name: {cell: SeenCell(answers[self.job(name, cell)]) for cell in cells} for name in names}
@@ -154,7 +154,7 @@ class _ReleaseRuns:
 
 
 def _needs_phases(old: SeenCell, new: SeenCell) -> bool:
-    """Whether two releases differ in a cell in a way that other phases may explain."""
+    """Whether the results of two releases differ in a way that the phase may explain."""
     a, b = old.own.value, new.own.value
     if a is None or b is None or a.settings != b.settings or a.misses_contacts or b.misses_contacts:
         return False
@@ -165,7 +165,7 @@ def _needs_phases(old: SeenCell, new: SeenCell) -> bool:
 def _install_releases(
     study: _ReleaseRuns, origin: Origin, versions: Sequence[str], cache: ReleaseCache, pool: Pool
 ) -> Iterator[tuple[Release, ...]]:
-    """Install releases, and yield them while they are registered as engines."""
+    """Install releases and register them as engines. Yield the releases, and unregister them afterwards."""
     client: Client = CLIENTS[origin.registry]
     with tempfile.TemporaryDirectory(prefix="carom-history-") as place:
         releases: list[Release] = []
@@ -208,7 +208,7 @@ def run_history(
     progress: Progress = no_progress,
     command: str = "",
 ) -> History:
-    """Run releases of an engine on scenes with the present adapter, and return the changes between them.
+    """Run releases of an engine on scenes with the installed adapter, and return the changes between them.
 
     Args:
         engine: Name of an adapter.
@@ -216,8 +216,8 @@ def run_history(
         cache: The cache of releases, into which missing releases are installed.
         options: Options of the history.
         notes: Journal of results, to which new results are added.
-        progress: Called with the number of finished jobs, the number of all jobs, and a description.
-        command: The command that repeats the history, for the result.
+        progress: Function that is called with the number of finished jobs, the number of all jobs, and a description.
+        command: The command that repeats the study, which is stored in the result.
 
     Raises:
         UnknownNameError: The engine, a profile or a release does not exist.
@@ -247,7 +247,7 @@ def run_history(
 def _select_releases(
     engine: str, options: HistoryOptions, cache: ReleaseCache, pool: Pool
 ) -> tuple[Origin, tuple[str, ...]]:
-    """Return the origin of an engine, and the releases to run.
+    """Return an engine's registry and package, and the releases to run.
 
     Raises:
         UnknownNameError, InputError, UnavailableError: As in `run_history`.
@@ -272,13 +272,13 @@ def bisect_change(
     *,
     progress: Progress = no_progress,
 ) -> Bisection | None:
-    """Find the two releases between which a cell changed. Return None if the oldest and the newest release agree.
+    """Find two consecutive releases between which the result of a run changed; None if the oldest and the newest agree.
 
-    If there are several changes, only one of them is found. Each tested release either agrees with the oldest release
-    or differs from it.
+    The search bisects the list of releases, and compares each tested release with the oldest one. If there are several
+    changes, only one of them is found.
 
     Raises:
-        CaromError: As in `run_history`, or a release can't run in this cell.
+        CaromError: As in `run_history`, or a release can't run this scene with this profile and step size.
     """
     options, cell = replace(options, profiles=(profile,), dts=(dt_s,)), RunCell(scene.name, profile, dt_s)
     study = _ReleaseRuns(engine, [scene], options, None, progress)
@@ -288,7 +288,7 @@ def bisect_change(
         candidates = [one for one in versions if not is_older(one, origin.oldest)]
 
         def find_change(version: str) -> CellChange:
-            """Return the change from the oldest release to a given release."""
+            """Compare a given release with the oldest release."""
             order.append(version)
             with _install_releases(study, origin, (candidates[0], version), cache, pool) as columns:
                 if reason := next((one.reason for one in columns if not one.name), ""):
@@ -313,7 +313,8 @@ def bisect_change(
     return Bisection(cell, candidates[low], candidates[high], found, (candidates[0], *order))
 
 
-#: Versions that are not marked as alpha, nightly or similar. `post` marks a repaired package of a final release.
+#: Matches versions of final releases, which have no mark such as alpha or nightly. The mark `post` is allowed: it is a
+#: repaired package of a final release.
 _FINAL_VERSION = re.compile(r"([0-9]+!)?[0-9]+(\.[0-9]+)*(\.post[0-9]+)?")
 
 #: Word for the newest release.
@@ -341,12 +342,11 @@ def select_versions(listed: Sequence[str], terms: Sequence[str] | None, max_rele
         listed: All listed releases.
         terms: Versions, "latest", and conditions that must all be met (default: all final releases). A pre-release must
             be named by its version.
-        max_releases: Largest number of releases that meet the conditions. The newest ones are used. Named versions do
-            not count.
+        max_releases: Largest number of releases that meet the conditions; the newest ones are used. Versions that are
+            named individually are not counted.
 
     Raises:
-        UnknownNameError: A named version is not listed.
-        InputError: A request is neither a version nor a condition.
+        UnknownNameError: A named version is not listed. InputError: A term is neither a version nor a condition.
     """
     words = [word.strip() for text in terms or () for word in text.split(",") if word.strip()]
     finals = sort_versions(filter(_FINAL_VERSION.fullmatch, listed))

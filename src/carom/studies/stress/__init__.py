@@ -1,1 +1,1 @@
-"""Study: stress tests that find where each method fails, and invariances between runs."""
+"""Study: stress tests, which find the value at which each method fails, and invariances between runs."""

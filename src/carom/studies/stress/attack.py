@@ -1,4 +1,4 @@
-"""Stress tests: scenes in which one quantity varies from harmless to absurd values, and checks of their traces."""
+"""Stress tests: scenes in which one quantity varies from harmless to extreme values, and checks of their traces."""
 
 from __future__ import annotations
 
@@ -21,12 +21,13 @@ from carom.studies.stress.result import STRESS
 from carom.studies.stress.true_motion import TrueMotion
 from carom.support.formatting import format_number
 
-#: Error at which a method fails: a tenth of the velocity change that impacts cause. An error of this size is too large
-#: for any purpose, and above the usual error of every engine at a sensible step. So a stress test finds where a method
-#: fails and not how accurate it is. Reports show the error before the failure separately.
+#: A method fails if its error exceeds this fraction of the velocity change by an impact. Such an error is too large for
+#: any purpose, and larger than usual errors of all engines at sensible step sizes. So a stress test finds the limits of
+#: a method, and does not measure its accuracy.
 TOLERANCE = 0.1
 
-#: Phases of the impact. A method can be lucky at one phase, so each value is tried at several phases.
+#: Phases of the step at which the impact comes. At a single phase, a method may pass by chance, so each value is tried
+#: at all of these.
 PHASES = (0.13, 0.52, 0.89)
 
 
@@ -35,10 +36,10 @@ class CheckResult:
     """Result of the check of a trace.
 
     Attributes:
-        error: Error of the trace, in the measure of the stress test; NaN if there is nothing to measure.
+        error: Error of the trace, as the stress test defines it; NaN if there is nothing to measure.
         broken: Reason why the method fails; empty if it passes.
-        note: Remark on the trace.
-        status: Status of the run.
+        note: Additional text about the trace, for the report.
+        status: How the run ended: completed, or with which kind of failure.
     """
 
     error: float
@@ -47,7 +48,7 @@ class CheckResult:
     status: Status = Status.RAN
 
 
-#: Checks a trace.
+#: Function that checks a trace.
 TraceCheck = Callable[[Trace], CheckResult]
 
 
@@ -61,25 +62,25 @@ class Trial:
 
 @dataclass(frozen=True)
 class Attack:
-    """A stress test: a quantity that is varied from a harmless to an absurd value, and the scenes for each value.
+    """A stress test: a quantity that is varied from a harmless to an extreme value, and the scenes for each value.
 
     Attributes:
         name: Short name, as on the command line.
-        axis: Varied quantity, in words, with its unit.
-        harmless: Value at the harmless end, where every sound method should pass.
-        absurd: Value at the absurd end, which is larger or smaller.
-        trials: Function that makes the trials of a value. Most trials differ only in the phase of the impact. A method
-            must pass all of them.
-        truth: Source of the true answer.
-        gives_way: Criterion of failure, with its reason.
-        quick_absurd: Value at the absurd end in the quick form, nearer to the harmless end; None if both forms have the
-            same end.
-        whole: Whether the axis has whole numbers only.
-        rungs: Number of values per decade that are tried up to the first failure. The number is larger if a method can
-            pass at single values by luck.
-        full_only: Whether the stress test's runs are too long for the quick form.
-        last: An additional value at the absurd end that has no logarithm, such as a gap of 0. The additional value is
-            tried, but is not part of a bisection.
+        axis: Description of the varied quantity, with its unit.
+        harmless: The harmless end of the range. Every sound method should pass at this value.
+        absurd: The extreme end of the range, which may be larger or smaller than `harmless`.
+        trials: Function that returns the trials for a value. They usually differ only in the phase of the impact. A
+            method must pass all of them.
+        truth: Explanation of how the correct result is known.
+        gives_way: Explanation of when a method fails.
+        quick_absurd: The extreme end of the range if the user requests a quick campaign; None if it is the same as
+            `absurd`.
+        whole: Whether the values must be whole numbers.
+        rungs: Number of values per decade (factor of 10) that are tried up to the first failure. It is larger if a
+            method can pass at a single value by chance.
+        full_only: Whether a quick campaign omits this stress test, because its runs take too long.
+        last: An additional value beyond `absurd` that has no logarithm, such as a gap of 0. It is tried, but never used
+            in a bisection.
     """
 
     name: str
@@ -96,7 +97,10 @@ class Attack:
     last: float | None = None
 
     def build_ladder(self, quick: bool) -> list[float]:
-        """Return the values to try, beginning at the harmless end: half as many in the quick form, but at least 4."""
+        """Return the values to try, beginning at the harmless end.
+
+        If `quick` is true, there are half as many values, but at least 4.
+        """
         end = self.absurd if self.quick_absurd is None or not quick else self.quick_absurd
         decades = abs(math.log10(end / self.harmless))
         a_decade = self.rungs / 2 if quick else self.rungs
@@ -120,9 +124,10 @@ class Attack:
 
 
 def build_attack(name: str, trials: Callable[[float], Iterable[Trial]]) -> Attack:
-    """Return the stress test that ``attacks.json`` lists under a name, such as "mass-ratio" or "_mass_ratio".
+    """Return the stress test with a name such as "mass-ratio" or "_mass_ratio", which ``attacks.json`` describes.
 
-    Names in braces within the file's sentences are replaced by common sentences. All scenes get the stress test's name.
+    Names in braces in this file are replaced by sentences that several stress tests share. All scenes get the stress
+    test's name.
     """
     name = name.strip("_").replace("_", "-")
     attacks, sentences = _read_attacks()
@@ -142,7 +147,7 @@ def _read_attacks() -> tuple[dict[str, dict[str, Any]], dict[str, str]]:
 
 
 def attack(trials: Callable[[float], Iterable[Trial]]) -> Attack:
-    """Decorator: make a stress test from a function that returns the trials of a value.
+    """Decorator: make a stress test from a function that returns the trials for a value.
 
     The stress test has the function's name.
     """
@@ -150,7 +155,7 @@ def attack(trials: Callable[[float], Iterable[Trial]]) -> Attack:
 
 
 def attack_at_phases(stage: Callable[[float, float], Trial]) -> Attack:
-    """Decorator: make a stress test from a function that returns the trial of a value and a phase.
+    """Decorator: make a stress test from a function that returns the trial for a value and a phase.
 
     The stress test has the function's name, and tries each value at all `PHASES`.
     """
@@ -158,19 +163,19 @@ def attack_at_phases(stage: Callable[[float, float], Trial]) -> Attack:
 
 
 def build_velocity_check(truth: TrueMotion) -> TraceCheck:
-    """Return a check of final velocities.
+    """Return a function that checks the final velocities of a trace.
 
-    The error of each disc is divided by the disc's greatest change of velocity by one impact.
+    The error of each disc is divided by the greatest change of its velocity by one impact.
 
-    The error of a disc that is never hit is divided by the greatest change of all discs. So errors have no unit, and
-    the error of a graze is relative to the graze's small change of velocity.
+    If a disc is never hit, the greatest change of all discs is used. So in a graze, errors are relative to a small
+    change of velocity.
     """
     note = "by convention" if truth.convention else ""
     return build_closed_form_check(truth.final_velocity_m_s, len(truth.impacts), truth.greatest_change_m_s, note)
 
 
 def _require_end(check: TraceCheck) -> TraceCheck:
-    """Return a check that fails a trace that ends early, and uses the given check for any other trace."""
+    """Return a check that fails if a trace ends early, and otherwise calls the given check."""
     return lambda trace: _check_early_end(trace) or check(trace)
 
 
@@ -183,16 +188,18 @@ def build_closed_form_check(
     final_rim_m_s: Sequence[float] | None = None,
     cause: str = "an impact",
 ) -> TraceCheck:
-    """Return a check of final velocities, and of rim speeds if known. Errors are divided by each disc's change.
+    """Return a function that checks final velocities, and rim speeds if known.
+
+    Each error is divided by the velocity change that impacts cause.
 
     Args:
         final_velocity_m_s: The known velocities, in metres per second.
-        impacts: Number of impacts for the message; 0 if unknown.
+        impacts: Number of impacts, for messages; 0 if unknown.
         change_m_s: Change of each disc by impacts, in metres per second: the larger of the changes of velocity and of
             rim speed; 0 for a disc that is never hit.
-        note: Remark on a trace that passes.
+        note: Additional text about a trace that passes.
         final_rim_m_s: The known rim speeds ``R w``, in metres per second; None to ignore spins.
-        cause: Cause of the changes, for the message.
+        cause: Cause of the velocity changes, for messages.
     """
     final, change = np.array(final_velocity_m_s), np.array(change_m_s)
 
@@ -236,9 +243,9 @@ def check_energy(trace: Trace) -> CheckResult:
 
 
 def build_pressure_check(compressibility: float) -> TraceCheck:
-    """Return a check of ``Z = p V / N k T``.
+    """Return a function that checks the pressure of a gas, as ``Z = p V / N k T``.
 
-    The check uses the virial of disc impacts in the last four fifths of the run.
+    The check uses the impacts of discs in the last four fifths of the run.
 
     The virial is the sum, over all impacts, of impulse times distance of the centres. The first fifth of the run is
     omitted, because the initial lattice still has an effect.
@@ -262,7 +269,10 @@ def build_pressure_check(compressibility: float) -> TraceCheck:
 
 
 def _check_early_end(trace: Trace) -> CheckResult | None:
-    """Return the result for a run that failed early; None if it reached its end, a collapse or lasting contact."""
+    """Return a failure for a run that ended early.
+
+    None if it reached its end, infinitely many impacts or a lasting contact.
+    """
     if not (np.isfinite(trace.final_velocity_m_s).all() and np.isfinite(trace.final_position_m).all()):
         return CheckResult(math.nan, Outcome.NON_FINITE.value)
     if trace.outcome in {Outcome.COMPLETED, Outcome.STANDSTILL} or trace.outcome.in_contact:

@@ -1,4 +1,4 @@
-"""Check of reported bugs: whether an engine still shows a bug."""
+"""Check whether an engine still has a reported bug."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from carom.model.trace import Outcome, Trace
 from carom.studies.stress.result import CellEnding, CellResult, UnsavedResult
 from carom.support.formatting import format_number
 
-#: Smallest deviation that is mentioned: a per cent of the scene's speed or energy. Users notice such a deviation, and
-#: float32 rounding is smaller.
+#: Smallest deviation that is mentioned, relative to the scene's greatest speed or energy. Users notice an error of a
+#: per cent. It is larger than rounding errors in 32-bit floats.
 NOTICED = 0.01
 
 
 def check_complaint(complaint: Complaint, method: Method, runner: TaskRunner) -> UnsavedResult:
-    """Check whether a method shows a reported bug. Return the result with the scene of the report."""
+    """Check whether a method has a reported bug. Return the result with the scene of the bug report."""
     scene, line = complaint.scene, complaint.name.partition("/")[2]
     answer = observe_job(Job(scene, method, 1.0 / scene.frame_rate_hz), runner)
     cell = partial(CellResult, "complaint", line, method.name, status=answer.status)
@@ -42,12 +42,12 @@ def check_complaint(complaint: Complaint, method: Method, runner: TaskRunner) ->
 
 
 def find_symptom(complaint: Complaint, trace: Trace) -> tuple[bool, float, str]:
-    """Return whether a trace shows the reported bug, the deviation, and the reason in words.
+    """Return whether a trace shows the reported bug, the size of the deviation, and an explanation.
 
-    The deviation is the energy error if the report is about energy or if the final velocities are unknown. For other
-    reports it is the error of final velocities, and of rim speeds if spins are known. The deviation is relative to the
-    scene's energy or speed. If a trace does not show the bug but is wrong by a per cent or more, the reason mentions
-    this error.
+    If the bug report is about energy, or the correct final velocities are unknown, the deviation is the energy error.
+    Otherwise it is the error of final velocities, and of rim speeds if spins are known. It is divided by the scene's
+    energy or speed. If a trace does not show the bug, but is wrong by a per cent or more, the explanation mentions this
+    error.
     """
     symptom, known, scene = complaint.symptom, complaint.known, complaint.scene
     finite = bool(np.isfinite(trace.final_velocity_m_s).all() and np.isfinite(trace.final_position_m).all())
@@ -57,7 +57,7 @@ def find_symptom(complaint: Complaint, trace: Trace) -> tuple[bool, float, str]:
         return symptom is Symptom.NEVER_ENDS, math.inf, "; ".join((trace.outcome.value, *trace.notes))
     velocity, energy = _compute_velocity_error(trace, known, scene), _compute_energy_error(trace, known, scene)
     of_energy = symptom in {Symptom.GAINS_ENERGY, Symptom.LOSES_ENERGY} or math.isnan(velocity)
-    figure, quantity = (energy, "energy") if of_energy else (velocity, "speed")
+    figure, quantity = (energy, "energy") if of_energy else (velocity, "greatest speed")
     threshold, is_seen, reason = complaint.at_least, False, ""
     if symptom is Symptom.MISSES:
         missed = _count_missed(trace, known)
@@ -78,7 +78,7 @@ def find_symptom(complaint: Complaint, trace: Trace) -> tuple[bool, float, str]:
         is_seen, reason = energy < -threshold, f"{format_number(-energy)} of the energy is lost"
     elif symptom in {Symptom.WRONG_VELOCITY, Symptom.NEVER_RESTS}:
         is_seen = velocity > threshold
-        reason = f"velocities are wrong by {format_number(velocity)} times the scene's speed"
+        reason = f"velocities are wrong by {format_number(velocity)} times the scene's greatest speed"
     if is_seen:
         return True, figure, reason
     return (

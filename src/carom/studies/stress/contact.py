@@ -1,8 +1,8 @@
 """Stress tests with a disc on a wall under gravity: restitution, friction, rolling resistance, and critical slopes.
 
-Each scene is a disc of unit mass on the wall y = 0. A slope is made by tilting gravity, because a rotated scene would
-have rounded positions. The motion depends continuously on the slope, so the motion at a threshold is the limit from
-both sides.
+Each scene is a disc of unit mass on the wall y = 0. On a slope, gravity is tilted instead of the wall, because a tilted
+wall would have rounded coordinates. A disc's motion depends continuously on the slope, so its motion at a critical
+slope is the limit from both sides.
 """
 
 from __future__ import annotations
@@ -26,12 +26,13 @@ from carom.studies.stress.pairs import DT_S, RADIUS_M, RATE_HZ, SPEED_M_S, build
 from carom.support.formatting import format_number
 
 _G, _K = 10.0, 0.5
-#: Duration of a contact. In this time, gravity and friction change the motion by far more than an integrator's error.
+#: Duration of a contact. In this time, gravity and friction change a velocity by far more than the error of an
+#: integrator.
 _LASTS_S = 0.5
 
-#: Friction of all slopes and of the floor with rolling resistance, and the tangent of each slope at its threshold. Up
-#: to the threshold, the slope holds a block, lets a disc roll without slipping, holds a disc by rolling resistance, or
-#: stops the slip of a disc that bounces with e = 1/2.
+#: Coefficient of friction of all slopes and of the floor with rolling resistance, and the tangents of critical slopes.
+#: Up to its critical angle, a slope holds a block, lets a disc roll without slipping, holds a disc by rolling
+#: resistance, or stops the sliding of a disc that bounces with e = 1/2.
 _FRICTION = 0.3
 _STEEPEST = {
     "sliding-slope": _FRICTION,
@@ -51,7 +52,10 @@ def _build_floor_trial(
     tangent: float = 0.0,
     **of: Any,
 ) -> Trial:
-    """Make a trial of a disc `up` metres above the line y = 0, with gravity tilted by an angle of a given tangent."""
+    """Make a trial of a disc `up` metres above the line y = 0.
+
+    `tangent` is the tangent of gravity's angle with the vertical.
+    """
     fields = {key: of.pop(key) for key in ("spin_rad_s", "inertia_factor") if key in of}
     long = math.hypot(1.0, tangent)
     discs = [build_disc(complex(0.0, RADIUS_M + up), velocity, RADIUS_M, **fields)]
@@ -60,7 +64,10 @@ def _build_floor_trial(
 
 
 def _build_contact_check(along: float, rim: float, change: float) -> TraceCheck:
-    """Return a check of a disc's final velocity along the wall and final rim speed. Errors are divided by `change`."""
+    """Return a function that checks a disc's final velocity along the wall and rim speed.
+
+    Errors are divided by `change`.
+    """
     return build_closed_form_check([(along, 0.0)], 0, [change], final_rim_m_s=[rim], cause="contact")
 
 
@@ -86,13 +93,13 @@ def _rests(value: float, phase: float) -> Trial:
 
 
 def _build_slope_trial(kind: str, value: float, side: float) -> Trial:
-    """Make a trial of a disc on a slope that differs from a threshold by a fraction of the threshold."""
+    """Make a trial of a disc on a slope that differs from a critical slope by a fraction of this slope."""
     steepest, e = _STEEPEST[kind], 0.5
     tangent = steepest * (1.0 + side * value)
     normal_pull, pull = (_G * part / math.hypot(1.0, tangent) for part in (1.0, tangent))
     beyond = max(0.0, tangent - steepest)
     description = (
-        f"A disc on a slope with the threshold tangent {format_number(steepest, 3)}, changed by "
+        f"A disc on a slope with the critical tangent {format_number(steepest, 3)}, changed by "
         f"{format_number(side * value, 3)} of it."
     )
     slip, fields = normal_pull * beyond * _LASTS_S, dict[str, Any]()
@@ -104,9 +111,10 @@ def _build_slope_trial(kind: str, value: float, side: float) -> Trial:
         along = slip / (1.0 + _K)
         rim, fields = 0.0 - along, {"wall_rolling_resistance": steepest}
     elif kind == "bouncing-slope":
-        # If the bounces start at this speed, they last until the end of the scene. A hop with take-off speed w adds 2 w
-        # tan(slope) to the slip. The next bounce reduces the slip by f (1 + e)(1 + 1/k) w, and both numbers are equal
-        # at the threshold. In total, bounces change the slip as much as lasting contact would.
+        # If the first bounce has this speed, the bounces last until the end of the scene. During a hop with take-off
+        # speed w, gravity adds 2 w tan(slope) to the speed at which the disc slides. The next bounce reduces this speed
+        # by f (1 + e)(1 + 1/k) w. Both numbers are equal at the critical slope. In total, bounces change the speed as
+        # much as lasting contact would.
         hits = 0.5 * _LASTS_S * normal_pull * (1.0 - e) / e
         fields = {"velocity": complex(0.0, -hits), "wall_restitution": e}
     check = _build_contact_check(along, rim, pull * _LASTS_S)
@@ -119,7 +127,10 @@ def _build_slope_trials(kind: str, value: float) -> Sequence[Trial]:
 
 @attack
 def _slide_friction(value: float) -> Iterator[Trial]:
-    """Make trials of a disc that is thrown along a floor with equally fast backspin. The disc slides, then rolls."""
+    """Make trials of a disc that is thrown along a floor with a backspin of equal speed.
+
+    The disc slides, then rolls.
+    """
     for friction in _list_with_reciprocal(value):
         description = f"A disc with backspin is thrown along a floor with friction of {format_number(friction, 3)}."
         moving = {"velocity": SPEED_M_S, "spin_rad_s": SPEED_M_S / RADIUS_M}
@@ -132,7 +143,7 @@ def _slide_friction(value: float) -> Iterator[Trial]:
 def _rolling_resistance(value: float) -> Iterator[Trial]:
     """Make trials of a disc that rolls along a floor.
 
-    A resistance c slows the disc by c g/(1 + k), but at most by friction.
+    A rolling resistance c slows the disc by c g/(1 + k), but not by more than friction allows.
     """
     for resists in _list_with_reciprocal(value):
         description = f"A disc rolls along a floor with rolling resistance of {format_number(resists, 3)}."

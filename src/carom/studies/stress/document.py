@@ -21,7 +21,7 @@ from carom.report.render.markdown import render_markdown
 from carom.studies.stress.result import CellEnding, CellResult, StressResults, StressTest
 from carom.support.folders import write_files
 
-#: Names of the kinds of lines in documents. Files and the command line use the keys.
+#: Names of the kinds of tests in documents. Files and the command line use the keys.
 WORDS = {"attack": "stress test", "relation": "invariance", "complaint": "reported bug"}
 
 HEADINGS = {"attack": "Where each method fails", "relation": "Invariances", "complaint": "Scenes of reported bugs"}
@@ -36,8 +36,7 @@ NOTES = {
     "known answer.",
 }
 
-#: Largest number of methods for which the answer has a full sentence per method. For more methods, the answer is a
-#: ranking.
+#: Largest number of methods for which the summary has a sentence for each method. For more methods, it is a ranking.
 SENTENCES = 4
 
 HEAT = (
@@ -45,7 +44,7 @@ HEAT = (
     "digit n is a failure after n tenths of the range."
 )
 
-#: Largest number of methods that are named in a sentence. For more methods, only their number is given.
+#: Largest number of methods that a sentence names. If there are more, it states only their number.
 FEW = 3
 
 #: Symbol and CSS class of a cell, and colours of the classes on a terminal.
@@ -57,8 +56,8 @@ _SHOWN = {
     CellEnding.FAILS_AT_SIZE: _WAY,
     CellEnding.NOT_RUN: _NOT,
 }
-#: For each kind of test, in the order of `HEADINGS`: heading of the number in a method's row, and what the number
-#: counts.
+#: Column headings in the table of methods, each with the outcome that is counted in this column, in the order of
+#: `HEADINGS`.
 _COUNTED = (("passed", CellEnding.PASSES), ("hold", CellEnding.HOLDS), ("seen", CellEnding.SEEN))
 _MEANINGS = (
     (_GOOD, "passes", "passes the whole range, keeps the invariance, or does not show the bug"),
@@ -72,8 +71,8 @@ def write_stress(results: StressResults, folder: Path) -> Path:
     """Write `stress.html`, `stress.md` and `stress.json` into a folder, and return the path of the page.
 
     Raises:
-        MissingExtraError: jinja2, of the extra `report`, is not installed.
-        InputError: The folder is not writable, or contains foreign files.
+        MissingExtraError: jinja2, of the extra `report`, is not installed. InputError: The folder is not writable, or
+        contains files that Carom did not write.
     """
     document = build_stress_document(results)
     pages = {"stress.html": render_html(document), "stress.md": render_markdown(document)}
@@ -81,7 +80,7 @@ def write_stress(results: StressResults, folder: Path) -> Path:
 
 
 def build_stress_document(results: StressResults) -> Document:
-    """Return a document with the results by method, a table for each kind of line, and the evidence for each cell."""
+    """Return a document with the results by method, a table for each kind of test, and details of each result."""
     kinds = {kind: _sort_worst_first(results, [one for one in results.lines if one.kind == kind]) for kind in HEADINGS}
     sections = (
         Section("Results by method", tuple(_build_method_blocks(results, kinds))),
@@ -92,9 +91,9 @@ def build_stress_document(results: StressResults) -> Document:
 
 
 def _sort_worst_first(results: StressResults, lines: list[StressTest]) -> list[StressTest]:
-    """Sort stress tests by the mean part of the axis that methods pass, smallest first.
+    """Sort stress tests by the fraction of their range that methods pass on average, smallest first.
 
-    Other lines keep their order.
+    Invariances and reported bugs keep their order.
     """
 
     def compute_passed_part(line: StressTest) -> float:
@@ -113,7 +112,7 @@ def _build_method_blocks(results: StressResults, kinds: Mapping[str, list[Stress
         columns.append(
             Column(group or WORDS["attack"], partial(_build_heat_cell, results, group_lines), f"of {len(group_lines)}")
         )
-    only = Media.IN_FULL if attacks else Media.EVERYWHERE  # a terminal shows sentences instead
+    only = Media.IN_FULL if attacks else Media.EVERYWHERE  # a terminal shows sentences about the methods instead
     for (head, ending), lines in zip(_COUNTED, kinds.values(), strict=True):
         if lines:
             count = partial(_format_count_of, results, lines, ending)
@@ -122,7 +121,7 @@ def _build_method_blocks(results: StressResults, kinds: Mapping[str, list[Stress
         columns.append(
             Column("fails first", lambda method: _find_first_failure(results, attacks, method)[1], only=Media.PAGE)
         )
-    long = attacks if len(results.methods) > SENTENCES else []  # with fewer methods, the answer has these sentences
+    long = attacks if len(results.methods) > SENTENCES else []
     if long:
         said = (_describe_method(results, attacks, method, short=True) for method in results.methods)
         yield Lines(tuple(said), Media.TERMINAL)
@@ -136,7 +135,7 @@ def _build_method_blocks(results: StressResults, kinds: Mapping[str, list[Stress
 
 
 def _list_endings(results: StressResults, lines: list[StressTest], method: Method) -> list[CellEnding]:
-    """Return the endings of the tests that a method could run."""
+    """Return the outcomes of the tests that a method could run."""
     endings = [results.cells[line.name, method.name].ending for line in lines]
     return [ending for ending in endings if ending is not CellEnding.NOT_RUN]
 
@@ -156,7 +155,7 @@ def _build_heat_cell(results: StressResults, lines: list[StressTest], method: Me
 
 
 def _format_sign(line: StressTest, result: CellResult) -> str:
-    """Return the character of a test: passed, not run, or the tenths of the axis that were passed."""
+    """Return the character of a test: passed, not run, or how many tenths of the range were passed."""
     depth = line.compute_depth(result)
     if depth is None:
         return _NOT[0]
@@ -182,7 +181,7 @@ def _describe_method(results: StressResults, lines: list[StressTest], method: Me
 def _find_first_failure(
     results: StressResults, lines: list[StressTest], method: Method
 ) -> tuple[StressTest | None, Cell]:
-    """Return the failed test in which a method passes the smallest part of the axis, and a cell that names it."""
+    """Return the failed test in which a method passes the smallest fraction of the range, and a cell that names it."""
     cells = [(line, results.cells[line.name, method.name]) for line in lines]
     failed = [one for one in cells if one[1].ending not in {CellEnding.PASSES, CellEnding.NOT_RUN}]
     if not failed:
@@ -194,10 +193,10 @@ def _find_first_failure(
 
 
 def _build_kind_sections(results: StressResults, kind: str, lines: list[StressTest]) -> Iterator[Section]:
-    """Yield the table of all lines of one kind, and the evidence for its cells."""
+    """Yield a section with a table of all tests of one kind, and a section with details of each result."""
     columns = [
         Column(WORDS[kind], lambda line: Cell(line.name, title=line.axis)),
-        # On a page, the axis is shown with the evidence.
+        # On a page, the varied quantity is shown with the details of each result.
         Column("axis", lambda line: line.axis, only=Media.MARKDOWN | Media.DETAIL),
         *(Column(method.engine, partial(_build_cell, results, method), method.profile) for method in results.methods),
     ]
@@ -209,13 +208,13 @@ def _build_kind_sections(results: StressResults, kind: str, lines: list[StressTe
 
 
 def _list_reasons(results: StressResults, line: StressTest) -> Iterator[str]:
-    """Yield the reasons of a line's results, each with its methods."""
+    """Yield the reasons why methods failed a test, each with the methods."""
     found = formatting.group_by((result.reason, method.name) for method, result in _list_cells(results, line))
     return (f"{line.name}, {', '.join(names)}: {reason}" for reason, names in found.items() if reason)
 
 
 def _build_evidence_table(results: StressResults, line: StressTest) -> Table:
-    """Return a table with the evidence for each cell of a line: result, scene, and command."""
+    """Return a table with the details of a test for each method: the result, the scene and a command."""
     columns = (
         Column("method", lambda cell: Cell(cell[0].name, anchor=_build_anchor(line, cell[0]))),
         Column("result", lambda cell: Cell(cell[1].ending.value, symbol=_SHOWN[cell[1].ending][0])),
@@ -239,7 +238,7 @@ def _build_evidence_table(results: StressResults, line: StressTest) -> Table:
 
 
 def _build_anchor(line: StressTest, method: Method) -> str:
-    """Return the anchor of a cell's evidence within the page."""
+    """Return the anchor of a result's details within the page."""
     return quote(f"{line.name}/{method.name}")
 
 
@@ -259,13 +258,13 @@ def _list_cells(results: StressResults, line: StressTest) -> list[tuple[Method, 
 
 
 def _format_result(result: CellResult) -> str:
-    """Return a cell's text: a word or a number."""
+    """Describe a result by a word or a number."""
     value = "" if result.value is None else formatting.format_number(result.value)
     match result.ending:
         case CellEnding.PASSES:
             return f"to {value}"
         case CellEnding.FAILS_AT_START if result.status in {Status.TIMED_OUT, Status.CRASHED}:
-            return f"{result.status.value} at {value}"  # the result is unknown
+            return f"{result.status.value} at {value}"  # the engine failed, so the result is unknown
         case CellEnding.FAILS_AT_START:
             return f"from {value}"
         case CellEnding.NOT_RUN:
@@ -301,11 +300,11 @@ def _describe_results(results: StressResults, kinds: Mapping[str, list[StressTes
         yield _describe_complaints(results, kinds["complaint"])
     methods, form = formatting.format_count(len(results.methods), "method"), "quick" if results.quick else "full"
     spent = formatting.format_seconds(results.elapsed_s)
-    yield f"This campaign ran {methods} on {formatting.join_words(test_counts)} in the {form} form, in {spent}."
+    yield f"This {form} campaign ran {methods} on {formatting.join_words(test_counts)}, and took {spent}."
 
 
 def _describe_ranking(results: StressResults, kind: str, lines: list[StressTest], good: CellEnding) -> Iterator[str]:
-    """Yield a sentence on the best and the worst methods, and a sentence on methods that could not run every test."""
+    """Yield a sentence on the best and the worst methods, and one on methods that could not run every test."""
     passed: dict[int, list[str]] = {}
     partly: list[str] = []
     for method in results.methods:
@@ -321,7 +320,7 @@ def _describe_ranking(results: StressResults, kind: str, lines: list[StressTest]
         few = f"only {fewest}, the fewest" if fewest else "none"
         worst = f"; {_name_methods(passed[fewest])} passed {few}" if fewest < most else ""
         yield f"{_name_methods(passed[most])} {each}passed {most} of {tests}{worst}."
-    if partly and (kind != "attack" or len(partly) <= FEW):  # the numbers are in the sentences about each method
+    if partly and (kind != "attack" or len(partly) <= FEW):  # sentences about each method already have these numbers
         said = f": {formatting.join_words(partly)}" if len(partly) <= FEW else ""
         are = f"{formatting.format_count(len(partly), 'method')} {'is' if len(partly) == 1 else 'are'}"
         yield f"{are} not ranked, because not every {WORDS[kind]} could be run{said}."
@@ -332,7 +331,7 @@ def _name_methods(methods: list[str]) -> str:
 
 
 def _describe_complaints(results: StressResults, complaints: list[StressTest]) -> str:
-    """Describe how many reported bugs are still seen on the engine that they concern."""
+    """Describe how many reported bugs still occur in the engines for which they were reported."""
     endings = {
         line.name: {result.ending for method, result in _list_cells(results, line) if method.engine == line.about}
         for line in complaints

@@ -1,4 +1,7 @@
-"""Search for the value at which a method fails a stress test: try values up to the first failure, then bisect."""
+"""Search for the value at which a method fails a stress test.
+
+Values are tried up to the first failure, then bisected.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,7 @@ from carom.model.scene import Scene
 from carom.studies.stress.attack import Attack, CheckResult, Trial
 from carom.studies.stress.result import STRESS, CellEnding, CellResult, UnsavedResult
 
-#: The bisection ends when the larger of the failing and the passing value is at most this number times the smaller.
+#: The bisection ends when the passing and the failing value differ by at most this factor.
 RESOLUTION, QUICK_RESOLUTION = 1.1, 3.2
 
 
@@ -22,7 +25,7 @@ class NotRunError(Exception):
     """The method can't be tested: it is unavailable, or does not support the scene.
 
     Attributes:
-        status: Status of the run: unavailable or unsupported.
+        status: Why there is no run: unavailable or unsupported.
     """
 
     def __init__(self, answer: Answer[Any]) -> None:
@@ -31,7 +34,7 @@ class NotRunError(Exception):
 
 
 class _Tried(NamedTuple):
-    """A trial of a value, with the result of the check of its run."""
+    """A trial for one value, with the result of the check."""
 
     value: float
     trial: Trial
@@ -43,7 +46,7 @@ class _Tried(NamedTuple):
 
 
 def find_failure(attack: Attack, method: Method, runner: TaskRunner, *, quick: bool) -> UnsavedResult:
-    """Find the value at which a method fails a stress test. Return the result with the scene that reproduces it."""
+    """Find the value at which a method fails a stress test. Return the result with a scene that reproduces it."""
     ladder = iter(attack.build_ladder(quick))
     runs = 0
     resolution = QUICK_RESOLUTION if quick else RESOLUTION
@@ -80,14 +83,14 @@ def find_failure(attack: Attack, method: Method, runner: TaskRunner, *, quick: b
 
 
 def rename_scene(name: str, scene: Scene, description: str) -> Scene:
-    """Return the scene of a result under a unique name, so that all such scenes can run together."""
+    """Return the scene with a unique name, so that the scenes of all results can run together."""
     return scene.model_copy(update={"name": f"{STRESS}{name}", "description": description})
 
 
 def _try_value(attack: Attack, value: float, method: Method, runner: TaskRunner, *, quick: bool) -> tuple[_Tried, int]:
-    """Run the trials of a value up to the first failure. Return the worst result, and the number of runs.
+    """Run the trials for a value up to the first failure. Return the worst result, and the number of runs.
 
-    A failure of the engine becomes the reason of a failed check.
+    If the engine fails, the check fails, and the error is its reason.
 
     Raises:
         NotRunError: The engine is unavailable, or declares that it does not support even the harmless end.

@@ -1,7 +1,7 @@
 """Stress tests with a disc and a finite wall.
 
-They vary the speed of the disc or of the wall, the wall's width, the number of its pieces, the number of changes of its
-velocity, the angle of a corner, and how closely the disc grazes the wall's end.
+They vary speeds, the wall's width, the number of its pieces or of its velocity changes, the angle of a corner, and the
+distance by which a disc almost misses the wall's end.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from carom.studies.stress.attack import Trial, attack_at_phases, build_closed_fo
 from carom.studies.stress.pairs import DT_S, RADIUS_M, RATE_HZ, SPEED_M_S, STEPS_BEFORE, build_trial
 from carom.support.formatting import format_metres, format_number
 
-#: Half the length of a wall. Discs reach the ends of a wall only in stress tests on ends.
+#: Half the length of a wall. Discs only reach the ends in stress tests on ends of walls.
 _HALF_LENGTH_M = 4.0
-#: Initial distance of a disc from a corner, and the disc's speed. The disc is back after 30 steps. In each step the
-#: disc moves an eighth of its radius.
+#: Initial distance of a disc from a corner, and the disc's speed. The disc returns after 30 steps. It moves an eighth
+#: of its radius in each step.
 _CORNER_M, _CORNER_SPEED_M_S = 0.5, 2 * 0.5 / (30 * DT_S)
 
 
@@ -39,7 +39,7 @@ def _compute_impact_time(phase: float) -> float:
 def _build_one_impact_trial(
     sentence: str, phase: float, start: complex, velocity: complex, wall: Chain, after: complex
 ) -> Trial:
-    """Make a trial of a disc that meets a wall once. The trial is checked by the known velocity after the impact."""
+    """Make a trial of a disc that meets a wall once. The check uses the known velocity after the impact."""
     discs = [build_disc(start, velocity, RADIUS_M)]
     check = build_closed_form_check([to_vector(after)], 1, [abs(after - velocity)])
     return build_trial(f"{sentence} Phase {phase:g} of a step.", discs, check, walls=[wall])
@@ -73,7 +73,7 @@ def _wall_width(value: float, phase: float) -> Trial:
 def _wall_end(value: float, phase: float) -> Trial:
     """Make a trial of a disc that grazes the end of a wall. The normal points from the end to the disc's centre."""
     height = RADIUS_M * (1.0 - value)
-    offset = Decimal(height) / Decimal(RADIUS_M)  # computed from the stored, rounded height
+    offset = Decimal(height) / Decimal(RADIUS_M)  # computed from the height after rounding, as it is stored
     along = (1 - offset * offset).sqrt()
     after = complex(float(2 * offset * offset - 1), float(2 * offset * along)) * SPEED_M_S
     description = f"A disc grazes the end of a thin wall, {format_number(value, 3)} radii from a miss."
@@ -95,13 +95,13 @@ def _seam(value: float, phase: float) -> Trial:
 
 @attack_at_phases
 def _corner(value: float, phase: float) -> Trial:
-    """Make a trial of a disc that is thrown into a corner and aimed past the corner's apex.
+    """Make a trial of a disc that is thrown into a corner, but not exactly towards its apex.
 
-    The true motion is computed with a half-plane for each side. The scene has sides of finite length.
+    The scene has sides of finite length. To compute the correct motion, they are replaced by half-planes.
     """
     angle = math.radians(value)
     inwards = cmath.exp(0.5j * angle)
-    # The centre moves in a smaller corner at a distance of one radius from both sides.
+    # The disc's centre moves in a smaller corner, which is at a distance of one radius from both sides.
     apex = RADIUS_M / math.sin(0.5 * angle) * inwards
     start = apex + (_CORNER_M + phase * _CORNER_SPEED_M_S * DT_S) * inwards
     # The velocity points past the apex by an eighth of the angle, so the disc never meets both sides at once.
@@ -119,8 +119,7 @@ def _corner(value: float, phase: float) -> Trial:
 def _legs(value: float, phase: float) -> Trial:
     """Make a trial of a wall that repeatedly moves forwards and then a third as far back, until it strikes a disc.
 
-    The impact is half-way through the last leg (part of the motion with constant velocity). There the wall is farther
-    forward than ever before.
+    The impact comes in the middle of the wall's last forward motion, when the wall is farther forward than ever before.
     """
     legs, until_s = int(value), _compute_impact_time(phase)
     leg_duration_s = until_s / (legs - 0.5)

@@ -1,7 +1,8 @@
 """Stress tests with friction and spin, which vary a coefficient, a spin, an inertia, or the number of sticking impacts.
 
-All impacts are head-on or with a wall. So late detection does not turn the normal, and a method fails only because of
-its friction. An exception is the chain of sticking impacts, which is so long that late detection can lose an impact.
+All impacts are head-on or with a wall. So the normal is correct even if an impact is found late, and a method fails
+only because of its friction. In the long chain of sticking impacts, however, a method may fail because late detection
+loses an impact.
 """
 
 from __future__ import annotations
@@ -16,14 +17,14 @@ from carom.studies.stress.attack import PHASES, Trial, attack, build_closed_form
 from carom.studies.stress.pairs import DT_S, RADIUS_M, RATE_HZ, SPEED_M_S, STEPS_BEFORE, build_trial
 from carom.support.formatting import format_number
 
-#: A coefficient of friction at which no impact of `_inertia` slides. Every engine supports this coefficient.
+#: A coefficient of friction with which the disc of `_inertia` never slides. Every engine supports this coefficient.
 _GRIP = 10.0
 
 
 def _compute_tangential_impulse(
     friction: float, normal_impulse: float, slip: float, inverse_effective_mass: float
 ) -> float:
-    """Return the smaller of the impulses for sticking and sliding, for unit mass without tangential restitution."""
+    """Return the smaller of the tangential impulses that make a disc of unit mass stick or slide."""
     return math.copysign(min(abs(slip) / inverse_effective_mass, friction * normal_impulse), slip)
 
 
@@ -79,14 +80,18 @@ def _inertia(value: float) -> Iterator[Trial]:
 
 @attack
 def _grip_chain(value: float) -> Iterator[Trial]:
-    """Make a trial of a superball that bounces between two plates. From plate to plate, the ball takes twelve steps."""
+    """Make a trial of a superball that bounces between two plates.
+
+    The ball takes twelve steps from one plate to the other.
+    """
     rounds = max(1, round(value / 2))
     height = 12.0 / RATE_HZ
     description = f"A superball bounces {2 * rounds} times between two rough plates."
     discs = [build_disc(complex(0.0, RADIUS_M + height / 2), 1 - 1j, RADIUS_M)]
     walls = [FLOOR, Wall(point_m=(0.0, 2.0 * RADIUS_M + height), normal=(0.0, -1.0))]
     laws = {"wall_friction": 1e3, "wall_tangential_restitution": 1.0}
-    # A round (floor and ceiling) rotates (v, sqrt(k) R w) by the angle whose cosine is ((1 - k)^2 - 4 k)/(1 + k)^2.
+    # One bounce on the floor and one on the ceiling rotate (v, sqrt(k) R w) by the angle whose cosine is ((1 - k)^2 - 4
+    # k)/(1 + k)^2.
     angle = rounds * math.acos(-7.0 / 9.0)
     final, rim = [(math.cos(angle), -1.0)], [math.sin(angle) * math.sqrt(2.0)]
     check = build_closed_form_check(final, 2 * rounds, [2.0], final_rim_m_s=rim)
@@ -98,8 +103,8 @@ def _rolling(value: float) -> Iterator[Trial]:
     """Make a trial of a disc that is thrown along a floor and bounces until it rolls."""
     speed, pull, drop_s, k = 1.0, 10.0, 0.1, 0.5
     fall = pull * drop_s
-    # The sum of the normal impulses of all bounces is (1 + e)/(1 - e) times the momentum of the first fall. The
-    # coefficient of friction is a fifth larger than needed for rolling.
+    # All bounces together have a normal impulse of (1 + e)/(1 - e) times the momentum before the first bounce. The
+    # coefficient of friction is a fifth larger than necessary for the disc to roll in the end.
     needed = speed / (1.0 + 1.0 / k)
     friction = 1.2 * needed / fall * (1.0 - value) / (1.0 + value)
     bounces_s = 2.0 * drop_s * value / (1.0 - value)

@@ -26,11 +26,11 @@ from carom.studies.stress.pairs import DT_S, RADIUS_M, RATE_HZ, SPEED_M_S, build
 from carom.studies.stress.true_motion import TrueMotion, UndecidedError, compute_true_motion
 from carom.support.formatting import format_metres, format_number
 
-#: Restitution below which three equal discs in a line collide infinitely often: S. McNamara and W. R. Young, Phys.
-#: Fluids A 4, 496 (1992).
+#: With a smaller restitution than this, three equal discs in a line collide infinitely often: S. McNamara and W. R.
+#: Young, Phys. Fluids A 4, 496 (1992).
 CRITICAL_RESTITUTION = 7.0 - 4.0 * math.sqrt(3.0)
 
-_TURN = math.pi * (3.0 - math.sqrt(5.0))  # multiples of the golden angle are evenly spread, and no two are equal
+_TURN = math.pi * (3.0 - math.sqrt(5.0))  # golden angle, whose multiples are evenly spread
 
 
 def _build_row_trial(description: str, gaps: Sequence[float], phase: float, steps_after: int) -> Trial:
@@ -53,8 +53,8 @@ def _cradle_gap(gap: float) -> Iterator[Trial]:
 @attack
 def _crowded_frame(impacts: float) -> Iterator[Trial]:
     count = round(impacts)
-    # All impacts are within half a step of the first impact, whose phase is below one half. The scene is long enough
-    # for a method that processes one impact per step.
+    # All impacts come within half a step after the first one, which comes in the first half of a step. The scene is
+    # long enough for a method that processes one impact per step.
     gap = 0.5 * SPEED_M_S / RATE_HZ / max(1, count - 1)
     description = f"A row of discs with {count} impacts in one step."
     return (_build_row_trial(description, [gap] * (count - 1), phase, 40 + count) for phase in (0.13, 0.42))
@@ -105,8 +105,9 @@ def _duration(impacts: float) -> Iterator[Trial]:
     side, radius, pitch, speed, rate = 3, 0.1, 0.3, 1.0, 120.0
     gas = stage_boxed_gas(side, radius_m=radius, pitch_m=pitch, speed=speed, duration_s=1.0).scene
     n, free = len(gas.discs), side * pitch - 2 * radius
-    # Estimate the rate of impacts by the kinetic theory of a thin gas. The estimate is accurate to a factor of two. The
-    # gas has four walls, and a disc hits other discs whose centres are in a strip that is four radii wide.
+    # Estimate the number of impacts per second by the kinetic theory of a thin gas, which is accurate to a factor of
+    # two. The first term counts impacts with the four walls. The second counts impacts with discs whose centres are in
+    # a strip of four radii's width.
     a_second = n * (2 / math.pi) * speed * 2 / free + n / 2 * 4 * radius * (n / free**2) * (4 / math.pi) * speed
     duration_s = max(1.0, round(impacts / a_second * rate)) / rate
     description = f"Nine discs in a box for the time of approximately {format_number(impacts, 3)} impacts."
@@ -118,7 +119,7 @@ def _duration(impacts: float) -> Iterator[Trial]:
 #: (2006)).
 VIRIAL = (0.782004, 0.53223180, 0.33355604, 0.1988425, 0.1148728, 0.0649930, 0.0362193, 0.0199537)
 PACKING = 0.3
-#: p V / N k T at this packing by the ten-term series: 2.0632. In the series, B_2 times the density is twice the
+#: p V / N k T at this packing by a series with ten terms: 2.0632. In the series, B_2 times the density is twice the
 #: packing.
 COMPRESSIBILITY = 1.0 + 2 * PACKING + sum(b * (2 * PACKING) ** k for k, b in enumerate(VIRIAL, 2))
 
@@ -128,8 +129,8 @@ def _gas_pressure(advance: float) -> Iterator[Trial]:
     """Make a trial of a hard-disc gas with known pressure. `advance` is the mean path in a step, in radii."""
     side, radius, speed = 12, 0.05, 1.0
     count = side * side
-    # The packing is that of the box in which the centres move, because then a gas with walls is most similar to an
-    # unbounded gas.
+    # The packing is computed for the box in which the centres can move. With this definition, a gas with walls is most
+    # similar to an unbounded gas.
     free = math.sqrt(count * math.pi * radius**2 / PACKING)
     rate = speed / (advance * radius)
     pitch = free / (side - 1)
@@ -139,7 +140,7 @@ def _gas_pressure(advance: float) -> Iterator[Trial]:
     ]
     width = free + 2 * radius
     description = f"{count} discs at packing {PACKING} in a box, moving {format_number(advance, 3)} radii per step."
-    # A disc has about fifteen impacts. The virial of a thousand impacts is accurate to 3 %.
+    # Each disc has about fifteen impacts. From a thousand impacts, the pressure follows with an accuracy of 3 %.
     duration_s = round(1.25 * rate) / rate
     fields = {"frame_rate_hz": rate, "walls": build_box_walls(width, width)}
     yield build_trial(description, discs, build_pressure_check(COMPRESSIBILITY), duration_s, **fields)
@@ -149,8 +150,8 @@ def _gas_pressure(advance: float) -> Iterator[Trial]:
 def _restitution(restitution: float) -> Iterator[Trial]:
     discs = [build_disc(place, velocity, RADIUS_M) for place, velocity in ((-0.75, 1.0), (0.0, 0.0), (0.9, -1.0))]
     description = f"Three equal discs in a line approach each other with restitution {format_number(restitution, 4)}."
-    # Infinitely many impacts close every gap in finite time. After that, the discs move with their centre of mass,
-    # which is at rest.
+    # After infinitely many impacts in a finite time, all gaps are closed. The discs are then at rest like their centre
+    # of mass.
     check = build_closed_form_check([(0.0, 0.0)] * 3, 0, [1.0] * 3)
     trial = build_trial(description, discs, check, 2.0, restitution=restitution)
     if restitution > CRITICAL_RESTITUTION:
@@ -169,12 +170,12 @@ def _galperin(mass_ratio: float) -> Iterator[Trial]:
     root = math.sqrt(mass_ratio)
     angle = math.atan2(1.0, root)
     count = math.ceil(math.pi / angle) - 1
-    # In the plane (root V, v) the initial direction has the angle pi. If reflections are unfolded, the direction is
-    # constant. After an even number of impacts, the angle of the velocities is pi - count angle; after an odd number,
-    # this angle is mirrored.
+    # In the plane of (root V, v), both velocities together are a vector with the initial angle pi. Each impact mirrors
+    # this vector. After an even number of impacts, its angle is pi - count * angle. After an odd number, this angle is
+    # mirrored.
     final_angle = math.pi - count * angle if count % 2 == 0 else (count + 1) * angle - math.pi
     final = [(root * math.sin(final_angle) * speed, 0.0), (math.cos(final_angle) * speed, 0.0)]
-    # At its greatest speed the light disc has all the energy. The heavy disc reverses its velocity.
+    # At its greatest speed, the light disc has all the energy. In total, the heavy disc reverses its velocity.
     change = [root * speed, 2 * speed]
     yield build_trial(description, discs, build_closed_form_check(final, count, change), 4.0, walls=[wall])
 

@@ -9,20 +9,20 @@ from carom.execution.shared_options import LimitOptions, declare_engines, declar
 from carom.support.limits import DEFAULT_TIME_LIMIT_S
 from carom.support.options import build_flag_kind, build_seconds_kind, declare_option
 
-#: Time limit of a run in the quick form, in seconds. Each scene of the quick form takes less than a second.
+#: Time limit of a run in a quick campaign, in seconds. Each scene of such a campaign normally takes less than a second.
 QUICK_TIME_LIMIT_S = 10.0
 
 
 @dataclass(frozen=True)
 class StressOptions(LimitOptions):
-    """Options of a campaign, except for its stress tests.
+    """Options of `carom stress`, except for the names of tests.
 
     Attributes:
         engines: Names of adapters; None for all.
         profiles: Names of profiles.
-        quick: Whether to use the quick form, with fewer values, nearer ends, and a coarser bisection.
-        time_limit_s: Time limit of a run, in seconds. A longer run is a failure. The quick form and the full form have
-            different defaults.
+        quick: Whether to run a quick campaign, with fewer values, smaller ranges and a coarser bisection.
+        time_limit_s: Time limit of a run, in seconds. A longer run is a failure. The default is shorter in a quick
+            campaign.
 
     Raises:
         InputError: A value is invalid.

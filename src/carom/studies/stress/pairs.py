@@ -1,4 +1,4 @@
-"""Stress tests with one pair of discs, which vary a length, a speed, a mass or the offset of the meeting."""
+"""Stress tests with one pair of discs, which vary a length, a speed, a mass, or how far the impact is from head-on."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from carom.support.formatting import format_number
 RATE_HZ = 240.0
 DT_S = 1.0 / RATE_HZ
 
-#: Numbers of steps before and after the impact. A contact modelled by a spring lasts several steps: 24 steps at
-#: MuJoCo's usual stiffness of 1000 /s².
+#: Numbers of steps before and after the impact. If an engine models a contact by a spring, the contact lasts several
+#: steps: 24 steps at MuJoCo's usual stiffness of 1000 /s².
 STEPS_BEFORE, STEPS_AFTER = 4, 40
 MEETING_S = (STEPS_BEFORE + STEPS_AFTER) * DT_S
 
@@ -33,14 +33,16 @@ def build_trial(
     duration_s: float = MEETING_S,
     **fields: Any,
 ) -> Trial:
-    """Make a trial of a stress test. By default, the scene lasts `MEETING_S`, and the check uses the true motion.
+    """Make a trial of a stress test.
+
+    By default, the scene lasts `MEETING_S`, and the result is compared with the exact motion.
 
     Args:
         description: Description of the scene.
         discs: The discs.
-        check: Check of the traces.
+        check: Function that checks a trace.
         duration_s: Duration of the scene, in seconds.
-        fields: Further fields of the scene.
+        fields: Values of further fields of the scene, by name.
     """
     fields = {"frame_rate_hz": RATE_HZ, "duration_s": duration_s, **fields}
     scene = Scene(name="stress test", description=description, discs=discs, **fields)
@@ -57,7 +59,7 @@ def _build_meeting_trial(
     mass: float = 1.0,
     origin: float = 0.0,
 ) -> Trial:
-    """Make a trial of a disc from the left that meets an equally large disc at rest."""
+    """Make a trial of a disc that moves to the right and meets a disc of equal size at rest."""
     contact = 2 * radius
     across = offset * contact
     along = math.sqrt(max(contact * contact - across * across, 0.0)) + speed * DT_S * (STEPS_BEFORE + phase)
@@ -68,7 +70,7 @@ def _build_meeting_trial(
 def _build_attack(name: str, template: str, **functions: Callable[[float], float]) -> Attack:
     """Return a stress test whose trials are meetings of two discs, one at each phase.
 
-    Each keyword is an argument of `_build_meeting_trial`. Its function computes the argument from the stress test's
+    The keywords are arguments of `_build_meeting_trial`. Each function computes such an argument from the stress test's
     value.
     """
 

@@ -1,8 +1,8 @@
-"""Invariances: changes of a scene that must change the result in a known way. No known answer of the scene is needed.
+"""Invariances: changes of a scene that must change the result in a known way, even if the result itself is unknown.
 
 For example, if a scene is rotated, its result must be rotated. An engine that violates an invariance is wrong in at
-least one of the two scenes. An engine with absolute lengths, speeds or times (slops, thresholds, margins) fails when
-the units are changed.
+least one of the two scenes. If an engine uses absolute lengths, speeds or times (slops, thresholds, margins), it fails
+when the units are changed.
 """
 
 from __future__ import annotations
@@ -28,11 +28,12 @@ from carom.studies.stress.failure_search import NotRunError, rename_scene
 from carom.studies.stress.result import CellEnding, CellResult, UnsavedResult
 from carom.support.formatting import format_number
 
-#: Largest deviation at which an invariance holds. Three impacts multiply rounding by a few hundred, and sums over a few
-#: hundred steps add as much. The effect of an absolute slop is larger by orders of magnitude.
+#: Largest deviation that does not count as a violation. Rounding errors are multiplied by a few hundred in three
+#: impacts, and again by adding up over a few hundred steps. The effect of an engine's absolute lengths and speeds is
+#: larger by orders of magnitude.
 HOLDS = 1e-9
 
-#: A coefficient of friction at which no impact of superballs slides. Every engine supports this coefficient.
+#: A coefficient of friction with which superballs never slide. Every engine supports this coefficient.
 _GRIP = 10.0
 
 _SUPERBALLS = "Four unequal spinning superballs, and their oblique impacts."
@@ -41,7 +42,7 @@ Run = Callable[[Scene], Trace]
 
 
 class State(NamedTuple):
-    """Motion of n discs at an instant.
+    """State of n discs at an instant.
 
     Attributes:
         position: Centres, in metres, shape ``(n, 2)``.
@@ -56,17 +57,18 @@ class State(NamedTuple):
 
 @dataclass(frozen=True)
 class Relation:
-    """A relation between two runs of the same method.
+    """An invariance: a relation between the results of two runs of the same method.
 
     Attributes:
         name: Short name, as on the command line.
         states: The invariance in one sentence.
-        deviation: Function that runs a base scene and a second scene with a method, and returns how much the second
-            result deviates from the expected one. The number is the larger of two deviations: of positions, relative to
-            the largest radius, and of velocities and rim speeds, relative to the largest speed. The function raises
-            SceneError if a scene can't start from the final state of the first run.
-        base: Function that makes the base scene.
-        of_runs: Whether the second scene starts from the result of the method's first run.
+        deviation: Function that runs a base scene and a changed scene, and returns how much the second result deviates
+            from the expected one. Deviations of positions are divided by the largest radius, and those of velocities
+            and rim speeds by the greatest speed. The function raises SceneError if the changed scene can't start from
+            the final state of the first run.
+        base: Function that returns the base scene.
+        of_runs: Whether the changed scene starts from the final state of the first run, so that it differs between
+            methods.
     """
 
     name: str
@@ -77,10 +79,10 @@ class Relation:
 
 
 def build_base_scene() -> Scene:
-    """Return the base scene: four unequal discs and three oblique impacts at well separated times.
+    """Return the base scene: four unequal discs with three oblique impacts, which are far apart in time.
 
-    The run is split at 1 s. The second impact is at 0.59 s and the third at 1.39 s, so even a contact of a tenth of a
-    second has ended at the split.
+    One invariance stops the run at 1 s and continues it. The second impact is at 0.59 s and the third at 1.39 s. So
+    even a contact of a tenth of a second is over at 1 s.
     """
     description = "Four unequal discs, three oblique impacts."
     discs = [
@@ -93,7 +95,10 @@ def build_base_scene() -> Scene:
 
 
 def build_rough_scene() -> Scene:
-    """Return the base scene with spins and friction. Its first and third impact slide, and its second impact sticks."""
+    """Return the base scene with spins and friction.
+
+    The discs slide in the first and the third impact, and stick in the second one.
+    """
     base = build_base_scene()
     turning = zip(base.discs, (12.0, -2.0, 0.0, 3.0), (0.5, 0.4, 1.0, 0.5), strict=True)
     discs = [disc.model_copy(update={"spin_rad_s": spin, "inertia_factor": factor}) for disc, spin, factor in turning]
@@ -102,7 +107,7 @@ def build_rough_scene() -> Scene:
 
 
 def build_superball_scene() -> Scene:
-    """Return the scene of `build_rough_scene` with tangential restitution 1 and so much friction that impacts stick."""
+    """Return the scene of `build_rough_scene` with tangential restitution 1 and enough friction to prevent sliding."""
     rough = build_rough_scene()
     about = {"name": "stress/superball-relations", "description": _SUPERBALLS}
     return _build_variant(rough, rough.discs, **about, friction=_GRIP, tangential_restitution=1.0)
@@ -134,7 +139,7 @@ def _compute_deviation(base: Scene, found: State, expected: State) -> float:
 
 
 def _final_state_of(trace: Trace) -> State:
-    spin = trace.final_spin_rad_s  # if a disc turns, the validation of runs rejects a trace without spins
+    spin = trace.final_spin_rad_s  # if a disc turns, a trace without spins was rejected before
     resting = np.zeros(len(trace.scene.discs))
     return State(trace.final_position_m, trace.final_velocity_m_s, resting if spin is None else spin)
 
@@ -142,7 +147,7 @@ def _final_state_of(trace: Trace) -> State:
 def _build_invariance(
     name: str, states: str, change: Callable[[Scene], Scene], undo: Callable[[State], State]
 ) -> Relation:
-    """Return the invariance that a scene and its changed copy have corresponding results.
+    """Build an invariance: if a scene is changed by `change`, its result changes in a known way.
 
     Args:
         name: Name of the invariance.
@@ -197,7 +202,7 @@ def _build_units_relation(
 def _build_motion_invariance(
     name: str, states: str, change: Callable[[State], State], undo: Callable[[State], State]
 ) -> Relation:
-    """Return the invariance that discs with a changed start end at the correspondingly changed state."""
+    """Build an invariance: if the starting state is changed by `change`, the final state changes in the same way."""
     return _build_invariance(
         name, states, lambda scene: _build_scene_at_state(scene, change(_start_state_of(scene))), undo
     )
@@ -229,12 +234,12 @@ def _build_rotation_relation(angle_rad: float) -> Relation:
 
 def _mirror(at: State) -> State:
     turned = np.array([1.0, -1.0])
-    # Subtraction from 0 never gives -0, nor does the addition of 0.
+    # Adding 0, or subtracting from 0, avoids the number -0.
     return State(at.position * turned + 0.0, at.velocity * turned + 0.0, 0.0 - at.spin)
 
 
 def list_relations() -> list[Relation]:
-    """Return all invariances in the order of the table: first those of smooth discs, then of rough discs."""
+    """Return all invariances in the order of the table: first those without friction, then those with friction."""
     states = "The mirror image of the scene has the mirror image of its result."
     mirror = _build_motion_invariance("mirror", states, _mirror, _mirror)
     relabelling = _build_invariance(
@@ -288,7 +293,7 @@ def list_relations() -> list[Relation]:
 
 
 def check_relation(relation: Relation, method: Method, runner: TaskRunner) -> UnsavedResult:
-    """Check whether a method keeps an invariance. Return the result with both scenes."""
+    """Check whether a method's results have an invariance. Return the check's result with both scenes."""
     used: list[Scene] = []
 
     def run(scene: Scene) -> Trace:
@@ -321,13 +326,13 @@ def check_relation(relation: Relation, method: Method, runner: TaskRunner) -> Un
 
 
 class _StoppedError(Exception):
-    """A run of an invariance failed. The error has the reason and the status."""
+    """One of the runs for an invariance failed. The error contains the reason and the status."""
 
 
 def _build_named_scenes(relation: Relation, method: Method, used: list[Scene]) -> tuple[Scene, ...]:
     """Return the scenes of an invariance under unique names.
 
-    A scene that does not depend on a method's runs has the same name for all methods.
+    If a scene is the same for all methods, it has the same name.
     """
     renamed = []
     for k, scene in enumerate(used):

@@ -1,4 +1,4 @@
-"""Results of a stress campaign: the value at which each method fails, and violations of invariances."""
+"""Results of `carom stress`: values at which methods fail, violations of invariances, and bugs that still occur."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from carom.model.scene import Scene
 from carom.model.scene_file import save_scene
 from carom.support.folders import build_file_name
 
-#: Folder of scenes within the folder of results, and prefix of the names of generated scenes.
+#: Subfolder for scenes in the folder of results, and prefix of the names of generated scenes.
 SCENES, STRESS = "scenes", "stress/"
 
-#: Phrases in journals of earlier versions, and their present form.
+#: Phrases in journals of earlier versions, each with the phrase that is used today.
 _EARLIER = {
     "gives way": "fails at this size",
     "stands to the end": "passes to the end",
@@ -29,7 +29,7 @@ _EARLIER = {
 
 
 class CellEnding(StrEnum):
-    """Outcome of a cell. The value is the phrase that the report shows."""
+    """Outcome of a test with one method. The value is the phrase that the report shows."""
 
     FAILS_AT_SIZE = "fails at this size"
     PASSES = "passes to the end"
@@ -42,12 +42,12 @@ class CellEnding(StrEnum):
 
     @property
     def in_files(self) -> str:
-        """Name in ``stress.json``, which does not change when a member is renamed."""
+        """Name in ``stress.json``. It does not change when a member of this class is renamed."""
         return _NAMES_IN_FILES[self]
 
     @classmethod
     def _missing_(cls, value: object) -> CellEnding | None:
-        """Return the ending for a phrase of an earlier version."""
+        """Return the outcome for a phrase of an earlier version."""
         return cls(_EARLIER[value]) if isinstance(value, str) and value in _EARLIER else None
 
 
@@ -65,21 +65,21 @@ _NAMES_IN_FILES = {
 
 @dataclass(frozen=True)
 class CellResult:
-    """A cell of the table: one stress test, invariance or reported bug, and one method.
+    """A cell of the table: the result of one stress test, invariance or reported bug with one method.
 
     Attributes:
         kind: "attack" for a stress test, "relation" for an invariance, "complaint" for a reported bug.
         line: Name of the stress test, invariance or reported bug.
         method: Name of the method.
-        ending: Outcome of the cell.
-        value: The value at which the method fails, or the most extreme tested value if it passes. For a relation or a
-            bug, the number is the deviation. None if there is no number.
-        stands_at: The most extreme passed value; None if there is none.
-        error: The error at `stands_at`, in the measure of the stress test; None if there is none.
-        reason: Reason of a failure, or of a missing number.
-        scenes: Files of the scenes that show the number, in the folder of results.
-        runs: Number of runs behind the result.
-        status: Status of the run that decided the result, or of the refusal.
+        ending: Outcome of the test.
+        value: The value at which the method fails, or the most extreme tested value if it passes. For an invariance or
+            a reported bug, this is the deviation. None if there is no number.
+        stands_at: The most extreme value up to which the method passes; None if there is none.
+        error: The error at `stands_at`, as the stress test defines it; None if there is none.
+        reason: Reason why the method fails, or why there is no number.
+        scenes: Files with the scenes that reproduce the number, in the folder of results.
+        runs: Number of runs that were needed for the result.
+        status: How the run that determined the result ended, or why it could not start.
     """
 
     kind: str
@@ -96,24 +96,24 @@ class CellResult:
 
     @property
     def cut_off(self) -> bool:
-        """Whether the cell was decided by a failure of the engine or its adapter."""
+        """Whether the engine or its adapter failed, so that the result says nothing about its motion."""
         return self.status.is_failure
 
 
 @dataclass(frozen=True)
 class UnsavedResult:
-    """A cell before its scenes are saved.
+    """A result whose scenes are not yet saved.
 
     Attributes:
-        result: The cell without file names.
-        scenes: The scenes that show the cell's number.
+        result: The result without file names.
+        scenes: The scenes that reproduce the result's number.
     """
 
     result: CellResult
     scenes: tuple[Scene, ...] = ()
 
     def save(self, folder: Path) -> CellResult:
-        """Save the scenes into the folder of results, and return the cell with their file names."""
+        """Save the scenes into the folder of results, and return the result with their file names."""
         files = {f"{SCENES}/{build_file_name(scene.name.removeprefix(STRESS))}.toml": scene for scene in self.scenes}
         for file, scene in files.items():
             (folder / SCENES).mkdir(parents=True, exist_ok=True)
@@ -123,16 +123,16 @@ class UnsavedResult:
 
 @dataclass(frozen=True)
 class StressTest:
-    """A line of the table: a stress test, invariance or reported bug.
+    """A row of the table: a stress test, an invariance or a reported bug.
 
     Attributes:
         kind: "attack" for a stress test, "relation" for an invariance, "complaint" for a reported bug.
-        name: Name of the line.
+        name: Name of the test.
         axis: The varied quantity, the required invariance, or the reported bug.
-        truth: Source of the true answer.
-        gives_way: Criterion of failure, with its reason.
-        ladder: Tested values of the axis, beginning at the harmless end; empty if there is no axis.
-        link: Address of a reported bug's discussion thread.
+        truth: Explanation of how the correct result is known.
+        gives_way: Explanation of when a method fails.
+        ladder: Tested values of the varied quantity, beginning at the harmless end; empty if no quantity is varied.
+        link: Web address of the bug report.
         about: Engine that a reported bug concerns.
         group: Group of a stress test.
     """
@@ -148,9 +148,9 @@ class StressTest:
     group: str = ""
 
     def compute_depth(self, result: CellResult) -> float | None:
-        """Return the fraction of the ladder's decades that a method passed; None if nothing was tested.
+        """Return the fraction of the range, on a logarithmic scale, that a method passed; None if nothing was tested.
 
-        If the last value of the ladder has no logarithm (such as a gap of 0), it counts as one more decade.
+        If the last value has no logarithm (such as a gap of 0), it counts as another factor of 10.
         """
         if not self.ladder or result.ending is CellEnding.NOT_RUN:
             return None
@@ -163,17 +163,17 @@ class StressTest:
 
 @dataclass(frozen=True)
 class StressResults:
-    """All cells of a campaign.
+    """Results of all tests with all methods.
 
     Attributes:
-        lines: Stress tests, invariances and reported bugs, in the order of the table.
+        lines: Stress tests, invariances and reported bugs, which are the rows of the table.
         methods: The methods, which are the columns of the table.
         engines: Descriptions of the methods' engines, by name.
-        cells: The cells, by name of line and method.
-        environment: Machine and versions.
+        cells: The results, by name of the test and method.
+        environment: Description of the machine, and versions of packages.
         command: The command that repeats the campaign.
-        quick: Whether this is the quick form.
-        elapsed_s: Elapsed seconds, without the time before a resumption.
+        quick: Whether this is a quick campaign.
+        elapsed_s: Duration of the whole study, in seconds. If the campaign was resumed, only the time since then.
     """
 
     lines: tuple[StressTest, ...]

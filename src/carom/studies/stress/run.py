@@ -1,4 +1,4 @@
-"""Execution of a stress campaign: every stress test, invariance and reported bug on every method, with a journal."""
+"""Execution of `carom stress`: tests every method with every stress test, invariance and reported bug."""
 
 from __future__ import annotations
 
@@ -38,13 +38,13 @@ PURPOSE = "stress"
 
 JOURNAL = "journal.jsonl"
 
-#: Identity of a cell: kind and name of its line, and its method.
+#: Identity of a result: kind and name of the test, and the method.
 CellKey = tuple[str, str, str]
 
-#: Opens the journal of a campaign.
+#: Function that opens the journal of a campaign.
 stress_journal = partial(Journal[CellKey, CellResult], "spots", JournalEntry[CellKey, CellResult])
 
-#: A line of the table, and the function that computes its cell for a method.
+#: A test, and the function that computes its result for a method.
 StressTask = tuple[StressTest, Callable[[Method, TaskRunner], UnsavedResult]]
 
 
@@ -62,7 +62,8 @@ DRIVEN = ("paddle", "legs")
 
 def list_attacks() -> list[tuple[str, Attack]]:
     """Return all stress tests with their groups, in the order of the table."""
-    # Methods are often tested at equal values, so cache the trials. True motions take longer to compute than a run.
+    # Trials are cached, because methods are often tested at equal values. The exact motion takes longer to compute than
+    # a run.
     return [
         ("driven" if attack.name in DRIVEN else group, replace(attack, trials=cache(attack.trials)))
         for group, of_group in GROUPS.items()
@@ -71,7 +72,7 @@ def list_attacks() -> list[tuple[str, Attack]]:
 
 
 def list_lines(*, quick: bool = False) -> list[StressTest]:
-    """Return all lines of the table: stress tests, invariances and reported bugs."""
+    """Return all rows of the table: stress tests, invariances and reported bugs."""
     return [line for line, _ in _list_all_tasks(quick)]
 
 
@@ -85,17 +86,17 @@ def run_stress_campaign(
     progress: Progress = no_progress,
     command: str = "",
 ) -> StressResults:
-    """Run stress tests on methods, and return where each method fails.
+    """Run stress tests on methods, and return the values at which each method fails.
 
     Args:
         names: Names of stress tests, invariances and reported bugs, or the words "attacks", "relations" and
             "complaints"; all if empty.
         options: Options of the campaign.
         out: Folder for the journal and for the scenes that reproduce the numbers.
-        resume: If true, continue from the finished cells of the journal in `out`.
-        retry: If true, repeat runs in which an engine failed.
-        progress: Called with the number of finished cells, the number of all cells, and a description.
-        command: The command that repeats the campaign, for the results.
+        resume: Whether to continue from the results in the journal in `out`.
+        retry: Whether to repeat runs in which an engine failed.
+        progress: Function that is called with the number of finished tests, the number of all tests, and a description.
+        command: The command that repeats the campaign, which is stored in the results.
 
     Raises:
         UnknownNameError: A stress test, engine or profile does not exist.
@@ -123,7 +124,7 @@ def run_stress_campaign(
             stress_journal(out / JOURNAL, stamp, resume=resume, retry=retry) as journal,
         ):
             for subject, answer in run_tasks(asks, pool, journal):
-                assert answer.value is not None  # noqa: S101 - a cell that could not run also has a result
+                assert answer.value is not None  # noqa: S101 - a test that could not run also has a result
                 cells[subject] = answer.value
                 progress(len(cells), len(asks), " on ".join(subject))
     elapsed_s = time.perf_counter() - started
@@ -132,7 +133,7 @@ def run_stress_campaign(
 
 @dataclass(frozen=True)
 class TableCell(DependentTasks[CellResult]):
-    """Computes the cell of a method and a line (given by kind and name), and saves the cell's scenes into `out`."""
+    """Task that runs a test (given by kind and name) with a method, and saves the result's scenes into `out`."""
 
     kind: str
     name: str
@@ -146,14 +147,14 @@ class TableCell(DependentTasks[CellResult]):
         return self.method.engine
 
     def run(self, runner: TaskRunner) -> Answer[UnsavedResult]:
-        """Return the cell with its scenes."""
+        """Return the result with its scenes."""
         find = next(
             find for line, find in _list_all_tasks(self.quick) if (line.kind, line.name) == (self.kind, self.name)
         )
         return Answer(Status.RAN, value=find(self.method, runner))
 
     def complete(self, answer: Answer[UnsavedResult]) -> Answer[CellResult]:
-        """Save the scenes, and return the cell with their file names."""
+        """Save the scenes, and return the result with their file names."""
         assert answer.value is not None  # noqa: S101 - `run` always returns a value
         return Answer(answer.status, value=answer.value.save(self.out))
 

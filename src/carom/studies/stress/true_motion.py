@@ -1,9 +1,9 @@
-"""True motion of a scene with the stored float values, computed by brute force with hundreds of decimal digits.
+"""Exact motion of a scene, computed by brute force with hundreds of decimal digits.
 
-Every float of a scene is exactly a decimal number, so the conversion loses nothing. After each impact, the textbook
-quadratic is solved for all pairs; with hundreds of digits its cancellation does not matter. The motion is computed
-twice, the second time with twice as many digits. An error is raised if the two results differ. The module does not use
-Carom's solvers and physics.
+Every float of a scene is converted to an exactly equal decimal number. After each impact, the time of the next impact
+is computed for all pairs from a quadratic equation. With hundreds of digits, cancellation does not matter. The motion
+is computed twice, the second time with twice as many digits. An error is raised if the two results differ. The module
+does not use Carom's solvers and physics.
 """
 
 from __future__ import annotations
@@ -22,21 +22,21 @@ from carom.errors import InputError
 from carom.model.scene import Need, Scene
 from carom.model.trace import Vector, wall_body, wall_index
 
-#: Number of decimal digits of the first pass. The smallest relative distance in a stress test, a graze of 1e-15, costs
-#: 30 digits in the discriminant. A chain of impacts loses about one digit per impact.
+#: Number of decimal digits of the first computation. In a graze by 1e-15 of the contact distance, the smallest in a
+#: stress test, 30 digits are lost by cancellation. A chain of impacts loses about one digit per impact.
 DIGITS = 120
 
-#: Largest relative difference of two passes that agree. The limit is far below the rounding of a float, and far above
-#: the error of the lost digits.
+#: Largest relative difference between the results of both computations. It is far below the rounding error of a float,
+#: and far above the error that the lost digits cause.
 AGREEMENT = Decimal("1e-30")
 
 
 class UndecidedError(InputError):
-    """The true motion can't be computed: there are too many impacts, or the digits do not decide their order."""
+    """The exact motion can't be computed: there are too many impacts, or more digits are needed for their order."""
 
 
 class TrueImpact(NamedTuple):
-    """An impact of the true motion: seconds from the start, the lower disc number, and the other disc or a wall."""
+    """An impact of the exact motion: seconds from the start, the lower disc number, and the other disc or a wall."""
 
     time_s: float
     first: int
@@ -45,14 +45,15 @@ class TrueImpact(NamedTuple):
 
 @dataclass(frozen=True)
 class TrueMotion:
-    """True motion of a scene until its end.
+    """Exact motion of a scene until its end.
 
     Attributes:
         impacts: All impacts, in order.
         final_velocity_m_s: Velocity of each disc at the end, in metres per second.
         greatest_change_m_s: The greatest change of each disc's velocity by one impact, in metres per second; 0 for a
             disc that is never hit.
-        convention: Whether two impacts share an instant and a movable disc, so that their order is a convention.
+        convention: Whether two impacts that share a movable disc come at the same instant, so that their order is
+            arbitrary.
     """
 
     impacts: tuple[TrueImpact, ...]
@@ -62,11 +63,11 @@ class TrueMotion:
 
 
 def compute_true_motion(scene: Scene, *, most_impacts: int = 1000) -> TrueMotion:
-    """Return the true motion of a scene.
+    """Compute the exact motion of a scene.
 
     Raises:
-        UndecidedError: The scene has gravity, friction or more impacts than `most_impacts`, or the order of impacts is
-            undecided.
+        UndecidedError: The scene has gravity or friction, there are more than `most_impacts` impacts, or their order is
+        undecided.
     """
     beyond = sorted(scene.needs & {Need.GRAVITY, Need.DAMPING, Need.FRICTION, Need.TANGENTIAL_RESTITUTION})
     if beyond:
@@ -89,7 +90,7 @@ def _convert_exactly(numbers: Sequence[float] | Sequence[Vector]) -> NDArray[np.
 
 
 class _Motion:
-    """Motion computed by brute force with a given number of digits."""
+    """Computation of the motion by brute force with a given number of digits."""
 
     def __init__(self, scene: Scene, digits: int) -> None:
         self.context = Context(prec=digits)
@@ -101,7 +102,7 @@ class _Motion:
         with localcontext(self.context):
             self.weight = [Decimal(0) if disc.immovable else 1 / Decimal(disc.mass_kg) for disc in scene.discs]
             normals = [_convert_exactly(wall.normal) for wall in scene.half_planes()]
-            # The length of a stored normal is 1 only to a float's rounding.
+            # Normals are stored as rounded floats, so their length is not exactly 1.
             units = [normal / (normal @ normal).sqrt() for normal in normals]
         points = [_convert_exactly(wall.point_m) for wall in scene.half_planes()]
         self.walls = list(zip(points, units, strict=True))

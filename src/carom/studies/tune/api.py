@@ -1,4 +1,4 @@
-"""`carom.tune`: the search for settings from Python, with a picture of the error by scene."""
+"""Python function `carom.tune`, which searches for an engine's best settings."""
 
 from __future__ import annotations
 
@@ -49,7 +49,8 @@ def tune(
     Args:
         engine: Name of the adapter.
         scenes: Scenes, or their names in the catalogue (default: the group `classics`).
-        progress: Called after each trial with the number of trials, the expected number of trials, and a description.
+        progress: Function that is called after each trial with the number of trials, the expected number of trials, and
+            a description.
         options: ``trials``, ``profile``, ``scheduler`` and the other fields of
             `carom.studies.tune.options.TuneOptions`.
 
@@ -72,7 +73,7 @@ def tune(
 def _draw(found: Tuning, axes: Axes) -> None:
     names = [scene.name for scene in found.scenes]
     rows = range(len(names))
-    # An exact result is drawn at the error of rounding, and NaN is not drawn.
+    # An exact result is drawn as if its error were rounding, and NaN is not drawn.
     limits = (THRESHOLDS.rounding, 1.0 / THRESHOLDS.rounding)
     before, after = (
         np.clip([one.price for one in settings.results], *limits) for settings in (found.first, found.best)

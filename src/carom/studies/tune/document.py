@@ -42,7 +42,7 @@ FOUND_LABEL = "found settings"
 
 
 class _Row(NamedTuple):
-    """A profile, or the settings that the search found, with results."""
+    """A row of the table of profiles: a profile, or the settings that the search found, with results."""
 
     name: str
     found: Found
@@ -57,7 +57,7 @@ class _Line(NamedTuple):
 
 
 def build_tune_document(found: Tuning, scene_words: Sequence[str]) -> Document:
-    """Return the document of a search. `scene_words` are the command-line arguments that name the scenes."""
+    """Return the document of `carom tune`. `scene_words` are the command-line arguments that name the scenes."""
     better = found.best is not found.first
     rows = zip(found.scenes, found.first.results, found.best.results, strict=True)
     lines = [_Line(scene.name, first, best) for scene, first, best in rows]
@@ -84,8 +84,7 @@ def write_tune(found: Tuning, scene_words: Sequence[str], folder: Path) -> Path:
     """Write ``tune.md`` into a folder, and return its path. `scene_words` is as in `build_tune_document`.
 
     Raises:
-        InputError: The folder contains foreign files.
-        OSError: The file can't be written.
+        InputError: The folder contains files that Carom did not write. OSError: The file can't be written.
     """
     return write_files(folder, PURPOSE, {"tune.md": render_markdown(build_tune_document(found, scene_words))})
 
@@ -120,7 +119,7 @@ def _build_headline(found: Tuning) -> Iterator[str]:
 def _describe_equal_profiles(found: Tuning) -> Iterator[str]:
     """Yield a sentence on profiles that are equally good on these scenes, then one on better profiles.
 
-    Profiles whose steps Carom cuts are omitted.
+    Profiles whose steps Carom shortens are omitted.
     """
     own_name = f"the {FOUND_LABEL}" if found.best is not found.first else found.options.profile
     other_merits = {name: one.merit for name, one in found.others.items() if name not in found.located}
@@ -153,7 +152,10 @@ def _format_error(result: SceneResult) -> str:
 
 
 def _build_profile_section(found: Tuning) -> Section:
-    """Return a table of the settings found and all profiles, best first. Profiles whose steps Carom cuts are last."""
+    """Return a table of the settings found and all profiles, best first.
+
+    Profiles whose steps Carom shortens are last.
+    """
     rows = [_Row(found.options.profile, found.first), *starmap(_Row, found.others.items())]
     if found.best is not found.first:
         rows.insert(0, _Row(FOUND_LABEL, found.best))

@@ -19,8 +19,7 @@ from carom.execution.timing import time_run
 from carom.model.scene import Scene
 from carom.studies.tune.objective import SceneResult
 
-#: Number of references, and of runs of PIT, that a worker caches. This number is larger than the number of scenes in a
-#: search.
+#: Number of PIC's and of PIT's runs that a worker process caches. It is larger than the number of scenes in a search.
 _KEPT = 256
 
 _reference, _sampling = lru_cache(maxsize=_KEPT)(solve_reference), lru_cache(maxsize=_KEPT)(run_pit)
@@ -29,9 +28,8 @@ _reference, _sampling = lru_cache(maxsize=_KEPT)(solve_reference), lru_cache(max
 def summarise_score(score: Score) -> SceneResult:
     """Return the parts of a score that a search needs.
 
-    If a trajectory has diverged from the reference's, its impacts match only by chance. In this case, the error
-    divided by PIT's and the missed and invented impacts are those of single steps. Each step starts at the run's own
-    state.
+    If a trajectory has diverged from the reference's, its impacts match only by chance. In this case, the error divided
+    by PIT's and the wrong impacts are those of single steps, which start from the run's own states.
     """
     local = score.local_truth
     if score.diverged_s is not None and local is not None:
@@ -43,7 +41,7 @@ def summarise_score(score: Score) -> SceneResult:
 
 @dataclass(frozen=True)
 class EvaluationTask(JobTask):
-    """Runs a job in a worker process and evaluates the run.
+    """Task that runs an engine in a worker process, and evaluates the run.
 
     Attributes:
         horizon_s: Time up to which the reference is reliable; None for the whole reference.
@@ -57,11 +55,11 @@ class EvaluationTask(JobTask):
         """Return the result.
 
         Raises:
-            UnsupportedError: There is no reference.
+            UnsupportedError: PIC can't solve the scene.
         """
         job, overrides = self.job, self.job.method.tried
-        # The limits of a profile apply only to the profile's own settings. Other settings may support a scene that the
-        # profile refuses, so the scene is run.
+        # A profile may refuse a scene because of its settings. With other settings, the engine may support the scene,
+        # so the scene is run.
         adapter = load_adapter(job.engine)
         reference = require_reference(_reference(job.scene))
         observed = observe_run(adapter, job.scene, job.profile, job.dt_s, overrides=overrides)
@@ -73,10 +71,11 @@ class EvaluationTask(JobTask):
         return replace(result, seconds=seconds)
 
 
-#: Form of a job that is also timed; see `carom.execution.cache_key.JobKey`.
+#: Marks the key of a job that is also timed; see `carom.execution.cache_key.JobKey`.
 _TIMED = "timed"
 
-#: Opens the journal of a search. A continued search requests the same jobs, and finds their results in the journal.
+#: Function that opens the journal of a search. If a search is continued, it requests the same jobs again, and finds
+#: their results in the journal.
 tune_journal = partial(Journal[JobKey, SceneResult], "judgements", JournalEntry[JobKey, SceneResult])
 
 
@@ -87,7 +86,7 @@ class Evaluator:
         steps: The scenes, with a step size for each, in seconds.
         horizons: Time up to which a scene's reference is reliable, by the scene's name. References of other scenes are
             reliable to their end.
-        pool: Worker pool, which stays open.
+        pool: Pool of worker processes, which is not closed.
         notes: Journal of results, to which new results are added.
         timed: Whether steps are timed. If so, only one job runs at a time.
     """

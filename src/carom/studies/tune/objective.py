@@ -1,15 +1,14 @@
-"""Objective of the search: the order of settings from better to worse.
+"""Objective of the search, by which settings are sorted from better to worse.
 
-The following criteria are compared in order. A criterion decides only between settings that are equal by all criteria
-before it:
+The following criteria are compared in order. A criterion is only used between settings that are equal by all earlier
+criteria:
 
-1. **wrong scenes**: a missed or invented impact changes the motion, and small errors in other scenes can't compensate
-   for that;
-2. **scenes that are neither exact nor close**: a method that finds the instant is better than a method that is late by
-   up to a step;
-3. **the error divided by PIT's**, as the mean over scenes on a logarithmic scale. Errors differ by decades, so on a
-   linear scale only the worst scene would count. The mean is rounded to hundredths of that scale. So criterion 4
-   decides between settings with almost equal errors;
+1. **wrong scenes**: the number of scenes with missed or invented impacts, for which small errors in other scenes can't
+   compensate;
+2. **scenes that are neither exact nor close**: a method that finds the instant of an impact is better than a method
+   that is late by up to a step;
+3. **the error divided by PIT's**, as the mean over scenes on a logarithmic scale. On a linear scale, only the worst
+   scene would count. The mean is rounded, so that settings with almost equal errors count as equal;
 4. **the run time**: the time of all steps divided by the first profile's time, as the median over scenes.
 """
 
@@ -23,7 +22,8 @@ from dataclasses import dataclass
 from carom.comparator import Grade
 from carom.comparator.thresholds import THRESHOLDS
 
-#: Number of parts of the scale from `THRESHOLDS.rounding` to its reciprocal. Each part is a factor of 1.7.
+#: The logarithmic scale of errors extends from `THRESHOLDS.rounding` to its reciprocal. It has this number of parts,
+#: each of which is a factor of 1.7.
 _PARTS = 100
 
 
@@ -38,7 +38,8 @@ class SceneResult:
         spurious: Number of invented impacts.
         reason: Reason why the scene was not run.
         seconds: Run time of all steps, in seconds; NaN if they were not timed.
-        float_bits: Width of the floats that the method declares. The grade *exact* allows the rounding of these floats.
+        float_bits: Width of the floats that the method declares. Errors within the rounding of these floats count as
+            exact.
     """
 
     grade: Grade | None
@@ -51,7 +52,7 @@ class SceneResult:
 
     @property
     def wrong(self) -> bool:
-        """Whether the result is wrong. A scene that did not run counts as wrong."""
+        """Whether the grade is wrong. A scene that did not run counts as wrong."""
         return self.grade in {Grade.WRONG, None}
 
     @property
@@ -62,7 +63,7 @@ class SceneResult:
 
 @dataclass(frozen=True, order=True)
 class Merit:
-    """Rank of settings. A smaller value is better. A field decides only if all earlier fields are equal.
+    """Rank of settings; smaller is better. The first field that differs between two settings decides.
 
     Attributes:
         wrong: Number of scenes that are wrong or did not run.
@@ -82,12 +83,12 @@ class Merit:
         return self.wrong, self.behind, self.error
 
     def is_beaten_by(self, other: Merit) -> bool:
-        """Return whether another rank is better in a criterion and worse in none, apart from run time."""
+        """Return whether another rank is better in at least one criterion and worse in none. Run time is ignored."""
         own_criteria, other_criteria = self.respects, other.respects
         return own_criteria != other_criteria and all(b <= a for a, b in zip(own_criteria, other_criteria, strict=True))
 
     def to_number(self, scenes: int) -> float:
-        """Return a number with the same order, for an optimiser."""
+        """Convert the rank to a number for an optimiser. A smaller number is better."""
         integer_part = (self.wrong * (scenes + 1) + self.behind) * (_PARTS + 1) + self.error
         return integer_part + self.cost / (1.0 + self.cost)
 
@@ -106,12 +107,12 @@ def compute_error_on_scale(result: SceneResult) -> float:
 
 
 def compute_merit(results: Sequence[SceneResult], first: Sequence[SceneResult] = ()) -> Merit:
-    """Return the merit of settings from their results on scenes.
+    """Compute the rank of settings from their results on scenes.
 
     Args:
         results: Results of at least one scene.
-        first: Results of the first profile on the same scenes, for the comparison of run times. Without timing the cost
-            is 1.
+        first: Results of the first profile on the same scenes, for the comparison of run times. Without run times, the
+            cost is 1.
     """
     pairs = zip(results, first, strict=False)
     ratios = [one.seconds / other.seconds for one, other in pairs if other.seconds > 0 and not math.isnan(one.seconds)]

@@ -22,14 +22,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class TuneOptions(LimitOptions):
-    """Options of a search, except for its engine and scenes.
+    """Options of `carom tune`, except for its engine and scenes.
 
     Attributes:
         profile: The profile from which the search starts.
         dt_s: Step size, in seconds (default: each scene's own frame).
-        trials: Number of different settings to try before the best is refined.
+        trials: Number of different settings to try before the best ones are refined.
         seed: Seed of the optimiser's random numbers.
-        timing: Whether run time decides between equally accurate settings. If so, only one job runs at a time.
+        timing: Whether faster settings are preferred among equally accurate ones. If so, only one job runs at a time.
 
     Raises:
         InputError: A value is invalid, or `timing` is requested on a cluster.

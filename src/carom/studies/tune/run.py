@@ -30,36 +30,37 @@ from carom.studies.tune.search_space import Space, list_values
 
 #: Name of the study in its output folders, and file name of its journal.
 PURPOSE, JOURNAL = "tune", "journal.jsonl"
-#: Default scenes: short scenes of all kinds with known answers.
+#: Group of the default scenes: short scenes of all kinds with known answers.
 SCENES = "classics"
 
 
 @dataclass(frozen=True)
 class Tuning:
-    """Result of a search.
+    """Result of `carom tune`.
 
     Attributes:
         engine: Name of the adapter.
         options: Options of the search.
         scenes: Scenes of the search.
         left_out: Reasons why scenes were not used, by name.
-        space: Values that the search may test.
+        space: The settings and values that the search may test.
         first: Results of the first profile.
         best: Results of the best settings, or `first` if nothing was better.
         others: Results of the engine's other profiles on the same scenes, by name.
-        located: Names of the profiles whose steps Carom cuts. No setting of the engine cuts steps.
+        located: Names of the profiles whose steps Carom shortens so that they end at impacts. No setting of the engine
+            does this.
         code: Those lines of the engine's code that the best settings change, for the first scene's step size. Empty if
             nothing was better, or if the adapter writes no code.
         own: The first profile's settings at the first scene's step size, by name.
         settings: The best settings at this step size, by name.
-        varying: Names of the settings that vary with the step size.
+        varying: Names of the settings whose values depend on the step size.
         time_ratio: Median over scenes of the run time, divided by the first profile's run time; NaN if no scene was
             timed.
         trials: Number of tried settings.
         given_up: Number of tried settings that were abandoned before the last scene.
-        environment: Machine and versions.
+        environment: Description of the machine, and versions of packages.
         command: The command that repeats the search; empty if it was called from Python.
-        elapsed_s: Elapsed seconds.
+        elapsed_s: Duration of the whole study, in seconds.
     """
 
     engine: str
@@ -100,9 +101,10 @@ def tune(
         scenes: Scenes of the search.
         options: Options of the search.
         notes: Journal of results, to which new results are added.
-        progress: Called after each trial with the number of trials, the expected number of trials, and a description.
-        on_improvement: Called with the best settings so far, whenever they improve.
-        command: The command that repeats the search, for the result.
+        progress: Function that is called after each trial with the number of trials, the expected number of trials, and
+            a description.
+        on_improvement: Function that is called with the best settings so far, whenever they improve.
+        command: The command that repeats the search, which is stored in the result.
 
     Raises:
         UnknownNameError: The engine or profile does not exist.
@@ -159,7 +161,10 @@ def tune(
 
 
 def _evaluate_profile(info: EngineInfo, profile: str, steps: Mapping[Scene, float], evaluator: Evaluator) -> Found:
-    """Return the results of another profile. Scenes that the profile does not support are not run."""
+    """Run all scenes with another profile, and return the results.
+
+    Scenes that the profile does not support are not run.
+    """
     capabilities, located = info.own.get(profile, info.capabilities), profile in info.located
     refused = {
         scene: "" if capabilities is None else unsupported_reason(scene, capabilities, dt_s, located=located)
@@ -174,7 +179,7 @@ def _evaluate_profile(info: EngineInfo, profile: str, steps: Mapping[Scene, floa
 def _find_horizons(
     scenes: Sequence[Scene], info: EngineInfo, options: TuneOptions
 ) -> tuple[dict[str, float], dict[str, str]]:
-    """Return two mappings by scene name: the end of the reliable reference, and why the scene can't be used."""
+    """Return the end of the reliable part of each scene's PIC trace, and the reasons why scenes can't be used."""
     horizons: dict[str, float] = {}
     left_out: dict[str, str] = {}
     capabilities, located = info.capabilities, options.profile in info.located
@@ -191,7 +196,7 @@ def _find_horizons(
 def _read_settings(
     pool: Pool, engine: str, profile: str, overrides: SettingOverrides, dt_s: float
 ) -> tuple[dict[str, Setting], frozenset[str]]:
-    """Return the settings for a step size, and the names of settings that vary with the step size."""
+    """Return the settings for a step size, and the names of settings that depend on the step size."""
     answer = pool.run(SettingsTask(engine, profile, (dt_s, dt_s / 2), overrides))
     settings, finer = answer.value or (answer.said, "")
     if isinstance(settings, str) or isinstance(finer, str):
@@ -201,7 +206,7 @@ def _read_settings(
 
 
 def _measure_time_ratio(pool: Pool, first: Method, overrides: SettingOverrides, steps: Mapping[Scene, float]) -> float:
-    """Return the median ratio of the best settings' run time to the first profile's; NaN if no scene could be timed."""
+    """Return the best settings' run time divided by the first profile's, as the median over scenes; NaN if unknown."""
     ratios = []
     for scene, dt_s in steps.items():
         methods = (first, Method(first.engine, first.profile, overrides))

@@ -5,8 +5,8 @@
    each setting has its default or another value.
 3. Starting from the best trial, one setting at a time is set back to its default or to another value, until nothing
    improves. So every setting of the result has an effect.
-4. Step 3 is repeated from every other trial that no trial dominates. This finds pairs of settings that help only
-   together, if each setting alone improves one criterion and worsens another.
+4. Step 3 is repeated from other trials, except trials that another trial *dominates*: the other one is better in one
+   criterion and worse in none. In this way, some pairs of settings are found that only help together.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from carom.studies.tune.evaluate import Evaluator
 from carom.studies.tune.objective import Merit, SceneResult, compute_merit
 from carom.studies.tune.search_space import Point, Space
 
-#: Number of parts into which a trial's scenes are divided. The first part contains the scenes with the worst results of
-#: the first profile. After each part, a trial is abandoned if some finished trial dominates even its best possible
-#: result.
+#: Number of parts into which the scenes are divided. The first part contains the scenes with the worst results of the
+#: first profile. After each part, a trial is abandoned if its best possible result would still be worse than that of a
+#: finished trial.
 PARTS = 3
 
 #: Trials other than the best are refined until the number of trials reaches this multiple of the requested number.
@@ -50,7 +50,7 @@ def require_tune_extra() -> None:
 
 @dataclass(frozen=True)
 class Found:
-    """Settings that were tested on all scenes.
+    """Settings that were tested on all scenes, with the results.
 
     Attributes:
         tried: Settings that replace settings of the first profile.
@@ -66,7 +66,7 @@ class Found:
 
     @property
     def rank(self) -> tuple[Merit, int]:
-        """Sort key, smallest for the best: merit, then number of settings."""
+        """Sort key, which is smallest for the best settings: their merit, then their number."""
         return self.merit, len(self.tried)
 
 
@@ -75,11 +75,12 @@ class KnobSearch:
 
     Args:
         first: The method from which the search starts.
-        space: The points that may be tested.
+        space: The settings and values that may be tested.
         scenes: Scenes of the search.
-        evaluator: Evaluates methods on scenes.
-        progress: Called after each trial with the number of trials, the expected number of trials, and a description.
-        on_improvement: Called with the best settings so far, whenever they improve.
+        evaluator: Object that evaluates methods on scenes.
+        progress: Function that is called after each trial with the number of trials, the expected number of trials, and
+            a description.
+        on_improvement: Function that is called with the best settings so far, whenever they improve.
 
     Attributes:
         trials: Number of different tested settings, without the first profile.
@@ -110,7 +111,7 @@ class KnobSearch:
 
         Args:
             trials: Number of different settings to test, including those that change a single setting.
-            seed: Seed of the optimiser's random numbers. Equal seeds give equal trials.
+            seed: Seed of the optimiser's random numbers. Equal seeds lead to equal trials.
 
         Raises:
             MissingExtraError: Optuna is not installed.
@@ -140,7 +141,7 @@ class KnobSearch:
             is_turned: dict[str, Any] = {f"{name} turned": name in point for name in self.space.values}
             study.enqueue_trial(is_turned | {f"{name} value": k for name, k in point.items()})
         request_count = 0
-        # A repeated request is not run again. If the optimiser only repeats requests, the search ends.
+        # Settings that were already tested are not run again. If the optimiser only repeats settings, the search ends.
         while self.trials < trials and request_count < 10 * trials:
             request_count += 1
             trial = study.ask()
@@ -158,7 +159,7 @@ class KnobSearch:
                 study.tell(trial, number)
 
     def _refine(self, max_trials: int) -> Found:
-        """Change one setting at a time, starting from the best trial and from each trial that no trial dominates."""
+        """Change one setting at a time, starting from the best trial and then from each trial of `_find_front`."""
         done: set[SettingOverrides] = set()
         while todo := [found for found in self._find_front() if found.tried not in done]:
             if todo[0] is not self.best and self.trials >= max_trials:
@@ -169,7 +170,7 @@ class KnobSearch:
         return self.best
 
     def _find_front(self) -> list[Found]:
-        """Return the trials that no other trial dominates, best first."""
+        """Return the trials that no other trial dominates (see the module's docstring), best first."""
         first_of: dict[tuple[int, int, int], Found] = {}
         for found in sorted(self._whole, key=lambda one: one.rank):
             first_of.setdefault(found.merit.respects, found)
@@ -183,13 +184,14 @@ class KnobSearch:
 
     @property
     def best(self) -> Found:
-        """The best settings so far."""
+        """The best settings that were found so far."""
         return min(self._whole, key=lambda one: one.rank)
 
     def evaluate(self, point: Point) -> tuple[Merit, bool]:
         """Evaluate a point.
 
-        Return the point's merit, and whether the evaluation was abandoned, in which case the merit is only a bound.
+        Return the merit of the point's settings. Also return whether the evaluation was abandoned; the merit is then
+        only a bound.
         """
         overrides = self.space.settings_of(point)
         if overrides not in self._seen:

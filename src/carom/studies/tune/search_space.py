@@ -1,4 +1,4 @@
-"""Search space: an engine's searchable settings (knobs), each with its default or one of several other values."""
+"""Search space: the settings that an adapter declares as searchable (knobs), and the values that are tested."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from carom.engines.api import Knob
 from carom.execution.job import SettingOverrides
 from carom.model.trace import Setting
 
-#: Number of values between the two ends of a range, evenly spread on the scale of the setting. Both ends are also
-#: tested, because an end often disables a feature.
+#: Number of tested values between the two ends of a setting's range, evenly spread on its linear or logarithmic scale.
+#: Both ends are also tested, because they often disable a feature.
 BETWEEN = 15
 
-#: During refinement, each setting is tested at the ends of `STOPS` equal parts of its range, and at the `NEAR` nearest
-#: values on either side of its present value.
+#: During refinement, the range of each setting is divided into `STOPS` equal parts. The values at their ends are
+#: tested, and the `NEAR` next values on both sides of the present value.
 STOPS, NEAR = 4, 2
 
-#: A point of the search space: for each changed setting, the index of its value, by the setting's name. Other settings
+#: A point of the search space: a mapping from the names of changed settings to indices of their values. Other settings
 #: keep their default.
 Point = Mapping[str, int]
 
@@ -59,7 +59,8 @@ class Space:
     def neighbours(self, point: Point) -> Iterator[dict[str, int]]:
         """Yield the points that differ from `point` in one setting.
 
-        This setting has its default, a value at a stop, or a value near its present one.
+        In these points, this setting has its default, a value at the end of one of the `STOPS` parts, or a value near
+        its present one.
         """
         for name, values in self.values.items():
             last, current_index = len(values) - 1, point.get(name)

@@ -51,7 +51,7 @@ def test_unreported_impact_makes_a_diverged_run_wrong() -> None:
     k = find_isolated_impact(PIT)
     score = score_reports(PIT, np.delete(PIT.impacts, k))
     assert score.grade is Grade.WRONG
-    assert find_reason(score, Verdict.MISREPORTED).startswith("1 shown but not reported, the first at ")
+    assert find_reason(score, Verdict.MISREPORTED).startswith("1 only in the states, the first at ")
     assert {Verdict.DIVERGED} == set(score.verdicts) & {Verdict.DIVERGED, Verdict.MISSED, Verdict.MULTIPLE_MISSED}
 
 
@@ -65,7 +65,7 @@ def test_reported_impact_that_no_state_shows_is_wrong() -> None:
     score = score_reports(replace(PIT, told=True), np.concatenate([PIT.impacts, invented]))
     assert score.grade is Grade.WRONG
     assert find_reason(score, Verdict.MISREPORTED) == (
-        f"1 reported but not shown, the first at {invented[0]['time_s']:.6g} s between {pair_name(invented[0])}"
+        f"1 only in the reports, the first at {invented[0]['time_s']:.6g} s between {pair_name(invented[0])}"
     )
 
 
@@ -146,4 +146,4 @@ def test_pit_that_hops_on_a_slope_reports_what_it_shows() -> None:
     lie["second"] = -1
     score = score_reports(run, np.concatenate([run.impacts, lie]))
     assert score.grade is Grade.WRONG
-    assert find_reason(score, Verdict.MISREPORTED).startswith("1 reported but not shown, the first at ")
+    assert find_reason(score, Verdict.MISREPORTED).startswith("1 only in the reports, the first at ")

@@ -105,7 +105,7 @@ def test_sticking_symptom_needs_more_than_three_percent() -> None:
     assert find_symptom(entry, stuck)[0]
     seen, _, reason = find_symptom(entry, scale_final_velocity(entry, 0.97))
     assert not seen
-    assert reason == "off by 0.03 times the scene's speed"
+    assert reason == "off by 0.03 times the scene's greatest speed"
 
 
 def test_energy_loss_and_gain_symptoms_are_distinguished() -> None:
