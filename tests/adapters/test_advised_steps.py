@@ -111,10 +111,7 @@ def advice_of_scene(request: pytest.FixtureRequest) -> tuple[str, Advice]:
 @pytest.mark.long
 @each("engine", NAMES)
 def test_advised_steps_hold_in_bare_engines(advice_of_scene: tuple[str, Advice], engine: str) -> None:
-    r"""At the advised steps a bare engine hits from all 65 starts and meets the direction target.
-
-    At the step reported as failing it misses from at least one start, or exceeds the target.
-    """
+    """At advised steps a bare engine meets the demand from all 65 starts, and at the failing step it does not."""
     name, advice = advice_of_scene
     answer = next((found for found in advice.answers if found.method.engine == engine), None)
     if answer is None:
@@ -133,10 +130,7 @@ def test_advised_steps_hold_in_bare_engines(advice_of_scene: tuple[str, Advice],
 
 @pytest.mark.long
 def test_swept_engines_need_few_steps_and_pymunk_those_of_pit(advice_of_scene: tuple[str, Advice]) -> None:
-    r"""For the bullet 60 steps per second are enough for Box2D and MuJoCo, and 15 for PyBullet.
-
-    For the puck 30 are enough for PyBullet. Pymunk's steps are between 1/1.5 of PIT's closed form and all of it.
-    """
+    """For bullet and puck swept engines need 15 to 60 steps per second, pymunk those of PIT's closed form."""
     name, advice = advice_of_scene
     found = {answer.method.engine: answer for answer in advice.answers}
     most = {("bullet", "box2d"): 60, ("bullet", "mujoco"): 60, ("bullet", "pybullet"): 15, ("puck", "pybullet"): 30}

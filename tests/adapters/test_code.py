@@ -142,10 +142,7 @@ def run_model(text: str, scene: Scene, steps: int) -> State:
 def test_printed_code_reproduces_the_adapter_bits(
     named: Named, name: str, profile: str, scene_name: str, tmp_path: Path
 ) -> None:
-    r"""The printed settings code, run without Carom, ends with every digit of the adapter's own run.
-
-    Legs that begin between steps are refused for MuJoCo, whose code is a model.
-    """
+    """The printed code, run without Carom, ends with every digit of the adapter's run."""
     adapter, scene = named(name), SCENES[scene_name]
     assert isinstance(adapter, CodedAdapter)
     dt_s = 1 / scene.frame_rate_hz
@@ -225,10 +222,7 @@ def assert_same_end(adapter: CodedAdapter, scene: Scene, profile: str, text: str
 
 @each("name", OTHERS)
 def test_code_is_printed_for_engines_that_are_not_installed(name: str) -> None:
-    r"""An adapter prints its settings code, in Python or as a node module, without its engine installed.
-
-    The code does not mention Carom.
-    """
+    """Settings code, in Python or for node, needs no installed engine and does not mention Carom."""
     adapter = load_adapter(name)
     assert isinstance(adapter, CodedAdapter)
     for profile in (one for one in adapter.profiles if not adapter.profiles[one].located):
@@ -250,10 +244,7 @@ def test_every_registered_engine_is_tested_for_settings_code() -> None:
 
 @each("name", [*WRITING, *OTHERS])
 def test_step_lines_are_the_only_lines_that_depend_on_the_step(name: str) -> None:
-    r"""Replacing the step lines of one step by those of another turns one program into the other.
-
-    Node modules have no such lines.
-    """
+    """Replacing the step lines turns a program into that of another step; node modules have none."""
     adapter = load_adapter(name)
     assert isinstance(adapter, CodedAdapter)
     slow = staged("slow", disc_at(0, 0, 0.1, r=1.0), duration_s=1 / 60)

@@ -221,10 +221,7 @@ CASES = [
 
 @each("case", CASES)
 def test_contact_errors_of_bare_engines_match_the_score(named: Named, case: Case) -> None:
-    r"""The score's errors of position, velocity, rim speed and momentum are those of the bare engine's run.
-
-    They are compared at the observed instants, to 0.1 %.
-    """
+    """The score's errors are those of the bare engine's run at the observed instants, to 0.1 %."""
     scene = carom.scene(f"contact/{case.scene}")
     trace = observe_run(named(case.engine), scene, case.profile, DT_S)
     score = compare(solve_pic(scene), trace, sampling=solve_pit(scene, frame_rate_hz=240.0))

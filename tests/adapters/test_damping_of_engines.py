@@ -98,10 +98,7 @@ def _measure_stop_error(place: tuple[float, float], speed: float, degrees: float
 def test_table_stops_a_disc_half_a_step_off_on_its_line(
     named: Named, finish: Finish, name: str, side: float, profile: str
 ) -> None:
-    r"""Chipmunk stops a disc v dt/2 too far, since it moves discs before slowing them; Box2D as much too early.
-
-    Both keep the disc on its line.
-    """
+    """Chipmunk stops a disc v dt/2 too far, Box2D as much too early, and both keep its line."""
     for k, (speed, degrees) in enumerate(TABLE_STARTS):
         end = finish(named(name), _build_table_scene(speed, degrees, mass_kg=0.5 + k), 1 / RATE_HZ, profile)
         beyond, aside = _measure_stop_error(tuple(end.position_m[0]), speed, degrees)
@@ -194,10 +191,7 @@ def test_bare_engines_stop_like_their_adapters(
 
 @pytest.mark.long
 def test_bare_mujoco_brakes_each_axis_separately() -> None:
-    r"""MuJoCo's `frictionloss` decelerates each component, so a disc leaves its line by more than 0.3 m.
-
-    It stops at (u^2, v^2)/(2 a).
-    """
+    """MuJoCo's `frictionloss` decelerates each component: a disc leaves its line and stops at (u^2, v^2)/(2 a)."""
     worst = 0.0
     for speed, degrees in TABLE_STARTS:
         place, angle = _run_bare_mujoco(speed, degrees), math.radians(degrees)
@@ -209,10 +203,7 @@ def test_bare_mujoco_brakes_each_axis_separately() -> None:
 
 @pytest.mark.long
 def test_bare_pybullet_keeps_a_rolling_ball_on_its_line() -> None:
-    r"""A ball with rolling friction keeps its direction to 1e-6 degrees, so bullet3 #2117 is not reproduced.
-
-    The issue reports a ball that curves. Eight directions are tried.
-    """
+    """A ball with rolling friction keeps its direction to 1e-6 degrees: bullet3 #2117 is not reproduced."""
     engine: Any = importlib.import_module("pybullet")
     radius, friction, slower = 0.028575, 0.5, 0.02 * 9.81 / 1.4
     for degrees in (10.0, 20.0, 30.0, 36.87, 45.0, 60.0, 75.0, 80.0):

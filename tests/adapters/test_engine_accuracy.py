@@ -64,10 +64,7 @@ def _skip_unsupported(engine: Adapter, scene: Scene, dt_s: float) -> None:
 @each("dt_s", release_after(1, STEPS_S))
 @each("scene", SCENES.values())
 def test_tuned_engines_equal_pit_at_the_same_step(engine: Adapter, finish: Finish, scene: Scene, dt_s: float) -> None:
-    r"""Every tuned engine ends where PIT with one frame a step ends, to 1e-12 in velocity and position.
-
-    Engines with 32-bit floats have a tolerance of as many of their roundings.
-    """
+    """Every tuned engine ends where PIT with one frame a step ends, to 1e-12 or roundings of 32-bit floats."""
     velocity, position = _largest_difference(scene, dt_s, finish(engine, scene, dt_s))
     assert velocity < scale_tolerance(engine, AGREEMENT)
     assert position < scale_tolerance(engine, AGREEMENT)
@@ -155,10 +152,7 @@ def test_slow_disc_does_not_fall_asleep(engine: Adapter, finish: Finish) -> None
 def test_mujoco_reset_is_reported_as_a_warning(
     mujoco: Adapter, finish: Finish, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    r"""A state that MuJoCo silently reset to the start carries a warning, and no log file is left behind.
-
-    The tuned profile does not reset.
-    """
+    """A state that default MuJoCo silently reset carries a warning; no log is left, and tuned does not reset."""
     monkeypatch.chdir(tmp_path)
     # It starts inside of what the adapter declares, 1e10 m, and passes that in the second step.
     scene = Scene(name="far", discs=[Disc(position_m=(9.99e9, 0), velocity_m_s=(1e9, 0), radius_m=1)], duration_s=0.1)

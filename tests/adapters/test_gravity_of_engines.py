@@ -85,10 +85,7 @@ def _build_drop_scene() -> Scene:
 
 
 def test_located_bounces_gain_or_lose_up_to_g_dt(engine: Adapter) -> None:
-    r"""A located run gains speed with each bounce where positions move first, otherwise loses it, by at most g dt.
-
-    With whole steps the bounces keep their speed. Box2D is skipped.
-    """
+    """Located runs gain speed where positions move first, otherwise lose it, by at most g dt a bounce."""
     if engine.name == "box2d":
         pytest.skip("Box2D adds the speed of the step after the bounce, which is what the fall before has lost")
     dt_s = 1 / 60
@@ -106,10 +103,7 @@ def test_located_bounces_gain_or_lose_up_to_g_dt(engine: Adapter) -> None:
 
 
 def test_located_profile_is_refused_for_falls_onto_fixed_bodies(engine: Adapter) -> None:
-    r"""The located profile is unsupported for falls onto walls or immovable discs, with the speed error as reason.
-
-    The tuned profile runs the scene.
-    """
+    """The located profile is unsupported for falls onto fixed bodies, with the speed error as reason."""
     job = Job(_build_drop_scene(), Method(engine.name, "located"), 1 / 60)
     with pytest.raises(UnsupportedError, match=r"gains or loses up to g dt \(0\.164 m/s\)"):
         load_supported_adapter(job)

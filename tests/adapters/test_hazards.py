@@ -201,10 +201,7 @@ def _build_struck_scene(speed_m_s: float, phase: float = 0.0) -> Scene:
 
 
 def test_pybullet_speed_clamp_is_reported_as_a_warning(pybullet: Adapter) -> None:
-    r"""A disc that an impact would throw at 180 m/s is clamped to 100 m/s by default, with a warning.
-
-    There is no warning below the clamp or with the tuned profile.
-    """
+    """A disc thrown at 180 m/s is clamped to 100 m/s by default, with a warning, and not with tuned."""
     for phase in PHASES:
         found = {}
         for profile, speed in (("default", 90.0), ("default", 40.0), ("tuned", 90.0)):
@@ -243,10 +240,7 @@ def _build_row_scene(discs: int) -> Scene:
 
 @pytest.mark.long
 def test_gas_of_free_spheres_leaves_the_plane_in_mujoco(named: Named) -> None:
-    r"""With free joints rounding grows until a disc leaves the plane, and each run ends with that warning.
-
-    The tuned profile has slide joints, and completes.
-    """
+    """With free joints rounding drives a disc off the plane, with a warning; tuned slide joints complete."""
     starts = build_starts(all_scenes()["engines/gas-of-25"].scene, 16)
     assert len(starts) == 16
     for scene in starts:

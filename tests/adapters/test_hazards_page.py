@@ -19,10 +19,7 @@ FURTHER = [pytest.param(name, marks=pytest.mark.engines) for name in ENGINES if 
 
 @each("name", [*release_after(0, NAMES), *FURTHER])
 def test_hazards_page_has_the_measured_figures(name: str, named: Named) -> None:
-    r"""The figures measured over 32 starts are lines of the hazards page.
-
-    They are those of the group `engines`, bounces, driven bodies and single findings.
-    """
+    """The figures measured over 32 starts are lines of the hazards page."""
     named(name)
     assert_shown(name, "group", "bounces", "driven", "findings")
 

@@ -111,10 +111,7 @@ def test_unsupported_parts_of_a_space_are_listed(tmp_path: Path) -> None:
 
 @pytest.mark.long
 def test_pixels_are_converted_to_metres(tmp_path: Path) -> None:
-    r"""A space in pixels is imported in metres: lengths are divided by the pixels of a metre.
-
-    Masses and coefficients stay the same.
-    """
+    """A space in pixels is imported in metres; masses and coefficients stay the same."""
     space = pymunk.Space()
     space.gravity = (0.0, 900.0)
     body = add_ball(space, 128.0, 64.0, 32.0)
@@ -148,10 +145,7 @@ def build_dotted_pickle() -> bytes:
 @pytest.mark.usefixtures("in_process")
 @each("kind", release_after(1, ["bomb", "dotted", "callback"]))
 def test_foreign_objects_in_a_pickle_are_refused_and_not_run(tmp_path: Path, kind: str) -> None:
-    r"""A pickle that refers to anything but types of pymunk and plain types is refused with that name.
-
-    Nothing in it is run.
-    """
+    """A pickle that refers to other types than pymunk's and plain ones is refused with that name, and not run."""
     mark, path = tmp_path / "ran", tmp_path / "space.pkl"
     space = pymunk.Space()
     body = add_ball(space, 0, 0)

@@ -64,10 +64,7 @@ def test_mujoco_has_no_restitution_coefficient(named: Named) -> None:
 def test_contacts_below_the_restitution_threshold_are_inelastic(
     named: Named, finish: Finish, name: str, profile: str
 ) -> None:
-    r"""Just below the declared closing speed a contact does not bounce, and just above it does.
-
-    The slower scene is reported as unsupported, unless its restitution is 0.
-    """
+    """A contact bounces just above the declared closing speed, and not below, where it is unsupported."""
     adapter = named(name)
     capabilities = capabilities_of(adapter, profile)
     threshold = capabilities.restitution_threshold_m_s
@@ -96,10 +93,7 @@ def test_engines_without_a_threshold_bounce_at_1_mm_per_s(engine: Adapter, finis
 
 
 def test_pybullet_multibody_speed_is_clamped_as_declared(pybullet: Adapter, finish: Finish) -> None:
-    r"""A disc of 200 m/s is clamped to 100 m/s by default, and not with maximal coordinates.
-
-    The scene is unsupported by the default profile, and supported by the tuned one.
-    """
+    """A disc of 200 m/s is clamped to 100 m/s, and unsupported, by default; not with maximal coordinates."""
     capped = capabilities_of(pybullet, "default")
     scene = staged("free", disc_at(0, 0, 200, r=1), duration_s=0.1)
     assert finish(pybullet, scene, 1 / 100, "default").velocity_m_s.tolist() == [[capped.max_speed_m_s, 0]]
@@ -110,10 +104,7 @@ def test_pybullet_multibody_speed_is_clamped_as_declared(pybullet: Adapter, fini
 
 
 def test_box2d_motion_limit_is_reported(named: Named, drive: Drive) -> None:
-    r"""A disc that an impact makes faster than 2 m a step is moved by 2 m, with a warning.
-
-    A scene that starts so fast is unsupported, and refused.
-    """
+    """A disc made faster than 2 m a step is moved by 2 m, with a warning; such a start is refused."""
     box2d, dt_s = named("box2d"), 1 / 10
     limit = box2d.capabilities.max_move_m
     # A heavy disc at 1.6 m a step throws a light one forward at nearly twice its speed.
@@ -160,10 +151,7 @@ def test_positions_beyond_float_resolution_are_unsupported(engine: Adapter) -> N
 
 @each("name", [*OF_ALL, *(pytest.param(name, marks=pytest.mark.engines) for name in OF_ENGINES)])
 def test_default_profile_equals_the_bare_engine(name: str, named: Named) -> None:
-    r"""The default profile uses the engine's own defaults, except for the values listed as changed.
-
-    Discs end where the bare engine has them, to at most one rounding.
-    """
+    """Default differs from the engine's defaults only in listed values, and ends where the bare engine does."""
     adapter = named(name)
     shipped = (OF_ALL | OF_ENGINES)[name]()
     assert_default_is_shipped(adapter, shipped)

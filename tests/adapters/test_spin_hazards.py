@@ -123,10 +123,7 @@ def _measure_spin_after_a_second(spin: float, *, maximal: bool, **dynamics: floa
 
 
 def test_default_pybullet_damps_spin(named: Named) -> None:
-    r"""A free multibody of 10 rad/s has 6.9 rad/s after 1 s, and one of 90 rad/s has 19.
-
-    Without damping, or with maximal coordinates, it keeps its spin.
-    """
+    """A free multibody's spin falls from 10 to 6.9 rad/s in 1 s, and from 90 to 19, unless undamped or maximal."""
     named("pybullet")
     assert _measure_spin_after_a_second(10.0, maximal=False) == pytest.approx(6.9, abs=0.01)
     assert _measure_spin_after_a_second(90.0, maximal=False) == pytest.approx(19.0, abs=0.01)
@@ -145,10 +142,7 @@ def test_pybullet_clamps_multibody_spin_to_100_rad_per_s(named: Named) -> None:
 
 @pytest.mark.long
 def test_pybullet_multibody_needs_inertia_about_all_axes(named: Named) -> None:
-    r"""With inertia [0, 0, I] friction slows a multibody but does not change its spin.
-
-    With [I, I, I], or with maximal coordinates, it follows the law.
-    """
+    """With inertia [0, 0, I] friction does not spin a multibody; with [I, I, I] or maximal it follows the law."""
     named("pybullet")
     for late in LATES:
         thrown = Thrown(spin=5.0, friction=square_roots(0.1), late=late)
@@ -159,10 +153,7 @@ def test_pybullet_multibody_needs_inertia_about_all_axes(named: Named) -> None:
 
 
 def test_pybullet_ignores_a_changed_inertia_in_the_first_step(named: Named) -> None:
-    r"""With maximal coordinates a disc that touches in its first step has a sphere's inertia, 2/5.
-
-    In later steps, and as a multibody, it has the inertia that was set.
-    """
+    """With maximal coordinates a disc that touches in its first step has a sphere's inertia, 2/5, not its own."""
     named("pybullet")
     at_once, later = (Thrown(friction=square_roots(10.0), steps_before=steps) for steps in (0.0, 1.0))
     assert bare_impacts.pybullet(at_once) == pytest.approx(compute_law(at_once, 10.0, inertia=0.1), abs=1e-14)
@@ -213,10 +204,7 @@ def test_box2d_limits_rotation_to_a_quarter_turn_per_step(named: Named, velocity
 @each("friction, restitution", release_after(1, [(0.2, 0.5), (0.1, 0.0), (0.1, 1.0)]))
 @each("solver", ["Newton", "CG", 'PGS" iterations="100'])
 def test_mujoco_optimum_lifts_sliding_discs(named: Named, solver: str, friction: float, restitution: float) -> None:
-    r"""MuJoCo's solvers add friction times the remaining slip to the speed off the floor.
-
-    One PGS pass in turn follows the law.
-    """
+    """MuJoCo's optimum adds friction times the remaining slip to the speed off the floor; one PGS pass does not."""
     named("mujoco")
     pair = format_pair(friction)
     for late in LATES:
@@ -232,10 +220,7 @@ def test_mujoco_optimum_lifts_sliding_discs(named: Named, solver: str, friction:
 
 @each("restitution", [0.5, 1.0])
 def test_mujoco_friction_bounces_without_solreffriction(named: Named, restitution: float) -> None:
-    r"""Without `solreffriction` a gripped slip is reversed by the restitution along the normal.
-
-    With it there is no tangential restitution.
-    """
+    """Only without `solreffriction` a gripped slip is reversed by the restitution along the normal."""
     named("mujoco")
     thrown = Thrown(restitution=restitution)
     left_out = bare_impacts.mujoco(thrown, IN_TURN, 'friction="10 10 0 0 0"')
@@ -269,10 +254,7 @@ def test_mujoco_raises_small_frictions_to_1e_5(named: Named) -> None:
 
 
 def test_mujoco_loses_small_frictions_of_heavy_bodies(named: Named) -> None:
-    r"""MuJoCo gives no friction where 3 friction^4 over the squared mass is below 1e-10.
-
-    That is the case for 0.001 at 1 kg and 0.1 at 3 tons.
-    """
+    """MuJoCo gives no friction where 3 friction^4 over the squared mass is below 1e-10."""
     named("mujoco")
     for late in LATES:
         assert bare_impacts.mujoco(Thrown(late=late), IN_TURN, format_pair(1e-3)) == (2.0, 3.0, 0.0)

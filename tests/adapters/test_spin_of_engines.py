@@ -82,10 +82,7 @@ def test_located_engines_follow_the_friction_law_to_rounding(
 
 
 def test_least_inertia_factor_follows_the_law(engine: Adapter) -> None:
-    r"""At the least declared inertia factor an oblique impact follows the law, to a rounding over the factor.
-
-    A contact point is off the line of centres by a few roundings of 1 m, and the push there is some 4 N s.
-    """
+    """At the least declared inertia factor an oblique impact follows the law, to a rounding over the factor."""
     factor = engine.capabilities.min_inertia_factor
     first, second = (disc.model_copy(update={"inertia_factor": factor}) for disc in PAIRS["equal"])
     scene = build_meeting_scene(first, second, 0.1, 0.5)
@@ -126,10 +123,7 @@ def test_pymunk_and_pybullet_equal_pit_with_friction(named: Named, finish: Finis
 
 @each("name", [*FULL_ARM, *MIDDLE_OF_OVERLAP])
 def test_friction_arm_is_as_documented(named: Named, finish: Finish, name: str) -> None:
-    r"""Half a step late, friction acts at the full radius in pymunk and PyBullet.
-
-    In MuJoCo and Box2D the arm is shorter by half the overlap.
-    """
+    """Half a step late friction acts at the full radius, in MuJoCo and Box2D shorter by half the overlap."""
     dt_s, speed, radius = 1 / 64, 4.0, 0.5
     overlap = speed * dt_s / 2
     disc = disc_at(0, radius + 4 * speed * dt_s - overlap, 3, -speed, r=radius)

@@ -63,10 +63,7 @@ def optional_engine_rows(**profiles: str) -> list[Any]:
 def test_discrete_engines_tunnel_as_often_as_the_closed_form(
     named: Named, finish: Finish, name: str, profile: str, half_width_m: float, q: float
 ) -> None:
-    r"""A share max(0, 1 - 1/q) of evenly spread starts passes a thin wall, to one start of sixteen.
-
-    The disc moves by q times its reach a step.
-    """
+    """A share max(0, 1 - 1/q) of even starts passes a thin wall at q reaches a step, to one of sixteen."""
     scenes = [build_thin_wall_scene(q, k / STARTS, half_width_m=half_width_m) for k in range(STARTS)]
     passed = sum(finish(named(name), scene, 1 / 60, profile).position_m[0, 0] > 0 for scene in scenes)
     assert abs(passed - STARTS * max(0.0, 1 - 1 / q)) <= 1
@@ -163,10 +160,7 @@ def test_a_leg_begins_at_the_step_at_or_after_its_instant(named: Named, finish: 
 def test_belt_pushes_discs_the_same_way_on_both_sides(
     named: Named, finish: Finish, name: str, profile: str, rounding: float, side: int
 ) -> None:
-    r"""A disc that slips on a belt is pushed by f (1 + e) v: up from the right of an edge, down from its left.
-
-    The same holds for a half-plane.
-    """
+    """A belt pushes a slipping disc by f (1 + e) v: up from the right, down from the left, as a half-plane."""
     edge = Chain(points_m=((0.0, -5.0), (0.0, 5.0)), surface_speed_m_s=9.0)
     plane = Wall(point_m=(0.0, 0.0), normal=(side, 0.0), surface_speed_m_s=9.0)
     for wall in (edge, plane):
@@ -176,10 +170,7 @@ def test_belt_pushes_discs_the_same_way_on_both_sides(
 
 
 def test_pymunk_skips_two_sided_belts_with_a_reason(pymunk: Adapter) -> None:
-    r"""Pymunk's surface velocity is one vector, so moving surfaces of edges and rings are unsupported.
-
-    Half-planes are supported.
-    """
+    """Pymunk's surface velocity is one vector: moving edges and rings are unsupported, half-planes are not."""
     laws: dict[str, Any] = {"discs": [Disc(position_m=(1.0, 0.0), radius_m=0.25)], "duration_s": 1.0}
     half_plane = Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0), surface_speed_m_s=9.0)
     assert not unsupported_reason(Scene(name="half-plane", walls=[half_plane], **laws), pymunk.capabilities, 1 / 64)
@@ -198,10 +189,7 @@ def test_pymunk_skips_two_sided_belts_with_a_reason(pymunk: Adapter) -> None:
 def test_tuned_pybullet_passes_no_thin_wall_and_default_errs(
     pybullet: Adapter, finish: Finish, q: float, passing: int, wrong: int
 ) -> None:
-    r"""Tuned PyBullet reflects a disc exactly from each of sixteen starts.
-
-    By default the given number passes, and the given number comes back with an error of more than 1 %.
-    """
+    """Tuned PyBullet reflects a disc exactly from sixteen starts; by default given numbers pass or err."""
     ends = [
         [finish(pybullet, build_thin_wall_scene(q, k / STARTS), 1 / 60, profile) for k in range(STARTS)]
         for profile in ("tuned", "default")
@@ -333,10 +321,7 @@ def test_tuned_floor_in_pieces_is_smooth(named: Named, finish: Finish, name: str
 def test_number_of_discs_that_catch_on_floor_joints(
     name: str, profile: str, least: int, most: int, by_m_s: float, half_width_m: float, named: Named, finish: Finish
 ) -> None:
-    r"""A floor in ten pieces deflects between the listed least and most of 16 discs.
-
-    A floor in one piece reflects all of them in planar engines.
-    """
+    """A floor in ten pieces deflects the listed numbers of 16 discs; in one piece, none in planar engines."""
 
     def end(pieces: int, phase: float) -> np.ndarray:
         scene = build_floor_scene(pieces, phase, half_width_m=half_width_m)

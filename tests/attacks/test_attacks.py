@@ -37,10 +37,7 @@ SLOW = {"options": 8, "kills": 3, "clusters": 2, "disks": 2, "programs": 20, "pl
 @pytest.mark.skipif(sys.platform != "linux", reason="processes and limits are Linux's")
 @each("name, tries", [*QUICK.items(), *(pytest.param(*one, marks=pytest.mark.release) for one in SLOW.items())])
 def test_short_attacks_lose_nothing(name: str, tries: int, tmp_path: Path) -> None:
-    r"""A few tries of each attack, always from the same seeds, find no loss.
-
-    They leave no adapter and no import path to later tests.
-    """
+    """A few tries of each attack, always from the same seeds, find no loss and leave no adapter behind."""
     if name == "clusters" and importlib.util.find_spec("distributed") is None:
         pytest.skip("distributed, extra cluster, is missing")
     known, path = set(list_adapter_points()), [*sys.path]

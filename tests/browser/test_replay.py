@@ -138,10 +138,7 @@ def test_both_pictures_and_the_timeline_are_visible(window: Window, report: Path
 
 
 def test_replay_shows_the_evidence_of_a_missed_impact(page: Page) -> None:
-    r"""A missed impact is in the table with its cause, and clicking it sets the clock to it.
-
-    Command and scene file can be copied.
-    """
+    """A missed impact is in the table with its cause and sets the clock; command and scene can be copied."""
     open_replay(page, MISSED)
     row = page.locator("table.impacts tbody tr")
     assert "missed" in row.inner_text()
@@ -253,10 +250,7 @@ def test_replay_pauses_at_a_missed_impact_and_goes_on(page: Page, report: Path) 
 
 
 def test_replay_describes_the_failure_and_explains_its_signs(page: Page, report: Path) -> None:
-    r"""The sentence of the first failure is that of the file, and six different signs are explained.
-
-    There is no command for dragging the scene, since there is a link.
-    """
+    """The first failure's sentence is the file's, and six signs are explained; dragging has a link, no command."""
     open_replay(page, MISSED)
     run = next(run for run in load_scene_data(report, "paper/missed")["runs"] if run["key"] == MISSED)
     assert page.locator(".fault").inner_text() == run["fault"]["said"]

@@ -18,10 +18,7 @@ pytestmark = pytest.mark.browser
 @pytest.mark.parametrize("width", [390, 500, 720, 1280])
 @pytest.mark.parametrize("name", ["paper/missed", "paper/multiple", "classics/bullet"])
 def test_replay_fits_the_frame_of_a_notebook_cell(window: Window, tmp_path: Path, name: str, width: int) -> None:
-    r"""Pictures, timeline and buttons of a notebook replay are visible without scrolling.
-
-    Pictures are side by side above a width of 500 pixels.
-    """
+    """A notebook replay is visible without scrolling, with pictures side by side above 500 pixels."""
     reference = carom.solve_pic(name)
     cell = carom.replay(reference, carom.solve_pit(name))._repr_html_()
     path = tmp_path / "cell.html"

@@ -55,10 +55,7 @@ def test_correct_run_violates_no_rule(run: Callable[..., Run]) -> None:
 
 @each("asked_s", [0.0, 0.1 * (1 - 0.05), 0.1 * (1 + 0.05)])
 def test_wrong_contact_duration_violates_the_law(asked_s: float) -> None:
-    r"""A run without the TC model, or with a contact duration that is off by 5 %, violates the rule "law".
-
-    A correct run that is checked with another duration violates it, too.
-    """
+    """A run without the TC model, or checked with a duration that is off by 5 %, violates "law"."""
     assert list_rules(check_gas_run(EventDrivenRun(build_gas(), contact_duration_s=asked_s))) == {"law"}
     assert list_rules(
         check_gas_run(EventDrivenRun(build_gas(), contact_duration_s=build_gas().contact_duration_s), asked_s)

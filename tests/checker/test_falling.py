@@ -45,10 +45,7 @@ def list_rules(report: Report) -> set[str]:
 
 
 def test_correct_run_violates_no_rule(monkeypatch: pytest.MonkeyPatch) -> None:
-    r"""A correct run under gravity violates no rule.
-
-    It has more than 20 impacts each on the floor, on immovable discs, and between movable discs.
-    """
+    """A correct run under gravity, with over 20 impacts of each kind, violates no rule."""
     run = gas_checks.build_run(build_gas())
     monkeypatch.setattr(gas_checks, "build_run", lambda _: run)
     report = check_run(build_gas(), IMPACTS)
@@ -144,10 +141,7 @@ def test_correct_end_at_rest_violates_no_rule(restitution: float, gravity: tuple
 
 @each("over", [1e-11, -1e-11])
 def test_flight_that_enters_a_body_and_returns_is_found(over: float) -> None:
-    r"""A disc whose flight enters a ceiling or an immovable disc by 1e-11 m and returns violates "passed".
-
-    One that stays 1e-11 m away does not.
-    """
+    """A flight that enters a ceiling or fixed disc by 1e-11 m violates "passed"; one that far away does not."""
     height = 0.5 * 3.0**2 / 10.0  # of a throw at 3 m/s, 10 m/s^2
     for fixed in (False, True):
         place = [[0.0, 0.0]] + [[0.0, height + 1.0 - over]] * fixed

@@ -86,10 +86,7 @@ def test_wall_tables_match_their_figures() -> None:
 
 
 def test_thin_wall_figures_match_their_closed_forms() -> None:
-    r"""In the figures swept engines pass a thin wall from no start, discrete ones as often as the closed form.
-
-    PhysX, Newton, Drake, p2 and DART's capsules have bounds of their own.
-    """
+    """In the figures swept engines pass no thin wall, discrete ones as the closed form, some within bounds."""
     for row in ROWS:
         through = row["thin"]["through"]
         if row["engine"] in SWEEPING or any(asked in row["way"] for asked in BY_ASKING):
@@ -128,10 +125,7 @@ def test_smooth_wall_types_are_those_listed() -> None:
 
 
 def test_wall_end_figures_are_in_their_ranges() -> None:
-    r"""In the figures errors at wall ends are those of a step for discrete engines, and of the slop for Box2D.
-
-    Planck has the errors of Box2D. The chain of Box2D v3 has no end, and DART's capsules are spheres.
-    """
+    """In the figures errors at wall ends are those of a step for discrete engines, and of the slop for Box2D."""
     looking = {"DART", "MuJoCo", "ODE", "p2-es", "pymunk"}
     for row in ROWS:
         median, worst = row["ends"]["median_deg"], row["ends"]["worst_deg"]

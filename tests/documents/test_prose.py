@@ -84,10 +84,7 @@ def test_docstring_entries_are_separate_paragraphs() -> None:
 
 
 def test_prose_of_compiled_sources_is_extracted() -> None:
-    r"""Comments of C, and comments and docstrings of Cython, are extracted.
-
-    String literals, file tables and C in Cython are not.
-    """
+    """Comments of C and Cython, and docstrings, are extracted; literals, file tables and C in Cython are not."""
     c = '/* It is\n   one. */\nchar *x = "/* not one */"; // Another.\n'
     assert [(line, " ".join(text.split())) for line, text in prose_sources.passages("x.h", c)] == [
         (1, "It is one."),
@@ -135,10 +132,7 @@ def test_stages_diagram_is_up_to_date() -> None:
 
 
 def test_generated_reference_lists_commands_and_fields() -> None:
-    r"""The command page has sections with options, and the scene page has the fields of the objects.
-
-    Three commands, one option and two fields are tried.
-    """
+    """The command page has sections with options, and the scene page has the fields of the objects."""
     commands, scene = reference.commands_page(), reference.scene_page()
     assert all(f"## carom {name}\n" in commands for name in ("run", "advise", "import"))
     assert "| `-o, --out PATH` |" in commands

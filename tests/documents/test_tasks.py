@@ -120,10 +120,7 @@ def test_notebook_cells_reproduce_their_stored_output() -> None:
 
 
 def test_stored_notebook_is_complete_and_free_of_local_paths() -> None:
-    r"""All notebook cells were run in order, with pictures, tables and a replay, and without errors.
-
-    No local path is in the output, and the file is smaller than 1 MB.
-    """
+    """All cells were run in order with their outputs, without errors and local paths, below 1 MB."""
     assert [cell.execution_count for cell in CODE] == list(range(1, len(CODE) + 1))
     kinds = {kind for cell in CODE for output in cell.outputs for kind in output.get("data", ())}
     assert {"text/plain", "text/html", "image/png"} <= kinds
@@ -205,10 +202,7 @@ def test_readme_has_at_most_135_lines() -> None:
 
 
 def test_readme_pictures_are_complete_and_small() -> None:
-    r"""The README has three pictures for light and dark mode with long texts, and one for each gallery scene.
-
-    Together they have at most 500 kB, and only the replay is animated.
-    """
+    """The README's pictures have long texts and modes, at most 500 kB in all, and only the replay moves."""
     root = Path(__file__).resolve().parents[2]
     shown = re.findall(
         r'<source media="\(prefers-color-scheme: dark\)" srcset="(\S+?\.webp)"><img alt="(.+?)" src="(.+?)">', README

@@ -77,10 +77,7 @@ def test_failing_compiler_makes_no_wheel(tmp_path: Path) -> None:
 
 
 def test_stale_extension_is_refused_with_the_build_command(tmp_path: Path) -> None:
-    r"""If a source was changed or renamed, pytest refuses to run and names the build command that repairs it.
-
-    Modules left by a failed build are refused, too.
-    """
+    """With a changed or renamed source, or a failed build, pytest refuses to run and names the build command."""
     tree = copy_tree(tmp_path)
     for module in tree.rglob("*.pyx"):
         if module.name not in ("built.pyx", "damped_time.pyx"):  # what collecting imports: the others only take time

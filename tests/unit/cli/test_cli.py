@@ -59,10 +59,7 @@ def scene_file(tmp_path: Path) -> Path:
 @pytest.mark.usefixtures("in_process")
 @pytest.mark.parametrize(("fail_on", "code"), release_after(1, [("inaccurate", 1), ("never", 0)]))
 def test_fail_on_sets_the_exit_code_of_a_missed_impact(fail_on: str, code: int, tmp_path: Path) -> None:
-    r"""PIT misses the impact of `paper/missed`: exit code 1 with `--fail-on inaccurate`, 0 with `--fail-on never`.
-
-    The JUnit file counts the same number of failures.
-    """
+    """A missed impact is exit code 1 with `--fail-on inaccurate` and 0 with `never`, in JUnit as well."""
     arguments = ("run", "paper/missed", "-e", "pit", "--dt", "1/24", "--no-timing", "--report", tmp_path)
     assert carom_command(*arguments, "--fail-on", fail_on).exit_code == code
     assert f'failures="{code}"' in (tmp_path / "junit.xml").read_text()
@@ -83,10 +80,7 @@ def test_run_without_a_usable_engine_has_exit_code_3(scene_file: Path, monkeypat
 
 @pytest.mark.long
 def test_names_are_printed_without_markup_and_control_characters(tmp_path: Path) -> None:
-    r"""Brackets in scene and folder names are printed unchanged, and control characters as escapes.
-
-    The report is written to the folder with the unescaped name.
-    """
+    """Brackets in names are printed unchanged, and control characters as escapes."""
     path = tmp_path / "odd.toml"
     path.write_text(SCENE.replace('"mine"', '"[red]mine[/x]"'))
     folder = tmp_path / "r[red]q[/x]\x1b[31m"
@@ -168,10 +162,7 @@ def test_show_prints_settings_as_engine_code() -> None:
 
 
 def test_help_describes_every_command_and_option() -> None:
-    r"""`carom --help` shows the summary of each command, and `carom COMMAND --help` all its options.
-
-    Types of options are plain words, not names of Python types.
-    """
+    """`carom --help` shows every command's summary, and `carom COMMAND --help` all options in plain words."""
     listing = printed_text(carom_command("--help"))
     commands = get_command(app).commands  # type: ignore[attr-defined]  # a group, which the annotation does not say
     assert {"run", "bench", "advise", "certify", "stress", "scenes", "engines"} <= set(commands)
@@ -264,10 +255,7 @@ COMMANDS_WITH_JOURNALS = {
 def test_interrupt_during_creation_of_a_journal_leaves_no_folder(
     command: str, moment: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    r"""Ctrl-C while a journal is created ends with exit code 130 and leaves no output folder.
-
-    The signal comes when the folder is marked, or when the journal is opened, synced or entered.
-    """
+    """Ctrl-C at any moment while a journal is created ends with exit code 130 and leaves no folder."""
 
     def ends(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
@@ -472,10 +460,7 @@ def test_output_is_ascii_if_the_encoding_is_ascii() -> None:
     ],
 )
 def test_output_folder_with_other_files_is_refused(command: str, tmp_path: Path) -> None:
-    r"""Commands refuse an output folder with files that Carom did not write, and leave it unchanged.
-
-    The message names one of the files and the option `--out`.
-    """
+    """An output folder with files that Carom did not write is refused with a hint, and left unchanged."""
     (tmp_path / "index.html").write_text("mine")
     (tmp_path / "scenes").mkdir()
     result = carom_command(*command.split(), "--out", tmp_path)
@@ -522,10 +507,7 @@ def test_certify_writes_one_file_for_each_similar_name(tmp_path: Path) -> None:
 
 @pytest.mark.skipif(sys.platform != "linux", reason="address space is limited on Linux")
 def test_small_address_space_is_reported_with_exit_code_2(tmp_path: Path) -> None:
-    r"""With 100 MB of address space a run ends with exit code 2 and a message about `ulimit -v`.
-
-    `carom --help` still works.
-    """
+    """With 100 MB of address space a run ends with exit code 2 and names `ulimit -v`; `--help` works."""
     command = 'ulimit -v 100000; exec "$0" -m carom "$@"'
     run = ("run", "paper/late", "-e", "pit", "--no-timing", "--report", str(tmp_path / "report"))
     done = subprocess.run(["sh", "-c", command, sys.executable, *run], capture_output=True, text=True, check=False)
@@ -612,10 +594,7 @@ def extract_code(text: str, heading: str) -> str:
 
 @pytest.mark.long
 def test_tune_finds_the_velocity_scale_of_box2d(slow_scene_file: Path, tmp_path: Path) -> None:
-    r"""`carom tune` finds that a larger velocity scale corrects a slow impact in Box2D.
-
-    The printed profiles in Python and TOML contain the scale, and the printed command runs without a violation.
-    """
+    """`carom tune` finds the velocity scale that corrects a slow impact in Box2D; its printed outputs work."""
     out = tmp_path / "out"
     done = carom_command("tune", "box2d", slow_scene_file, "--trials", 12, "--out", out, "-j", 1)
     assert done.exit_code == 0, done.output
@@ -637,10 +616,7 @@ def test_tune_finds_the_velocity_scale_of_box2d(slow_scene_file: Path, tmp_path:
 def test_interrupted_tune_resumes_to_the_same_profile(
     slow_scene_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    r"""Ctrl-C prints the best settings so far, and `--resume` finds the profile of an uninterrupted search.
-
-    Without `--resume`, a second search into the same folder is refused.
-    """
+    """Ctrl-C prints the best settings so far, and only `--resume` continues, to the uninterrupted profile."""
     one, other = tmp_path / "one", tmp_path / "other"
     assert carom_command("tune", "box2d", slow_scene_file, "--trials", 12, "--out", other, "-j", 1).exit_code == 0
     tried = KnobSearch.evaluate

@@ -205,10 +205,7 @@ def test_journal_stamp_depends_only_on_stamped_options(study: type[DeclaredOptio
 
 
 def test_lists_whole_seconds_and_step_series_are_accepted() -> None:
-    r"""Options accept lists instead of tuples, whole numbers of seconds, series of steps, and angles in degrees.
-
-    A quick stress test has a time limit of 10 s instead of 60 s.
-    """
+    """Lists, whole seconds, series of steps and degrees are accepted; a quick stress test has 10 s, not 60."""
     assert Options(["pit"], [1, 0.5], ["tuned"], time_limit_s=5).dts == (1, 0.5)
     assert BenchPlan(engines=("pit",), rounds=3, budget_s=1).rounds == 3
     assert BenchPlan.parse_command_line({"dts": ["1/60", "1/100..1/400:3"]}).dts == (1 / 60, 1 / 100, 1 / 200, 1 / 400)

@@ -98,10 +98,7 @@ def build_inexact_reader(units: float) -> Callable[[Setting], Setting]:
 def test_settings_must_be_exact_to_declared_float_width(
     read: Callable[[Setting], Setting], bits: int, passes: bool, run_case: Held
 ) -> None:
-    r"""Settings that an engine reads back must equal the requested ones to rounding in its declared float width.
-
-    Settings rounded to 32 bits pass with 32 bits and fail with 64 bits.
-    """
+    """Settings that an engine reads back must equal the requested ones to rounding in its float width."""
     said = run_case(Bouncer(read=read, capabilities=Capabilities(float_bits=bits)), "settings[tuned]")
     assert (said == "") is passes
     assert passes or "differs from the requested one" in said
@@ -139,11 +136,7 @@ ONE = Capabilities(restitution=(0.0, 1.0), restitution_combine="one")
 
 
 def test_single_restitution_for_discs_and_walls_must_be_declared(run_case: Held) -> None:
-    r"""An engine that uses the discs' restitution for walls passes only if its adapter declares this.
-
-    Cases with two coefficients are then skipped, and an adapter that runs such a scene instead of refusing it
-    fails.
-    """
+    """An engine without a restitution of walls must declare this, and must refuse scenes with two."""
     unlike, alike, refused = (
         "restitution[least-greatest]",
         "restitution[middle-middle]",
@@ -161,10 +154,7 @@ def test_single_restitution_for_discs_and_walls_must_be_declared(run_case: Held)
 
 @pytest.mark.long
 def test_declared_margin_allows_errors_of_a_contact_margin(run_case: Held) -> None:
-    r"""With its contact margin declared, a speculative engine passes all cases; with half of it, some cases fail.
-
-    Without a declared margin, more than ten cases fail.
-    """
+    """A speculative engine passes with its contact margin declared, and not with half of it or none."""
     names = [f"{check}[tuned-{name}]" for check in ("hits", "times", "velocities") for name in CATALOGUE_SCENES[:12]]
     failed = {}
     for promised in (0.0, MARGIN / 2, MARGIN):
@@ -191,10 +181,7 @@ def test_declared_margin_allows_no_wrong_restitution(run_case: Held) -> None:
 
 @each("offset", [0.0, 0.3, 0.6, 0.9])
 def test_thickened_discs_have_closed_form_errors(offset: float) -> None:
-    r"""In discs thickened by a margin, the errors of impact time and velocities equal their closed forms.
-
-    Half the margin gives no larger velocity error.
-    """
+    """In thickened discs the errors of time and velocities are their closed forms, and grow with the margin."""
     e, masses, speed, gap = 0.75, (1.0, 3.0), 5.0, 2.0
     scene = Scene(
         name="offset",
@@ -322,10 +309,7 @@ def outcomes(project: Path, run_pytest: Pytest) -> Mapping[tuple[str, str], str]
 
 @pytest.mark.long
 def test_false_statements_about_spin_fail_their_cases(outcomes: Mapping[tuple[str, str], str]) -> None:
-    r"""Each false statement about spin or friction fails its case with the expected message.
-
-    An honest adapter passes all these cases.
-    """
+    """Each false statement about spin or friction fails its case, and no honest adapter fails."""
     for lie, words in LIES.items():
         assert words in outcomes[lie], (lie, outcomes[lie])
     honest = {case: said for (name, case), said in outcomes.items() if name == "honest"}

@@ -136,10 +136,7 @@ def test_invalid_declarations_make_an_adapter_unavailable() -> None:
 
 @pytest.mark.long
 def test_adapters_of_a_distribution_share_a_process(install: Install) -> None:
-    r"""Adapters of one distribution are described in one process.
-
-    One that fails because of another is described again in its own process and is available.
-    """
+    """Adapters of one distribution share a process; one that fails there is described again in its own."""
     spoils = "import builtins, os\nbuiltins.spoilt = True\nfirst = made(version=lambda: str(os.getpid()))\n"
     fails = "def version():\n    assert not hasattr(builtins, 'spoilt')\n    return 'alone'\n"
     install(

@@ -92,10 +92,7 @@ def test_disc_in_contact_has_the_exact_state_at_the_end(name: str, steps_per_s: 
 
 
 def test_impact_after_the_end_does_not_change_the_final_state() -> None:
-    r"""The last step ends at 1.2 s with an impact at 1.1 s, but the state at 1 s is that of free flight.
-
-    This holds under gravity and, with a spin, under damping.
-    """
+    """An impact after the end, in the last step, leaves the final state at the end that of free flight."""
     floor = wall_at(0, 0, 0, 1)
     falls = staged("falls", disc_at(0, 6.55), floor, gravity_m_s2=(0.0, -10.0), duration_s=1.0)
     trace = observe_run(load_adapter("pic"), falls, "tuned", 0.3)

@@ -117,10 +117,7 @@ def test_two_discs_are_near_before_they_touch(state: tuple[int, ...], length: in
     ],
 )
 def test_distant_approach_is_found_despite_rounding(place: Any, speed: Any, near_s: float) -> None:
-    r"""A pair 1e12 m apart is found to come near; beyond the largest float the time until near is 0.
-
-    Pairs that do not approach never come near.
-    """
+    """A pair 1e12 m apart that approaches is found to come near, in a time of 0 beyond the largest float."""
     found = compute_time_until_near(np.array([place]), np.array([speed]), np.array([4.0]))
     assert found[0] == pytest.approx(near_s, rel=1e-9)
 
@@ -199,10 +196,7 @@ def test_pair_near_within_two_steps_of_the_end_is_followed(steps_after_the_end: 
     "name", ["paper/late", "paper/multiple", "classics/deflection", "classics/inelastic-oblique", "issues/nimble-143"]
 )
 def test_shortened_run_equals_the_whole_run(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    r"""A run shortened by free flight has the impacts, samples and final state of the whole run.
-
-    Positions agree within rounding, impacts and velocities to the bit.
-    """
+    """A run shortened by free flight has the whole run's impacts to the bit, and positions to rounding."""
     (entry,) = find_scenes([name])
     scene = entry.scene
     short = observe_run(load_adapter("pit"), scene, "tuned", DT, samples=True)

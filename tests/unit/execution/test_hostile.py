@@ -225,10 +225,7 @@ SAYS = {
 def test_hostile_act_gives_a_truthful_row(
     run_acts: Callable[..., dict[str, Row]], name: str, start: str, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:
-    r"""Each hostile act ends in a row with the right status and reason, and no process or folder remains.
-
-    The row of PIT in the same run is complete.
-    """
+    """Each hostile act ends in a row with status and reason, without leftovers; PIT's row is complete."""
     if start == "forked":
         request.getfixturevalue("forking")
     row = run_acts(name)[name]
@@ -244,10 +241,7 @@ def test_hostile_act_gives_a_truthful_row(
 def test_hostile_acts_at_once_affect_only_their_own_rows(
     run_acts: Callable[..., dict[str, Row]], tmp_path: Path
 ) -> None:
-    r"""Five hostile acts in one run each have their own status and reason, and leave no process or folder.
-
-    The parent needs less than 64 MiB more memory, although an engine prints 100 MB.
-    """
+    """Five hostile acts in one run have their own rows, leave nothing, and cost less than 64 MiB."""
     names = ("forgets-everything", "answers-garbage", "prints-much", "takes-memory", "fails-to-fail")
     before = measure_resident_bytes("VmHWM") or 0
     rows = run_acts(*names)

@@ -67,10 +67,7 @@ def test_contact_over_several_steps_is_one_impact() -> None:
 
 @each("turned, float_bits, known", [(1e-15, 64, False), (1e-9, 64, True), (1e-9, 32, False)])
 def test_velocity_change_within_rounding_has_no_effective_time(turned: float, float_bits: int, known: bool) -> None:
-    r"""If velocities change only by rounding, the point where the paths meet is meaningless: the time is NaN.
-
-    The limit depends on the declared float precision, 32 or 64 bits.
-    """
+    """If velocities change only by rounding of the declared floats, the effective time is NaN."""
     start = build_state((0.0, 1.0), (0.21, 0.0))
     pushed = build_state((0.09, 1.0 - turned), (0.22, turned), contacts=(Contact(0, 1, 0.0, ALONG_X, impulse_n_s=1.0),))
     assert math.isfinite(collect(start, pushed, float_bits=float_bits).effective[0]) == known
@@ -114,10 +111,7 @@ def test_contact_without_impulse_counts_if_a_velocity_changed() -> None:
 
 
 def test_impulses_separate_two_contacts_in_one_step() -> None:
-    r"""In a chain resolved within one step, the middle disc's velocities are those between its two impacts.
-
-    The impacts have no effective time and no positions, but their step is known.
-    """
+    """In a chain resolved in one step, the middle disc's velocities are those between its two impacts."""
     start = build_state((0.0, 1.0), (1.0, 0.0), (2.0, 0.0))
     contacts = (Contact(0, 1, 0.0, ALONG_X, 1.0), Contact(1, 2, 0.0, ALONG_X, 1.0))
     impacts, effective, states, _ = found = collect(
@@ -134,10 +128,7 @@ def test_impulses_separate_two_contacts_in_one_step() -> None:
 
 @each("turned", [(1.0, 0.0), (0.0, -1.0)])
 def test_pair_driven_together_again_has_two_impacts(turned: tuple[float, float]) -> None:
-    r"""A pair that separated and that a third disc drives together in the next step has a second impact.
-
-    This holds in a moving frame of reference and in two directions.
-    """
+    """A pair that a third disc drives together again has a second impact, in any frame and direction."""
 
     def along(seen: Observation) -> Observation:
         """Turn what moves along x, as one sees it who moves along it at 4 m/s."""
@@ -158,10 +149,7 @@ def test_pair_driven_together_again_has_two_impacts(turned: tuple[float, float])
 
 @each("turn_s", [0.0125, 0.05, 0.0875])
 def test_effective_time_is_where_the_paths_turned(turn_s: float) -> None:
-    r"""The effective time is the instant at which the free-flight lines before and after an impact meet.
-
-    For a disc at a wall these are its own two lines.
-    """
+    """The effective time is where the free-flight lines before and after meet, at a wall the disc's own two."""
     start = build_state((0.0, 2.0), (1.0, -1.0))
     left = 2.0 * turn_s - 1.0 * (DT - turn_s)
     right = 1.0 - 1.0 * turn_s + 2.0 * (DT - turn_s)
@@ -285,11 +273,7 @@ def test_soft_bounce_ends_with_the_rebound_velocity() -> None:
 
 @each("acts_at_end", [False, True])
 def test_falling_discs_have_the_velocities_of_their_impact(acts_at_end: bool) -> None:
-    r"""The velocities before and after an impact include the fall up to the instant of the impact.
-
-    Two equal discs meet head-on at 1 m/s each at 0.3 s, a step boundary, and exchange their velocities. The contact
-    is reported in the step that ends at 0.3 s or in the next one.
-    """
+    """The velocities of an impact include the fall up to its instant, whichever step reports the contact."""
     discs = [Disc(position_m=(x, 0.0), velocity_m_s=(v, 0.0), radius_m=0.1) for x, v in ((-0.4, 1.0), (0.4, -1.0))]
     scene = Scene(name="pair", discs=discs, gravity_m_s2=(0.0, -G), duration_s=1.0)
     start = Observation(np.array([(-0.4, 0.0), (0.4, 0.0)]), np.array([(1.0, 0.0), (-1.0, 0.0)]))

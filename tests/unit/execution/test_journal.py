@@ -86,10 +86,7 @@ def read_steps(path: Path) -> list[float]:
 
 @given(value=st.floats(), dt_s=st.floats(min_value=0, exclude_min=True, allow_infinity=False))
 def test_floats_are_stored_to_the_bit(value: float, dt_s: float, tmp_path_factory: pytest.TempPathFactory) -> None:
-    r"""Any float of an entry, also subnormal, negative zero or infinite, is read back with the same bits.
-
-    Lines are standard JSON without NaN and Infinity.
-    """
+    """Any float is read back with the same bits, from lines of standard JSON."""
     path, written = tmp_path_factory.mktemp("journal") / "journal.jsonl", build_entry(dt_s, value)
     with score_journal(path) as journal:
         journal.add([written])
@@ -199,10 +196,7 @@ def test_journal_with_a_torn_header_is_restarted(tmp_path: Path) -> None:
 
 
 def test_broken_line_in_the_middle_is_refused_with_its_number(tmp_path: Path) -> None:
-    r"""A broken line that is not the last is refused with its number, and the file is left unchanged.
-
-    A torn last line is not removed either.
-    """
+    """A broken line before the last is refused with its number, and the file is left unchanged."""
     path = write_journal(tmp_path, 0.1, 0.2)
     head, first, second = path.read_text().splitlines()
     for broken in ("not json", first.replace('"dt_s":0.1', '"dt_s":"soon"'), first.replace('"phase":0.25,', "")):
@@ -266,10 +260,7 @@ def test_large_torn_line_is_removed_without_reading_it(tmp_path: Path, torn: int
 
 @each("line", ["[" * 100_000, '{"key":' * 100_000, '{"a": [' + "0," * 2**18 + "0]}", '{"expected": "a"}', "null"])
 def test_malformed_line_is_refused_with_its_number(tmp_path: Path, line: str) -> None:
-    r"""A line with 100,000 nested levels, 262,145 values or a wrong type is refused with its number.
-
-    As the first line it makes the file no journal.
-    """
+    """A too deep, too long or wrong line is refused with its number; as the first it makes no journal."""
     path = write_journal(tmp_path, 0.1)
     head, first = path.read_text().splitlines()
     path.write_text(f"{head}\n{line}\n{first}\n")
@@ -299,10 +290,7 @@ def test_retry_repeats_only_failed_jobs(tmp_path: Path, status: Status) -> None:
 
 
 def test_second_writer_of_a_journal_is_refused(tmp_path: Path) -> None:
-    r"""A journal that another run has open is refused, whether or not that run has written a result.
-
-    A closed journal with results is refused without `resume`.
-    """
+    """A journal that another run has open is refused, and a closed one with results without `resume`."""
     path = tmp_path / "journal.jsonl"
     with score_journal(path) as first:
         for written in (False, True):
@@ -343,10 +331,7 @@ def count_results(path: Path) -> int:
 
 @pytest.mark.long
 def test_sweep_killed_three_times_gives_the_same_journal(tmp_path: Path) -> None:
-    r"""A sweep that is killed and resumed three times ends with the journal of an uninterrupted one.
-
-    No job is run twice.
-    """
+    """A sweep killed and resumed three times ends with the uninterrupted journal, and runs no job twice."""
     jobs, kills, path = 96, 3, tmp_path / "killed.jsonl"
     at = []
     for k in range(kills):

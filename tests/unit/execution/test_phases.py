@@ -53,10 +53,7 @@ def test_earlier_start_delays_the_impact() -> None:
 
 
 def test_scene_that_cannot_start_earlier_starts_later() -> None:
-    r"""Discs that touch and separate have no earlier state, so the scene starts later, before its first impact.
-
-    A shift that is possible in neither direction is refused.
-    """
+    """A scene without an earlier state starts later, before its first impact, or is refused."""
     parting = staged("parting", disc_at(0, 0, -1, 0), disc_at(1, 0, 1, 0), disc_at(5, 0, -1, 0), duration_s=3.0)
     shifted = shift_start(parting, 0.1)
     assert shifted.duration_s == pytest.approx(2.9)
@@ -86,10 +83,7 @@ def build_dropped_scene() -> Scene:
 
 @each("phase, ahead_s", [(0.5, 0.125), (0.75, 0.1875)])
 def test_later_start_of_a_falling_disc_is_on_its_parabola(phase: float, ahead_s: float) -> None:
-    r"""Under gravity a later start is a point of the parabola ``h = 1/2 - g t^2/2``, ``v = -g t``.
-
-    The floor is reached earlier by the same time, and a fixed disc stays in its place.
-    """
+    """A later start is on the parabola ``h = 1/2 - g t^2/2``, ``v = -g t``; a fixed disc stays."""
     (one,) = solve_shifted_references(solve_pic(build_dropped_scene()), 0.25, [phase])
     thrown, fixed = one.scene.discs
     assert thrown.position_m == (2.0 * ahead_s, 1.0 - 2.0 * ahead_s**2)
@@ -121,10 +115,7 @@ def build_passing_scene(offset: float, advance: float) -> Scene:
 
 @each("offset, advance, phases", long_until(1, [(0.8, 0.9, 24), (0.8, 0.9, 60), (0.0, 2.0, 60)]))
 def test_pit_misses_the_predicted_share_of_phases(offset: float, advance: float, phases: int) -> None:
-    r"""The share of phases at which PIT misses an impact is that of the closed form, within (2 + log N)/N.
-
-    This is a bound for the discrepancy of N multiples of the golden ratio.
-    """
+    """PIT misses at the closed form's share of phases, within (2 + log N)/N, the golden ratio's discrepancy."""
     scene = build_passing_scene(offset, advance)
     results = run_cross_check([scene], ["pit"], dts=[0.1], profiles=["tuned"], phases=phases)
     spread = require_value(results.rows[0].spread)
@@ -141,10 +132,7 @@ def test_miss_probability_requires_two_discs_that_meet() -> None:
 
 
 def test_miss_probability_requires_straight_paths() -> None:
-    r"""The closed form is NaN for a fall onto a fixed disc, a driven disc that turns, and an impact after the end.
-
-    Two discs that fall together have the value of a scene without gravity.
-    """
+    """The closed form is NaN for bent relative paths and impacts after the end, not for a common fall."""
     small, post = disc_at(-1.0, 0.0, 10.0, 0.0, r=0.1), disc_at(0.0, 0.1, r=0.1)
     fixed = post.model_copy(update={"mass_kg": math.inf})
     down = (0.0, -9.81)

@@ -84,10 +84,7 @@ def build_options(engines: tuple[str, ...]) -> Options:
 @each("where", [name for name in POOLS if name != "in process"])
 @pytest.mark.filterwarnings("ignore")  # a Dask client leaves sockets behind that Python warns of
 def test_every_pool_gives_the_same_results(where: str, expected: CameOf, monkeypatch: pytest.MonkeyPatch) -> None:
-    r"""The rows of each pool equal those of a run in process to the bit.
-
-    A crash, a time-out and a failure are each a row with the cause.
-    """
+    """Each pool gives the rows of a run in process to the bit; a crash, time-out or failure has its cause."""
     limit_only(monkeypatch, "hangs")
     if where == "dask" and importlib.util.find_spec("distributed") is None:
         pytest.skip("distributed, extra cluster, is missing")

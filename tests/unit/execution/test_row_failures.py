@@ -137,10 +137,7 @@ def test_reporting_error_affects_only_its_own_row(scene: Scene, tmp_path: Path, 
 )
 @pytest.mark.usefixtures("in_process")
 def test_adapter_exception_is_reported_with_file_and_line(scene: Scene, act: str, words: str) -> None:
-    r"""The reason has the adapter's file and line, even if a library raised the exception.
-
-    Control characters in the message are escaped.
-    """
+    """The reason has the adapter's file and line, even below a library, and escaped control characters."""
     reason = index_by_engine(run_cross_check(scene, act))[act].reason
     assert re.fullmatch(words, reason), reason
     assert "\x1b" not in reason

@@ -35,10 +35,7 @@ PROGRAM = textwrap.dedent("""
 
 
 def test_step_lines_are_statements_that_depend_on_the_step() -> None:
-    r"""The lines are the statements that read the step or change with it, with the constants that they use.
-
-    Imports, discs and all other statements are left out.
-    """
+    """The step lines are the statements that change with the step, with the constants that they use."""
     here, finer = (PROGRAM.format(dt=dt, steps=n, margin=m) for dt, n, m in ((0.1, 2, 5), (0.05, 4, 7)))
     assert find_step_lines(here, finer).splitlines() == [
         "dt, steps = 0.1, 2",
@@ -63,10 +60,7 @@ def test_javascript_module_has_no_step_lines() -> None:
 
 
 def test_step_code_takes_the_steps_of_one_frame() -> None:
-    r"""At six steps per frame pymunk's code takes six steps, whatever the duration; PIT has no code.
-
-    All lines but the first are lines of the whole program.
-    """
+    """Pymunk's step code takes the six steps of a frame in lines of the whole program; PIT has none."""
     scene = Scene(name="one", discs=[Disc(position_m=(0, 0), radius_m=1.0)], duration_s=7.0, frame_rate_hz=60)
     with InProcessPool() as pool:
         found = find_step_code("pymunk", "tuned", scene, 1 / 360, pool)

@@ -155,10 +155,7 @@ def test_wall_of_a_contact_has_zero_velocity_and_spin(place: int, value: float) 
 
 
 def test_number_without_a_finite_square_is_refused() -> None:
-    r"""Numbers beyond the largest that can be squared are refused with their field, in states and contacts.
-
-    The largest one itself is accepted in a state.
-    """
+    """Numbers beyond the largest that can be squared are refused with their field, and not that one itself."""
     for field, sign in itertools.product(("position_m", "velocity_m_s", "spin_rad_s"), (1.0, -1.0)):
         state: Any = np.zeros(2) if field == "spin_rad_s" else np.zeros((2, 2))
         state.flat[-1] = sign * LARGEST

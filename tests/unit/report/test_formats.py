@@ -120,10 +120,7 @@ def test_html_is_self_contained(page: _Page, source: str) -> None:
 
 
 def test_html_allows_only_the_replay_script(page: _Page, source: str) -> None:
-    r"""The page's policy allows one script by its hash; all other script elements are data.
-
-    No element has an event handler.
-    """
+    """The page's policy allows one script by its hash; all else is data, without event handlers."""
     (script,) = re.findall(r"<script>(.*?)</script>", source, flags=re.DOTALL)
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
     assert f"script-src &#39;sha256-{digest}&#39;;" in source
@@ -192,10 +189,7 @@ def test_report_replaces_an_older_one(one_scene: Results, folder: Path, tmp_path
 
 @pytest.mark.long
 def test_control_characters_are_escaped_in_every_file(tmp_path: Path) -> None:
-    r"""Escape sequences, bidirectional controls and line separators in a name are visible text in every file.
-
-    Reading results.jsonl returns the original name.
-    """
+    """Control characters in a name are visible text in every file, and results.jsonl returns the name."""
     name = "evil\x9b31m\u202egnp\u2028x"
     scene = find_scenes(["paper/late"])[0].scene.model_copy(update={"name": name})
     build_report(carom.cross_check([scene], ["pic", "pit"], dts=[0.1], timing=False, jobs=1)).write(tmp_path)
@@ -269,10 +263,7 @@ NO_RESULTS = {
 def test_invalid_results_file_is_refused_with_the_reason(
     what: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    r"""A file of another format, an incomplete or too large one, or one without results is refused.
-
-    The message names the line or the limit, and for most causes what to do.
-    """
+    """An invalid results file is refused; the message names the line or limit, and for most what to do."""
     monkeypatch.setitem(MOST_BYTES, ".jsonl", 2**20)
     monkeypatch.setitem(MOST_VALUES, ".jsonl", 2**17)
     path, (data, words) = tmp_path / "results.jsonl", NO_RESULTS[what]

@@ -62,10 +62,7 @@ def test_replay_lists_contact_modes_with_their_times() -> None:
 
 
 def test_cause_of_a_missed_impact_follows_from_the_states(results: Results) -> None:
-    r"""The states before a missed impact decide the cause: sampling, the method itself or earlier errors.
-
-    Without states, the replay only reports whether PIT finds the impact.
-    """
+    """The states before a missed impact decide its cause; without states only PIT's finding is reported."""
     row = next(row for row in results.rows if row.score and row.score.missed)
     score, trace, reference = row.score, row.trace, results.references["paper/missed"]
     assert score is not None
@@ -114,10 +111,7 @@ def test_replay_of_a_non_finite_run_is_valid_json(results: Results) -> None:
 
 
 def test_replay_has_contact_point_and_overlap_time(results: Results) -> None:
-    r"""The roots of |p + v t| = reach are the times at which undeflected discs touch and separate.
-
-    The replay has the time between them, and the point where the rims touch.
-    """
+    """The replay has the point where rims touch and the time between the roots of |p + v t| = reach."""
     reference = results.references["paper/missed"]
     one, other = reference.scene.discs
     place, passing = (np.subtract(getattr(other, name), getattr(one, name)) for name in ("position_m", "velocity_m_s"))
@@ -160,10 +154,7 @@ def test_fault_of_a_replay_is_its_missed_or_late_impact(replays: dict[str, dict[
 
 
 def test_fault_without_a_miss_has_the_largest_velocity_error() -> None:
-    r"""The late or early impact with the largest velocity error is the fault.
-
-    A missed impact comes before these, and an invented one has no instant and is ignored.
-    """
+    """The fault is a missed impact, else the late or early one with the largest error, never an invented one."""
     rows: list[dict[str, Any]] = [
         {"flag": "late", "velocity": 0.01},
         {"flag": "late", "velocity": 0.4},

@@ -175,10 +175,7 @@ def test_text_for_terminals_is_escaped_and_cut() -> None:
 
 
 def test_exact_grade_shows_32_bit_floats() -> None:
-    r"""A run that declares 32-bit floats is shown as "exact (float32)" in scores, results and notebooks.
-
-    A run without a score is shown as not scored.
-    """
+    """A run that declares 32-bit floats is "exact (float32)" everywhere; one without a score is not scored."""
     reference = carom.solve_pic(build_scene())
     score = carom.compare(reference, replace(reference, float_bits=32))
     results = run_cross_check([build_scene()], ["pic"], profiles=["tuned"], dts=[1 / 24])

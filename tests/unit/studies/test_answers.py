@@ -49,10 +49,7 @@ def document(request: pytest.FixtureRequest) -> Document:
 
 
 def test_terminal_answer_fits_24_lines(document: Document) -> None:
-    r"""At 80 columns, each study's answer has at most 24 lines plus a line per method of stress.
-
-    Every engine has a row.
-    """
+    """At 80 columns each study's answer has at most 24 lines, and every engine has a row."""
     lines = print_document(document, 80)
     assert len(lines) - sum(" passes " in line for line in lines) <= 24, "\n".join(lines)
     rows = METHODS[3:] if document.title == "Carom: advice" else METHODS[2:]  # PIT is no engine to take
@@ -74,10 +71,7 @@ def test_every_symbol_has_an_ascii_replacement(document: Document) -> None:
 
 
 def test_bench_names_fastest_engine_within_target_error() -> None:
-    r"""The bench names the fastest engine with at most 0.1 % error, with its run time and step.
-
-    If no engine reaches the target, the text reports this and names the most accurate one.
-    """
+    """The bench names the fastest engine with at most 0.1 % error, or else the most accurate one."""
     below = [p for m in METHODS[3:] for k in range(len(STEPS)) if (p := build_point(m, k)).error <= 1e-3 and p.sound]
     best = min(below, key=lambda p: p.timing.advance_s.median if p.timing else 0.0)
     spent = formatting.format_number(best.timing.advance_s.median * 1e3, 3) if best.timing else ""
@@ -107,10 +101,7 @@ def test_methods_with_equal_targets_are_ranked_by_run_time() -> None:
 
 
 def test_bench_table_has_only_reached_targets() -> None:
-    r"""The table has a column only for targets that an engine reaches.
-
-    If every engine misses or invents impacts, the text reports this and names the best one with its numbers.
-    """
+    """The table has a column only for reached targets; if none is reached, the text names the best engine."""
     whole = build_bench().scenes[0]
     columns, rows = build_method_table(whole, ErrorKind.IMPACT, list_reached_targets(build_bench())).select_for(
         Media.MARKDOWN
@@ -174,10 +165,7 @@ def test_advice_names_all_methods_with_the_longest_step() -> None:
 
 
 def test_advice_has_steps_per_frame_and_engine_code() -> None:
-    r"""The advice gives 600 steps/s at 60 Hz also as 10 steps per frame, with the engine's code and a command.
-
-    If the answer in whole steps per frame differs, it is stated, too.
-    """
+    """600 steps/s at 60 Hz are also 10 steps per frame, with the engine's code and a command."""
     found = build_advice()
     (alone,) = [answer for answer in found.answers if answer.method == Method("pymunk", "tuned")]
     text = render_advice(replace(found, answers=(alone,)))
@@ -231,10 +219,7 @@ def test_located_methods_are_last_and_not_recommended() -> None:
 
 
 def test_advice_table_marks_ccd_and_result_at_one_step_per_frame() -> None:
-    r"""A method with CCD is marked, and the last column shows its result with one step per frame.
-
-    The result is lost phases, an error, "stopped", "refused" or "n/a".
-    """
+    """A method with CCD is marked, and the last column shows its result with one step per frame."""
     found = build_advice()
     assert [row.startswith("box2d tuned +CCD ") for row in list_method_rows(found)].count(True) == 1
     one, frame_s = found.answers[0], 1 / found.scene.frame_rate_hz
@@ -252,10 +237,7 @@ def test_advice_table_marks_ccd_and_result_at_one_step_per_frame() -> None:
 
 
 def test_advice_claims_no_bounds_and_has_no_rows_for_pic_and_pit() -> None:
-    r"""The advice claims no bounds, PIC and PIT have no row, and PIT's rates are stated by formula.
-
-    A refused step is no failure, and methods that can't run are listed with the reason.
-    """
+    """The advice claims no bounds, has no rows of PIC and PIT, and lists refused steps and methods as such."""
     found = build_advice()
     text = render_advice(found)
     assert "at least" not in text
@@ -273,10 +255,7 @@ def test_advice_claims_no_bounds_and_has_no_rows_for_pic_and_pit() -> None:
 
 
 def test_advice_states_unfinished_searches_and_non_monotone_results() -> None:
-    r"""A search ended by its budget is named with the budget, and a non-monotone result with both rates.
-
-    If no tested step meets the demand, the text and the table report this.
-    """
+    """A search ended by its budget, a non-monotone result and a demand that no step meets are stated as such."""
     found = build_advice()
     one = found.answers[0]
     stopped = replace(one, ending=SearchEnding.BUDGET)
@@ -338,10 +317,7 @@ def test_bar_length_is_proportional_to_passed_decades(
 
 
 def test_campaign_of_few_methods_has_summary_and_sign_per_test() -> None:
-    r"""Each of two methods gets a sentence with the number of tests passed and the first failure.
-
-    Its row shows a sign per test for how far along the axis it passed.
-    """
+    """Each of two methods gets a sentence with its first failure, and a row with a sign per test."""
     whole = build_campaign_results()
     few = replace(whole, methods=(METHODS[1], METHODS[2]))
     lines = print_document(build_stress_document(few), 160)
@@ -360,10 +336,7 @@ def test_campaign_of_few_methods_has_summary_and_sign_per_test() -> None:
 
 
 def test_campaign_has_one_sentence_and_one_row_per_method() -> None:
-    r"""At 80 columns, each method of a campaign gets one sentence and one row.
-
-    The sentence names the first failure, unless all tests pass.
-    """
+    """At 80 columns each method gets one row and one sentence, which names the first failure, if any."""
     whole = build_campaign_results()
     lines = print_document(build_stress_document(whole), 80)
     tests = sum(line.kind == "attack" for line in whole.lines)

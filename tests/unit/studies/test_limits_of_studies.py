@@ -190,10 +190,7 @@ def test_record_comparison_starts_no_worker(recorded_tasks: Asked, tmp_path: Pat
 def test_workers_have_study_limits_and_journal_is_reused(
     study: Callable[[Path, How], None], recorded_tasks: Asked, tmp_path: Path
 ) -> None:
-    r"""Every worker of a study has the requested limits of memory and time.
-
-    A resumed study does not repeat the tasks in its journal.
-    """
+    """Every worker of a study has the requested limits, and a resumed study does not repeat its tasks."""
     study(tmp_path, {})
     assert {name for _, _, name in recorded_tasks} - {"DescribeTask"}
     others = [one for one in recorded_tasks if one[:2] != (round(1e6 * MEMORY_MB), TIME_S)]

@@ -43,10 +43,7 @@ def join_lead(results: Results) -> str:
 
 
 def test_certified_reference_is_reported_as_certified() -> None:
-    r"""Without a known answer, PIC is "without independent proof", unless certification is on.
-
-    Then the report states that every impact of PIC is certified.
-    """
+    """Without a known answer PIC is "without independent proof", unless certification proves every impact."""
     three = staged("three", disc_at(0, 0, 4, 0), disc_at(3, 0), disc_at(7, 0.2), duration_s=2.0)
     options = {"profiles": ["tuned"], "dts": [1 / 60], "timing": False, "pool": InProcessPool()}
     without = cross_check([three], ["pit"], certified=False, **options)  # type: ignore[arg-type] # of several kinds
@@ -63,10 +60,7 @@ def join_trend_text(results: Results) -> str:
 
 
 def test_trend_without_errors_has_no_medians() -> None:
-    r"""For a head-on impact, the trend states that PIT's velocities are correct and that there are no medians.
-
-    For a late impact it contains a remark on methods that find no impact.
-    """
+    """Without velocity errors of PIT the trend has no medians; methods that find no impact get a remark."""
     head_on = staged("head-on", disc_at(0, 0, 4, 0), disc_at(3, 0), duration_s=2.0)
     said = join_trend_text(run_own_methods(head_on))
     assert "PIT's velocities are correct at every step size" in said
@@ -132,10 +126,7 @@ def test_growth_of_single_method_has_no_ranking() -> None:
 
 @each("known", [True, False])
 def test_impact_reported_twice_is_not_attributed_to_errors(known: bool) -> None:
-    r"""The cause of an impact that is reported twice is the run's own state, or not known without that state.
-
-    It is never an earlier error.
-    """
+    """An impact that is reported twice comes from the run's own state, or is unknown, never from errors."""
     reference = solve_pic(LATE)
     row = next(row for row in run_own_methods(LATE).rows if row.job.engine == "pit")
     trace = require_value(row.trace)
@@ -160,10 +151,7 @@ def find_engines_line(scene: Scene) -> str:
 
 
 def test_explanation_mentions_free_flight_only_after_impacts() -> None:
-    r"""The explanation of a scene with gravity or rest does not promise free flight after the last impact.
-
-    Without impacts, it states that no discs meet.
-    """
+    """The explanation promises no free flight with gravity or rest; without impacts no discs meet."""
     assert "run for all 120 steps" in find_engines_line(THUD)
     assert "the comparison with PIC ends at 0.553 s, when a disc comes to rest" in find_engines_line(THUD)
     assert "free flight" not in find_engines_line(find_scenes(["gravity/free-fall"])[0].scene)
@@ -233,10 +221,7 @@ def test_lead_of_cross_check_has_exactly_the_expected_sentences(
 
 
 def test_lead_names_engine_that_misses_with_default_settings() -> None:
-    r"""With default settings, pymunk at 24 frames/s misses an impact in 1 of 2 scenes; the lead states this.
-
-    The tuned profile is described after it.
-    """
+    """The lead states that default pymunk misses an impact in 1 of 2 scenes, and the tuned profile after it."""
     pytest.importorskip("pymunk", reason="pymunk is not installed")
     scenes = find_scenes(["paper/missed", "paper/late"])
     first = "Default settings: pymunk misses an impact in 1 of 2 scenes"
@@ -248,10 +233,7 @@ def test_lead_names_engine_that_misses_with_default_settings() -> None:
 
 
 def test_lead_states_missing_scores_and_wrong_known_answers() -> None:
-    r"""If PIC deviates from a known answer by 1e-3, the lead names the scene.
-
-    If nothing was scored, the lead reports this.
-    """
+    """The lead names a scene whose known answer PIC misses by 1e-3, and reports if nothing was scored."""
     one = run_one_profile(find_scenes(["paper/late"]), "pit")
     known = {name: (answer, 1e-3) for name, (answer, _) in one.known.items()}
     assert "but not paper/late." in join_lead_lines(dataclasses.replace(one, known=known))

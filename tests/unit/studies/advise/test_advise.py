@@ -140,10 +140,7 @@ def test_share_of_missed_grazes_matches_contact_window() -> None:
 
 
 def test_cause_is_fast_for_fast_small_disc_and_wall_allows_any_step() -> None:
-    r"""For a fast small disc near head-on, the cause is its speed, and the step is 0.02 m / 100 m/s.
-
-    An impact with a wall does not limit the step.
-    """
+    """For a fast small disc the cause is speed, at a step of 0.02 m / 100 m/s; a wall does not limit the step."""
     fast = rank_hardest_impacts(solve_pic(build_pair(1e-9, speed=100, radius=0.01)), Demand(math.radians(90)))[0]
     assert fast.cause is Cause.FAST
     assert fast.limit.dt_s == pytest.approx(0.02 / 100)
@@ -153,10 +150,7 @@ def test_cause_is_fast_for_fast_small_disc_and_wall_allows_any_step() -> None:
 
 @each("phases", long_until(1, [16, CONFIRM]))
 def test_pymunk_needs_the_step_of_the_closed_form(phases: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    r"""Pymunk's largest passing step is below the closed form for PIT, and its smallest failing step above.
-
-    The two are at most one step of the grid (a factor of 1.5) apart.
-    """
+    """Pymunk's largest passing and smallest failing step enclose PIT's closed form, within a factor of 1.5."""
     pytest.importorskip("pymunk", reason="pymunk is not installed")
     monkeypatch.setattr("carom.studies.advise.step_search.CONFIRM", phases)
     with InProcessPool() as pool:
@@ -179,10 +173,7 @@ def test_pymunk_needs_the_step_of_the_closed_form(phases: int, monkeypatch: pyte
 
 @pytest.mark.long
 def test_unsupported_method_and_refused_steps_are_not_run() -> None:
-    r"""A disc of 150 m/s: PyBullet's default profile does not support it and is not searched.
-
-    Box2D refuses steps in which a disc moves 2 m or more; only smaller steps are run, and none is a failure.
-    """
+    """A profile that does not support the scene, and steps that Box2D refuses, are not run and no failures."""
     for module in ("Box2D", "pybullet"):
         pytest.importorskip(module, reason=f"{module} is not installed")
     scene = build_pair(speed=150.0, radius=0.5)
@@ -198,10 +189,7 @@ def test_unsupported_method_and_refused_steps_are_not_run() -> None:
 
 @pytest.mark.long
 def test_scene_is_cut_where_rounding_becomes_decisive(monkeypatch: pytest.MonkeyPatch) -> None:
-    r"""The scene ends before the first impact beyond the horizon, and the advice gives rounding as the reason.
-
-    A scene whose first impact is beyond the horizon is refused.
-    """
+    """The scene ends before the first impact beyond the horizon; if no impact is left, it is refused."""
     scene = staged("walled", disc_at(0, 0, 1, 0), wall_at(2, 0, -1, 0), wall_at(-2, 0, 1, 0), duration_s=9.0)
     times = solve_pic(scene).impacts["time_s"]
     monkeypatch.setattr(adviser, "estimate_horizon", lambda _: float(times[1]))
@@ -223,10 +211,7 @@ def test_scene_is_cut_where_rounding_becomes_decisive(monkeypatch: pytest.Monkey
 
 @pytest.mark.long
 def test_scene_is_cut_before_simultaneous_impacts() -> None:
-    r"""The scene ends before a disc meets two others at once; only the impact before is examined.
-
-    A scene whose first impact is such a tie is refused.
-    """
+    """The scene ends before a disc meets two others at once; if no impact is left, it is refused."""
     discs = [disc_at(0, 0, -1, 0), disc_at(3, 0.55), disc_at(3, -0.55)]
     tie = staged("tie", *discs, wall_at(-2, 0, 1, 0), duration_s=9.0)
     assert solve_pic(tie).ambiguous == (2,)
@@ -240,10 +225,7 @@ def test_scene_is_cut_before_simultaneous_impacts() -> None:
 
 @pytest.mark.long
 def test_step_of_pit_is_searched_with_friction() -> None:
-    r"""With friction there is no closed form, so the step is found by running PIT.
-
-    PIT meets the demand at the step found and fails at the step reported to fail. The text states both ranges.
-    """
+    """With friction PIT's step is found by running PIT: the step found meets the demand, the failing one does not."""
     rough = Scene(**{**dict(build_pair(0.3)), "friction": 0.5})
     advice = advise(rough, build_options(["pit"], 5 * DEGREE), InProcessPool())
     assert advice.closed_form is None
@@ -323,10 +305,7 @@ def test_advice_prints_answer_first_and_settings_code(advice: ShownAdvice) -> No
 
 
 def test_advice_plot_has_one_line_per_method_and_the_target(advice: ShownAdvice) -> None:
-    r"""The plot shows a line per method with its rates, and a level line at the target of 1°.
-
-    The HTML form contains an SVG and the answer.
-    """
+    """The plot shows a line per method with its rates, and a level line at the target; HTML contains an SVG."""
     pytest.importorskip("matplotlib", reason="matplotlib, extra report, is not installed")
     from matplotlib.figure import Figure
 

@@ -56,10 +56,7 @@ def run_search(
 
 
 def test_step_grid_has_two_steps_per_octave() -> None:
-    r"""The grid goes from the whole run (1 s) in two steps per octave to a 64th of a frame of 1/60 s.
-
-    If a smaller guess is given, the grid goes to a 64th of the guess.
-    """
+    """The grid goes in two steps per octave from the whole run to a 64th of a frame, or of a smaller guess."""
     grid = list(generate_step_grid(SCENE, math.inf))
     assert grid[0] == 1.0
     rates = [1 / dt_s for dt_s in grid]
@@ -70,10 +67,7 @@ def test_step_grid_has_two_steps_per_octave() -> None:
 
 
 def test_range_below_answer_is_tested_for_two_or_three_octaves() -> None:
-    r"""The answer is the largest step that passes at 64 phases; the grid below it is tested as well.
-
-    Two octaves are tested if the error is proportional to the step, otherwise three.
-    """
+    """Below the answer two octaves are tested if the error is proportional to the step, otherwise three."""
     for power, octaves in ((1.0, 2), (0.5, 3)):
         found, tried = run_search(lambda dt, _, p=power: (dt > 0.1, DEGREE * (dt * 100) ** p))  # type: ignore[misc] # a default binds
         answer = found.demand
@@ -95,10 +89,7 @@ def test_range_below_answer_is_tested_for_two_or_three_octaves() -> None:
 
 
 def test_failing_steps_below_passing_ones_are_reported() -> None:
-    r"""If steps of 1/180 and 1/240 s fail and larger ones pass, the answer is smaller than the failing steps.
-
-    The answer is not monotone, and reports the finer failures and the coarser passes.
-    """
+    """If 1/180 and 1/240 s fail and larger steps pass, the answer is smaller than these, and not monotone."""
     found, _ = run_search(lambda dt, _: (1 / 300 < dt < 1 / 150, 1e-3 * dt), guess_s=1 / 400)
     answer = found.demand
     assert require_value(answer.passes).dt_s == pytest.approx(1 / 360)
@@ -129,10 +120,7 @@ def test_failure_at_64_phases_moves_answer_to_next_finer_step() -> None:
 
 
 def test_answer_in_whole_steps_per_frame_is_confirmed() -> None:
-    r"""The largest passing step with a whole number of steps per frame is also confirmed at 64 phases.
-
-    If 90 steps/s pass and 60 fail, it is 120 steps/s (two per frame). If 120 fail at 64 phases, it is 180.
-    """
+    """The largest passing step with a whole number of steps per frame is also confirmed at 64 phases."""
     found, tried = run_search(lambda dt, _: (dt > 1 / 80, 1e-3 * dt))
     for answer in (found.never_misses, found.demand):
         assert require_value(answer.passes).dt_s == pytest.approx(1 / 90)
@@ -150,10 +138,7 @@ def test_answer_in_whole_steps_per_frame_is_confirmed() -> None:
 
 @each("rate_hz", [24.0, 59.94, 60.0, 1e-7, 1e9 / 7])
 def test_whole_steps_per_frame_are_recognised_at_any_frame_rate(rate_hz: float) -> None:
-    r"""At any frame rate, all grid steps of at most half a frame are whole numbers of steps per frame.
-
-    Steps of 2/3 and 4/3 of a frame are not.
-    """
+    """At any frame rate grid steps of at most half a frame are whole steps per frame; 2/3 and 4/3 are not."""
     one = Scene(**{**dict(SCENE), "frame_rate_hz": rate_hz, "duration_s": 5.0 / rate_hz})
     found = {
         round(1 / (dt_s * rate_hz), 6): count_steps_per_frame(dt_s, rate_hz)
@@ -168,10 +153,7 @@ def test_whole_steps_per_frame_are_recognised_at_any_frame_rate(rate_hz: float) 
 
 
 def test_error_independent_of_step_ends_search_at_frame() -> None:
-    r"""A direction error of 3° at every step ends the search at one frame, or at PIT's step, without an answer.
-
-    The answer for missing no impact is still given. An error that falls slowly is followed to the finest step.
-    """
+    """An error of 3° at every step ends the search at a frame, or at PIT's step; a slowly falling one does not."""
     found, tried = run_search(lambda dt, _: (dt > 0.2, math.radians(3.0)))
     assert found.ending is SearchEnding.FLAT
     assert found.demand.passes is None
@@ -202,10 +184,7 @@ def test_budget_counts_only_steps_actually_taken() -> None:
 
 @each("budget", [1, 1000, 5000, 50_000])
 def test_search_stays_within_budget_and_is_deterministic(budget: int) -> None:
-    r"""The steps of all trials stay within the budget; a search that the budget ends has no answer.
-
-    Two searches make the same trials.
-    """
+    """Trials stay within the budget, without an answer when it ends the search, and are the same each time."""
     curve: Curve = lambda dt, _: (False, math.radians(1000.0) * dt)  # noqa: E731 - it is named for two calls
     found, tried = run_search(curve, budget=budget)
     assert sum(compute_step_limit(1.0, dt, even + 3) for dt, even in tried) <= budget
@@ -215,10 +194,7 @@ def test_search_stays_within_budget_and_is_deterministic(budget: int) -> None:
 
 
 def test_refused_steps_are_not_run_and_do_not_fail() -> None:
-    r"""Steps above 0.01 s, which the method refuses, are not tried and not counted as failures.
-
-    The finest refused step and its reason are reported. If all steps are refused, nothing is run.
-    """
+    """Steps that the method refuses are not tried and no failures; the finest of them is reported with its reason."""
     found, tried = run_search(lambda dt, _: (False, 1e-3 * dt), refuses_above_s=0.01)
     assert max(dt for dt, _ in tried) <= 0.01
     assert found.never_misses.fails is None
@@ -241,10 +217,7 @@ def test_crash_at_large_step_fails_and_at_frame_ends_search() -> None:
 
 
 def test_unknown_direction_meets_no_demand() -> None:
-    r"""A NaN direction error meets no demand, whatever share of misses is allowed.
-
-    A known error meets the demand if the share of even phases with a miss is at most the allowed one.
-    """
+    """A NaN direction error meets no demand; a known one does if the share of phases with a miss is allowed."""
     blind = StepTrial(0.1, 8, 11, 8, 11, math.nan, 1)
     assert not blind.is_within(Demand(DEGREE, 0.99))
     some = StepTrial(0.1, 8, 11, 1, 4, DEGREE / 2, 1)
@@ -257,10 +230,7 @@ def test_unknown_direction_meets_no_demand() -> None:
 
 
 def test_impossible_phases_are_skipped_and_crashes_fail_a_step() -> None:
-    r"""A trial has the worst error of the phases that ran; phases that are impossible are not counted.
-
-    Without any start, the trial is a reason. A start that crashes fails the step.
-    """
+    """Impossible phases are not counted, a step without any phase is a reason, and a crash fails the step."""
 
     def ran(lost: bool, direction: float) -> Answer[PhaseResult]:
         return Answer(Status.RAN, value=PhaseResult(lost, direction, 10))

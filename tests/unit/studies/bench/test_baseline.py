@@ -54,10 +54,7 @@ def baseline_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_change_needs_interval_outside_five_percent(
     baseline_folder: Path, factor: float, change: BaselineChange
 ) -> None:
-    r"""A run time has changed only if its confidence interval is outside 5 % of the baseline.
-
-    Times are ratios to PIT's. The other engines and all errors are unchanged.
-    """
+    """A run time, relative to PIT's, has changed only if its interval is outside 5 % of the baseline."""
     found = compare_points(build_scaled_bench(factor), read_baseline(baseline_folder, HERE))
     assert {one.time for one in found if one.point.engine == "pymunk"} == {change}
     assert {one.time for one in found if one.point.engine != "pymunk"} == {BaselineChange.SAME}
@@ -67,10 +64,7 @@ def test_change_needs_interval_outside_five_percent(
 
 
 def test_baseline_summary_counts_changes_and_names_the_worst(baseline_folder: Path) -> None:
-    r"""The first line counts the regressed and improved run times and names the worst.
-
-    A later line counts the errors. If the baseline has none of the points, the text reports this.
-    """
+    """The text counts regressed and improved run times and errors, names the worst, or reports no common point."""
     now = build_scaled_bench(1.5, error=2.0)
     found = compare_points(now, read_baseline(baseline_folder, HERE))
     text = " ".join(" ".join(print_document(build_bench_document(now, baseline=found), 80)).split())

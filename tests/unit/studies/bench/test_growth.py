@@ -56,10 +56,7 @@ def recorded_runs(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int]]:
 
 @pytest.mark.long
 def test_interrupted_growth_bench_resumes_from_journal(tmp_path: Path, recorded_runs: list[tuple[str, int]]) -> None:
-    r"""After Ctrl-C, a growth bench reuses all runs of its journal and runs only the rest.
-
-    Ratios to PIT exist only where both runs come from the same session.
-    """
+    """After Ctrl-C a growth bench runs only the rest; ratios exist only between runs of the same session."""
 
     def interrupt(done: int, _total: int, _what: str) -> None:
         if done == 5:

@@ -53,10 +53,7 @@ def build_point(engine: str, seconds: float, error: float, missed: int = 0) -> P
 
 
 def test_step_series_is_geometric_with_whole_rates() -> None:
-    r"""`1/60..1/10000:6` gives six geometrically spaced steps with whole numbers of steps per second.
-
-    Six is the default. A single step is a series of one.
-    """
+    """`1/60..1/10000:6` gives six geometrically spaced whole rates, and six is the default."""
     steps = parse_step_series("1/60..1/10000:6")
     assert [round(1 / step) for step in steps] == [60, 167, 464, 1292, 3594, 10000]
     assert parse_step_series("1/60..1/10000") == steps
@@ -73,11 +70,7 @@ def test_malformed_step_series_is_refused(text: str) -> None:
 
 
 def test_pareto_front_contains_only_unbeaten_points() -> None:
-    r"""The Pareto front contains the points without a faster and equally accurate one.
-
-    Points with a missed impact are not part of it. `find_cheapest` returns the fastest point within the target
-    error.
-    """
+    """The front contains points without a miss that none beats; `find_cheapest` is the fastest within a target."""
     a, b, c, d = (
         build_point("a", 1, 0.1),
         build_point("b", 2, 0.2),
@@ -93,10 +86,7 @@ def test_pareto_front_contains_only_unbeaten_points() -> None:
 
 @pytest.mark.long
 def test_bench_measures_errors_and_times(scene: Scene, tmp_path: Path) -> None:
-    r"""In a bench, PIT converges with order 1, PIC is exact, and each point is timed relative to PIT.
-
-    Resuming gives an equal result. PIC is run at the coarsest step only. Without timing there is no noise.
-    """
+    """PIT converges with order 1, PIC is exact, points are timed relative to PIT, and resuming changes nothing."""
     dts = (1 / 60, 1 / 240, 1 / 960)
     # However slow the machine is, nothing is left out for want of time.
     plan = BenchPlan(engines=("pit", "pic"), dts=dts, profiles=("tuned",), phases=2, rounds=3, budget_s=1e6)
@@ -141,10 +131,7 @@ def test_point_beyond_the_budget_is_untimed_with_reason(scene: Scene, monkeypatc
 
 
 def test_bench_adds_pic_and_pit(scene: Scene) -> None:
-    r"""A bench always includes PIC at the coarsest step and PIT at all steps, unless `own` is off.
-
-    A profile of PIC that is asked for by name replaces the usual one.
-    """
+    """A bench includes PIC at the coarsest step and PIT at all, unless `own` is off or a profile is asked for."""
     plan = BenchPlan(engines=("pit",), dts=(1 / 60, 1 / 240), phases=1, timing=False)
 
     def found(plan: BenchPlan) -> dict[tuple[str, str], int]:
@@ -192,10 +179,7 @@ def test_noise_probe_measures_scatter_of_fixed_work() -> None:
 
 
 def test_invalid_bench_plan_is_refused(scene: Scene) -> None:
-    r"""A bench without scenes, with two scenes of one name or with an unknown profile is refused.
-
-    A target of 0, a budget of NaN and 0 rounds are refused with the name and the value.
-    """
+    """A bench with no or equal scenes, an unknown profile or an invalid number is refused with name and value."""
     plan = BenchPlan(engines=("pit",))
     for scenes, wrong, error, words in (
         ([], plan, InputError, "no scene"),
@@ -212,10 +196,7 @@ def test_invalid_bench_plan_is_refused(scene: Scene) -> None:
 
 @pytest.mark.long
 def test_growth_measures_each_size_or_reports_why_not(monkeypatch: pytest.MonkeyPatch) -> None:
-    r"""Each number of discs has a run time and a ratio to PIT; a size beyond the budget gets a reason.
-
-    A size of 0 is refused.
-    """
+    """Each number of discs has a run time and a ratio to PIT, or a reason; a size of 0 is refused."""
     monkeypatch.setattr("carom.studies.bench.growth.time", Clock())  # nothing uses up a budget, however slow it is
     found = measure_growth(GrowthOptions(["pit", "pic"], sizes=(2, 40), budget_s=60.0))
     for curve in found.curves:
@@ -240,10 +221,7 @@ def test_power_law_is_fitted_after_the_last_drop_in_run_time() -> None:
 
 @pytest.mark.long
 def test_bench_command_writes_page_diagrams_and_json(tmp_path: Path) -> None:
-    r"""`carom bench` on a scene file writes a page with diagrams, PNG, SVG and bench.json, with names escaped.
-
-    A second run into the same folder is refused and suggests `--resume`.
-    """
+    """`carom bench` writes a page, PNG, SVG and JSON with escaped names, and refuses a second run."""
     pytest.importorskip("matplotlib", reason="matplotlib, extra report, is not installed")
     path, out = tmp_path / "my-scene.toml", tmp_path / "out"
     path.write_text(SCENE)
@@ -322,10 +300,7 @@ def test_documented_numpy_line_reads_journal(jobs: dict[str, Any]) -> None:
 
 @pytest.mark.long
 def test_documented_pandas_line_reads_journal(jobs: dict[str, Any]) -> None:
-    r"""The documented pandas line reads a journal into a frame with one row per job.
-
-    The errors are numbers, and NaN for a job without a result.
-    """
+    """The documented pandas line reads a journal as a row per job, with NaN for a job without a result."""
     jobs["pd"] = pytest.importorskip("pandas", reason="pandas is not installed")
     frame = eval(find_documented_line("pd."), jobs)  # noqa: S307 - our own documentation
     found = frame["answer.value.total.velocity"].to_numpy(float)

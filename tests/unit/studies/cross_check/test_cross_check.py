@@ -55,10 +55,7 @@ class HangsWhenTimed(InProcessPool):
 
 
 def test_hang_during_timing_keeps_the_run_and_other_times(scene: Scene) -> None:
-    r"""An engine that hangs while it is timed keeps its scored run; the other engines keep their times.
-
-    The row contains the reason.
-    """
+    """An engine that hangs while it is timed keeps its scored run, with a reason; the others keep their times."""
     results = carom.cross_check([scene], ["pit", "pic"], dts=[0.1], profiles=["tuned"], pool=HangsWhenTimed())
     rows = {row.job.engine: row for row in results.rows}
     hung = rows["pic"]
@@ -124,10 +121,7 @@ def test_unavailable_and_unsupported_rows_have_reasons(scene: Scene) -> None:
 
 @pytest.mark.long
 def test_score_ends_when_a_disc_comes_to_rest() -> None:
-    r"""If PIC ends because a ball comes to rest, runs are compared only up to then.
-
-    The end is the frame after the last impact that a step can distinguish from rest. PIC is exact, and PIT is not.
-    """
+    """Runs are compared up to the frame after the last impact that a step can distinguish from rest."""
     ball = Disc(position_m=(0, 2), radius_m=1)
     floor = Wall(point_m=(0, 0), normal=(0, 1))
     scene = Scene(name="rests", discs=[ball], walls=[floor], wall_restitution=0.25, gravity_m_s2=(0, -8), duration_s=2)
@@ -230,10 +224,7 @@ def test_own_methods_are_selected_by_common_profile_names(scene: Scene, asked: s
 
 
 def test_time_ratio_is_relative_to_pit(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
-    r"""Each timed row contains its run time relative to PIT's on the same scene and step; PIT's own ratio is 1.
-
-    Preparation and steps are timed separately, and each of the four tasks is reported as progress.
-    """
+    """Run times are relative to PIT's on the same scene and step; preparation is timed separately."""
     # Each interval is twice the one before, so no two runs agree and every job is timed TIMING_RUNS times.
     monkeypatch.setattr("carom.execution.timing.time", Clock(1.0, factor=2.0))
     calls: list[tuple[int, int, str]] = []

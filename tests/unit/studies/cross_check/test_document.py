@@ -42,10 +42,7 @@ def test_tables_from_records_equal_those_of_the_run(results: Results, folder: Pa
 
 
 def test_report_command_rebuilds_report_from_records(folder: Path) -> None:
-    r"""`carom report` prints the report and writes Markdown and a page from the records alone.
-
-    An existing file is not overwritten.
-    """
+    """`carom report` prints and writes the report from the records alone, and overwrites no file."""
     page = folder / "again.html"
     run = CliRunner(env={"COLUMNS": "120", "TERM": "dumb"})
     done = run.invoke(app, ["report", str(folder), "--page", str(page), "--markdown", "-"])

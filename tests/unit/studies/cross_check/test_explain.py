@@ -62,10 +62,7 @@ def test_explanation_starts_with_skipped_work(name: str, skipped: str) -> None:
 
 
 def test_time_saved_by_skipping_is_measured() -> None:
-    r"""For PIC and PIT, the time with and without skipping is measured, and the explanation states the ratio.
-
-    It is not measured where the run without skipping would take too long (steps of 1e-7 s).
-    """
+    """The time saved by skipping is measured and explained, unless the run without skipping is too long."""
     scene = catalogue()["classics/gas"].scene
     reference = solve_pic(scene)
     for saved in (measure_pic_saving(scene, reference), measure_pit_saving(scene, 1 / 60)):
@@ -77,10 +74,7 @@ def test_time_saved_by_skipping_is_measured() -> None:
 
 
 def test_report_has_section_on_skipped_work() -> None:
-    r"""A report of timed runs contains a section on skipped work with a row and a figure per scene.
-
-    There is none without timing or without stored states.
-    """
+    """A report of timed runs with stored states has a section on skipped work, and no other report has one."""
     asked: dict[str, Any] = {"profiles": ["tuned"], "dts": [1 / 60], "pool": InProcessPool()}
     found = cross_check(["classics/gas"], ["pit"], **asked)
     assert list(found.skipped) == ["classics/gas"]

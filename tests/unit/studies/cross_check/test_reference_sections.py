@@ -15,10 +15,7 @@ from carom.studies.cross_check.stepwise_section import build_steps_section
 
 
 def test_report_states_horizon_as_an_estimate(results: Results) -> None:
-    r"""If the horizon is before the last impact, the report states the number of reliable impacts.
-
-    It calls the horizon an estimate.
-    """
+    """If the horizon is before the last impact, the report states the reliable impacts, as an estimate."""
     name = next(iter(results.references))
     short = replace(results, horizons={name: 0.5 * float(results.references[name].impacts["time_s"][0])})
     text = render_markdown(cross_check_document(short))
@@ -27,10 +24,7 @@ def test_report_states_horizon_as_an_estimate(results: Results) -> None:
 
 
 def test_report_states_when_a_disc_comes_to_rest() -> None:
-    r"""For a ball that lands and stays, the report states that runs are compared up to 0.5 s.
-
-    The section on single steps is present.
-    """
+    """For a ball that lands and stays, the report states that runs are compared up to 0.5 s."""
     ball = staged(
         "mine/ball",
         disc_at(0.0, 1.325, r=0.1),

@@ -138,10 +138,7 @@ def _count_frames(missed_replay: Replay) -> int:
 
 
 def test_last_film_frame_shows_final_positions(missed_replay: Replay, film: _Film) -> None:
-    r"""In the last frame, the circles are at the final positions of the exact and the observed run.
-
-    The right picture also shows the exact run and the last check.
-    """
+    """In the last frame the circles are at the final positions; the right picture also has the last check."""
     _, circles = film.show(len(film.times) - 1)
     left, right = ([circle.get_center() for circle in drawn] for drawn in circles[:2])
     exact, seen = missed_replay.reference.final_position_m, missed_replay.observed.final_position_m
@@ -189,10 +186,7 @@ def test_outline_of_a_check_fades(missed_replay: Replay, film: _Film) -> None:
 
 
 def test_film_slows_down_and_pauses_at_the_miss(missed_replay: Replay, film: _Film) -> None:
-    r"""A frame is 1/150 of the scene; just before the miss it is an eighth of that, and then the film pauses.
-
-    The pause has 38 frames of 40 ms (1.5 s).
-    """
+    """A frame is 1/150 of the scene, an eighth of that before the miss, where the film pauses for 38 frames."""
     steps, held_s = np.diff(film.times), _find_closest_time_s(missed_replay)
     even_s = missed_replay.reference.scene.duration_s / 150
     assert steps[0] == pytest.approx(even_s)
@@ -205,10 +199,7 @@ def test_film_slows_down_and_pauses_at_the_miss(missed_replay: Replay, film: _Fi
 
 
 def test_film_magnifies_the_missed_impact(missed_replay: Replay, film: _Film) -> None:
-    r"""At the miss, an inset magnifies 2.5 radii around the contact point, and does not cover that point.
-
-    In the first frame there is no inset.
-    """
+    """At the miss, not in the first frame, an inset magnifies 2.5 radii around the contact and does not cover it."""
     pictures, _ = film.show(0)
     _, right, inset = pictures
     (frame,) = [part for part in right.patches if isinstance(part, Rectangle)]

@@ -97,10 +97,7 @@ def test_engine_equal_to_pit_has_no_error_not_from_sampling(results: Results) ->
 
 
 def test_accurate_engine_has_small_error_ratio_and_error_not_from_sampling(results: Results) -> None:
-    r"""An engine with errors of 1e-9 has a ratio to PIT's error below 1e-6 and an error not from sampling below 2e-9.
-
-    It is not equal to PIT in any scene.
-    """
+    """An engine with errors of 1e-9 has 1e-6 of PIT's error, 2e-9 not from sampling, and never equals PIT."""
     late = "paper/late"
     rows = []
     for row in results.rows:
@@ -165,10 +162,7 @@ def test_added_column_appears_in_every_format(results: Results, monkeypatch: pyt
 
 @pytest.mark.long
 def test_error_ratio_is_equal_in_all_tables() -> None:
-    r"""The median ratio to PIT's error is equal in the overview, in the table of costs and in the JSON lines.
-
-    Two scenes without a unique answer are left out.
-    """
+    """The median ratio to PIT's error is the same in each table and in JSON, without scenes of no unique answer."""
     scenes = [entry for name in ("paper", "classics/one-into-two", "classics/cradle*") for entry in find_scenes([name])]
     found = run_cross_check(scenes, ["pic", "pit"], profiles=["tuned"])
     toy = [replace(row, job=replace(row.job, method=Method("toy", "tuned"))) for row in found.rows]

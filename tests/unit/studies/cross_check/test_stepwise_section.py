@@ -64,10 +64,7 @@ def test_no_stepwise_table_for_fully_comparable_runs(graze_results: Results) -> 
 
 
 def test_runs_are_ranked_by_misses_then_other_step_errors(graze_results: Results) -> None:
-    r"""Single steps are ranked by missed, then invented, then early impacts, then error, then energy.
-
-    Misses that PIT shares do not count. A run in which no step could be compared ranks after one with an error.
-    """
+    """Steps are ranked by misses that PIT does not share, then invented, early, error, energy, not compared."""
     base: dict[str, Any] = {
         "missed": 0,
         "missed_by_pit": 0,

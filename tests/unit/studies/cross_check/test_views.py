@@ -110,10 +110,7 @@ def test_runs_without_reference_are_marked_unscored(results: Results) -> None:
 
 
 def test_runs_without_reliable_impacts_are_ungraded(results: Results) -> None:
-    r"""If no impact is within the horizon, each cell is ungraded and states the reason.
-
-    No cell is shown as exact or sampled.
-    """
+    """If no impact is within the horizon, each cell is ungraded with the reason, never exact or sampled."""
     pit = {(row.job.scene.name, row.job.dt_s): row.trace for row in results.rows if row.job.engine == "pit"}
 
     def at_nothing(row: Row) -> Row:
@@ -185,10 +182,7 @@ def test_run_that_ends_early_is_not_counted_as_missing_impacts(results: Results)
 
 
 def test_summary_counts_engine_runs_by_grade(results: Results) -> None:
-    r"""The summary counts the engines' runs at the coarsest step by grade and by reason for not running.
-
-    It states the number of known answers that PIC reproduces.
-    """
+    """The summary counts runs at the coarsest step by grade or reason, and known answers that PIC reproduces."""
     line = render_text(results)
     rows = [row for row in results.rows if row.job.engine == "toy" and row.job.refinement == 0]
     assert f"Grades of {len(rows)} engine runs at each scene's own frame rate: " in line
@@ -231,10 +225,7 @@ def test_summary_of_other_steps_mentions_the_coarsest_step(results: Results) -> 
 
 
 def test_trend_uses_scenes_with_errors_at_every_step(results: Results, nasty: str) -> None:
-    r"""The trend shows medians over scenes in which PIT has a velocity error at each step.
-
-    PIT's median falls with the step, and PIC's is 0.
-    """
+    """The trend shows medians over scenes in which PIT errs at each step: PIT's falls, and PIC's is 0."""
     grid = build_grid(results)
     trend = build_trend(grid)
     assert trend.parts == (1.0, 0.25)

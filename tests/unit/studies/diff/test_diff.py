@@ -75,10 +75,7 @@ def write(tmp_path: Path) -> Write:
 
 
 def test_records_with_earlier_profile_names_of_pic_are_compared(write: Write, tmp_path: Path) -> None:
-    r"""A file that calls PIC's event-driven profile `tuned` (its earlier name) has the same cells as a new file.
-
-    `carom report` prints the same for both.
-    """
+    """A file with the earlier name `tuned` of PIC's event-driven profile has the same cells and report."""
     new = write("new", {"pic": REFERENCE, "pit": PIT})
     assert '"profile":"event-driven"' in new.read_text()
     old = tmp_path / "results.jsonl"
@@ -99,10 +96,7 @@ def get_measures(found: Diff) -> dict[str, tuple[float, float]]:
 
 
 def test_velocity_regression_of_one_engine_is_reported(write: Write) -> None:
-    r"""An error of 0.1 % in one engine's velocity is the only change, with the numbers computed by hand.
-
-    `carom diff` exits with 1 and names scene, engine and step.
-    """
+    """An error of 0.1 % in one engine's velocity is the only change, with the numbers computed by hand."""
     old = write("old", {"mine": build_transverse_error(0.0), "other": build_transverse_error(0.0)})
     new = write("new", {"mine": build_transverse_error(1e-3), "other": build_transverse_error(0.0)})
     found = compare_records(old, new)
@@ -199,10 +193,7 @@ MISSING = replay_impacts(REFERENCE, REFERENCE.impacts[:-1].copy())
 def test_changes_beyond_rounding_are_better_or_worse(
     write: Write, old: Trace, new: Trace, kind: Kind | None, number: str
 ) -> None:
-    r"""A change beyond the rounding of the declared floats is better or worse; below it there is no change.
-
-    A missed impact is worse than any error. `carom diff` exits with 0 for a better result.
-    """
+    """Only a change beyond the rounding of the declared floats is better or worse; a miss is worse than any error."""
     paths = write("old", {"mine": old}), write("new", {"mine": new})
     found = compare_records(*paths)
     if kind is None:
@@ -262,10 +253,7 @@ def test_change_with_better_and_worse_errors_is_mixed(write: Write) -> None:
 
 
 def test_diff_of_40_engines_fits_25_terminal_lines(write: Write) -> None:
-    r"""Forty regressions are grouped in at most 25 lines; `-v` prints a row for each engine.
-
-    A setting that changed for all engines is printed once.
-    """
+    """Forty regressions take at most 25 lines, with a common setting once; `-v` prints a row for each engine."""
     right, worse = (
         build_transverse_error(0.0, depth=1.0),
         [build_transverse_error(1e-3 * (1 + k), depth=2.0) for k in range(7)],
@@ -295,10 +283,7 @@ def test_diff_of_40_engines_fits_25_terminal_lines(write: Write) -> None:
     ),
 )
 def test_diff_of_sample_profiles_fits_25_terminal_lines(old: str, new: str) -> None:
-    r"""A diff of two profiles of the sample report fits 25 lines of 80 columns.
-
-    The number shown for a change agrees with its direction.
-    """
+    """A diff of two sample profiles fits 25 lines of 80, and each number agrees with its direction."""
     found = compare_records(SAMPLE, SAMPLE, [(old, new)])
     lines = print_document(build_diff_document(found, "old", "new"), 80)
     assert len(lines) <= 25, "\n".join(lines)
@@ -325,10 +310,7 @@ def test_diff_compares_several_pairs_of_engines(write: Write) -> None:
 
 
 def test_vanished_new_crashed_and_recovered_cells_are_reported(write: Write) -> None:
-    r"""Cells that crash, vanish, appear or recover are reported with the worst first.
-
-    Only the crashed cell is a regression to wrong.
-    """
+    """Cells that crash, vanish, appear or recover are reported worst first; only the crash is a regression."""
     right = build_transverse_error(0.0)
     old = write("old", {"a": right, "b": right, "c": Status.CRASHED, "e": Status.UNSUPPORTED, "f": right})
     new = write("new", {"a": right, "b": Status.CRASHED, "c": right, "d": right, "e": Status.UNSUPPORTED})
@@ -345,10 +327,7 @@ def test_vanished_new_crashed_and_recovered_cells_are_reported(write: Write) -> 
 
 
 def test_causes_include_changed_settings_and_versions(write: Write) -> None:
-    r"""The causes of a change include changed settings and the changed version of the engine.
-
-    Other changed versions are listed separately.
-    """
+    """The causes include changed settings and the engine's version; other versions are listed separately."""
     old = write("old", {"mine": build_transverse_error(0.0, iterations=10.0)}, versions={"Mine": "1.0", "numpy": "2.0"})
     new = write(
         "new", {"mine": build_transverse_error(1e-3, iterations=20.0)}, versions={"Mine": "1.1", "numpy": "2.1"}
@@ -360,10 +339,7 @@ def test_causes_include_changed_settings_and_versions(write: Write) -> None:
 
 
 def test_engines_with_different_names_can_be_compared(write: Write) -> None:
-    r"""Two files with one method each are compared directly; otherwise the pair has to be named.
-
-    An unknown engine is refused with the list of known ones.
-    """
+    """Two files of one method each are compared directly; otherwise a known pair has to be named."""
     right, wrong = build_transverse_error(0.0), build_transverse_error(1e-3)
     assert (
         get_only_change(compare_records(write("old", {"a": right}), write("new", {"b": wrong}))).method
@@ -410,10 +386,7 @@ def test_published_records_schema_is_generated_from_code() -> None:
 
 @pytest.mark.long
 def test_written_records_conform_to_the_schema(results: Results) -> None:
-    r"""Each line of results.jsonl conforms to the schema.
-
-    A line without one of its fields, of another format or with an invalid value does not.
-    """
+    """Each line of results.jsonl conforms to the schema, and not without a field or with an invalid value."""
     check = jsonschema.Draft202012Validator(build_records_schema())
     lines = [json.loads(line) for line in format_records(results).splitlines()]
     for line in lines:

@@ -127,10 +127,7 @@ def build_position_range(low: float, high: float, **fields: Any) -> SeenCell:
     ],
 )
 def test_change_is_attributed_to_engine_if_ranges_are_disjoint(old: SeenCell, new: SeenCell, moved: ChangeKind) -> None:
-    r"""A release is better or worse only if the errors of all phases are outside the other release's range.
-
-    Settings must be equal and all contacts observed; otherwise the change has another kind.
-    """
+    """A release is better or worse only with equal settings, observed contacts and disjoint ranges of errors."""
     assert classify_change(old, new).kind is moved
 
 
@@ -164,10 +161,7 @@ def test_change_of_unsupported_cell_has_its_reason() -> None:
 
 
 def test_release_without_reported_impacts_observes_no_contact() -> None:
-    r"""A release that reports none of the expected impacts, although velocities turn, observes no contacts.
-
-    This does not apply if no velocity turns or no impact is expected.
-    """
+    """A release that reports no impact although velocities turn as expected observes no contacts."""
     assert replace(RAN, found=0, verdicts=("MISSED", "TURNS")).observes_no_contact
     assert not replace(RAN, found=0, verdicts=("MISSED",)).observes_no_contact
     assert not replace(RAN, found=0, expected=0, verdicts=("TURNS",)).observes_no_contact
@@ -203,10 +197,7 @@ def test_versions_are_sorted_numerically() -> None:
 def test_versions_are_selected_by_conditions_and_names(
     asked: list[str] | None, most: int, found: tuple[str, ...]
 ) -> None:
-    r"""All conditions must be met, and the newest matching releases are selected, in ascending order.
-
-    Named releases are added to them.
-    """
+    """The newest releases that meet all conditions, and named ones, are selected in ascending order."""
     assert select_versions(LISTED, asked, most) == found
 
 

@@ -37,10 +37,7 @@ def build_options(*versions: str, **options: object) -> HistoryOptions:
 
 @pytest.mark.release
 def test_history_classifies_each_release(registry: Toys, tmp_path: Path) -> None:
-    r"""Each release of the toy engine has the kind of change that it was built with.
-
-    A release that is too old or not installable gets a reason. The document names the release that got worse.
-    """
+    """Each release of the toy engine has the change that it was built with, or the reason why it can't run."""
     found = run_history("toy", [PAIR], ReleaseCache(tmp_path / "kept"), build_options())
     assert [release.version for release in found.releases] == [
         *("0.9", "1.0", "1.1", "1.2", "1.3", "1.4", "1.5", "1.6", "2.0")
@@ -146,10 +143,7 @@ def test_history_command_exits_with_1_if_newest_release_is_worse(
     registry: Toys,  # noqa: ARG001
     tmp_path: Path,
 ) -> None:
-    r"""`carom history` exits with 1 if the newest release is worse than the one before, otherwise with 0.
-
-    It writes Markdown, SVG and a journal. `--list` lists the releases, and `--bisect` finds the changed one.
-    """
+    """`carom history` exits with 1 only if the newest release is worse; `--bisect` finds the changed one."""
     scene = tmp_path / "pair.json"
     scene.write_text(PAIR.model_dump_json())
     common = ["history", "toy", str(scene), "-p", "default", "-j", "1"]

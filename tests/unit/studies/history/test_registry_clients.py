@@ -191,10 +191,7 @@ def test_release_cache_removes_nothing_while_in_use(tmp_path: Path) -> None:
 
 @each("instead", ["a file", "a link", "a list that nests"])
 def test_damaged_release_is_installed_again(instead: str, tmp_path: Path) -> None:
-    r"""A file, a link or an unreadable list instead of a release is replaced by a new installation.
-
-    The target of the link stays unchanged.
-    """
+    """A file, a link or an unreadable list instead of a release is replaced; a link's target stays."""
     kept, other = ReleaseCache(tmp_path / "root"), tmp_path / "other"
     place = kept.install(Breaks(), "pip", "toy", "1")
     other.mkdir()

@@ -33,10 +33,7 @@ HORIZON = "unstable-orbit"
 
 
 def test_ladder_is_monotone_from_harmless_to_extreme_value() -> None:
-    r"""The quick and the full ladder of each attack start at the harmless value and end at the extreme one.
-
-    They are monotone and have at least four different values.
-    """
+    """Each ladder is monotone from the harmless to the extreme value, with at least four different values."""
     for attack, quick in itertools.product(ATTACKS, (False, True)):
         ladder = attack.build_ladder(quick)
         end = attack.quick_absurd if quick and attack.quick_absurd is not None else attack.absurd
@@ -57,10 +54,7 @@ def test_every_entry_of_attacks_file_is_used() -> None:
 @each_attack
 @pytest.mark.parametrize("stride", release_after(1, [3, 1]))
 def test_pic_passes_every_attack(attack: Attack, stride: int, tmp_path: Path) -> None:
-    r"""PIC passes the quick ladder of every attack to its end, except unstable-orbit, which it passes up to 20.
-
-    The attack's scene survives saving and loading.
-    """
+    """PIC passes the quick ladder of every attack, unstable-orbit up to 20, and its scene survives a file."""
     ladder = attack.build_ladder(quick=True)
     if attack.name == HORIZON:
         ladder = [value for value in ladder if value <= 20]
@@ -88,10 +82,7 @@ def test_pit_fails_attacks_on_sampling(name: str) -> None:
 
 
 def test_bisection_value_is_geometric_mean() -> None:
-    r"""The value between two others is their geometric mean, rounded on axes of whole numbers.
-
-    Values closer than the resolution have none between them.
-    """
+    """The value between two others is their geometric mean, whole on whole axes, or none within the resolution."""
     pair, crowd = (next(a for a in ATTACKS if a.name == name) for name in ("mass-ratio", "at-once"))
     assert pair.find_middle_value(1.0, 100.0, 1.1) == 10.0
     assert pair.find_middle_value(1.0, 1.05, 1.1) is None
@@ -138,10 +129,7 @@ def _compute_end_with_60_digits(trial: Trial) -> tuple[list[float], float]:
 
 @each("name, whole", [(name, False) for name in IN_CONTACT] + release_after(0, [(n, True) for n in IN_CONTACT]))
 def test_contact_truth_and_pic_agree_with_60_digits(name: str, whole: bool) -> None:
-    r"""The truth of contact attacks and PIC agree to 1e-14 with an integration in 60 digits.
-
-    The short form checks the harmless value, the long one the whole ladder.
-    """
+    """The truth of contact attacks and PIC agree to 1e-14 with an integration in 60 digits."""
     attack = IN_CONTACT[name]
     for value in attack.build_ladder(quick=False) if whole else (attack.harmless,):
         for trial in attack.trials(value):
@@ -199,10 +187,7 @@ def test_pic_passes_friction_attacks_to_rounding(name: str) -> None:
 
 @each("value", [0.9, 0.5, 0.1, 1e-3])
 def test_disc_bouncing_on_rough_floor_ends_rolling(value: float) -> None:
-    r"""After infinitely many bounces on a rough floor the disc rolls, and PIC's error is below 1e-12.
-
-    PIT passes, too.
-    """
+    """After infinitely many bounces on a rough floor the disc rolls; PIC errs below 1e-12, and PIT passes."""
     (trial,) = ROUGH["rolling"].trials(value)
     trace = solve_pic(trial.scene)
     assert require_value(trace.modes)["after"].tolist() == [Mode.ROLL]
@@ -220,10 +205,7 @@ def test_pit_passes_friction_attacks_without_turned_normals(name: str) -> None:
 
 @each("name", list(ROUGH))
 def test_wrong_or_missing_spin_fails_friction_attacks(name: str) -> None:
-    r"""In each friction attack, a run with a reversed, missing or NaN spin fails.
-
-    The reasons are the rim speed and the missing spin.
-    """
+    """In each friction attack, a run with a reversed, missing or NaN spin fails with the reason."""
     trial = ROUGH[name].trials(ROUGH[name].harmless * (10.0 if name == "friction" else 1.0))[0]
     trace = solve_pic(trial.scene)
     assert trial.check(trace).broken == ""

@@ -46,10 +46,7 @@ class Answering(InProcessPool):
 
 @each("threshold", [3.0, 4.2e5, 9.9e11])
 def test_failure_point_is_found_within_resolution(attack: Attack, threshold: float, tmp_path: Path) -> None:
-    r"""The threshold of a method is between the largest value that passed and the smallest that failed.
-
-    Their ratio is at most the resolution, and the scene file has the failing value.
-    """
+    """The threshold is between the largest passing and the smallest failing value, within the resolution."""
     result = find_failure(attack, METHOD, Answering(threshold), quick=False).save(tmp_path)
     assert result.ending is CellEnding.FAILS_AT_SIZE
     assert require_value(result.stands_at) <= threshold < require_value(result.value)

@@ -42,10 +42,7 @@ def test_every_campaign_cell_has_number_and_file_or_reason(results: StressResult
 
 
 def test_campaign_distinguishes_pic_and_pit(results: StressResults) -> None:
-    r"""In tunnelling, PIC passes and PIT fails between 1 and 10 radii per step.
-
-    In mujoco-441, only PIT shows the symptom. PIC holds the relation of time reversal.
-    """
+    """PIC passes tunnelling, mujoco-441 and time reversal; PIT tunnels at 1 to 10 radii per step."""
     cells = results.cells
     assert cells["tunnelling", "pic/event-driven"].ending is CellEnding.PASSES
     fell = cells["tunnelling", "pit/tuned"]
@@ -69,10 +66,7 @@ def test_saved_scene_reproduces_the_failure(results: StressResults, folder: Path
 
 @pytest.mark.long
 def test_resumed_finished_campaign_runs_nothing(results: StressResults, folder: Path, monkeypatch: object) -> None:
-    r"""Resuming a finished campaign returns the same cells without a run.
-
-    A full campaign in the folder of a quick one is refused.
-    """
+    """Resuming a finished campaign runs nothing; a full one in the folder of a quick one is refused."""
     assert isinstance(monkeypatch, pytest.MonkeyPatch)
     monkeypatch.setattr(campaign.TableCell, "run", lambda *_: pytest.fail("a finished cell was run again"))
     names = [line.name for line in results.lines]

@@ -23,10 +23,7 @@ KNOWN = [entry for entry in catalogue().values() if not entry.tags & {Tag.CONSER
 
 @each("entry", KNOWN)
 def test_true_motion_agrees_with_known_answers(entry: CatalogueScene) -> None:
-    r"""`compute_true_motion` agrees with each known answer on impacts, and to rounding on times and velocities.
-
-    Times agree to 1e-13 of the duration, final velocities to 1e-12 of the greatest speed.
-    """
+    """`compute_true_motion` has each known answer's impacts, times to 1e-13 and final velocities to 1e-12."""
     motion, known, scene = compute_true_motion(entry.scene), entry.known, entry.scene
     assert [(i.first, i.second) for i in motion.impacts] == [(i.first, i.second) for i in known.impacts]
     assert [i.time_s for i in motion.impacts] == pytest.approx(

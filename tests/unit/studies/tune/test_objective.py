@@ -73,10 +73,7 @@ def test_cost_is_median_time_ratio_to_first_profile() -> None:
     ],
 )
 def test_error_scale_maps_rounding_to_0_and_pit_to_one_half(result: SceneResult, part: float) -> None:
-    r"""On the error scale, rounding is 0, PIT's error is 0.5, and an infinite error or a wrong scene is 1.
-
-    NaN is 0 for an exact run and 1 for an inaccurate one.
-    """
+    """Rounding is 0, PIT's error 0.5, an infinite error or a wrong scene 1, and NaN 0 only for an exact run."""
     assert compute_error_on_scale(result) == pytest.approx(part, abs=1e-12)
 
 
@@ -86,10 +83,7 @@ def test_crashed_scene_counts_as_wrong() -> None:
 
 
 def test_diverged_run_is_scored_by_single_steps() -> None:
-    r"""A diverged run is scored by the missed and invented impacts and the error of its single steps.
-
-    It is not wrong, and neither exact nor close.
-    """
+    """A diverged run is scored by its single steps; it is neither wrong nor exact nor close."""
     scene = find_scenes(["paper/late"])[0].scene
     pit = observe_run(load_adapter("pit"), scene, "tuned", 1 / 24)
     score = compare(solve_pic(scene), pit, sampling=pit)

@@ -142,10 +142,7 @@ def test_engine_without_knobs_is_refused() -> None:
 
 
 def test_knob_values_include_both_ends_of_the_range() -> None:
-    r"""The values of a knob include both ends of its range; they are geometric for a logarithmic knob.
-
-    Whole numbers and choices occur once each.
-    """
+    """A knob's values include both ends, geometric if logarithmic; whole numbers and choices occur once."""
     assert list_values(KNOBS["threshold"])[0::16] == (0.0, 1.0)
     slop = [float(value) for value in list_values(KNOBS["slop"])]
     assert (slop[0], slop[-1]) == (1e-9, 1e-3)

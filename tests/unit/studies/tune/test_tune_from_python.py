@@ -15,10 +15,7 @@ pytest.importorskip("pymunk", reason="pymunk is not installed")
 
 @pytest.mark.usefixtures("in_process")
 def test_tune_result_prints_and_plots_errors() -> None:
-    r"""The result of `carom.tune` prints its answer first and plots each scene's error before and after.
-
-    The HTML form contains an SVG.
-    """
+    """The result of `carom.tune` prints its answer first and plots each scene's error before and after."""
     pytest.importorskip("matplotlib", reason="matplotlib, extra report, is not installed")
     from matplotlib.figure import Figure
 
@@ -36,10 +33,7 @@ def test_tune_result_prints_and_plots_errors() -> None:
 
 @pytest.mark.long
 def test_tune_compares_with_existing_profiles() -> None:
-    r"""The result shows a row for each existing profile, with located last, and names equal and better ones.
-
-    A scene that a profile does not support is not run.
-    """
+    """The result has a row for each existing profile, located last, and names equal and better ones."""
     found = carom.tune("pymunk", ["paper/late", "gravity/bouncing-ball"], trials=1, jobs=1)
     text = " ".join(repr(found).split())
     assert [*found.others] == ["tuned", "located"]
