@@ -27,16 +27,14 @@ def build_oblique_scene(length: float = 1.0, mass: float = 1.0, time: float = 1.
 def build_cradle_scene() -> Scene:
     """A disc that runs into the end of a row of four in contact."""
     row = [disc_at(i, 0) for i in range(4)]
-    runner = disc_at(-1.51, 0, 1)
-    return staged("cradle", runner, *row, duration_s=2.0)
+    return staged("cradle", disc_at(-1.51, 0, 1), *row, duration_s=2.0)
 
 
 def build_break_scene() -> Scene:
     """A disc that runs into the tip of a triangle of ten in contact."""
     pitch = 1 + 1e-7  # touching, except for the rounding of the root of 3
     rack = [disc_at(math.sqrt(0.75) * pitch * row, (k - row / 2) * pitch) for row in range(4) for k in range(row + 1)]
-    cue = disc_at(-3, 0.013, 5)
-    return staged("break", cue, *rack, duration_s=1.0)
+    return staged("break", disc_at(-3, 0.013, 5), *rack, duration_s=1.0)
 
 
 def build_bullet_scene(phase: float, dt_s: float) -> Scene:
@@ -70,8 +68,7 @@ def build_paddle_scene(phase: float, *, disc: bool = False, half_width_m: float 
     """Return a disc at 2 m/s that an edge, or a disc, driven at 1 m/s the other way sends back: at -4 m/s, 2 V - v."""
     dt_s, radius = 1 / 60, 0.25
     # The two close at 3 m/s: twelve steps and a phase until they touch, and as many after.
-    gap_m = (12 + phase) * dt_s * 3
-    flying = disc_at(-gap_m - radius - half_width_m, 0, 2, r=radius)
+    flying = disc_at(-((12 + phase) * dt_s * 3) - radius - half_width_m, 0, 2, r=radius)
     mallet = disc_at(0.5, 0, -1, m=math.inf, driven=True)
     paddle = Chain(points_m=[(0, -1), (0, 1)], velocity_m_s=(-1, 0), half_width_m=half_width_m)
     return staged(

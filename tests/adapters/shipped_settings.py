@@ -65,8 +65,7 @@ def assert_default_is_shipped(adapter: Adapter, shipped: Shipped) -> None:
     """What `default` uses are the engine's defaults, except for those that the profile lists, all of which differ."""
     profile = adapter.profiles["default"]
     changed = set(profile.changed)
-    scene = build_meeting_scene(SPEEDS[0], 0.0)
-    world = adapter.prepare(scene, profile.settings(DT_S))
+    world = adapter.prepare(build_meeting_scene(SPEEDS[0], 0.0), profile.settings(DT_S))
     used = {name: value for name, value in world.settings.items() if name != "dt_s"}
     world.close()
     assert used.keys() | changed == shipped.values.keys()

@@ -156,8 +156,7 @@ def test_mujoco_reset_is_reported_as_a_warning(
     monkeypatch.chdir(tmp_path)
     # It starts inside of what the adapter declares, 1e10 m, and passes that in the second step.
     scene = Scene(name="far", discs=[Disc(position_m=(9.99e9, 0), velocity_m_s=(1e9, 0), radius_m=1)], duration_s=0.1)
-    reset = finish(mujoco, scene, 1 / 100, "default")
-    assert "reset" in reset.warning
+    assert "reset" in finish(mujoco, scene, 1 / 100, "default").warning
     kept = finish(mujoco, scene, 1 / 100, "tuned")
     assert not kept.warning
     # Ten additions of 1e7 m, each rounded by half an ulp of 1e10 m.

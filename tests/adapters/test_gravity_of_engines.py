@@ -24,8 +24,7 @@ POSITION_FIRST = {"pymunk"}
 
 def _build_falling_scene(velocity: tuple[float, float] = (1.0, 3.0)) -> Scene:
     disc = Disc(position_m=(0.25, 2.0), velocity_m_s=velocity, radius_m=0.5, mass_kg=3.0)
-    post = disc_at(9, 9, m=math.inf)
-    return staged("fall", disc, post, gravity_m_s2=G, duration_s=1.0)
+    return staged("fall", disc, disc_at(9, 9, m=math.inf), gravity_m_s2=G, duration_s=1.0)
 
 
 @each("profile", ["default", "tuned", "located"])

@@ -85,8 +85,7 @@ def test_engines_without_a_threshold_bounce_at_1_mm_per_s(engine: Adapter, finis
     if capabilities_of(engine, profile).restitution_threshold_m_s > 1e-3:
         pytest.skip("declares a threshold above that")
     scene = _build_head_on_scene(1e-3)
-    dt_s = scene.duration_s / 1024
-    restitution = _measure_restitution(finish(engine, scene, dt_s, profile), 1e-3)
+    restitution = _measure_restitution(finish(engine, scene, scene.duration_s / 1024, profile), 1e-3)
     # MuJoCo as shipped has a spring of period 0.2 s, which steps of 1 s can't follow: any bounce will do there.
     if not (engine.name == "mujoco" and profile == "default"):
         assert restitution == pytest.approx(1, abs=scale_tolerance(engine, 1e-8))

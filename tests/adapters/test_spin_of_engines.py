@@ -168,8 +168,7 @@ def test_spin_beyond_the_engine_limit_is_reported_as_a_warning(named: Named, nam
     """A spin at PyBullet's clamp, or above Box2D's quarter turn a step, is reported as a warning."""
     adapter, dt_s = named(name), 1 / 64
     disc = disc_at(0, 0.06, 40, -0.5, r=0.05)
-    floor = wall_at(0, 0, 0, 1)
-    scene = staged("grip", disc, floor, wall_friction=10, duration_s=8 * dt_s)
+    scene = staged("grip", disc, wall_at(0, 0, 0, 1), wall_friction=10, duration_s=8 * dt_s)
     # Friction takes 10 of twice 0.5 m/s from the slip's speed, and gives the rim 20: 400 rad/s, 6 rad a step.
     world = adapter.prepare(scene, adapter.profiles["default"].settings(dt_s))
     world.observe()
@@ -191,8 +190,7 @@ def test_friction_beyond_engine_limits_is_refused(named: Named, name: str, frict
 
 
 def _build_floor_scene(**fields: float) -> Scene:
-    disc = disc_at(0, 1, 1, -1)
-    return staged("floored", disc, wall_at(0, 0, 0, 1), duration_s=1.0, **fields)
+    return staged("floored", disc_at(0, 1, 1, -1), wall_at(0, 0, 0, 1), duration_s=1.0, **fields)
 
 
 def test_mujoco_settings_report_the_friction_solver(mujoco: Adapter) -> None:
@@ -210,8 +208,7 @@ def test_mujoco_settings_report_the_friction_solver(mujoco: Adapter) -> None:
 
 def test_mujoco_gains_energy_in_shared_contacts_solved_in_turn(named: Named, finish: Finish) -> None:
     """With one pass in turn, a disc that strikes two touching discs with friction gains 20 to 30 % of energy."""
-    root = math.sqrt(0.75)
-    discs = [disc_at(-0.5 - root, 0, 1), *(disc_at(0.0, y) for y in (-0.5, 0.5))]
+    discs = [disc_at(-0.5 - math.sqrt(0.75), 0, 1), *(disc_at(0.0, y) for y in (-0.5, 0.5))]
     scene = staged("shared", *discs, friction=0.01, duration_s=1.0)
     ends = {
         in_turn: finish(named("mujoco"), scene, 1 / 240, in_turn=in_turn, speculative=False)
@@ -228,8 +225,7 @@ def test_box2d_warm_start_breaks_shortened_steps(box2d: Adapter) -> None:
     velocity, _ = compute_law(scene)
     found = {}
     for warm in (False, True):
-        profile = box2d.profiles["located"]
-        settings = {**profile.settings(1 / 60), "warmStarting": warm}
+        settings = {**box2d.profiles["located"].settings(1 / 60), "warmStarting": warm}
         adapter = _with_settings(box2d, settings)
         found[warm] = float(np.abs(observe_run(adapter, scene, "located", 1 / 60).final_velocity_m_s - velocity).max())
     assert found[False] < scale_tolerance(box2d, ROUNDING)

@@ -206,8 +206,7 @@ def main() -> int:
         for finding in count.findings:
             print(f"{name}: {finding}")
     if chosen.write:
-        page = chosen.write.read_text(encoding="utf-8")
-        before, _, rest = page.partition(BEGIN)
+        before, _, rest = chosen.write.read_text(encoding="utf-8").partition(BEGIN)
         chosen.write.write_text(f"{before}{BEGIN}\n{table}{END}{rest.partition(END)[2]}", encoding="utf-8")
     return 130 if interrupted else 1 if any(count.lost for count in counts.values()) else 0
 

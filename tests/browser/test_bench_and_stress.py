@@ -148,8 +148,7 @@ def test_cell_links_to_its_evidence(window: Window, pages: dict[str, Path]) -> N
     opened.locator("table.grid td a[href='#tunnelling/pit/tuned']").click()
     row = opened.locator("tr:has(:target)")
     row.wait_for(state="visible")
-    text = row.inner_text()
-    assert "carom run scenes/tunnelling-pit-tuned.toml -e pit -p tuned" in text
+    assert "carom run scenes/tunnelling-pit-tuned.toml -e pit -p tuned" in row.inner_text()
     assert row.locator("a[href='scenes/tunnelling-pit-tuned.toml']").count() == 1
 
 

@@ -121,8 +121,7 @@ def test_first_screen_explains_the_comparison(window: Window, wide_report: Path)
 def test_texts_of_the_first_chart_do_not_overlap(window: Window, wide_report: Path) -> None:
     """No two texts of the chart of sampling costs overlap, at 360 and 1280 pixels."""
     for width in (360, 1280):
-        page = window(wide_report, width=width)
-        texts = page.locator(".charts svg:visible").first.locator("text")
+        texts = window(wide_report, width=width).locator(".charts svg:visible").first.locator("text")
         boxes = texts.evaluate_all(
             "all => all.map(one => one.getBoundingClientRect()).map(b => [b.x, b.y, b.right, b.bottom])"
         )
@@ -190,8 +189,7 @@ def test_packed_table_has_every_record_when_opened(page: Page, report: Path) -> 
     details.locator("summary").click()
     details.locator("tbody tr").first.wait_for()
     _, lines = read_records(report.parent / "results.jsonl")
-    scenes = details.locator("tbody th").all_inner_texts()
-    assert scenes == [escape_controls(line.scene) for line in lines]
+    assert details.locator("tbody th").all_inner_texts() == [escape_controls(line.scene) for line in lines]
     grades = details.locator("tbody tr td:nth-child(5)").all_inner_texts()
     said = [parse_mark(line.status, line.grade, line.float_bits) for line in lines]
     assert grades == [f"{mark.symbol} {mark.word}" for mark in said]

@@ -242,8 +242,7 @@ def test_replay_pauses_at_a_missed_impact_and_goes_on(page: Page, report: Path) 
     moment = row["true"] + data["meetings"][row["at"]][2] / 2
     page.keyboard.press("Home")
     page.keyboard.press(" ")
-    seen = page.evaluate(HELD)
-    assert seen[-1] == pytest.approx(moment, rel=1e-5)
+    assert page.evaluate(HELD)[-1] == pytest.approx(moment, rel=1e-5)
     page.wait_for_function(
         "moment => Number(document.querySelector('.timeline').dataset.time) > moment * 1.01", arg=moment
     )

@@ -48,8 +48,7 @@ def list_rules(report: Report) -> set[str]:
 def test_correct_run_violates_no_rule(run: Callable[..., Run]) -> None:
     """A correct run with the TC model violates no rule; 10 to 90 % of its impacts are elastic."""
     report = check_gas_run(run(build_gas(), contact_duration_s=build_gas().contact_duration_s))
-    assert report.violations == []
-    assert report.impacts == IMPACTS
+    assert (report.violations, report.impacts) == ([], IMPACTS)
     assert 0.1 * IMPACTS < report.elastic < 0.9 * IMPACTS
 
 

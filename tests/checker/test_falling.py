@@ -49,8 +49,7 @@ def test_correct_run_violates_no_rule(monkeypatch: pytest.MonkeyPatch) -> None:
     run = gas_checks.build_run(build_gas())
     monkeypatch.setattr(gas_checks, "build_run", lambda _: run)
     report = check_run(build_gas(), IMPACTS)
-    assert report.violations == []
-    assert report.impacts == IMPACTS
+    assert (report.violations, report.impacts) == ([], IMPACTS)
     assert 0.0 < report.worst_gap < 1.0
     first, second = run.log.array()["first"], run.log.array()["second"]
     fixed = ~build_gas().start.movable

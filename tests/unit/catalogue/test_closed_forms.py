@@ -92,8 +92,7 @@ def test_catalogue_has_at_least_twenty_bug_reports_with_threads() -> None:
     assert len(COMPLAINTS) >= 20
     for entry in COMPLAINTS:
         assert re.fullmatch(r"https://github\.com/[\w.-]+/[\w.-]+/(issues|pull)/\d+", entry.thread)
-        number = entry.thread.rpartition("/")[2]
-        assert number in entry.name
+        assert entry.thread.rpartition("/")[2] in entry.name
         assert entry.reported.endswith(".")
         assert entry.made.endswith(".")
         assert entry.about

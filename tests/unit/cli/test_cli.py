@@ -117,8 +117,7 @@ def test_scenes_command_lists_prints_and_saves_scenes(tmp_path: Path) -> None:
     path = tmp_path / "copy.toml"
     path.write_text(shown)
     assert carom.load_scene(path).name == "paper/missed"
-    saved = carom_command("scenes", "paper", "--save", str(tmp_path / "mine"))
-    assert saved.exit_code == 0
+    assert carom_command("scenes", "paper", "--save", str(tmp_path / "mine")).exit_code == 0
     assert len(list((tmp_path / "mine").glob("*.toml"))) == 4
 
 
@@ -501,8 +500,7 @@ def test_certify_writes_one_file_for_each_similar_name(tmp_path: Path) -> None:
         (saved / f"{k}.toml").write_text(text.replace("paper/missed", name))
     files = [str(saved / f"{k}.toml") for k in range(len(names))]
     assert carom_command("certify", *files, "--out", str(tmp_path / "out")).exit_code == 0
-    found = [path.name.lower() for path in (tmp_path / "out").glob("*.json")]
-    assert len(set(found)) == len(names)
+    assert len({path.name.lower() for path in (tmp_path / "out").glob("*.json")}) == len(names)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="address space is limited on Linux")

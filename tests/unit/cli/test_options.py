@@ -147,8 +147,7 @@ def test_wrong_option_value_is_refused_on_the_command_line(study: type[DeclaredO
 @each("study", [study for study, command in STUDIES.items() if command])
 def test_help_shows_every_declared_option(study: type[DeclaredOptions]) -> None:
     """`--help` shows the flag and the declared help text of each option of a study."""
-    result = carom_command(STUDIES[study][0], "--help")
-    shown = "".join(result.output.split())
+    shown = "".join(carom_command(STUDIES[study][0], "--help").output.split())
     for name, one in list_declared_options(study).items():
         if one.flags:
             assert one.flags[0].partition("/")[0] in shown

@@ -314,5 +314,4 @@ def test_false_statements_about_spin_fail_their_cases(outcomes: Mapping[tuple[st
         assert words in outcomes[lie], (lie, outcomes[lie])
     honest = {case: said for (name, case), said in outcomes.items() if name == "honest"}
     assert not any(honest.values()), honest
-    asked = {case.partition("[")[0] for _, case in LIES}
-    assert asked <= {case.partition("[")[0] for case in honest}
+    assert {case.partition("[")[0] for _, case in LIES} <= {case.partition("[")[0] for case in honest}

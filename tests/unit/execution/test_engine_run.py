@@ -158,8 +158,7 @@ SCENES = [
 def assert_quiet_steps_change_nothing(engine: str, scene: Scene, profile: str) -> Trace:
     """Compare with a run of single steps. Equal traces have the same bits, counts, notes and outcome."""
     adapter, dt_s = load_adapter(engine), 0.5 / scene.frame_rate_hz
-    world = OneByOne(adapter.prepare(scene, adapter.profiles[profile].settings(dt_s)))
-    one_by_one: Any = Makes(world)
+    one_by_one: Any = Makes(OneByOne(adapter.prepare(scene, adapter.profiles[profile].settings(dt_s))))
     one_by_one.name, one_by_one.capabilities, one_by_one.profiles = engine, adapter.capabilities, adapter.profiles
     found = observe_run(adapter, scene, profile, dt_s, samples=True)
     assert found == observe_run(one_by_one, scene, profile, dt_s, samples=True)

@@ -19,8 +19,7 @@ ALONG_X = (1.0, 0.0)
 def build_state(*discs: tuple[float, float], contacts: tuple[Contact, ...] = ()) -> Observation:
     """Discs on the x axis, each as (x, velocity along x)."""
     position = np.array([(x, 0.0) for x, _ in discs])
-    velocity = np.array([(v, 0.0) for _, v in discs])
-    return Observation(position, velocity, contacts)
+    return Observation(position, np.array([(v, 0.0) for _, v in discs]), contacts)
 
 
 def build_line_scene(start: Observation) -> Scene:
@@ -143,8 +142,7 @@ def test_pair_driven_together_again_has_two_impacts(turned: tuple[float, float])
         build_state((0.0, 0.0), (0.7, -3.0), (2.1, 1.0), contacts=first),
         build_state((-0.3, -3.0), (0.7, 0.0), (2.2, 1.0), contacts=second),
     )
-    found = collect(*map(along, (start, *steps)))
-    assert found.times_and_bodies == [(0.0, 0, 1), (0.0, 1, 2), (0.1, 0, 1)]
+    assert collect(*map(along, (start, *steps))).times_and_bodies == [(0.0, 0, 1), (0.0, 1, 2), (0.1, 0, 1)]
 
 
 @each("turn_s", [0.0125, 0.05, 0.0875])
@@ -283,8 +281,7 @@ def test_falling_discs_have_the_velocities_of_their_impact(acts_at_end: bool) ->
         turned = k >= (3 if acts_at_end else 4)
         x, v = (0.1 + (t - 0.3), 1.0) if t > 0.3 + 1e-9 else (0.4 - t, 1.0 if turned else -1.0)
         fall, speed = -G * t * t / 2, -G * t
-        touches = k == (3 if acts_at_end else 4)
-        contact = (Contact(0, 1, t, ALONG_X, impulse_n_s=1.0),) if touches else ()
+        contact = (Contact(0, 1, t, ALONG_X, impulse_n_s=1.0),) if (k == (3 if acts_at_end else 4)) else ()
         seen.append(Observation(np.array([[-x, fall], [x, fall]]), np.array([[-v, speed], [v, speed]]), contact))
     impacts, effective, *_ = collect(start, *seen, scene=scene)
     assert effective == pytest.approx([0.3], abs=1e-15)

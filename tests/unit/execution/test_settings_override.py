@@ -30,8 +30,7 @@ from carom.studies.diff.compare_records import compare_records
 @pytest.fixture
 def scene() -> Scene:
     """Two discs that meet off their centres after about half a second."""
-    discs = [disc_at(0, 0, 2, 0), disc_at(2, 0.6, 0, 0)]
-    return Scene(name="aside", discs=discs, duration_s=1.5)
+    return Scene(name="aside", discs=[disc_at(0, 0, 2, 0), disc_at(2, 0.6, 0, 0)], duration_s=1.5)
 
 
 def run_with_settings(scene: Scene, **settings: Setting) -> carom.Results:
@@ -106,8 +105,7 @@ def test_setting_value_of_another_type_is_refused(settings: dict[str, Setting], 
 
 def test_limits_of_a_profile_do_not_apply_to_changed_settings() -> None:
     """PyBullet's default settings lose slow bounces and skip the scene; without the threshold the scene is run."""
-    discs = [disc_at(0, 0, 0.1, 0), disc_at(1.05, 0, 0, 0)]
-    scene = Scene(name="slow", discs=discs, duration_s=2.0)
+    scene = Scene(name="slow", discs=[disc_at(0, 0, 0.1, 0), disc_at(1.05, 0, 0, 0)], duration_s=2.0)
     with InProcessPool() as pool:
         own, tried = (
             build_plan([scene], Options(["pybullet"], [1 / 60], ["default"], settings=settings), pool)

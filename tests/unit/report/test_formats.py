@@ -101,8 +101,7 @@ def page(source: str) -> _Page:
 
 def test_html_is_well_formed(page: _Page) -> None:
     """Every element of the page is closed in the right order."""
-    assert page.faults == []
-    assert page.open == []
+    assert (page.faults, page.open) == ([], [])
 
 
 def test_html_is_self_contained(page: _Page, source: str) -> None:
@@ -306,8 +305,7 @@ def test_nan_is_null_in_the_file_and_nan_when_read(results: Results, folder: Pat
 def test_junit_counts_match_the_rows(results: Results, folder: Path) -> None:
     """Wrong and inaccurate cells are failures, broken engines errors, and cells not run skipped, with reasons."""
     root = ET.parse(folder / "junit.xml").getroot()  # noqa: S314 - our own file
-    cases = list(root.iter("testcase"))
-    assert len(cases) == len(results.rows) == int(root.attrib["tests"])
+    assert len(list(root.iter("testcase"))) == len(results.rows) == int(root.attrib["tests"])
     for tag, attribute in (("failure", "failures"), ("error", "errors"), ("skipped", "skipped")):
         found = list(root.iter(tag))
         assert (
@@ -338,8 +336,7 @@ def test_markdown_tables_are_well_formed(folder: Path) -> None:
     blocks = [block.splitlines() for block in text.split("\n\n") if block.startswith("|")]
     assert len(blocks) >= 4
     for block in blocks:
-        widths = {len(re.findall(r"(?<!\\)\|", line)) for line in block}
-        assert len(widths) == 1, block
+        assert len({len(re.findall(r"(?<!\\)\|", line)) for line in block}) == 1, block
     assert "<script" not in text.replace("\\<", "")
     assert "carom run --report 'a & b'" in text
 

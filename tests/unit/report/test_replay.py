@@ -51,8 +51,7 @@ def test_replay_lists_contact_modes_with_their_times() -> None:
     """A disc slides until ``u / (g f (1 + 1/k))`` and then rolls; a scene without lasting contact has no modes."""
     scene = find_scenes(("contact/slide-to-roll",))[0].scene
     (disc,) = scene.discs
-    reference = carom.solve_pic(scene)
-    ((number, changes),) = build_replay_data(reference, [])["modes"]
+    ((number, changes),) = build_replay_data(carom.solve_pic(scene), [])["modes"]
     pull, slip = -scene.gravity_m_s2[1], disc.velocity_m_s[0] + disc.radius_m * disc.spin_rad_s
     rolls_s = slip / (pull * scene.wall_friction * (1.0 + 1.0 / disc.inertia_factor))
     assert number == 0
@@ -104,8 +103,7 @@ def test_replay_of_a_non_finite_run_is_valid_json(results: Results) -> None:
     )
     for trace in (broken, dataclasses.replace(broken, samples=None)):
         reference = results.references["paper/late"]
-        score = carom.compare(reference, trace)
-        data = build_replay_data(reference, [(trace, score, {})])
+        data = build_replay_data(reference, [(trace, carom.compare(reference, trace), {})])
         (run,) = json.loads(json.dumps(data, allow_nan=False))["runs"]
         assert all(len(track[0]) >= 1 for track in run["tracks"])
 
@@ -117,8 +115,7 @@ def test_replay_has_contact_point_and_overlap_time(results: Results) -> None:
     place, passing = (np.subtract(getattr(other, name), getattr(one, name)) for name in ("position_m", "velocity_m_s"))
     reach = one.radius_m + other.radius_m
     begin_s, end_s = np.sort(np.roots([passing @ passing, 2 * place @ passing, place @ place - reach**2]).real)
-    data = build_replay_data(reference, [])
-    ((x, y, overlap_s),) = data["meetings"]
+    ((x, y, overlap_s),) = build_replay_data(reference, [])["meetings"]
     assert overlap_s == pytest.approx(end_s - begin_s, rel=1e-5)  # as it is rounded for the page
     for disc in (one, other):
         centre = np.add(disc.position_m, begin_s * np.array(disc.velocity_m_s))

@@ -25,8 +25,7 @@ def document() -> Document:
     """Scenes of three groups, one of a long name, by PIC, PIT and pymunk."""
     classics = [f"classics/{name}" for name in ("perfectly-inelastic", "three-in-line")]
     scenes = find_scenes(["paper/late", "paper/missed", "gravity/falling-pair", *classics])
-    results = run_cross_check(scenes, ["pic", "pit", "pymunk"], dts=[1 / 60])
-    return cross_check_document(results)
+    return cross_check_document(run_cross_check(scenes, ["pic", "pit", "pymunk"], dts=[1 / 60]))
 
 
 def print_document(document: Document, width: int, *, full: bool = False) -> list[str]:
@@ -43,8 +42,7 @@ def test_summary_of_the_whole_suite_fits_one_screen(document: Document) -> None:
     lines = print_document(document, 80)
     methods = [line for line in lines if re.match(r"(PIT|pymunk default|pymunk tuned|pymunk located) ", line)]
     assert len(methods) == 4
-    pit_and_four_engines_with_three_profiles = 13
-    assert len(lines) - len(methods) + pit_and_four_engines_with_three_profiles <= 25
+    assert len(lines) - len(methods) + 13 <= 25
 
 
 @each("width", [60, 80, 120, 200])

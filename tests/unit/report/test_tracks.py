@@ -53,8 +53,7 @@ def test_bodies_touch_at_every_impact(one_in: int) -> None:
 @each("name", release_after(1, ["paper/missed", "classics/gas", "gravity/box", "gravity/ladder"]))
 def test_track_passes_every_sampled_position(name: str) -> None:
     """A track passes every sample within `SHARPNESS` of the extent and has few more knots than samples."""
-    scene = all_scenes()[name].scene
-    results = run_cross_check([scene], ["pit"], profiles=["tuned"], dts=[1 / 60])
+    results = run_cross_check([all_scenes()[name].scene], ["pit"], profiles=["tuned"], dts=[1 / 60])
     trace = require_value(results.rows[0].trace)
     extent_m = compute_extent(results.references[name])
     times = require_value(trace.samples).time_s[require_value(trace.samples).time_s < trace.end_time_s]

@@ -66,8 +66,7 @@ def test_no_line_is_wider_than_the_terminal(document: Document, width: int, full
 
 def test_every_symbol_has_an_ascii_replacement(document: Document) -> None:
     """Every character of the answers has an ASCII replacement that is not a question mark."""
-    text = "\n".join(print_document(document, 80)).encode("ascii", ERRORS).decode()
-    assert "?" not in text
+    assert "?" not in "\n".join(print_document(document, 80)).encode("ascii", ERRORS).decode()
 
 
 def test_bench_names_fastest_engine_within_target_error() -> None:
@@ -106,8 +105,7 @@ def test_bench_table_has_only_reached_targets() -> None:
     columns, rows = build_method_table(whole, ErrorKind.IMPACT, list_reached_targets(build_bench())).select_for(
         Media.MARKDOWN
     )
-    heads = [column.head for column in columns]
-    assert heads[4:9] == ["10 %", "1 %", "0.1 %", "0.01 %", "exact"]
+    assert [column.head for column in columns][4:9] == ["10 %", "1 %", "0.1 %", "0.01 %", "exact"]
     assert all(any(row[k].text for row in rows) for k in range(4, 9))
     curves = [
         replace(curve, points=tuple(replace(p, missed=3 - k % 2, spurious=1) for p in curve.points))
@@ -208,10 +206,8 @@ def test_located_methods_are_last_and_not_recommended() -> None:
     found = build_advice()
     first, *_, last = found.answers
     cut = replace(found, located=frozenset({first.method}))
-    text = render_advice(cut)
-    assert "200 steps" not in text
-    names = [row.split()[:2] for row in list_method_rows(cut)]
-    assert names[-1] == ["box2d", "default"]
+    assert "200 steps" not in render_advice(cut)
+    assert [row.split()[:2] for row in list_method_rows(cut)][-1] == ["box2d", "default"]
     alone = render_advice(replace(cut, answers=(first,)))
     assert "200 steps/s with box2d default" in alone
     assert "--show" not in alone

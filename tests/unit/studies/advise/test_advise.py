@@ -132,8 +132,7 @@ def test_share_of_missed_grazes_matches_contact_window() -> None:
     assert hard.limit.miss_dt_s == pytest.approx(window_s, rel=1e-9)
     half = rank_hardest_impacts(trace, Demand(math.radians(90), miss_probability=0.5))[0]
     assert half.limit.miss_dt_s == pytest.approx(dt_s, rel=1e-9)
-    found = [measure_direction_error(scene, dt_s, dt_s * (k + 0.5) / 20)[0] for k in range(20)]
-    assert sum(found) == 10
+    assert sum(measure_direction_error(scene, dt_s, dt_s * (k + 0.5) / 20)[0] for k in range(20)) == 10
 
 
 def test_cause_is_fast_for_fast_small_disc_and_wall_allows_any_step() -> None:

@@ -205,8 +205,7 @@ def test_crash_at_large_step_fails_and_at_frame_ends_search() -> None:
 
 def test_unknown_direction_meets_no_demand() -> None:
     """A NaN direction error meets no demand; a known one does if the share of phases with a miss is allowed."""
-    blind = StepTrial(0.1, 8, 11, 8, 11, math.nan, 1)
-    assert not blind.is_within(Demand(DEGREE, 0.99))
+    assert not StepTrial(0.1, 8, 11, 8, 11, math.nan, 1).is_within(Demand(DEGREE, 0.99))
     some = StepTrial(0.1, 8, 11, 1, 4, DEGREE / 2, 1)
     assert some.is_within(Demand(DEGREE, 0.125))
     assert not some.is_within(Demand(DEGREE, 0.1))

@@ -228,8 +228,7 @@ def test_bench_command_writes_page_diagrams_and_json(scene_file: Path, tmp_path:
     assert png.read_bytes().startswith(b"\x89PNG")
     assert svg.read_text().startswith("<svg xmlns=")
     assert "<a " not in svg.read_text()  # what leads to a place of the page leads nowhere from a file
-    content = json.loads((out / "bench.json").read_text())
-    assert content["scenes"][0]["scene"] == "mine & yours"
+    assert json.loads((out / "bench.json").read_text())["scenes"][0]["scene"] == "mine & yours"
     again = carom_command(*arguments)
     assert again.exit_code == 2
     assert "--resume" in again.output

@@ -157,8 +157,7 @@ def test_explanation_agrees_with_jobs_that_run(
                 for row in refused
             )
             assert bool(refused) == ("skipped" in fate)
-        asked = [f"{job.method.label} at {job.dt_s:.6g} s" for job in pool.jobs]
-        assert sorted(asked) == sorted(told)
+        assert sorted(f"{job.method.label} at {job.dt_s:.6g} s" for job in pool.jobs) == sorted(told)
         there = {row.job.method.label for row in rows}
         others = [
             lines[f"{info.name} {profile}"]

@@ -134,9 +134,7 @@ def test_methods_are_ranked_by_grade_then_error_ratio(results_with_profiles: Res
     def standing(*rows: Row) -> tuple[float, float]:
         return compute_standing(build_grid(replace(results_with_profiles, rows=rows)).runs)
 
-    order = [exact, close, cheap, dear, none]
-    mixed = [none, dear, close, cheap, exact]
-    assert sorted(mixed, key=standing) == order
+    assert sorted([none, dear, close, cheap, exact], key=standing) == [exact, close, cheap, dear, none]
     narrow = replace(exact, score=replace(require_value(exact.score), float_bits=32))
     assert standing(exact) == standing(narrow)
     wrong = replace(row, score=replace(row.score, grade=Grade.WRONG))

@@ -95,8 +95,7 @@ def test_demo_opens_page_of_engine_that_misses_an_impact(
     assert found.replay.score.missed
     assert len(found.replay.reference.impacts) == 1
     assert found.replay.observed.method == "pymunk"
-    text = found.page.read_text()
-    assert f'id="scenes" data-first="{found.replay.reference.scene.name}">' in text
+    assert f'id="scenes" data-first="{found.replay.reference.scene.name}">' in found.page.read_text()
     assert "pymunk with default settings misses 1 of 1 impact at 24 steps per second" in repr(found)
 
 

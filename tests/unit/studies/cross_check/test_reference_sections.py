@@ -43,8 +43,7 @@ def test_report_states_when_a_disc_comes_to_rest() -> None:
 
 def test_rolling_disc_is_not_reported_as_unreliable() -> None:
     """For discs that roll from the start, the only remark is that runs are compared up to 0 s."""
-    scene = all_scenes()["contact/struck"].scene
-    results = run_cross_check([scene], ["pit"], dts=[1 / 24])
+    results = run_cross_check([all_scenes()["contact/struck"].scene], ["pit"], dts=[1 / 24])
     told = [
         b.items for b in build_reference_section(build_grid(results)).select_for(Media.TERMINAL) if isinstance(b, Lines)
     ]

@@ -57,8 +57,7 @@ def test_notebook_cell_is_a_sandboxed_iframe_with_the_page(missed_replay: Replay
 
 def test_replay_page_has_data_and_one_hashed_script(missed_replay: Replay, tmp_path: Path) -> None:
     """The page has one block of data and one script, allowed by its hash; the scene's name is escaped."""
-    path = missed_replay.save(tmp_path / "replay.html")
-    page = path.read_text(encoding="utf-8")
+    page = missed_replay.save(tmp_path / "replay.html").read_text(encoding="utf-8")
     assert page == missed_replay.html()
     (block,) = re.findall(r'<script type="text/plain" data-scene="[^"<>]*">([\w+/=]+)</script>', page)
     data = json.loads(gzip.decompress(base64.b64decode(block)))

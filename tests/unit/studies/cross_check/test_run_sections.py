@@ -38,8 +38,7 @@ def test_every_error_metric_is_in_table_records_and_docs(results: Results) -> No
     for metric in fields(Errors):
         assert metric.metadata["name"] in {column.head for column in columns}
         assert all((metric.name in row["total"]) == (metric.name not in OF_SPINS) for row in rows if row["total"])
-        documented = Path("docs/theory/scoring.md").read_text(encoding="utf-8")
-        assert f"`{metric.name}`" in documented
+        assert f"`{metric.name}`" in Path("docs/theory/scoring.md").read_text(encoding="utf-8")
 
 
 def test_spread_over_phases_has_a_section(results: Results) -> None:

@@ -102,8 +102,7 @@ def test_accurate_engine_has_small_error_ratio_and_error_not_from_sampling(resul
     rows = []
     for row in results.rows:
         if row.job.engine == "toy" and row.score is not None:
-            truth = results.references[row.job.scene.name]
-            right = replace(truth, method="toy", dt_s=row.job.dt_s)
+            right = replace(results.references[row.job.scene.name], method="toy", dt_s=row.job.dt_s)
             rows.append(rescore(results, replace(row, trace=right), 1 + 1e-9))
         else:
             rows.append(row)

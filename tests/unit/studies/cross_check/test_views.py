@@ -226,12 +226,9 @@ def test_summary_of_other_steps_mentions_the_coarsest_step(results: Results) -> 
 
 def test_trend_uses_scenes_with_errors_at_every_step(results: Results, nasty: str) -> None:
     """The trend shows medians over scenes in which PIT errs at each step: PIT's falls, and PIC's is 0."""
-    grid = build_grid(results)
-    trend = build_trend(grid)
-    assert trend.parts == (1.0, 0.25)
-    assert trend.scenes == ("paper/late",)
-    left_out = {name for names in trend.left_out.values() for name in names}
-    assert left_out == {"paper/missed", nasty}
+    trend = build_trend(build_grid(results))
+    assert (trend.parts, trend.scenes) == ((1.0, 0.25), ("paper/late",))
+    assert {name for names in trend.left_out.values() for name in names} == {"paper/missed", nasty}
     series = {entry.column.engine: entry.points for entry in trend.series}
     assert [point.median for point in series["pic"]] == [0.0, 0.0]
     coarse, fine = (point.median for point in series["pit"])
@@ -267,8 +264,7 @@ def test_observed_path_has_a_point_per_step(results: Results) -> None:
     """The path of PIT has a point for each of its 24 steps and the start, and ends in the final state."""
     row = next(row for row in results.rows if row.job.engine == "pit" and row.trace is not None)
     assert row.trace is not None
-    paths = build_observed_paths(row.trace)
-    times, points = paths.lines[0]
+    times, points = build_observed_paths(row.trace).lines[0]
     assert times[-1] == row.trace.end_time_s
     assert len(times) == 25
     np.testing.assert_allclose(points[-1], row.trace.final_position_m[0])

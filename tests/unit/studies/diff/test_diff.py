@@ -247,8 +247,7 @@ def test_change_with_better_and_worse_errors_is_mixed(write: Write) -> None:
     )
     change = get_only_change(compare_records(old, new))
     assert change.kind is Kind.MIXED
-    signs = {measure.growth > 0 for measure in change.measures if measure.growth}
-    assert signs == {True, False}
+    assert {measure.growth > 0 for measure in change.measures if measure.growth} == {True, False}
     assert carom_command("diff", str(old), str(new)).exit_code == 1
 
 

@@ -71,8 +71,7 @@ def test_history_classifies_each_release(registry: Toys, tmp_path: Path) -> None
 def test_only_changed_cells_run_at_all_phases(registry: Toys, tmp_path: Path) -> None:  # noqa: ARG001
     """A release runs once if its result does not change; releases before and after a change also run 9 phases."""
     found = run_history("toy", [PAIR], ReleaseCache(tmp_path / "kept"), build_options("1.0", "1.1", "1.2", phases=9))
-    counts = [len(seen.ran) for release in found.releases for seen in release.seen.values()]
-    assert counts == [1, 10, 10]
+    assert [len(seen.ran) for release in found.releases for seen in release.seen.values()] == [1, 10, 10]
 
 
 @pytest.mark.release

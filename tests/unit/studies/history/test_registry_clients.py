@@ -169,8 +169,7 @@ def test_release_cache_keeps_most_recently_used_releases(tmp_path: Path) -> None
     """Of three releases of 1 kB in a cache of 2.5 kB, the two most recently used ones stay."""
     with open_release_cache(1e9, tmp_path) as kept:
         for age, version in enumerate(("1", "3", "4")):
-            note = kept.install(Breaks(), "pip", "toy", version) / "carom-release.json"
-            os.utime(note, (age, age))
+            os.utime(kept.install(Breaks(), "pip", "toy", version) / "carom-release.json", (age, age))
         assert kept.find("pip", "toy", "1") is not None
     with open_release_cache(2.5e3, tmp_path):
         pass

@@ -110,8 +110,7 @@ def test_energy_loss_and_gain_symptoms_are_distinguished() -> None:
     entry = COMPLAINTS["issues/rapier-615"]
     assert find_symptom(entry, scale_final_velocity(entry, 0.9))[0]
     assert not find_symptom(entry, scale_final_velocity(entry, 1.1))[0]
-    gains = replace(entry, symptom=Symptom.GAINS_ENERGY)
-    assert find_symptom(gains, scale_final_velocity(entry, 1.1))[0]
+    assert find_symptom(replace(entry, symptom=Symptom.GAINS_ENERGY), scale_final_velocity(entry, 1.1))[0]
 
 
 def test_escaped_body_symptom_is_detected() -> None:

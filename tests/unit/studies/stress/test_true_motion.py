@@ -62,8 +62,7 @@ def test_true_motion_refuses_too_many_impacts() -> None:
 )
 def test_true_motion_refuses_gravity_and_friction(named: str, field: dict[str, Any]) -> None:
     """Scenes with gravity, friction or tangential restitution are refused, and the message names the property."""
-    discs = [disc_at(x, 1.0) for x in (0.0, 2.0)]
-    scene = Scene(name="beyond", discs=discs, duration_s=1.0, **field)
+    scene = Scene(name="beyond", discs=[disc_at(x, 1.0) for x in (0.0, 2.0)], duration_s=1.0, **field)
     with pytest.raises(UndecidedError, match=named):
         compute_true_motion(scene)
 
