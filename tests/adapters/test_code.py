@@ -178,13 +178,8 @@ def remove_spin(scene: Scene, restitution: float = 0.9, wall_restitution: float 
 
 #: Restitutions of discs above those of walls and below them: some engines take the larger of two. Drake has 1 alone.
 SMOOTH = [
-    *(
-        remove_spin(CORNER),
-        remove_spin(CORNER, 0.7, 0.9),
-        remove_spin(CORNER, friction=0.3),
-        remove_spin(CORNER, 1.0, 1.0),
-        remove_spin(TOLD),
-    ),
+    *(remove_spin(CORNER), remove_spin(CORNER, 0.7, 0.9), remove_spin(CORNER, friction=0.3)),
+    *(remove_spin(CORNER, 1.0, 1.0), remove_spin(TOLD)),
     *(SCENES[name] for name in ("multiple", "box", "bullet")),
 ]
 

@@ -22,51 +22,24 @@ RUN = ("run", "paper/missed", "-e", "pit", "--no-timing", "--fail-on", "never", 
 COMMANDS = (
     *(("scenes",), ("scenes", "paper/missed"), ("engines",), ("engines", "pit"), ("--help",), ("--version",)),
     *(("explain", "missed"), ("nonsense",), ("run", "nowhere.toml"), RUN, (*RUN, "--report", "OUT"), ("serve", "pit")),
-    *(
-        ("certify", "paper/missed"),
-        ("bench", *RUN[1:5], "--dt", "1/60", "--budget", "5", "-o", "OUT"),
-        ("play", "--out", "OUT.html", "-e", "none", "--no-open"),
-    ),
-    *(
-        ("scenes", "paper/missed", "--save", "OUT.toml"),
-        ("import", "OUT.pkl"),
-        ("diff", "OUT", "OUT"),
-        ("report", "OUT"),
-    ),
+    *(("certify", "paper/missed"), ("bench", *RUN[1:5], "--dt", "1/60", "--budget", "5", "-o", "OUT")),
+    ("play", "--out", "OUT.html", "-e", "none", "--no-open"),
+    *(("scenes", "paper/missed", "--save", "OUT.toml"), ("import", "OUT.pkl"), ("diff", "OUT", "OUT")),
+    ("report", "OUT"),
 )
 #: Environments: an empty value takes the variable away.
 ENVIRONMENTS: tuple[dict[str, str], ...] = (
-    *(
-        {"HOME": ""},
-        {"HOME": "/nowhere"},
-        {"TMPDIR": "/nowhere"},
-        {"TMPDIR": "/proc"},
-        {"PATH": ""},
-        {"PATH": "/nowhere"},
-    ),
+    *({"HOME": ""}, {"HOME": "/nowhere"}, {"TMPDIR": "/nowhere"}, {"TMPDIR": "/proc"}, {"PATH": ""}),
+    {"PATH": "/nowhere"},
     *({"COLUMNS": value} for value in ("0", "-1", "1", "99999999999", "abc")),
     *({"LC_ALL": value, "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"} for value in ("C", "xx_YY.UTF-8", "POSIX")),
     *({"PYTHONIOENCODING": value} for value in ("ascii", "latin-1", "utf-16", "cp1252:strict")),
-    *(
-        {"TERM": "dumb"},
-        {"TERM": ""},
-        {"NO_COLOR": "1"},
-        {"FORCE_COLOR": "1"},
-        {"PYTHONOPTIMIZE": "2"},
-        {"TZ": "../../x"},
-    ),
-    *(
-        {"XDG_CACHE_HOME": "/proc"},
-        {"CAROM_ENGINES": "relative"},
-        {"CAROM_ENGINES": "/nowhere"},
-        {"CAROM_ENGINES": "/dev/zero"},
-    ),
-    *(
-        {"OMP_NUM_THREADS": "x"},
-        {"PYTHONDEVMODE": "1"},
-        {"PYTHONWARNINGS": "error::ResourceWarning"},
-        {"PYTHONHASHSEED": "0"},
-    ),
+    *({"TERM": "dumb"}, {"TERM": ""}, {"NO_COLOR": "1"}, {"FORCE_COLOR": "1"}, {"PYTHONOPTIMIZE": "2"}),
+    {"TZ": "../../x"},
+    *({"XDG_CACHE_HOME": "/proc"}, {"CAROM_ENGINES": "relative"}, {"CAROM_ENGINES": "/nowhere"}),
+    {"CAROM_ENGINES": "/dev/zero"},
+    *({"OMP_NUM_THREADS": "x"}, {"PYTHONDEVMODE": "1"}, {"PYTHONWARNINGS": "error::ResourceWarning"}),
+    {"PYTHONHASHSEED": "0"},
 )
 #: Arguments that are no text in UTF-8, or control a terminal.
 BYTES = (

@@ -121,8 +121,7 @@ def test_score_ends_when_a_disc_comes_to_rest() -> None:
     results = run_cross_check([scene], ["pic", "pit"], dts=[1 / 60])
     # It closes at 4, 1 and 1/4 m/s. The second impact is at t0 + 2 e v0 / g, with t0 = v0 / g = 1/2, and is seen a
     # frame later. The third is slower than 2.5 g / 60: a step can't distinguish it from rest, and PIT doesn't have it.
-    second_s = 0.5 * (1 + 2 * 0.25)
-    seen_s = (math.floor(second_s * 60) + 1) / 60
+    seen_s = (math.floor((0.5 * (1 + 2 * 0.25)) * 60) + 1) / 60
     for row in results.rows:
         score = require_value(row.score)
         assert score.horizon_s == pytest.approx(seen_s, rel=1e-12)

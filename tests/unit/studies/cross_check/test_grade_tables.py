@@ -88,11 +88,8 @@ def results_with_profiles() -> Results:
 def test_terminal_and_report_order_methods_equally(results_with_profiles: Results) -> None:
     """The terminal, page and Markdown order methods equally, by the mean grade."""
     (heads, counted), *_ = list_tables(results_with_profiles, Media.TERMINAL)
-    orders = [[row[0].line for row in counted]]
-    orders += [
-        [row[0].line for row in list_tables(results_with_profiles, medium)[0][1]]
-        for medium in (Media.PAGE, Media.MARKDOWN)
-    ]
+    media = (Media.TERMINAL, Media.PAGE, Media.MARKDOWN)
+    orders = [[row[0].line for row in list_tables(results_with_profiles, medium)[0][1]] for medium in media]
     assert orders[0] == orders[1] == orders[2]
     assert orders[0][0] == "pymunk located"
     assert len(orders[0]) == 4

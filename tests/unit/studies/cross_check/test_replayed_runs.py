@@ -22,7 +22,6 @@ from PIL import Image
 from tests.scene_builders import disc_at, staged
 
 import carom
-from carom import Scene
 from carom.catalogue import find_scenes
 from carom.errors import InputError, MissingExtraError
 from carom.model.trace import ImpactRecord, build_impact_array
@@ -170,10 +169,8 @@ def test_film_frame_shows_the_latest_check_before_it(missed_replay: Replay, film
 def test_outline_of_a_check_fades(missed_replay: Replay, film: _Film) -> None:
     """The outline of a check is opaque in its first frame, fainter four frames later and gone after twelve."""
     first = int(np.searchsorted(film.times, 10 / 24 - 1e-9))
-    place = np.add(
-        missed_replay.reference.scene.discs[0].position_m,
-        10 / 24 * np.array(missed_replay.reference.scene.discs[0].velocity_m_s),
-    )
+    one = missed_replay.reference.scene.discs[0]
+    place = np.add(one.position_m, 10 / 24 * np.array(one.velocity_m_s))
     for frame, alpha in ((first, 1.0), (first + 4, 1 - 4 / 11.25), (first + 12, 0.0)):
         _, (_, right, _) = film.show(frame)
         strengths = [
@@ -209,9 +206,8 @@ def test_film_magnifies_the_missed_impact(missed_replay: Replay, film: _Film) ->
     assert frame.get_visible()
     (cross,) = [line for line in right.lines if line.get_marker() == "x"]
     place, radius = _get_position(cross), missed_replay.reference.scene.discs[0].radius_m
-    assert np.transpose([inset.get_xlim(), inset.get_ylim()]) == pytest.approx(
-        np.array([place - 2.5 * radius, place + 2.5 * radius])
-    )
+    corners = np.array([place - 2.5 * radius, place + 2.5 * radius])
+    assert np.transpose([inset.get_xlim(), inset.get_ylim()]) == pytest.approx(corners)
     right.figure.canvas.draw()
     box, at = inset.get_window_extent(), right.transData.transform(place)
     assert box.width > 1.4 * 5 * radius * right.transData.get_matrix()[0, 0]
@@ -275,11 +271,12 @@ def test_unsupported_film_format_or_missing_ffmpeg_is_refused(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_replay_of_traces_of_two_scenes_is_refused(missed_replay: Replay) -> None:
-    """A replay of traces from two different scenes is refused."""
-    other: Scene = find_scenes(["paper/late"])[0].scene
+def test_replay_refuses_two_scenes_and_a_step_of_an_existing_run(missed_replay: Replay) -> None:
+    """Traces of two different scenes, and a step for a run that already exists, are refused."""
     with pytest.raises(InputError, match="only traces of one scene"):
-        carom.replay(missed_replay.reference, carom.solve_pic(other))
+        carom.replay(missed_replay.reference, carom.solve_pic("paper/late"))
+    with pytest.raises(InputError, match="dt is allowed only with an engine name"):
+        carom.replay(missed_replay.reference, missed_replay.observed, dt=0.1)
 
 
 @pytest.mark.long
@@ -290,9 +287,3 @@ def test_replay_accepts_names_of_scene_and_engine() -> None:
     assert shown.observed.dt_s == 1 / shown.reference.scene.frame_rate_hz
     assert len(shown.score.missed) == 1
     assert carom.replay(shown.reference, "pit", dt=0.01).observed.dt_s == 0.01
-
-
-def test_replay_of_existing_run_refuses_a_step(missed_replay: Replay) -> None:
-    """A step for a run that already exists is refused, because it would have no effect."""
-    with pytest.raises(InputError, match="dt is allowed only with an engine name"):
-        carom.replay(missed_replay.reference, missed_replay.observed, dt=0.1)

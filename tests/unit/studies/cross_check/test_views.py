@@ -172,9 +172,8 @@ def test_impact_in_last_step_is_undecided() -> None:
 def test_run_that_ends_early_is_not_counted_as_missing_impacts(results: Results) -> None:
     """A run that ended early is wrong, and no text calls it one that misses or invents an impact."""
     row = next(row for row in results.rows if row.job.engine == "toy" and row.job.scene.name == "paper/late")
-    score = compare(
-        results.references["paper/late"], replace(require_value(row.trace), outcome=Outcome.WARNED, notes=("careful",))
-    )
+    cut = replace(require_value(row.trace), outcome=Outcome.WARNED, notes=("careful",))
+    score = compare(results.references["paper/late"], cut)
     assert (score.grade, score.missed, score.spurious) == (Grade.WRONG, (), ())
     early = replace(results, rows=tuple(replace(r, score=score) if r is row else r for r in results.rows))
     told = next(s for s in cross_check_document(early).sections if s.heading == "Error against step size")
@@ -202,10 +201,9 @@ def test_report_names_engines_that_are_not_installed(results: Results) -> None:
     shown = replace(results, engines=(*results.engines, missing))
     short = "\n".join(line for line in render_terminal(cross_check_document(shown), 80) if isinstance(line, str))
     assert "Not installed: absent; 'carom engines' shows how to install them." in short
-    assert "absent is not run: absent is not installed; make it in its/folder" in render_text(shown)
-    assert "absent is not run: absent is not installed; make it in its/folder" in render_markdown(
-        cross_check_document(shown)
-    )
+    full = "absent is not run: absent is not installed; make it in its/folder"
+    assert full in render_text(shown)
+    assert full in render_markdown(cross_check_document(shown))
     assert "absent" not in render_text(results)
 
 
@@ -217,10 +215,7 @@ def test_summary_without_engines_counts_runs_of_pit(results: Results) -> None:
 
 def test_summary_of_other_steps_mentions_the_coarsest_step(results: Results) -> None:
     """If the coarsest step is not the scene's frame, the summary reads "at the coarsest step"."""
-    rows = tuple(
-        replace(row, job=replace(row.job, dt_s=row.job.dt_s / 3.0, refinement=row.job.refinement))
-        for row in results.rows
-    )
+    rows = tuple(replace(row, job=replace(row.job, dt_s=row.job.dt_s / 3.0)) for row in results.rows)
     assert "at the largest step size" in render_text(replace(results, rows=rows))
 
 
@@ -239,12 +234,10 @@ def test_trend_uses_scenes_with_errors_at_every_step(results: Results, nasty: st
 
 def test_trend_has_one_line_for_pic() -> None:
     """The trend has one line for all profiles of PIC and one for each profile of an engine."""
-    results = run_cross_check(
-        ["paper/late"], ["pic", "pit", "pymunk"], profiles=["default", "tuned"], dts=[1 / 24, 1 / 96]
-    )
-    assert [series.name for series in build_trend(build_grid(results)).series] == [
-        *("PIC", "PIT", "pymunk default", "pymunk tuned")
-    ]
+    engines, profiles = ["pic", "pit", "pymunk"], ["default", "tuned"]
+    results = run_cross_check(["paper/late"], engines, profiles=profiles, dts=[1 / 24, 1 / 96])
+    names = [series.name for series in build_trend(build_grid(results)).series]
+    assert names == ["PIC", "PIT", "pymunk default", "pymunk tuned"]
 
 
 def test_exact_path_has_corner_at_impact(results: Results) -> None:
