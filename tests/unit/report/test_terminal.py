@@ -37,6 +37,11 @@ def print_document(document: Document, width: int, *, full: bool = False) -> lis
     return buffer.getvalue().splitlines()
 
 
+def print_as_line(document: Document, width: int = 80) -> str:
+    """Return what a terminal of a width shows, in one line."""
+    return " ".join(" ".join(print_document(document, width)).split())
+
+
 def test_summary_of_the_whole_suite_fits_one_screen(document: Document) -> None:
     """At 80 columns the summary has one line per method, and with 13 methods at most 25 lines."""
     lines = print_document(document, 80)

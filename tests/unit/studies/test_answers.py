@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 from tests.cases import each, release_after
-from tests.unit.report.test_terminal import print_document
+from tests.unit.report.test_terminal import print_as_line, print_document
 from tests.unit.studies.examples import (
     METHODS,
     STEPS,
@@ -75,15 +75,10 @@ def test_bench_names_fastest_engine_within_target_error() -> None:
     best = min(below, key=lambda p: p.timing.advance_s.median if p.timing else 0.0)
     spent = formatting.format_number(best.timing.advance_s.median * 1e3, 3) if best.timing else ""
     asked = replace(build_bench(), plan=replace(build_bench().plan, target=1e-3))
-    text = " ".join(" ".join(print_document(build_bench_document(asked), 80)).split())
-    start = "paper/late: PIC takes 0.002 ms. The fastest engine with at most 0.1 % error is "
-    assert text.startswith(start)
+    text = print_as_line(build_bench_document(asked))
+    assert text.startswith("paper/late: PIC takes 0.002 ms. The fastest engine with at most 0.1 % error is ")
     assert f"is {best.engine} ({best.profile}) with {spent} ms at steps of {formatting.format_step(best.dt_s)}" in text
-    beyond = " ".join(
-        " ".join(
-            print_document(build_bench_document(replace(asked, plan=replace(asked.plan, target=1e-6))), 80)
-        ).split()
-    )
+    beyond = print_as_line(build_bench_document(replace(asked, plan=replace(asked.plan, target=1e-6))))
     assert "No engine reaches 1e-6 error at the tested step sizes. The most accurate is box2d (default) with " in beyond
 
 
@@ -91,10 +86,8 @@ def test_methods_with_equal_targets_are_ranked_by_run_time() -> None:
     """Among methods that reach the same targets on as many scenes, the faster one is first."""
     several = build_bench("paper/late", "paper/missed")
     scenes = [replace(scene, curves=tuple(reversed(scene.curves))) for scene in several.scenes]  # dearest first
-    _, rows = build_suite_table(replace(several, scenes=tuple(scenes)), list_reached_targets(several)).select_for(
-        Media.MARKDOWN
-    )
-    names = [row[0].text for row in rows]
+    table = build_suite_table(replace(several, scenes=tuple(scenes)), list_reached_targets(several))
+    names = [row[0].text for row in table.select_for(Media.MARKDOWN)[1]]
     assert names.index("pymunk default") < names.index("pymunk tuned")
     assert names.index("box2d default") < names.index("box2d tuned") < names.index("mujoco default")
 
@@ -102,9 +95,8 @@ def test_methods_with_equal_targets_are_ranked_by_run_time() -> None:
 def test_bench_table_has_only_reached_targets() -> None:
     """The table has a column only for reached targets; if none is reached, the text names the best engine."""
     whole = build_bench().scenes[0]
-    columns, rows = build_method_table(whole, ErrorKind.IMPACT, list_reached_targets(build_bench())).select_for(
-        Media.MARKDOWN
-    )
+    table = build_method_table(whole, ErrorKind.IMPACT, list_reached_targets(build_bench()))
+    columns, rows = table.select_for(Media.MARKDOWN)
     assert [column.head for column in columns][4:9] == ["10 %", "1 %", "0.1 %", "0.01 %", "exact"]
     assert all(any(row[k].text for row in rows) for k in range(4, 9))
     curves = [
@@ -114,7 +106,7 @@ def test_bench_table_has_only_reached_targets() -> None:
     ]
     lossy = replace(build_bench(), scenes=(replace(whole, curves=tuple(curves)),))
     assert list_reached_targets(lossy) == []
-    text = " ".join(" ".join(print_document(build_bench_document(lossy), 80)).split())
+    text = print_as_line(build_bench_document(lossy))
     assert "very engine misses or invents impacts at every step size; the best is box2d (default)" in text
     assert "which misses 2 and invents 1 of 4 impacts" in text
     assert " -2 +1 " in text
@@ -123,7 +115,7 @@ def test_bench_table_has_only_reached_targets() -> None:
         ((whole, crowd), "on paper/late; every engine misses or invents impacts on classics/gas."),
         ((crowd, crowd), "Every engine misses or invents impacts on every scene."),
     ):
-        text = " ".join(" ".join(print_document(build_bench_document(replace(lossy, scenes=scenes)), 80)).split())
+        text = print_as_line(build_bench_document(replace(lossy, scenes=scenes)))
         assert answer in text.partition(" Every method on ")[0]
 
 
@@ -133,8 +125,7 @@ def test_bench_states_why_points_are_not_scored() -> None:
     curves = [replace(c, points=(replace(c.points[0], reason="out of time"), *c.points[1:])) for c in scene.curves]
 
     def said(*chosen: Curve) -> str:
-        text = print_document(build_bench_document(replace(build_bench(), scenes=(replace(scene, curves=chosen),))), 80)
-        return " ".join(" ".join(text).split())
+        return print_as_line(build_bench_document(replace(build_bench(), scenes=(replace(scene, curves=chosen),))))
 
     all_points = sum(len(curve.points) for curve in curves)
     assert f"{len(curves)} of {all_points} points could not be scored: out of time." in said(*curves)
@@ -144,7 +135,7 @@ def test_bench_states_why_points_are_not_scored() -> None:
 
 def render_advice(found: Advice) -> str:
     """What the terminal says of advice, in one line."""
-    return " ".join(" ".join(print_document(build_advice_document(found), 80)).split())
+    return print_as_line(build_advice_document(found))
 
 
 def test_advice_names_all_methods_with_the_longest_step() -> None:
@@ -167,9 +158,8 @@ def test_advice_has_steps_per_frame_and_engine_code() -> None:
     found = build_advice()
     (alone,) = [answer for answer in found.answers if answer.method == Method("pymunk", "tuned")]
     text = render_advice(replace(found, answers=(alone,)))
-    assert text.startswith(
-        "paper/late: to miss no impact, use 600 steps/s (10 steps per frame at 60 Hz) with pymunk tuned."
-    )
+    begin = "paper/late: to miss no impact, use 600 steps/s (10 steps per frame at 60 Hz) with pymunk tuned."
+    assert text.startswith(begin)
     assert "at most 1°. As code: dt, steps = 0.01, 2 for _ in range(steps): space.step(dt) To print" in text
     assert "carom engines pymunk --show tuned --dt 1/600 --scene paper/late" in text
     coarse = replace(alone.never_misses, in_frame=replace(alone.trials[-1], dt_s=1 / 180))
@@ -178,21 +168,18 @@ def test_advice_has_steps_per_frame_and_engine_code() -> None:
     finer = replace(alone.never_misses, in_frame=alone.trials[-1])
     many = replace(found, answers=(replace(alone, never_misses=finer, demand=finer),))
     assert "600 steps/s (40 steps per frame at 60 Hz are enough) with pymunk tuned." in render_advice(many)
-    by_hand = build_advice_document(many, "my scene.toml")
-    assert "--scene 'my scene.toml'" in " ".join(print_document(by_hand, 200))
+    assert "--scene 'my scene.toml'" in print_as_line(build_advice_document(many, "my scene.toml"), 200)
 
 
 def test_advice_without_failing_step_is_any_tested_step() -> None:
     """If no step fails, the answer is "any tested step"; if larger steps are refused, it is a rate."""
     found = build_advice()
-    one = found.answers[0]
-    any_step = replace(one.never_misses, fails=None)
-    swept = replace(one, never_misses=any_step, demand=any_step)
-    text = render_advice(replace(found, answers=(swept,)))
-    assert text.startswith(
-        "paper/late: to miss no impact, use any tested step size (200 or more steps per second) with box2d default."
-    )
-    (row,) = list_method_rows(replace(found, answers=(swept,)))
+    any_step = replace(found.answers[0].never_misses, fails=None)
+    swept = replace(found.answers[0], never_misses=any_step, demand=any_step)
+    every = replace(found, answers=(swept,))
+    use = "use any tested step size (200 or more steps per second) with box2d default."
+    assert render_advice(every).startswith(f"paper/late: to miss no impact, {use}")
+    (row,) = list_method_rows(every)
     assert row.count("any tried") == 2
     refused = replace(found, answers=(replace(swept, refused_s=0.5, refusal="too far a step"),))
     assert "any" not in list_method_rows(refused)[0]
@@ -266,11 +253,10 @@ def test_advice_states_unfinished_searches_and_non_monotone_results() -> None:
     (row,) = list_method_rows(replace(found, answers=(replace(one, demand=replace(one.demand, passes=None)),)))
     assert row.split()[3:] == ["unfinished", "n/a"]
     finest = one.trials[-1]
-    nothing = replace(one.demand, passes=None, fails=finest, down_to_s=finest.dt_s)
-    assert "For a direction error of at most 1°, no tested step size of any engine suffices." in render_advice(
-        replace(found, answers=(replace(one, demand=nothing),))
-    )
-    (row,) = list_range_rows(replace(found, answers=(replace(one, demand=nothing),)))
+    nothing = replace(one, demand=replace(one.demand, passes=None, fails=finest, down_to_s=finest.dt_s))
+    unmet = replace(found, answers=(nothing,))
+    assert "For a direction error of at most 1°, no tested step size of any engine suffices." in render_advice(unmet)
+    (row,) = list_range_rows(unmet)
     assert row.split()[4:6] == ["none", formatting.format_number(1 / finest.dt_s, 4)]
     untried = StepRange(None, None, math.nan, None, (), ())
     (row,) = list_method_rows(replace(found, answers=(replace(one, trials=(), never_misses=untried, demand=untried),)))
@@ -287,9 +273,8 @@ def list_method_rows(found: Advice) -> list[str]:
 def list_range_rows(found: Advice) -> list[str]:
     """The lines of the table of ranges, which is printed in full alone."""
     lines = print_document(build_advice_document(found), 200, full=True)
-    return lines[
-        lines.index("Steps per second that pass, from the largest step size to the smallest tested one:") + 4 :
-    ][: len(found.answers)]
+    heading = "Steps per second that pass, from the largest step size to the smallest tested one:"
+    return lines[lines.index(heading) + 4 :][: len(found.answers)]
 
 
 @each(
@@ -346,12 +331,11 @@ def test_campaign_links_lead_to_rows_with_evidence() -> None:
     """Each link of a campaign's tables leads to a row, for example with the command that reruns PIT's grazing."""
     sections = list(build_stress_document(build_campaign_results()).select_for(Media.PAGE))
     tables = [block for section in sections for block in section.select_for(Media.PAGE) if isinstance(block, Table)]
-    cells = [cell for table in tables for row in table.select_for(Media.PAGE)[1] for cell in row]
+    rows = [row for table in tables for row in table.select_for(Media.PAGE)[1]]
+    cells = [cell for row in rows for cell in row]
     links = {cell.link for cell in cells if cell.link.startswith("#")}
     assert links == {f"#{cell.anchor}" for cell in cells if cell.anchor}
-    row = next(
-        row for table in tables for row in table.select_for(Media.PAGE)[1] if row[0].anchor == "grazing/pit/tuned"
-    )
+    row = next(row for row in rows if row[0].anchor == "grazing/pit/tuned")
     assert row[-1].text == "carom run scenes/grazing-pit-tuned.toml -e pit -p tuned"
 
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from tests.cases import each, long_until
 from tests.in_process_pool import InProcessPool
 from tests.scene_builders import disc_at, require_value, staged, wall_at, with_discs
-from tests.unit.report.test_terminal import print_document
+from tests.unit.report.test_terminal import print_as_line
 
 import carom
 from carom import Scene, Trace, resolve_impact, solve_pic, solve_pit
@@ -64,11 +64,6 @@ def measure_direction_error(scene: Scene, dt_s: float, lateness: float) -> tuple
 def ask(scene: Scene, engines: list[str], direction_error_rad: float = DEGREE, **options: Any) -> Advice:
     """Return the advice on a scene, from engines in this process."""
     return advise(scene, AdviceOptions(engines, direction_error_rad=direction_error_rad, **options), InProcessPool())
-
-
-def print_advice(found: Advice) -> str:
-    """Return the printed advice as one line."""
-    return " ".join(" ".join(print_document(build_advice_document(found), 80)).split())
 
 
 @pytest.mark.long
@@ -184,7 +179,7 @@ def test_scene_is_cut_where_rounding_becomes_decisive(monkeypatch: pytest.Monkey
     advice = ask(scene, ["pit"], phases=1)
     assert (advice.cut, advice.impacts) == (ReferenceCut.CHAOS, 2)
     assert times[1] < advice.scene.duration_s < times[2]
-    assert re.search("Only the time up to .*rounding", print_advice(advice))
+    assert re.search("Only the time up to .*rounding", print_as_line(build_advice_document(advice)))
     monkeypatch.setattr(adviser, "estimate_horizon", lambda _: 0.0)
     words = "no step size can be recommended for 'walled', because from its first impact on, rounding"
     with pytest.raises(InputError, match=words):
@@ -215,7 +210,7 @@ def test_step_of_pit_is_searched_with_friction() -> None:
     for step, right in ((passes_s, True), (require_value(answer.fails).dt_s, False)):
         found, worst = measure_direction_error(rough, step, step * 0.999)
         assert (found == 1 and worst <= 5 * DEGREE) is right
-    text = print_advice(advice)
+    text = print_as_line(build_advice_document(advice))
     assert "(without friction)" in text
     assert f"and {1 / passes_s:.4g}-{1 / answer.down_to_s:.4g} steps/s, by search" in text
 

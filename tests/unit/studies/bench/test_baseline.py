@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from tests.cases import each
-from tests.unit.report.test_terminal import print_document
+from tests.unit.report.test_terminal import print_as_line
 from tests.unit.studies.examples import HERE, build_bench
 
 from carom.errors import InputError
@@ -64,12 +64,12 @@ def test_baseline_summary_counts_changes_and_names_the_worst(baseline_folder: Pa
     """The text counts regressed and improved run times and errors, names the worst, or reports no common point."""
     now = build_scaled_bench(1.5, error=2.0)
     found = compare_points(now, read_baseline(baseline_folder, HERE))
-    text = " ".join(" ".join(print_document(build_bench_document(now, baseline=found), 80)).split())
+    text = print_as_line(build_bench_document(now, baseline=found))
     counts = "12 regressed, 0 improved"
     assert text.startswith(f"Run time of {len(found)} points compared with the baseline: {counts}, ")
     assert "worst: paper/late, pymunk " in text
     assert f"Errors: {counts}." in text
-    nothing = " ".join(print_document(build_bench_document(now, baseline=[]), 80))
+    nothing = print_as_line(build_bench_document(now, baseline=[]))
     assert "The baseline has none of these points" in nothing
 
 

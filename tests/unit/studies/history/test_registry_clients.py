@@ -93,9 +93,8 @@ def test_invalid_version_is_refused(tmp_path: Path) -> None:
 def write_wheel(folder: Path, name: str, version: str, needs: str = "") -> None:
     """Write a wheel with one module."""
     info = f"{name}-{version}.dist-info"
-    metadata = f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n" + (
-        f"Requires-Dist: {needs}\n" if needs else ""
-    )
+    metadata = f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n"
+    metadata += f"Requires-Dist: {needs}\n" if needs else ""
     with zipfile.ZipFile(folder / f"{name}-{version}-py3-none-any.whl", "w") as file:
         file.writestr(f"{name}.py", f"VERSION = {version!r}\n")
         file.writestr(f"{info}/METADATA", metadata)

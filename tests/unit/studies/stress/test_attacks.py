@@ -6,6 +6,7 @@ import itertools
 import json
 import math
 import string
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -17,9 +18,9 @@ from tests.validation import contact_runs
 
 from carom import load_scene, save_scene, solve_pic, solve_pit
 from carom.model.scene import Chain, Scene
-from carom.model.trace import Mode
+from carom.model.trace import Mode, Trace
 from carom.studies.stress import attack as stress_attack
-from carom.studies.stress.attack import Attack, Trial
+from carom.studies.stress.attack import Attack
 from carom.studies.stress.contact import CONTACT_ATTACKS
 from carom.studies.stress.finite_walls import WALL_ATTACKS
 from carom.studies.stress.friction import FRICTION_ATTACKS
@@ -94,10 +95,6 @@ def test_bisection_value_is_geometric_mean() -> None:
 WALLS = {attack.name: attack for attack in WALL_ATTACKS}
 
 
-def _velocity(scene: Scene) -> complex:
-    return complex(*scene.discs[0].velocity_m_s)
-
-
 @each("name", ["thin-wall", "paddle"])
 def test_pit_misses_thin_wall_only_with_large_steps(name: str) -> None:
     """PIT passes all phases at a thin wall or paddle at 0.99 radii per step, and fails at least one at 8."""
@@ -115,16 +112,10 @@ def test_seam_attack_hits_a_joint_of_the_floor() -> None:
             disc = trial.scene.discs[0]
             struck = disc.position_m[0] + disc.velocity_m_s[0] * impact["time_s"]
             assert np.abs(joints - struck).min() < 1e-12
-            assert math.isclose(cmath.phase(_velocity(trial.scene)), -math.atan(0.25))
+            assert math.isclose(cmath.phase(complex(*disc.velocity_m_s)), -math.atan(0.25))
 
 
 IN_CONTACT = {attack.name: attack for attack in CONTACT_ATTACKS}
-
-
-def _compute_end_with_60_digits(trial: Trial) -> tuple[list[float], float]:
-    with mp.workdps(contact_runs.DIGITS):
-        end = contact_runs.run_contact_scene(trial.scene)
-        return [float(part) for part in end.velocity], float(end.spin)
 
 
 @each("name, whole", [(name, False) for name in IN_CONTACT] + release_after(0, [(n, True) for n in IN_CONTACT]))
@@ -134,7 +125,9 @@ def test_contact_truth_and_pic_agree_with_60_digits(name: str, whole: bool) -> N
     for value in attack.build_ladder(quick=False) if whole else (attack.harmless,):
         for trial in attack.trials(value):
             trace = solve_pic(trial.scene)
-            velocity, spin = _compute_end_with_60_digits(trial)
+            with mp.workdps(contact_runs.DIGITS):
+                end = contact_runs.run_contact_scene(trial.scene)
+                velocity, spin = [float(part) for part in end.velocity], float(end.spin)
             spins = None if trace.final_spin_rad_s is None else np.array([spin])
             told = dataclasses.replace(trace, final_velocity_m_s=np.array([velocity]), final_spin_rad_s=spins)
             for checked in (trial.check(told), trial.check(trace)):
@@ -175,12 +168,18 @@ def test_slope_attacks_end_at_threshold_and_one_rounding_beside() -> None:
 ROUGH = {attack.name: attack for attack in FRICTION_ATTACKS}
 
 
-@each("name", [name for name in ROUGH if name != "rolling"])
-def test_pic_passes_friction_attacks_to_rounding(name: str) -> None:
-    """PIC passes every value of the friction attacks except rolling, with errors below 1e-11."""
-    for value in ROUGH[name].build_ladder(quick=False):
+@each(
+    "name, solve, quick",
+    [
+        *((name, solve_pic, False) for name in ROUGH if name != "rolling"),
+        *((name, solve_pit, True) for name in ("friction", "spin", "inertia")),
+    ],
+)
+def test_friction_attacks_are_passed_to_rounding(name: str, solve: Callable[[Scene], Trace], quick: bool) -> None:
+    """PIC passes all friction attacks but rolling with errors below 1e-11, PIT those in which no normal turns."""
+    for value in ROUGH[name].build_ladder(quick=quick):
         for trial in ROUGH[name].trials(value):
-            result = trial.check(solve_pic(trial.scene))
+            result = trial.check(solve(trial.scene))
             assert result.broken == ""
             assert result.error < 1e-11, value
 
@@ -193,14 +192,6 @@ def test_disc_bouncing_on_rough_floor_ends_rolling(value: float) -> None:
     assert require_value(trace.modes)["after"].tolist() == [Mode.ROLL]
     assert trial.check(trace).error < 1e-12
     assert trial.check(solve_pit(trial.scene)).broken == ""
-
-
-@each("name", ["friction", "spin", "inertia"])
-def test_pit_passes_friction_attacks_without_turned_normals(name: str) -> None:
-    """PIT passes the attacks friction, spin and inertia with errors below 1e-11, because no normal turns."""
-    for value in ROUGH[name].build_ladder(quick=True):
-        for trial in ROUGH[name].trials(value):
-            assert trial.check(solve_pit(trial.scene)).error < 1e-11, value
 
 
 @each("name", list(ROUGH))

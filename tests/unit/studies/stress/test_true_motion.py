@@ -26,9 +26,8 @@ def test_true_motion_agrees_with_known_answers(entry: CatalogueScene) -> None:
     """`compute_true_motion` has each known answer's impacts, times to 1e-13 and final velocities to 1e-12."""
     motion, known, scene = compute_true_motion(entry.scene), entry.known, entry.scene
     assert [(i.first, i.second) for i in motion.impacts] == [(i.first, i.second) for i in known.impacts]
-    assert [i.time_s for i in motion.impacts] == pytest.approx(
-        [i.time_s for i in known.impacts], abs=1e-13 * scene.duration_s
-    )
+    times_s, known_s = ([i.time_s for i in impacts] for impacts in (motion.impacts, known.impacts))
+    assert times_s == pytest.approx(known_s, abs=1e-13 * scene.duration_s)
     speed = max(math.hypot(*disc.velocity_m_s) for disc in scene.discs)
     assert np.allclose(motion.final_velocity_m_s, known.final_velocity_m_s or (), rtol=0, atol=1e-12 * speed)
     assert motion.convention == (Tag.CONVENTION in entry.tags)

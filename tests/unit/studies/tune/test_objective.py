@@ -17,13 +17,8 @@ from carom.studies.tune.evaluate import summarise_score
 from carom.studies.tune.objective import Merit, SceneResult, compute_error_on_scale, compute_merit
 
 SCENES = 5
-MERITS = st.builds(
-    Merit,
-    wrong=st.integers(0, SCENES),
-    behind=st.integers(0, SCENES),
-    error=st.integers(0, 100),
-    cost=st.floats(1e-3, 1e3),
-)
+COUNTS = st.integers(0, SCENES)
+MERITS = st.builds(Merit, wrong=COUNTS, behind=COUNTS, error=st.integers(0, 100), cost=st.floats(1e-3, 1e3))
 
 
 @given(MERITS, MERITS)
@@ -37,14 +32,15 @@ def test_merit_number_preserves_order(one: Merit, other: Merit) -> None:
 
 def test_merit_ranks_wrong_scenes_before_errors_and_cost() -> None:
     """Merits rank by wrong scenes, then scenes neither exact nor close, then the error, then the cost."""
+    exact = SceneResult(Grade.EXACT, 0.0, seconds=1.0)
     order = [
-        [SceneResult(Grade.EXACT, 0.0, seconds=9.0)] * 2,
-        [SceneResult(Grade.CLOSE, 1e-3, seconds=1.0), SceneResult(Grade.EXACT, 0.0, seconds=1.0)],
-        [SceneResult(Grade.SAMPLED, 0.5, seconds=1.0), SceneResult(Grade.EXACT, 0.0, seconds=1.0)],
-        [SceneResult(Grade.INACCURATE, 5.0, seconds=1.0), SceneResult(Grade.EXACT, 0.0, seconds=1.0)],
-        [SceneResult(Grade.WRONG, 0.0, seconds=0.1), SceneResult(Grade.EXACT, 0.0, seconds=0.1)],
+        [replace(exact, seconds=9.0)] * 2,
+        [SceneResult(Grade.CLOSE, 1e-3, seconds=1.0), exact],
+        [SceneResult(Grade.SAMPLED, 0.5, seconds=1.0), exact],
+        [SceneResult(Grade.INACCURATE, 5.0, seconds=1.0), exact],
+        [SceneResult(Grade.WRONG, 0.0, seconds=0.1), replace(exact, seconds=0.1)],
     ]
-    first = [SceneResult(Grade.EXACT, 0.0, seconds=1.0)] * 2
+    first = [exact] * 2
     merits = [compute_merit(results, first) for results in order]
     assert merits == sorted(merits)
     assert len({*merits}) == len(merits)
@@ -92,6 +88,6 @@ def test_diverged_run_is_scored_by_single_steps() -> None:
     whole = replace(score, price_paid=7.0, missed=(0,), local_truth=steps)
     diverged = summarise_score(replace(whole, grade=Grade.DIVERGED, diverged_s=0.25))
     assert (diverged.price, diverged.missed, diverged.spurious) == (0.75, 2, 3)
-    assert (summarise_score(whole).price, summarise_score(whole).missed, summarise_score(whole).spurious) == (7.0, 1, 0)
-    assert not diverged.wrong
-    assert diverged.behind
+    plain = summarise_score(whole)
+    assert (plain.price, plain.missed, plain.spurious) == (7.0, 1, 0)
+    assert (diverged.wrong, diverged.behind) == (False, True)

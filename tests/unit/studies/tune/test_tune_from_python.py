@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.scene_builders import require_value
 from tests.unit.studies.tune.hand_written_profiles import assert_as_good, compute_merits
 
 import carom
@@ -25,8 +26,7 @@ def test_tune_result_prints_and_plots_errors() -> None:
     lines = {str(line.get_label()): line for line in axes.lines}
     for label, results in (("default", found.first.results), ("found settings", found.best.results)):
         assert np.asarray(lines[label].get_xdata()) == pytest.approx([one.price for one in results])
-    page = found._repr_html_()
-    assert page is not None
+    page = require_value(found._repr_html_())
     assert "<svg" in page
     assert "trial" in page or "tried" in page
 
