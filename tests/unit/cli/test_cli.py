@@ -27,10 +27,10 @@ from tests.scene_builders import disc_at, staged
 from tests.unit.cli.test_options import STUDIES
 from tests.validation.certified_files import from_enclosures
 from typer.main import get_command
-from typer.testing import CliRunner
+from typer.testing import CliRunner, Result
 
 import carom
-from carom import Disc, Scene, save_scene
+from carom import save_scene
 from carom.catalogue import all_scenes
 from carom.cli import app, build_app
 from carom.cli.command_line import get_command_line
@@ -68,14 +68,12 @@ def test_fail_on_sets_the_exit_code_of_a_missed_impact(fail_on: str, code: int, 
 @pytest.mark.usefixtures("in_process")
 def test_run_without_a_usable_engine_has_exit_code_3(scene_file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A run ends with exit code 3 and the reason if its engine can't run the scene or is not available."""
-    result = carom_command("run", scene_file, "-e", "pit", "--dt", "1e-10", "--no-timing")
-    assert result.exit_code == 3
-    assert "more steps than an engine can count" in printed_text(result)
-    monkeypatch.setattr(describe_engines, "explain_unavailable_adapter", lambda _adapter: "it is on strike")
-    monkeypatch.setattr(describe_engines, "_KNOWN", {})
-    result = carom_command("run", scene_file, "-e", "pit", "--dt", "0.1", "--no-timing")
-    assert result.exit_code == 3
-    assert "it is on strike" in result.output
+    for dt, words in (("1e-10", "more steps than an engine can count"), ("0.1", "it is on strike")):
+        result = carom_command("run", scene_file, "-e", "pit", "--dt", dt, "--no-timing")
+        assert result.exit_code == 3
+        assert words in printed_text(result)
+        monkeypatch.setattr(describe_engines, "explain_unavailable_adapter", lambda _adapter: "it is on strike")
+        monkeypatch.setattr(describe_engines, "_KNOWN", {})
 
 
 @pytest.mark.long
@@ -102,22 +100,21 @@ def test_timeout_has_exit_code_4(scene_file: Path) -> None:
 
 def test_scenes_command_lists_prints_and_saves_scenes(tmp_path: Path) -> None:
     """`carom scenes` counts groups, lists one group or all, prints a scene as a loadable file, and saves files."""
-    groups = carom_command("scenes").output.splitlines()
-    assert ["paper", "4"] in [line.split()[:2] for line in groups]
+    _, *rows, _, _ = groups = carom_command("scenes").output.splitlines()
     assert all(len(line) <= 80 for line in groups)
-    listed = {entry.group for entry in all_scenes().values()}
-    assert {line.split()[0] for line in groups[1:-2]} == listed
-    assert all(line.split()[2:] for line in groups[1:-2])
+    counts = {line.split()[0]: line.split()[1:] for line in rows}
+    assert counts.keys() == {entry.group for entry in all_scenes().values()}
+    assert all(told[1:] for told in counts.values())
+    assert counts["paper"][0] == "4"
     assert len(carom_command("scenes", "paper").output.splitlines()) == 4 + 1
     lines = carom_command("scenes", "--all").output.splitlines()
     assert len(lines) == len(all_scenes()) + 1
     (missed,) = (line for line in lines if line.startswith("paper/missed"))
     assert missed.split()[1:3] == ["2", "1"]
-    shown = carom_command("scenes", "paper/missed").output
     path = tmp_path / "copy.toml"
-    path.write_text(shown)
+    path.write_text(carom_command("scenes", "paper/missed").output)
     assert carom.load_scene(path).name == "paper/missed"
-    assert carom_command("scenes", "paper", "--save", str(tmp_path / "mine")).exit_code == 0
+    assert carom_command("scenes", "paper", "--save", tmp_path / "mine").exit_code == 0
     assert len(list((tmp_path / "mine").glob("*.toml"))) == 4
 
 
@@ -129,14 +126,11 @@ def test_schema_option_prints_json(command: str, schema: Callable[[], object]) -
 
 def test_engines_command_lists_every_engine() -> None:
     """`carom engines` has one line for each engine, with versions or "unavailable", of at most 80 characters."""
-    output = carom_command("engines").output
-    for info in carom.engines():
-        assert info.name in output
-        assert info.version in output if info.available else "unavailable" in output
-    lines = output.splitlines()
-    assert len([line for line in lines if line.startswith(tuple(info.name for info in carom.engines()))]) == len(
-        carom.engines()
-    )
+    lines = carom_command("engines").output.splitlines()
+    infos = {info.name: info for info in carom.engines()}
+    found = {line.split()[0]: line for line in lines if line.split() and line.split()[0] in infos}
+    assert found.keys() == infos.keys()
+    assert all((info.version if info.available else "unavailable") in found[name] for name, info in infos.items())
     assert all(len(line) <= 80 for line in lines)
 
 
@@ -181,9 +175,8 @@ def test_interrupted_run_leaves_no_report_and_no_process(tmp_path: Path, scene_f
     report = tmp_path / "report"
     options = ("-e", "pit", "--dt", "1e-7", "--time-limit", "1e6", "--report", str(report))
     command = [sys.executable, "-m", "carom", "run", str(scene_file), *options]
-    process = subprocess.Popen(
-        command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, start_new_session=True
-    )
+    pipes: dict[str, Any] = {"stderr": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+    process = subprocess.Popen(command, **pipes, start_new_session=True)
     until = time.monotonic() + PATIENT_S
     # The journal is there when adapters have been asked; the run has begun when a worker works: a keeper's child.
     while not ((report / "journal.jsonl").exists() and _has_busy_process(children := _list_descendants(process.pid))):
@@ -405,7 +398,7 @@ def test_run_reports_how_far_its_reference_is_certified() -> None:
     assert "classics/head-on: the only impact is certified; PIC agrees to 1e-09 in all impacts." in asked
 
 
-LIST = (sys.executable, "-m", "carom", "scenes")
+CAROM = (sys.executable, "-m", "carom")
 
 
 @pytest.mark.long
@@ -414,7 +407,7 @@ def test_closed_output_pipe_is_not_an_error() -> None:
     read, write = os.pipe()
     os.close(read)  # it has seen enough before the first line
     with os.fdopen(write, "wb") as out:
-        done = subprocess.run(LIST, stdout=out, stderr=subprocess.PIPE, check=False)
+        done = subprocess.run([*CAROM, "scenes"], stdout=out, stderr=subprocess.PIPE, check=False)
     assert (done.returncode, done.stderr) == (0, b"")
 
 
@@ -424,28 +417,23 @@ def test_closed_output_pipe_is_not_an_error() -> None:
 def test_full_disk_is_reported_with_exit_code_2(arguments: tuple[str, ...]) -> None:
     """If the output can't be written, the command ends with exit code 2 and one line on standard error."""
     with Path("/dev/full").open("wb") as full:
-        done = subprocess.run(
-            [sys.executable, "-m", "carom", *arguments], stdout=full, stderr=subprocess.PIPE, check=False
-        )
-    assert done.returncode == 2
-    assert done.stderr.decode().splitlines() == ["carom: output: No space left on device"]
+        done = subprocess.run([*CAROM, *arguments], stdout=full, stderr=subprocess.PIPE, check=False)
+    assert (done.returncode, done.stderr) == (2, b"carom: output: No space left on device\n")
 
 
 @pytest.mark.long
 def test_output_is_ascii_if_the_encoding_is_ascii() -> None:
     """With an ASCII encoding, results and error messages are printed in ASCII and no command fails to print."""
     plain = {**os.environ, "LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0", "PYTHONIOENCODING": "ascii"}
-    command, missed = (
-        (sys.executable, "-m", "carom", "run"),
-        ("paper/missed", "-e", "pit", "--no-timing", "--dt", "1/24"),
-    )
-    done = subprocess.run([*command, *missed], env=plain, capture_output=True, check=False)
-    assert done.returncode == 1
-    assert done.stdout.isascii()
-    done = subprocess.run([*command, "d\u00e9j\u00e0-\u2713"], env=plain, capture_output=True, check=False)
-    assert done.returncode == 2
-    assert done.stderr.isascii()
-    assert b"no scene is named" in done.stderr
+    for words, code, said in (
+        ("run paper/missed -e pit --no-timing --dt 1/24", 1, b""),
+        ("run d\u00e9j\u00e0-\u2713", 2, b"no scene is named"),
+    ):
+        done = subprocess.run([*CAROM, *words.split()], env=plain, capture_output=True, check=False)
+        assert done.returncode == code
+        assert done.stdout.isascii()
+        assert done.stderr.isascii()
+        assert said in done.stderr
 
 
 @each(
@@ -517,17 +505,16 @@ def test_small_address_space_is_reported_with_exit_code_2(tmp_path: Path) -> Non
     assert helped.returncode == 0
 
 
-def _run_play(*words: str) -> tuple[int, str]:
-    found = CliRunner().invoke(build_app(["play"]), ["play", *words, "--no-open"])
-    return found.exit_code, found.output
+def _run_play(*words: object) -> Result:
+    return CliRunner().invoke(build_app(["play"]), ["play", *map(str, words), "--no-open"])
 
 
 def test_play_writes_a_page_with_the_scene(tmp_path: Path) -> None:
     """`carom play` writes a self-contained page that selects the named scene and restricts scripts by hash."""
     page = tmp_path / "play.html"
-    code, said = _run_play("paper/late", "-e", "none", "--out", str(page))
+    result = _run_play("paper/late", "-e", "none", "--out", page)
     text = page.read_text(encoding="utf-8")
-    assert (code, "play.html" in said) == (0, True)
+    assert (result.exit_code, "play.html" in result.output) == (0, True)
     assert 'id="scenes" data-first="paper/late">' in text
     assert "default-src 'none'; script-src 'sha256-" in text
     assert "http" not in text.replace("http-equiv", "")
@@ -545,10 +532,10 @@ def test_page_policy_allows_hashed_scripts_and_webassembly() -> None:
 def test_play_refuses_a_missing_engine_with_its_install_command(monkeypatch: pytest.MonkeyPatch) -> None:
     """An engine whose package is not installed ends `carom play` with exit code 2 and the `npm install` command."""
     monkeypatch.setattr("carom.web.installed_engines.build_page_engine", lambda *_: None)
-    code, said = _run_play("-e", "rapier2d")
-    assert code == 2
-    assert "rapier2d is not installed: " in " ".join(said.split())
-    assert "npm install" in " ".join(said.split())
+    result = _run_play("-e", "rapier2d")
+    assert result.exit_code == 2
+    assert "rapier2d is not installed: " in printed_text(result)
+    assert "npm install" in printed_text(result)
 
 
 def test_page_refuses_an_unexpected_package_version(tmp_path: Path) -> None:
@@ -575,13 +562,15 @@ def test_page_refuses_an_adapter_with_an_unlinked_import() -> None:
 @pytest.fixture
 def slow_scene_file(tmp_path: Path) -> Path:
     """Two discs that meet head-on at 0.4 m/s; Box2D as it is shipped makes impacts of up to 1 m/s inelastic."""
-    discs = [
-        Disc(position_m=(0, 0), velocity_m_s=(0.4, 0), radius_m=0.5),
-        Disc(position_m=(1.23, 0), velocity_m_s=(0, 0), radius_m=0.5),
-    ]
+    discs = disc_at(0, 0, 0.4), disc_at(1.23, 0)
     path = tmp_path / "slow.toml"
-    save_scene(Scene(name="slow", discs=discs, duration_s=1.5, frame_rate_hz=60.0), path)
+    save_scene(staged("slow", *discs, duration_s=1.5, frame_rate_hz=60.0), path)
     return path
+
+
+def run_tune(scene: Path, out: Path, *options: str) -> Result:
+    """Tune Box2D in twelve trials, in this process."""
+    return carom_command("tune", "box2d", scene, "--trials", 12, "--out", out, "-j", 1, *options)
 
 
 def extract_code(text: str, heading: str) -> str:
@@ -594,7 +583,7 @@ def extract_code(text: str, heading: str) -> str:
 def test_tune_finds_the_velocity_scale_of_box2d(slow_scene_file: Path, tmp_path: Path) -> None:
     """`carom tune` finds the velocity scale that corrects a slow impact in Box2D; its printed outputs work."""
     out = tmp_path / "out"
-    done = carom_command("tune", "box2d", slow_scene_file, "--trials", 12, "--out", out, "-j", 1)
+    done = run_tune(slow_scene_file, out)
     assert done.exit_code == 0, done.output
     text = (out / "tune.md").read_text()
     profile = eval(f"{{{extract_code(text, 'Profile in Python')}}}", {"Profile": Profile})["found"]  # noqa: S307 - our own
@@ -616,7 +605,7 @@ def test_interrupted_tune_resumes_to_the_same_profile(
 ) -> None:
     """Ctrl-C prints the best settings so far, and only `--resume` continues, to the uninterrupted profile."""
     one, other = tmp_path / "one", tmp_path / "other"
-    assert carom_command("tune", "box2d", slow_scene_file, "--trials", 12, "--out", other, "-j", 1).exit_code == 0
+    assert run_tune(slow_scene_file, other).exit_code == 0
     tried = KnobSearch.evaluate
 
     def interrupted(self: KnobSearch, point: dict[str, int]) -> Any:
@@ -626,17 +615,13 @@ def test_interrupted_tune_resumes_to_the_same_profile(
 
     with monkeypatch.context() as patched:
         patched.setattr(KnobSearch, "evaluate", interrupted)
-        done = carom_command("tune", "box2d", slow_scene_file, "--trials", 12, "--out", one, "-j", 1)
+        done = run_tune(slow_scene_file, one)
     assert done.exit_code == 130
-    assert "best so far (trial" in done.output
-    assert "--set velocity_scale=" in done.output
-    assert "--resume continues from them" in done.output
-    refused = carom_command("tune", "box2d", slow_scene_file, "--trials", 12, "--out", one)
+    for words in ("best so far (trial", "--set velocity_scale=", "--resume continues from them"):
+        assert words in done.output
+    refused = run_tune(slow_scene_file, one)
     assert refused.exit_code == 2
     assert "continue with --resume" in refused.output
-    assert (
-        carom_command("tune", "box2d", slow_scene_file, "--trials", 12, "--out", one, "-j", 1, "--resume").exit_code
-        == 0
-    )
+    assert run_tune(slow_scene_file, one, "--resume").exit_code == 0
     whole, resumed = ((folder / "tune.md").read_text() for folder in (other, one))
     assert extract_code(resumed, "Profile in Python") == extract_code(whole, "Profile in Python")

@@ -40,10 +40,13 @@ def worse_results(sample_results: Path, tmp_path: Path) -> Path:
 @pytest.mark.long
 def test_diff_fails_only_on_grades_of_fail_on(sample_results: Path, worse_results: Path) -> None:
     """A sampled cell with a larger error fails only with `--fail-on sampled`; a smaller error never fails."""
-    assert carom_command("diff", sample_results, worse_results).exit_code == 0
-    assert carom_command("diff", sample_results.parent, worse_results.parent, "--fail-on", "sampled").exit_code == 1
-    assert carom_command("diff", sample_results, worse_results, "--fail-on", "never").exit_code == 0
-    assert carom_command("diff", worse_results, sample_results, "--fail-on", "sampled").exit_code == 0
+    for old, new, options, code in (
+        (sample_results, worse_results, [], 0),
+        (sample_results.parent, worse_results.parent, ["--fail-on", "sampled"], 1),
+        (sample_results, worse_results, ["--fail-on", "never"], 0),
+        (worse_results, sample_results, ["--fail-on", "sampled"], 0),
+    ):
+        assert carom_command("diff", old, new, *options).exit_code == code
 
 
 def test_crash_of_an_ungraded_cell_is_worse(worse_results: Path) -> None:

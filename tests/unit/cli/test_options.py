@@ -208,9 +208,8 @@ def test_lists_whole_seconds_and_step_series_are_accepted() -> None:
     assert Options(["pit"], [1, 0.5], ["tuned"], time_limit_s=5).dts == (1, 0.5)
     assert BenchPlan(engines=("pit",), rounds=3, budget_s=1).rounds == 3
     assert BenchPlan.parse_command_line({"dts": ["1/60", "1/100..1/400:3"]}).dts == (1 / 60, 1 / 100, 1 / 200, 1 / 400)
-    assert AdviceOptions.parse_command_line({"direction_error_rad": "180deg"[1:]}).direction_error_rad == math.radians(
-        80
-    )
+    angle = AdviceOptions.parse_command_line({"direction_error_rad": "80deg"}).direction_error_rad
+    assert angle == math.radians(80)
     assert (StressOptions().time_limit_s, StressOptions(quick=True).time_limit_s) == (60.0, 10.0)
 
 

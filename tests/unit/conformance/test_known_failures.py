@@ -170,12 +170,11 @@ def test_passing_case_is_removed_and_other_entries_stay(tmp_path: Path) -> None:
     file.write_text(FILE)
     update_file(file, {}, {"a::energy[tuned]"})
     text = file.read_text()
+    written = load_known_failures(file)
     assert text.startswith("# What the engine can't do.\n\n# Issue 12.\n[[known_failure]]\n")
     assert FILE[FILE.index("# Slow") :] in text
-    assert [(one.reason, one.cases) for one in load_known_failures(file)] == [
-        ("it leaks", ("a::energy[default]",)),
-        ("slow", ("a::times[default-x]",)),
-    ]
+    assert [one.cases for one in written] == [("a::energy[default]",), ("a::times[default-x]",)]
+    assert [one.reason for one in written] == ["it leaks", "slow"]
     update_file(file, {}, {"a::energy[default]"})
     assert [one.reason for one in load_known_failures(file)] == ["slow"]
 

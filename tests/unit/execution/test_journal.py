@@ -55,10 +55,8 @@ def write_journal(folder: Path, *dts: float) -> Path:
 
 def test_entry_with_a_too_long_line_is_not_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """An entry whose line would exceed the limit counts in this run, but only the other entries are written."""
-    path, long = (
-        tmp_path / "journal.jsonl",
-        JournalEntry(replace(KEY, scene="x" * 5000), Answer(Status.RAN, value=build_measures())),
-    )
+    path = tmp_path / "journal.jsonl"
+    long = JournalEntry(replace(KEY, scene="x" * 5000), Answer(Status.RAN, value=build_measures()))
     monkeypatch.setattr(journal_module, "LONGEST_LINE", 4000)
     with score_journal(path) as journal:
         journal.add([build_entry(1 / 60), long, build_entry(1 / 120)])
@@ -96,30 +94,21 @@ def test_floats_are_stored_to_the_bit(value: float, dt_s: float, tmp_path_factor
         (read,) = journal.entries.values()
         journal.add([read])
     assert read.key == written.key
-    if math.isnan(value):
-        assert math.isnan(require_value(read.answer.value).total.velocity)
-    else:
-        assert require_value(read.answer.value).total.velocity.hex() == value.hex()
+    found = require_value(read.answer.value).total.velocity
+    assert math.isnan(found) if math.isnan(value) else found.hex() == value.hex()
     assert path.read_bytes().splitlines()[2] == line
 
 
+FAILS = partial(CellResult, "attack", "grazing", "pit/tuned", CellEnding.FAILS_AT_SIZE)
 SPOTS = (
-    CellResult(
-        "attack", "grazing", "pit/tuned", CellEnding.FAILS_AT_SIZE, 0.003, 0.004, 0.05, "why", ("scenes/a.toml",), 12
-    ),
+    FAILS(0.003, 0.004, 0.05, "why", ("scenes/a.toml",), 12),
     CellResult("relation", "boost", "pic/tuned", CellEnding.NOT_RUN, reason="unavailable"),
     CellResult("relation", "boost", "pit/tuned", CellEnding.VIOLATED, math.inf),
 )
+CELLS = [JournalEntry((one.kind, one.line, one.method), Answer(Status.RAN, value=one)) for one in SPOTS]
 
-
-CELLS = tuple(
-    JournalEntry((result.kind, result.line, result.method), Answer(Status.RAN, value=result)) for result in SPOTS
-)
-
-
-CRASHED: JournalEntry[JobKey, Measures] = JournalEntry(
-    KEY, Answer(Status.CRASHED, 'ended by SIGABRT; it last printed: "ouch"\n')
-)
+ABORTED = 'ended by SIGABRT; it last printed: "ouch"\n'
+CRASHED: JournalEntry[JobKey, Measures] = JournalEntry(KEY, Answer(Status.CRASHED, ABORTED))
 #: What some programs end a line at, and what commands a terminal.
 SIGNS = ["\u2028", "\u2029", "\x85", "\x1b[31m", "\u202e", "\x0c"]
 NAMED = [JournalEntry(replace(KEY, scene=f"a{sign}b"), Answer(Status.RAN, value=build_measures())) for sign in SIGNS]
@@ -127,11 +116,7 @@ NAMED = [JournalEntry(replace(KEY, scene=f"a{sign}b"), Answer(Status.RAN, value=
 
 @each(
     "opened, entries",
-    [
-        pytest.param(score_journal, [CRASHED], id="a crash has its reason and no numbers"),
-        pytest.param(score_journal, NAMED, id="no sign in a name breaks a line"),
-        pytest.param(partial(stress_journal, stamp={"quick": True}), CELLS, id="spots of a campaign"),
-    ],
+    [(score_journal, [CRASHED]), (score_journal, NAMED), (partial(stress_journal, stamp={"quick": True}), CELLS)],
 )
 def test_entries_are_read_back_from_one_line_each(
     opened: Any, entries: Sequence[JournalEntry[Any, Any]], tmp_path: Path
@@ -293,9 +278,8 @@ def test_second_writer_of_a_journal_is_refused(tmp_path: Path) -> None:
     """A journal that another run has open is refused, and a closed one with results without `resume`."""
     path = tmp_path / "journal.jsonl"
     with score_journal(path) as first:
-        for written in (False, True):
-            if written:
-                first.add([build_entry()])
+        for entries in ([], [build_entry()]):
+            first.add(entries)
             for resume in (False, True):
                 with pytest.raises(InputError, match="is being written by another process"):
                     score_journal(path, resume=resume)

@@ -308,15 +308,13 @@ def test_junit_counts_match_the_rows(results: Results, folder: Path) -> None:
     assert len(list(root.iter("testcase"))) == len(results.rows) == int(root.attrib["tests"])
     for tag, attribute in (("failure", "failures"), ("error", "errors"), ("skipped", "skipped")):
         found = list(root.iter(tag))
-        assert (
-            len(found) == int(root.attrib[attribute]) == sum(int(s.attrib[attribute]) for s in root.iter("testsuite"))
-        )
+        in_suites = sum(int(suite.attrib[attribute]) for suite in root.iter("testsuite"))
+        assert len(found) == int(root.attrib[attribute]) == in_suites
         assert all(entry.attrib["message"] for entry in found)
     grades = Counter(row.grade.name if row.grade else "" for row in results.rows)
     assert int(root.attrib["failures"]) == grades["WRONG"] + grades["INACCURATE"] > 0
-    assert int(root.attrib["errors"]) == sum(
-        row.status in {Status.CRASHED, Status.TIMED_OUT, Status.FAILED} for row in results.rows
-    )
+    broken = {Status.CRASHED, Status.TIMED_OUT, Status.FAILED}
+    assert int(root.attrib["errors"]) == sum(row.status in broken for row in results.rows)
     assert any("gone is not installed" in entry.attrib["message"] for entry in root.iter("skipped"))
 
 
@@ -343,15 +341,13 @@ def test_markdown_tables_are_well_formed(folder: Path) -> None:
 
 def test_page_and_markdown_have_the_same_sections_in_order(results: Results, folder: Path) -> None:
     """Page and Markdown have the same headings, except that only the page has "All cells at all steps"."""
-    shown = {
-        medium: [section.heading for section in cross_check_document(results).select_for(medium)]
-        for medium in (Media.PAGE, Media.MARKDOWN)
-    }
+    document = cross_check_document(results)
+    on_page, in_text = ([one.heading for one in document.select_for(medium)] for medium in (Media.PAGE, Media.MARKDOWN))
     headings = re.findall(r"<h[23]>(.*?)</h[23]>", (folder / "index.html").read_text(encoding="utf-8"))
-    assert [html.unescape(heading) for heading in headings] == shown[Media.PAGE]
+    assert [html.unescape(heading) for heading in headings] == on_page
     text = (folder / "report.md").read_text(encoding="utf-8")
-    assert re.findall(r"^#{2,3} (.*)$", text, re.MULTILINE) == shown[Media.MARKDOWN]
-    assert [heading for heading in shown[Media.PAGE] if heading != "All cells at all steps"] == shown[Media.MARKDOWN]
+    assert re.findall(r"^#{2,3} (.*)$", text, re.MULTILINE) == in_text
+    assert [heading for heading in on_page if heading != "All cells at all steps"] == in_text
 
 
 def test_added_column_appears_in_every_format() -> None:

@@ -8,10 +8,10 @@ from dataclasses import replace
 import pytest
 from rich.console import Console
 from tests.cases import each
-from tests.scene_builders import disc_at, run_cross_check, staged
+from tests.scene_builders import disc_at, run_cross_check, staged, wall_at
 
 import carom
-from carom import Disc, Scene, Wall
+from carom import Scene
 from carom.catalogue import find_scenes
 from carom.cli.ascii import ERRORS
 from carom.report.document import Column, Document, Headline, Section, Table
@@ -83,8 +83,8 @@ RIGHT_TO_LEFT = "\N{RIGHT-TO-LEFT OVERRIDE}"
 
 def build_scene(discs: int = 2, name: str = "head-on") -> Scene:
     """Disc 0 reaches disc 1, at rest 3 m on, after the 2 m between them, at 2 s: radii of half a metre, 1 m/s."""
-    bodies = [Disc(position_m=(3.0 * k, 0.0), velocity_m_s=(float(k == 0), 0.0), radius_m=0.5) for k in range(discs)]
-    return Scene(name=name, discs=bodies, duration_s=2.75, frame_rate_hz=4.0)
+    bodies = (disc_at(3.0 * k, 0.0, float(k == 0)) for k in range(discs))
+    return staged(name, *bodies, duration_s=2.75, frame_rate_hz=4.0)
 
 
 def build_every_kind(of: Scene) -> list[object]:
@@ -107,18 +107,10 @@ def test_repr_of_every_result_is_short_and_printable(of: Scene) -> None:
 
 def test_repr_of_a_scene_shows_laws_and_bodies() -> None:
     """The text has each number of the scene that affects the motion, and the number of discs that are not shown."""
-    wall = Wall(point_m=(0.0, -2.0), normal=(0.0, 2.0))
-    post = Disc(position_m=(9.0, 0.0), radius_m=0.25, mass_kg=math.inf)
-    rough = build_scene().model_copy(
-        update={
-            "discs": (*build_scene().discs, post),
-            "walls": (wall,),
-            "restitution": 0.5,
-            "friction": 0.3,
-            "gravity_m_s2": (0.0, -9.81),
-        }
-    )
-    text = repr(rough)
+    post = disc_at(9.0, 0.0, r=0.25, m=math.inf)
+    fields = {"walls": (wall_at(0.0, -2.0, 0.0, 2.0),), "restitution": 0.5, "friction": 0.3}
+    fields |= {"discs": (*build_scene().discs, post), "gravity_m_s2": (0.0, -9.81)}
+    text = repr(build_scene().model_copy(update=fields))
     for said in (
         "'head-on': 3 discs, 1 wall; 2.75 s at 4 frames a second",
         "restitution 0.5, wall restitution 1, friction 0.3, gravity (0, -9.81) m/s²",
