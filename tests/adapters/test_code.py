@@ -75,7 +75,7 @@ EDGES = CORNER.model_copy(
         "walls": (
             Chain(points_m=[(-1, -1), (4, -1), (4, 3), (-1, 3)], closed=True, pieces=3, half_width_m=0.05),
             Chain(points_m=[(0, 0.1), (2.5, 0.1), (3, 0.5)], half_width_m=0.02, restitution=0.5, friction=0.1),
-            Wall(point_m=(-0.5, 0), normal=(1, 0.1), restitution=0.7),
+            wall_at(-0.5, 0, 1, 0.1, restitution=0.7),
         ),
     }
 )

@@ -65,9 +65,8 @@ def test_pickled_space_of_a_scene_is_imported_as_that_scene(tmp_path: Path, prot
     coefficients = ("restitution", "wall_restitution", "friction", "wall_friction")
     for name in coefficients:  # a root, squared
         assert getattr(scene, name) == pytest.approx(getattr(CORNER, name), rel=2**-50)
-    assert found.dropped == tuple(
-        f"shape {k}, a Poly: only its face towards the discs is kept, without its ends" for k in (3, 4)
-    )
+    dropped = (f"shape {k}, a Poly: only its face towards the discs is kept, without its ends" for k in (3, 4))
+    assert found.dropped == tuple(dropped)
 
 
 @pytest.mark.usefixtures("in_process")

@@ -1,6 +1,7 @@
 """Discs that bounce out, roll on and are held: what each engine makes of it, from eight starts each."""
 
 import importlib
+import itertools
 import math
 from typing import Any
 
@@ -15,7 +16,7 @@ from tests.adapters.falling_balls import (
     measure_speeds_at_rest,
 )
 from tests.cases import each, release_after
-from tests.scene_builders import Finish, Named, require_value
+from tests.scene_builders import Finish, Named, disc_at, require_value
 
 from carom import Disc
 from carom.engines.api import Adapter, AdapterError, Observation, Setting
@@ -26,15 +27,7 @@ RATES_HZ = [60.0, 240.0]
 @each(
     "name, rate_hz, e, share",
     [
-        *release_after(
-            0,
-            [
-                (name, rate_hz, e, 0.01)
-                for name in ("mujoco", "pybullet", "pymunk")
-                for e in (0.0, 0.5, 0.9)
-                for rate_hz in RATES_HZ
-            ],
-        ),
+        *release_after(0, itertools.product(("mujoco", "pybullet", "pymunk"), RATES_HZ, (0.0, 0.5, 0.9), (0.01,))),
         *(
             pytest.param(name, 60.0, e, 1e-3, marks=pytest.mark.engines)
             for name in ("cannon", "jolt", "p2", "box2d3", "rapier", "rapier2d")
@@ -170,9 +163,8 @@ def test_slip_of_rolling_discs_is_as_documented(
 def test_pybullet_default_damping_slows_rolling_discs(named: Named, finish: Finish) -> None:
     """PyBullet's own damping leaves a rolling disc a third of its speed after 10 s; the profile sets it to 0."""
     for speed in np.linspace(1.75, 2.25, STARTS).tolist():
-        end = _run_rolling_disc(
-            finish, named("pybullet"), "default", speed, 10.0, linearDamping=0.04, angularDamping=0.04
-        )
+        damping = {"linearDamping": 0.04, "angularDamping": 0.04}
+        end = _run_rolling_disc(finish, named("pybullet"), "default", speed, 10.0, **damping)
         assert 0.3 < end.velocity_m_s[0, 0] / speed < 0.4
         undamped = _run_rolling_disc(finish, named("pybullet"), "default", speed, 10.0)
         assert undamped.velocity_m_s[0, 0] == pytest.approx(speed, rel=1e-9)
@@ -204,10 +196,9 @@ def test_discs_held_by_friction_creep_in_mujoco(
 def test_pybullet_rolling_resistance_follows_the_law(named: Named, finish: Finish, profile: str) -> None:
     """Rolling resistance leaves ``v - c g t / (1 + k)``, from 8 speeds; a disc that stopped stays at rest."""
     for speed, resists in zip(np.linspace(1.5, 3.0, STARTS), np.linspace(0.01, 0.2, STARTS), strict=True):
-        disc = Disc(position_m=(0, RADIUS_M), velocity_m_s=(speed, 0), radius_m=RADIUS_M, spin_rad_s=-speed / RADIUS_M)
-        scene = build_floor_scene(disc, 1.0, friction=0.5).model_copy(
-            update={"wall_rolling_resistance": float(resists)}
-        )
+        disc = disc_at(0, RADIUS_M, speed, r=RADIUS_M, spin_rad_s=-speed / RADIUS_M)
+        law = {"wall_rolling_resistance": float(resists)}
+        scene = build_floor_scene(disc, 1.0, friction=0.5).model_copy(update=law)
         end = finish(named("pybullet"), scene, 1 / 240, profile)
         assert end.velocity_m_s[0, 0] == pytest.approx(speed - resists * G / 1.5, abs=2e-4)
         slow = scene.model_copy(update={"duration_s": 1.5 * speed / (resists * G) + 1.0})
@@ -260,10 +251,9 @@ def test_mujoco_slips_where_friction_and_resistance_should_hold(options: str, le
 @each("options, least, most", [("shipped", 0.70, 0.96), ("exact", 0.93, 1.001)])
 def test_mujoco_rolling_resistance_is_weaker_than_the_law(options: str, least: float, most: float) -> None:
     """MuJoCo's rolling resistance is a part of c g / (1 + k), and a smaller part for larger resistance."""
+    speeds, resistances = np.linspace(1.5, 2.9, STARTS).tolist(), np.linspace(0.01, 0.15, STARTS).tolist()
     parts = []
-    for speed, resists in zip(
-        np.linspace(1.5, 2.9, STARTS).tolist(), np.linspace(0.01, 0.15, STARTS).tolist(), strict=True
-    ):
+    for speed, resists in zip(speeds, resistances, strict=True):
         left = measure_mujoco_speed(OPTIONS[options], 0.5, resists, 1.0, tangent=0.0, speed=speed)
         parts.append((speed - left) / (resists * G / 1.5))
     assert all(least < part < most for part in parts)

@@ -23,13 +23,8 @@ from carom_adapters.shared.legs import Legs
 def _build_head_on_scene(closing_m_s: float, restitution: float = 1.0) -> Scene:
     """Two equal discs that close at this speed and touch halfway through the scene."""
     gap = 0.5
-    return staged(
-        "head-on",
-        disc_at(0, 0, closing_m_s / 2),
-        disc_at(1 + gap, 0, -closing_m_s / 2),
-        restitution=restitution,
-        duration_s=2 * gap / closing_m_s,
-    )
+    discs = disc_at(0, 0, closing_m_s / 2), disc_at(1 + gap, 0, -closing_m_s / 2)
+    return staged("head-on", *discs, restitution=restitution, duration_s=2 * gap / closing_m_s)
 
 
 def _measure_restitution(end: Observation, closing_m_s: float) -> float:

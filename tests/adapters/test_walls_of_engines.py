@@ -19,7 +19,7 @@ from tests.adapters.engine_scenes import (
     build_thin_wall_scene,
 )
 from tests.cases import each, long_until, release_after
-from tests.scene_builders import Finish, Named, run_cross_check
+from tests.scene_builders import Finish, Named, disc_at, run_cross_check, staged
 
 from carom import Chain, Disc, Ring, Scene, Wall
 from carom.catalogue import all_scenes
@@ -50,12 +50,8 @@ def optional_engine_rows(**profiles: str) -> list[Any]:
 @each(
     "name, profile, half_width_m",
     [
-        *(
-            ("pymunk", "default", 0.0),
-            ("pymunk", "tuned", 0.0),
-            ("mujoco", "no-ccd", 0.02),
-            ("pybullet", "no-ccd", 0.0),
-        ),
+        *(("pymunk", "default", 0.0), ("pymunk", "tuned", 0.0), ("mujoco", "no-ccd", 0.02)),
+        ("pybullet", "no-ccd", 0.0),
         *optional_engine_rows(jolt="tuned", physx="tuned", p2="default tuned", cannon="default tuned"),
         *optional_engine_rows(matter="tuned", rapier2d="tuned ccd"),
     ],
@@ -92,11 +88,7 @@ def test_swept_discs_never_pass_a_thin_wall(
 
 
 def test_tuned_mujoco_passes_no_thin_wall_and_default_passes_all(mujoco: Adapter, finish: Finish) -> None:
-    r"""Tuned MuJoCo reflects discs of up to 20 reaches a step; with its default spring all pass.
-
-    The spring of 1,000 /s^2 takes the depth v / sqrt(1000) to stop a disc: from 3.2 m/s on, its centre is past a
-    wall.
-    """
+    """Tuned MuJoCo reflects discs of up to 20 reaches a step; past v / sqrt(1000) of its default spring, all pass."""
     for q in (0.9, 3.0, 20.0):
         for k in range(0, STARTS, 2):
             scene = build_thin_wall_scene(q, k / STARTS)
@@ -287,10 +279,8 @@ def test_tuned_floor_in_pieces_is_smooth(named: Named, finish: Finish, name: str
     adapter, width = named(name), HALF_WIDTHS[name]
 
     def bump(profile: str, start: int) -> float:
-        ends = [
-            finish(adapter, build_floor_scene(n, start / STARTS, half_width_m=width), 1 / 60, profile).velocity_m_s
-            for n in (1, 10)
-        ]
+        whole, pieces = (build_floor_scene(n, start / STARTS, half_width_m=width) for n in (1, 10))
+        ends = [finish(adapter, scene, 1 / 60, profile).velocity_m_s for scene in (whole, pieces)]
         return float(np.abs(ends[1] - ends[0]).max())
 
     tuned, shipped = ([bump(profile, start) for start in range(STARTS)] for profile in ("tuned", "default"))
@@ -342,14 +332,9 @@ def test_pushes_of_two_edges_are_reported_as_one_contact(named: Named, name: str
     """In a corner of a chain one contact has the whole change of velocity that both edges cause in a step."""
     width = HALF_WIDTHS[name]
     lands = 0.31  # between two steps, so that both are found in one
-    scene = Scene(
-        name="corner",
-        discs=[
-            Disc(position_m=(0.25 + width + 3 * lands, 0.25 + width + 4 * lands), velocity_m_s=(-3, -4), radius_m=0.25)
-        ],
-        walls=[Chain(points_m=[(5, 0), (0, 0), (0, 5)], half_width_m=width)],
-        duration_s=1.0,
-    )
+    disc = disc_at(0.25 + width + 3 * lands, 0.25 + width + 4 * lands, -3, -4, r=0.25)
+    walls = Chain(points_m=[(5, 0), (0, 0), (0, 5)], half_width_m=width)
+    scene = staged("corner", disc, walls, duration_s=1.0)
     adapter = named(name)
     world = adapter.prepare(scene, adapter.profiles["tuned"].settings(1 / 60))
     told, velocity = [], np.array([-3.0, -4.0])

@@ -159,12 +159,10 @@ def scheduler_address(certificate: dict[str, str]) -> Iterator[str]:
     dask: Any = importlib.import_module("dask")
     distributed: Any = importlib.import_module("distributed")
     options = {"n_workers": 1, "threads_per_worker": 1, "protocol": "tls://", "dashboard_address": None}
-    security = distributed.Security(require_encryption=True)
-    with (
-        dask.config.set(certificate),
-        distributed.LocalCluster(**options, security=security, silence_logs=50) as cluster,
-    ):
-        yield cluster.scheduler_address
+    with dask.config.set(certificate):
+        security = distributed.Security(require_encryption=True)
+        with distributed.LocalCluster(**options, security=security, silence_logs=50) as cluster:
+            yield cluster.scheduler_address
 
 
 def run_sweep(pool: Pool, path: Path) -> list[bytes]:
