@@ -228,11 +228,9 @@ def _attack(names: list[str], state: Path, until: float) -> None:
             before = time.monotonic()
             lost = next(under_way[name])
             took_s = time.monotonic() - before
-            count.tried, count.seconds, count.slowest_s = (
-                count.tried + 1,
-                count.seconds + took_s,
-                max(count.slowest_s, took_s),
-            )
+            count.tried += 1
+            count.seconds += took_s
+            count.slowest_s = max(count.slowest_s, took_s)
             if lost:
                 count.lost += 1
                 count.findings = [*count.findings, lost][:KEPT]

@@ -78,9 +78,8 @@ def _try_program(rng: Random, folder: Path) -> str:
             LocalPool(2, LIMIT_S, memory_limit_mb=1500) as pool,
         ):
             limit_only(patch, "toy")
-            results = cross_check(
-                [SCENE], ["pit", str(manifest)], dts=[0.1], profiles=["tuned"], timing=False, pool=pool
-            )
+            engines = ["pit", str(manifest)]
+            results = cross_check([SCENE], engines, dts=[0.1], profiles=["tuned"], timing=False, pool=pool)
             rows = {row.job.engine: row for row in results.rows}
             text = format_records(results)
     except HangError:

@@ -58,11 +58,8 @@ def results(rng: Random, folder: Path) -> Iterator[str]:
 
         def compared() -> str:
             old, new = rng.sample([sound, path], 2)
-            return (
-                ""
-                if render_markdown(build_diff_document(compare_records(old, new), str(old), str(new)))
-                else "nothing is said"
-            )
+            document = build_diff_document(compare_records(old, new), str(old), str(new))
+            return "" if render_markdown(document) else "nothing is said"
 
         yield try_act(compared, "results.jsonl", "no cell was run")
 

@@ -50,12 +50,8 @@ def test_atlas_has_grades_and_failure_points_of_each_method(
     assert sorted(row["grade"] for row in coarse) == ["sampled", "sampled", "ungraded", "wrong"]
     assert atlas_methods.grades(pit) == "2 sampled, 1 wrong, 1 ungraded"
     assert atlas_methods.impacts(pit) == "1 / 0"
-    assert [atlas_methods.breaking(STRESS, name, pit) for name in ("slow", "grazing", "duration", "tunnelling")] == [
-        "passes to 1e-9",
-        "0.003",
-        "unsupported",
-        "-",
-    ]
+    ends = {name: atlas_methods.breaking(STRESS, name, pit) for name in ("slow", "grazing", "duration", "tunnelling")}
+    assert ends == {"slow": "passes to 1e-9", "grazing": "0.003", "duration": "unsupported", "tunnelling": "-"}
     data = atlas.measured(*records, [], STRESS, HAZARDS, ("carom run", "carom run --dt 1/60", "carom stress"))
     assert data["commands"] == ["carom run", "carom run --dt 1/60", "carom stress"]
     assert data["measured"]["scenes"] == len(NAMES)
@@ -84,10 +80,8 @@ def test_first_choice_meets_the_need_in_most_scenes(records: tuple[dict[str, Any
     right = atlas_methods.Need("", lambda scene: scene == "engines/near-miss", lambda row: not row["spurious"])
     assert atlas_methods.choices(right, methods) == ["pit, 1 frame: 1 of 1, -"]
     fine = atlas_methods.Need("", lambda scene: scene == "paper/missed", lambda row: not row["missed"])
-    finer = [
-        row for row in records[1] if (row["scene"], row["engine"]) == ("paper/missed", "pit") and not row["missed"]
-    ]
-    step = 4 ** min(row["refinement"] for row in finer)
+    runs = [row for row in records[1] if (row["scene"], row["engine"]) == ("paper/missed", "pit")]
+    step = 4 ** min(row["refinement"] for row in runs if not row["missed"])
     assert atlas_methods.choices(fine, methods) == [f"pit, 1/{step} frame: 1 of 1, -"]
     never = atlas_methods.Need("", lambda scene: scene == "paper/late", lambda row: row["grade"] == "exact")
     assert atlas_methods.choices(never, methods) == []
