@@ -6,10 +6,8 @@ import json
 import os
 import re
 import shlex
-import signal
 import subprocess
 import sys
-import time
 import tomllib
 from collections.abc import Callable
 from contextlib import suppress
@@ -22,7 +20,7 @@ import tomli_w
 import typer
 from tests.cases import each, release_after
 from tests.command import carom_command, printed_text
-from tests.processes import PATIENT_S, wait_until_ended
+from tests.processes import interrupt, wait_until_begun, wait_until_ended
 from tests.scene_builders import disc_at, staged
 from tests.unit.cli.test_options import STUDIES
 from tests.validation.certified_files import from_enclosures
@@ -177,17 +175,11 @@ def test_interrupted_run_leaves_no_report_and_no_process(tmp_path: Path, scene_f
     command = [sys.executable, "-m", "carom", "run", str(scene_file), *options]
     pipes: dict[str, Any] = {"stderr": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
     process = subprocess.Popen(command, **pipes, start_new_session=True)
-    until = time.monotonic() + PATIENT_S
     # The journal is there when adapters have been asked; the run has begun when a worker works: a keeper's child.
-    while not ((report / "journal.jsonl").exists() and _has_busy_process(children := _list_descendants(process.pid))):
-        assert process.poll() is None
-        assert time.monotonic() < until
-        time.sleep(0.05)
-    process.send_signal(signal.SIGINT)
-    try:
-        _, error = process.communicate(timeout=PATIENT_S)
-    finally:
-        process.kill()  # of no effect on one that has ended
+    wait_until_begun(process, (report / "journal.jsonl").exists)
+    wait_until_begun(process, lambda: _has_busy_process(_list_descendants(process.pid)))
+    children = _list_descendants(process.pid)
+    error = interrupt(process)
     assert process.returncode == 130
     assert "interrupted" in error
     assert "Traceback" not in error

@@ -5,13 +5,12 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from tests.fake_clock import Clock
-from tests.processes import PATIENT_S, limit_only, wait_until_ended
+from tests.processes import PATIENT_S, limit_only, wait_until_begun, wait_until_ended
 from tests.scene_builders import disc_at, staged
 from tests.unit.execution.conftest import STANDING
 
@@ -264,11 +263,7 @@ def start_run(tmp_path: Path, act: str) -> subprocess.Popen[str]:
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])}
     command = [sys.executable, "-m", "carom", "run", str(tmp_path / "scene.toml"), "-e", act, "--dt", "0.1"]
     process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=environment)
-    until = time.monotonic() + PATIENT_S
-    while not any((tmp_path / "here").iterdir()):
-        assert process.poll() is None
-        assert time.monotonic() < until
-        time.sleep(0.05)
+    wait_until_begun(process, lambda: any((tmp_path / "here").iterdir()))
     return process
 
 

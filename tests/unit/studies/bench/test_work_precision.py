@@ -2,10 +2,8 @@ import json
 import math
 import os
 import re
-import signal
 import subprocess
 import sys
-import time
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,7 +15,7 @@ from tests.cases import each
 from tests.command import carom_command
 from tests.fake_clock import Clock
 from tests.in_process_pool import InProcessPool
-from tests.processes import PATIENT_S
+from tests.processes import interrupt, wait_until_begun
 from tests.scene_builders import disc_at, require_value, staged
 
 from carom import Scene
@@ -302,17 +300,9 @@ def test_interrupted_bench_keeps_journal_and_suggests_resume(scene_file: Path, t
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])}
     pipes: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
     with subprocess.Popen(command, **pipes, env=environment) as process:
-        until = time.monotonic() + PATIENT_S
         journal = out / "journal.jsonl"
-        while not (journal.exists() and journal.read_bytes().count(b"\n") > 1):
-            assert process.poll() is None
-            assert time.monotonic() < until
-            time.sleep(0.05)
-        process.send_signal(signal.SIGINT)
-        try:
-            _, errors = process.communicate(timeout=PATIENT_S)
-        finally:
-            process.kill()  # of no effect on one that has ended
+        wait_until_begun(process, lambda: journal.exists() and journal.read_bytes().count(b"\n") > 1)
+        errors = interrupt(process)
     assert process.returncode == 130
     assert "--resume continues from them" in errors
     assert "Traceback" not in errors
