@@ -1,8 +1,9 @@
 """Commands that tests run, and whether a process that a test started, or that was started by one, is still there."""
 
+import signal
 import subprocess
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +39,24 @@ def read_pid(note: Path) -> int:
         assert time.monotonic() < until, f"nothing is written to {note}"
         time.sleep(0.01)
     return int(note.read_text())
+
+
+def wait_until_begun(process: subprocess.Popen[str], begun: Callable[[], object]) -> None:
+    """Wait until a process that goes on has begun its work."""
+    until = time.monotonic() + PATIENT_S
+    while not begun():
+        assert process.poll() is None
+        assert time.monotonic() < until
+        time.sleep(0.05)
+
+
+def interrupt(process: subprocess.Popen[str]) -> str:
+    """Press Ctrl-C, and return what the process prints to stderr before it ends."""
+    process.send_signal(signal.SIGINT)
+    try:
+        return process.communicate(timeout=PATIENT_S)[1]
+    finally:
+        process.kill()  # of no effect on one that has ended
 
 
 def limit_only(patch: pytest.MonkeyPatch, *engines: str) -> None:

@@ -80,8 +80,7 @@ def pymunk(stage: Stage, profile: str, dt_s: float, steps: int) -> States:
         bodies.append(body)
     for point, normal in stage.walls:
         body = engine.Body(body_type=engine.Body.STATIC)
-        corners = [(point[0] + x, point[1] + y) for x, y in _corners(normal, WALL_M)]
-        block = engine.Poly(body, corners)
+        block = engine.Poly(body, [(point[0] + x, point[1] + y) for x, y in _corners(normal, WALL_M)])
         block.elasticity, block.friction = stage.wall_restitution / of_disc, 1.0  # frictions are multiplied, too
         space.add(body, block)
 

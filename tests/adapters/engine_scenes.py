@@ -3,9 +3,9 @@
 import math
 
 import numpy as np
-from tests.scene_builders import disc_at, staged, wall_at
+from tests.scene_builders import disc_at, drive_on_legs, staged, wall_at
 
-from carom import Chain, Disc, Scene, Wall
+from carom import Chain, Scene, Wall
 from carom.engines.api import Adapter, Observation
 
 
@@ -27,27 +27,21 @@ def build_oblique_scene(length: float = 1.0, mass: float = 1.0, time: float = 1.
 def build_cradle_scene() -> Scene:
     """A disc that runs into the end of a row of four in contact."""
     row = [disc_at(i, 0) for i in range(4)]
-    runner = disc_at(-1.51, 0, 1)
-    return staged("cradle", runner, *row, duration_s=2.0)
+    return staged("cradle", disc_at(-1.51, 0, 1), *row, duration_s=2.0)
 
 
 def build_break_scene() -> Scene:
     """A disc that runs into the tip of a triangle of ten in contact."""
     pitch = 1 + 1e-7  # touching, except for the rounding of the root of 3
     rack = [disc_at(math.sqrt(0.75) * pitch * row, (k - row / 2) * pitch) for row in range(4) for k in range(row + 1)]
-    cue = disc_at(-3, 0.013, 5)
-    return staged("break", cue, *rack, duration_s=1.0)
+    return staged("break", disc_at(-3, 0.013, 5), *rack, duration_s=1.0)
 
 
 def build_bullet_scene(phase: float, dt_s: float) -> Scene:
     """Return a disc that flies 33 radii a step and hits one at rest after 5.25 steps and this phase of one."""
     speed, radius = 100.0, 0.05
-    return staged(
-        "bullet",
-        disc_at(-(5.3 + phase) * speed * dt_s, 0, speed, r=radius),
-        disc_at(0, 0.06, r=radius, m=2),
-        duration_s=12 * dt_s,
-    )
+    flying = disc_at(-(5.3 + phase) * speed * dt_s, 0, speed, r=radius)
+    return staged("bullet", flying, disc_at(0, 0.06, r=radius, m=2), duration_s=12 * dt_s)
 
 
 def build_floor_scene(pieces: int, phase: float, approach_m_s: float = 2.0, *, half_width_m: float = 0.0) -> Scene:
@@ -57,41 +51,25 @@ def build_floor_scene(pieces: int, phase: float, approach_m_s: float = 2.0, *, h
     """
     speed, radius, lands_s = 5.0, 0.25, 0.3
     start = (-3.0 - phase, radius + half_width_m + lands_s * approach_m_s)
-    return staged(
-        "along a floor",
-        Disc(position_m=start, velocity_m_s=(speed, -approach_m_s), radius_m=radius),
-        Chain(points_m=[(-5.0, 0.0), (5.0, 0.0)], pieces=pieces, half_width_m=half_width_m),
-        duration_s=1.0,
-        frame_rate_hz=60.0,
-    )
+    floor = Chain(points_m=[(-5.0, 0.0), (5.0, 0.0)], pieces=pieces, half_width_m=half_width_m)
+    disc = disc_at(*start, speed, -approach_m_s, r=radius)
+    return staged("along a floor", disc, floor, duration_s=1.0, frame_rate_hz=60.0)
 
 
 def build_paddle_scene(phase: float, *, disc: bool = False, half_width_m: float = 0.0) -> Scene:
     """Return a disc at 2 m/s that an edge, or a disc, driven at 1 m/s the other way sends back: at -4 m/s, 2 V - v."""
     dt_s, radius = 1 / 60, 0.25
     # The two close at 3 m/s: twelve steps and a phase until they touch, and as many after.
-    gap_m = (12 + phase) * dt_s * 3
-    flying = disc_at(-gap_m - radius - half_width_m, 0, 2, r=radius)
+    flying = disc_at(-((12 + phase) * dt_s * 3) - radius - half_width_m, 0, 2, r=radius)
     mallet = disc_at(0.5, 0, -1, m=math.inf, driven=True)
     paddle = Chain(points_m=[(0, -1), (0, 1)], velocity_m_s=(-1, 0), half_width_m=half_width_m)
-    return staged(
-        "at a paddle", *[flying, mallet] if disc else [flying], *[] if disc else [paddle], duration_s=26 * dt_s
-    )
+    return staged("at a paddle", flying, mallet if disc else paddle, duration_s=26 * dt_s)
 
 
 def build_late_leg_scene(phase: float, dt_s: float) -> Scene:
     """Return a disc that is at rest until this part of a step after 0.25 s, and is then driven at (2, -1) m/s."""
-    late = disc_at(
-        0.0,
-        0.0,
-        r=0.25,
-        m=math.inf,
-        driven=True,
-        legs=[
-            {"from_s": 0.0, "velocity_m_s": (0.0, 0.0)},
-            {"from_s": 0.25 + phase * dt_s, "velocity_m_s": (2.0, -1.0)},
-        ],
-    )
+    legs = drive_on_legs((0.0, (0.0, 0.0)), (0.25 + phase * dt_s, (2.0, -1.0)))
+    late = disc_at(0.0, 0.0, r=0.25, m=math.inf, driven=True, **legs)
     return staged("late", disc_at(0.75, -0.25, r=0.25), late, duration_s=1.0)
 
 
@@ -118,14 +96,10 @@ def build_thin_wall_scene(q: float, phase: float, *, half_width_m: float = 0.0) 
     dt_s, radius = 1 / 60, 0.1
     reach = radius + half_width_m
     step_m = q * reach
+    wall = Chain(points_m=[(0.0, -2.0), (0.0, 2.0)], half_width_m=half_width_m)
     # Six steps and a phase before it touches, and six after.
-    return staged(
-        "at a thin wall",
-        disc_at(-reach - (6 + phase) * step_m, 0, step_m / dt_s, r=radius),
-        Chain(points_m=[(0.0, -2.0), (0.0, 2.0)], half_width_m=half_width_m),
-        duration_s=12 * dt_s,
-        frame_rate_hz=60.0,
-    )
+    flying = disc_at(-reach - (6 + phase) * step_m, 0, step_m / dt_s, r=radius)
+    return staged("at a thin wall", flying, wall, duration_s=12 * dt_s, frame_rate_hz=60.0)
 
 
 def scale_tolerance(adapter: Adapter, tolerance: float) -> float:

@@ -4,8 +4,9 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
+from tests.scene_builders import staged, wall_at
 
-from carom import Disc, Scene, Wall
+from carom import Disc, Scene
 from carom.engines.api import Adapter, Setting
 
 G, RADIUS_M, STARTS = 10.0, 0.5, 8
@@ -16,15 +17,8 @@ def build_floor_scene(
 ) -> Scene:
     """Return a scene of a disc on the line y = 0; `fall` is the tangent by which gravity leans."""
     long = math.hypot(1.0, fall)
-    return Scene(
-        name="rest",
-        discs=[disc],
-        walls=[Wall(point_m=(0, 0), normal=(0, 1))],
-        gravity_m_s2=(G * fall / long, -G / long),
-        wall_restitution=e,
-        wall_friction=friction,
-        duration_s=duration_s,
-    )
+    laws = {"gravity_m_s2": (G * fall / long, -G / long), "wall_restitution": e, "wall_friction": friction}
+    return staged("rest", disc, wall_at(0, 0, 0, 1), **laws, duration_s=duration_s)
 
 
 def measure_speeds_at_rest(

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from tests.adapters.bare_runs import ENGINES, Body, Stage
+from tests.scene_builders import disc_at, staged
 
 from carom import Disc, Scene
 from carom.engines.api import Adapter, Setting
@@ -54,19 +55,15 @@ def build_meeting_scene(speed_m_s: float, phase: float) -> Scene:
     """Two discs of 1 and 2 kg that meet off their line of centres, `phase` of a step later than at a step."""
     radius, offset = 0.25, 0.3
     apart = math.sqrt((2 * radius) ** 2 - offset**2) + speed_m_s * (STEPS_BEFORE + phase) * DT_S
-    discs = [
-        Disc(position_m=(-apart, 0), velocity_m_s=(speed_m_s, 0), radius_m=radius, mass_kg=1),
-        Disc(position_m=(0, offset), radius_m=radius, mass_kg=2),
-    ]
-    return Scene(name="meeting", discs=discs, duration_s=STEPS * DT_S)
+    discs = disc_at(-apart, 0, speed_m_s, r=radius), disc_at(0, offset, r=radius, m=2)
+    return staged("meeting", *discs, duration_s=STEPS * DT_S)
 
 
 def assert_default_is_shipped(adapter: Adapter, shipped: Shipped) -> None:
     """What `default` uses are the engine's defaults, except for those that the profile lists, all of which differ."""
     profile = adapter.profiles["default"]
     changed = set(profile.changed)
-    scene = build_meeting_scene(SPEEDS[0], 0.0)
-    world = adapter.prepare(scene, profile.settings(DT_S))
+    world = adapter.prepare(build_meeting_scene(SPEEDS[0], 0.0), profile.settings(DT_S))
     used = {name: value for name, value in world.settings.items() if name != "dt_s"}
     world.close()
     assert used.keys() | changed == shipped.values.keys()

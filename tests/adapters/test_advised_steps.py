@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 from tests.adapters.bare_runs import ENGINES, Body, Stage, Vector
 from tests.cases import each
-from tests.scene_builders import require_value
+from tests.scene_builders import disc_at, require_value, staged
 
 from carom import Scene
 from carom.catalogue import find_scenes
@@ -76,45 +76,35 @@ def score_phases(engine: str, shot: Shot, dt_s: float) -> Iterator[tuple[bool, f
     for phase in (*(k / 64 for k in range(64)), (1e-3 - shot.touch_s / dt_s) % 1.0):
         found = shot.run(engine, dt_s, phase * dt_s)
         hit = bool(found[1].any())
-        wrong = [
-            abs(math.atan2(a * d - b * c, a * c + b * d)) for (a, b), (c, d) in zip(found, shot.after, strict=True)
-        ]
+        turns = zip(found, shot.after, strict=True)
+        wrong = [abs(math.atan2(a * d - b * c, a * c + b * d)) for (a, b), (c, d) in turns]
         yield hit, max(wrong) if hit else math.nan
 
 
-def build_puck_scene() -> Scene:
-    """A puck of 3 cm at 20 m/s that meets another one of its kind, a third of a radius aside."""
-    discs = [
-        {"position_m": (0.0, 0.0), "velocity_m_s": (20.0, 0.0), "radius_m": 0.03},
-        {"position_m": (2.0, 0.01), "radius_m": 0.03},
-    ]
-    return Scene(name="puck", discs=discs, duration_s=0.2)
+PUCKS = staged("puck", disc_at(0.0, 0.0, 20.0, r=0.03), disc_at(2.0, 0.01, r=0.03), duration_s=0.2)
 
 
-CASES: dict[str, tuple[Callable[[], Scene], float]] = {
-    "bullet": (lambda: find_scenes(["classics/bullet"])[0].scene, 5.0),
-    "graze": (lambda: find_scenes(["classics/graze"])[0].scene, 2.0),
-    "puck": (build_puck_scene, 1.0),
+#: By name: a scene, in the last with pucks of 3 cm a third of a radius aside, and the demanded direction in degrees.
+CASES: dict[str, tuple[Scene, float]] = {
+    "bullet": (find_scenes(["classics/bullet"])[0].scene, 5.0),
+    "graze": (find_scenes(["classics/graze"])[0].scene, 2.0),
+    "puck": (PUCKS, 1.0),
 }
 
 
 @pytest.fixture(scope="module", params=CASES)
 def advice_of_scene(request: pytest.FixtureRequest) -> tuple[str, Advice]:
     """What the adviser says of a scene, of the engines that are there."""
-    make, degrees = CASES[request.param]
+    scene, degrees = CASES[request.param]
+    asked = AdviceOptions(list(NAMES), profiles=["tuned"], direction_error_rad=math.radians(degrees))
     with LocalPool() as pool:
-        return request.param, advise(
-            make(), AdviceOptions(list(NAMES), profiles=["tuned"], direction_error_rad=math.radians(degrees)), pool
-        )
+        return request.param, advise(scene, asked, pool)
 
 
 @pytest.mark.long
 @each("engine", NAMES)
 def test_advised_steps_hold_in_bare_engines(advice_of_scene: tuple[str, Advice], engine: str) -> None:
-    r"""At the advised steps a bare engine hits from all 65 starts and meets the direction target.
-
-    At the step reported as failing it misses from at least one start, or exceeds the target.
-    """
+    """At advised steps a bare engine meets the demand from all 65 starts, and at the failing step it does not."""
     name, advice = advice_of_scene
     answer = next((found for found in advice.answers if found.method.engine == engine), None)
     if answer is None:
@@ -133,10 +123,7 @@ def test_advised_steps_hold_in_bare_engines(advice_of_scene: tuple[str, Advice],
 
 @pytest.mark.long
 def test_swept_engines_need_few_steps_and_pymunk_those_of_pit(advice_of_scene: tuple[str, Advice]) -> None:
-    r"""For the bullet 60 steps per second are enough for Box2D and MuJoCo, and 15 for PyBullet.
-
-    For the puck 30 are enough for PyBullet. Pymunk's steps are between 1/1.5 of PIT's closed form and all of it.
-    """
+    """For bullet and puck swept engines need 15 to 60 steps per second, pymunk those of PIT's closed form."""
     name, advice = advice_of_scene
     found = {answer.method.engine: answer for answer in advice.answers}
     most = {("bullet", "box2d"): 60, ("bullet", "mujoco"): 60, ("bullet", "pybullet"): 15, ("puck", "pybullet"): 30}
@@ -144,9 +131,6 @@ def test_swept_engines_need_few_steps_and_pymunk_those_of_pit(advice_of_scene: t
         assert 1 / require_value(answer.demand.passes).dt_s <= most.get((name, engine), math.inf) * (1 + 1e-9)
     if "pymunk" not in found:
         pytest.skip("pymunk is not installed")
-    looks, closed = found["pymunk"], advice.closed_form
-    for passes, closed_s in (
-        (looks.never_misses.passes, require_value(closed).never_misses_s),
-        (looks.demand.passes, require_value(closed).demand_s),
-    ):
-        assert closed_s / 1.5 < require_value(passes).dt_s <= closed_s
+    looks, closed = found["pymunk"], require_value(advice.closed_form)
+    for steps, closed_s in ((looks.never_misses, closed.never_misses_s), (looks.demand, closed.demand_s)):
+        assert closed_s / 1.5 < require_value(steps.passes).dt_s <= closed_s

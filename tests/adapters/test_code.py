@@ -75,7 +75,7 @@ EDGES = CORNER.model_copy(
         "walls": (
             Chain(points_m=[(-1, -1), (4, -1), (4, 3), (-1, 3)], closed=True, pieces=3, half_width_m=0.05),
             Chain(points_m=[(0, 0.1), (2.5, 0.1), (3, 0.5)], half_width_m=0.02, restitution=0.5, friction=0.1),
-            Wall(point_m=(-0.5, 0), normal=(1, 0.1), restitution=0.7),
+            wall_at(-0.5, 0, 1, 0.1, restitution=0.7),
         ),
     }
 )
@@ -142,10 +142,7 @@ def run_model(text: str, scene: Scene, steps: int) -> State:
 def test_printed_code_reproduces_the_adapter_bits(
     named: Named, name: str, profile: str, scene_name: str, tmp_path: Path
 ) -> None:
-    r"""The printed settings code, run without Carom, ends with every digit of the adapter's own run.
-
-    Legs that begin between steps are refused for MuJoCo, whose code is a model.
-    """
+    """The printed code, run without Carom, ends with every digit of the adapter's run."""
     adapter, scene = named(name), SCENES[scene_name]
     assert isinstance(adapter, CodedAdapter)
     dt_s = 1 / scene.frame_rate_hz
@@ -181,13 +178,8 @@ def remove_spin(scene: Scene, restitution: float = 0.9, wall_restitution: float 
 
 #: Restitutions of discs above those of walls and below them: some engines take the larger of two. Drake has 1 alone.
 SMOOTH = [
-    *(
-        remove_spin(CORNER),
-        remove_spin(CORNER, 0.7, 0.9),
-        remove_spin(CORNER, friction=0.3),
-        remove_spin(CORNER, 1.0, 1.0),
-        remove_spin(TOLD),
-    ),
+    *(remove_spin(CORNER), remove_spin(CORNER, 0.7, 0.9), remove_spin(CORNER, friction=0.3)),
+    *(remove_spin(CORNER, 1.0, 1.0), remove_spin(TOLD)),
     *(SCENES[name] for name in ("multiple", "box", "bullet")),
 ]
 
@@ -225,10 +217,7 @@ def assert_same_end(adapter: CodedAdapter, scene: Scene, profile: str, text: str
 
 @each("name", OTHERS)
 def test_code_is_printed_for_engines_that_are_not_installed(name: str) -> None:
-    r"""An adapter prints its settings code, in Python or as a node module, without its engine installed.
-
-    The code does not mention Carom.
-    """
+    """Settings code, in Python or for node, needs no installed engine and does not mention Carom."""
     adapter = load_adapter(name)
     assert isinstance(adapter, CodedAdapter)
     for profile in (one for one in adapter.profiles if not adapter.profiles[one].located):
@@ -250,10 +239,7 @@ def test_every_registered_engine_is_tested_for_settings_code() -> None:
 
 @each("name", [*WRITING, *OTHERS])
 def test_step_lines_are_the_only_lines_that_depend_on_the_step(name: str) -> None:
-    r"""Replacing the step lines of one step by those of another turns one program into the other.
-
-    Node modules have no such lines.
-    """
+    """Replacing the step lines turns a program into that of another step; node modules have none."""
     adapter = load_adapter(name)
     assert isinstance(adapter, CodedAdapter)
     slow = staged("slow", disc_at(0, 0, 0.1, r=1.0), duration_s=1 / 60)

@@ -128,10 +128,7 @@ def test_pybullet_reuses_its_client_across_scenes(pybullet: Adapter) -> None:
 
 
 def test_pybullet_empties_only_clients_of_closed_worlds(pybullet: Adapter) -> None:
-    r"""Emptying a client for reuse leaves an open world and a client of the user as they are.
-
-    The reused client gives the bits of a first run.
-    """
+    """Emptying a client for reuse leaves open worlds and foreign clients alone, and gives the first run's bits."""
     import carom_adapters.pybullet.world as module
 
     bullet: Any = importlib.import_module("pybullet")  # untyped: PyBullet ships no stubs

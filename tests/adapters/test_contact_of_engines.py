@@ -10,10 +10,10 @@ import pytest
 from tests.adapters.bare_runs import ENGINES, Body, Stage
 from tests.adapters.falling_balls import RADIUS_M, STARTS, G, build_floor_scene, count_take_offs, measure_speeds_at_rest
 from tests.cases import each
-from tests.scene_builders import Finish, Named, require_value
+from tests.scene_builders import Finish, Named, require_value, staged
 
 import carom
-from carom import Chain, Disc, Scene, compare, solve_pic, solve_pit
+from carom import Chain, Disc, compare, solve_pic, solve_pit
 from carom.comparator.grades import Grade
 from carom.engines.api import Adapter, Setting
 from carom.execution.engine_run import observe_run
@@ -70,16 +70,8 @@ def _measure_slope_error(finish: Finish, engine: Adapter, profile: str, tangent:
 
 
 def _measure_edge_error(finish: Finish, engine: Adapter, profile: str, speed: float) -> float:
-    disc = Disc(position_m=(0, RADIUS_M), velocity_m_s=(speed, 0), radius_m=RADIUS_M, spin_rad_s=-speed / RADIUS_M)
-    scene = Scene(
-        name="edge",
-        discs=[disc],
-        walls=[Chain(points_m=((-5.0, 0.0), (1.0, 0.0)))],
-        gravity_m_s2=(0.0, -G),
-        wall_friction=0.5,
-        wall_restitution=0.0,
-        duration_s=1.0,
-    )
+    edge, laws = Chain(points_m=((-5.0, 0.0), (1.0, 0.0))), {"wall_friction": 0.5, "wall_restitution": 0.0}
+    scene = staged("edge", _build_rolling_disc(speed), edge, gravity_m_s2=(0.0, -G), **laws, duration_s=1.0)
     flown = 1.0 - 1.0 / speed
     height = float(finish(engine, scene, 1 / RATE_HZ, profile).position_m[0, 1])
     return (height - (RADIUS_M - 0.5 * G * flown**2)) / (0.5 * G * flown / RATE_HZ)
@@ -115,13 +107,9 @@ def test_contact_errors_of_engines_are_within_their_bounds(
 
 @each("name, profile", ROWS)
 def test_resting_ball_does_not_take_off_again(named: Named, name: str, profile: str) -> None:
-    r"""At 240 steps per second and e = 1/2 no ball leaves the floor again after it should be at rest.
-
-    The tuned profile of Box2D is not among the rows: its balls keep hopping.
-    """
-    assert [count_take_offs(speeds, RATE_HZ) for speeds in measure_speeds_at_rest(named(name), profile, RATE_HZ)] == [
-        0
-    ] * STARTS
+    """No ball leaves its floor again after it should be at rest, unlike those of tuned Box2D, which is no row."""
+    speeds = measure_speeds_at_rest(named(name), profile, RATE_HZ)
+    assert [count_take_offs(of_start, RATE_HZ) for of_start in speeds] == [0] * STARTS
 
 
 def _measure_struck_speed(finish: Finish, engine: Adapter, profile: str, speed: float, **changes: Setting) -> float:
@@ -133,13 +121,12 @@ def _measure_struck_speed(finish: Finish, engine: Adapter, profile: str, speed: 
 
 def test_default_pybullet_makes_struck_discs_up_to_5_percent_too_fast(named: Named, finish: Finish) -> None:
     """PyBullet's default `contactERP` makes a struck disc up to 3.5 to 5 % too fast; at 0, or tuned, 0.1 to 0.4 %."""
-    shipped, without, tuned = (
-        [
-            _measure_struck_speed(finish, named("pybullet"), profile, speed, **changes) * 1.5 - 1.0
-            for speed in _spread_starts(3.0, 3.42)
-        ]
-        for profile, changes in (("default", {}), ("default", {"contactERP": 0.0}), ("tuned", {}))
-    )
+
+    def errors(profile: str, **changes: Setting) -> list[float]:
+        starts = _spread_starts(3.0, 3.42)
+        return [1.5 * _measure_struck_speed(finish, named("pybullet"), profile, v, **changes) - 1.0 for v in starts]
+
+    shipped, without, tuned = errors("default"), errors("default", contactERP=0.0), errors("tuned")
     assert min(shipped) > 0.003
     assert 0.035 < max(shipped) < 0.05
     assert all(0.001 < off < 0.004 for off in (*without, *tuned))
@@ -221,10 +208,7 @@ CASES = [
 
 @each("case", CASES)
 def test_contact_errors_of_bare_engines_match_the_score(named: Named, case: Case) -> None:
-    r"""The score's errors of position, velocity, rim speed and momentum are those of the bare engine's run.
-
-    They are compared at the observed instants, to 0.1 %.
-    """
+    """The score's errors are those of the bare engine's run at the observed instants, to 0.1 %."""
     scene = carom.scene(f"contact/{case.scene}")
     trace = observe_run(named(case.engine), scene, case.profile, DT_S)
     score = compare(solve_pic(scene), trace, sampling=solve_pit(scene, frame_rate_hz=240.0))
@@ -233,9 +217,10 @@ def test_contact_errors_of_bare_engines_match_the_score(named: Named, case: Case
     states = ENGINES[case.engine](case.start.stage(), case.profile, DT_S, max(steps))[:, 0]
     states = (states - (0.0, RADIUS_M, 0.0, 0.0, 0.0)) * (1.0, 1.0, 1.0, 1.0, RADIUS_M)
     off = np.array([states[k] - case.law(k * DT_S) for k in sorted(steps)])
-    assert score.contact.errors.place_m == pytest.approx(np.hypot(off[:, 0], off[:, 1]).max(), rel=1e-3, abs=1e-6)
-    assert score.contact.errors.rim_m_s == pytest.approx(np.abs(off[:, 4]).max(), rel=1e-3, abs=1e-5)
-    assert score.contact.errors.velocity_m_s == pytest.approx(np.hypot(off[:, 2], off[:, 3]).max(), rel=1e-3, abs=1e-5)
+    errors = score.contact.errors
+    assert errors.place_m == pytest.approx(np.hypot(off[:, 0], off[:, 1]).max(), rel=1e-3, abs=1e-6)
+    assert errors.rim_m_s == pytest.approx(np.abs(off[:, 4]).max(), rel=1e-3, abs=1e-5)
+    assert errors.velocity_m_s == pytest.approx(np.hypot(off[:, 2], off[:, 3]).max(), rel=1e-3, abs=1e-5)
     if not math.isnan(score.contact.momentum_m_s):
         momentum = np.abs(off[:, 2] - 0.5 * off[:, 4]).max()
         assert score.contact.momentum_m_s == pytest.approx(momentum, rel=1e-3, abs=1e-5)

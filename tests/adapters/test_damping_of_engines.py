@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from tests.adapters.engine_scenes import scale_tolerance
 from tests.cases import each
-from tests.scene_builders import Finish, Named, disc_at, require_value, staged
+from tests.scene_builders import Finish, Named, disc_at, require_value, staged, wall_at
 
-from carom import Disc, Scene, Wall
+from carom import Disc, Scene
 from carom.engines.api import Adapter, AdapterError
 from carom.execution.engine_run import observe_run
 
@@ -44,29 +44,23 @@ def test_damping_follows_the_documented_integrator(
 ) -> None:
     """After 64 steps velocity, spin and position are those of the engine's documented damping, to rounding."""
     assert engine.capabilities.damping
-    disc = Disc(position_m=(0.25, 0.5), velocity_m_s=(speed, 0.0), radius_m=0.5, mass_kg=3.0, spin_rad_s=spin)
-    scene = Scene(name="slows", discs=[disc], damping_per_s=rate, duration_s=STEPS * DT_S)
-    end = finish(engine, scene, DT_S, profile)
-    speeds = list(_iterate_damped_speeds(profile, engine.name, rate, speed))
+    disc = disc_at(0.25, 0.5, speed, m=3.0, spin_rad_s=spin)
+    end = finish(engine, staged("slows", disc, damping_per_s=rate, duration_s=STEPS * DT_S), DT_S, profile)
+    speeds, spins = (list(_iterate_damped_speeds(profile, engine.name, rate, begin)) for begin in (speed, spin))
     moving = speeds[:-1] if engine.name == "pymunk" else speeds[1:]  # Chipmunk moves discs before it slows them down
     # 64 steps, each rounded at no more than 8 m or 8 m/s.
     rounding = scale_tolerance(engine, STEPS * float(np.spacing(8.0)))
     assert end.velocity_m_s[0] == pytest.approx([speeds[-1], 0.0], abs=rounding)
     assert end.position_m[0] == pytest.approx([0.25 + DT_S * math.fsum(moving), 0.5], abs=rounding)
-    assert require_value(end.spin_rad_s)[0] == pytest.approx(
-        list(_iterate_damped_speeds(profile, engine.name, rate, spin))[-1], abs=rounding
-    )
+    assert require_value(end.spin_rad_s)[0] == pytest.approx(spins[-1], abs=rounding)
 
 
 @each("phase", range(8))
 def test_bounce_step_is_damped_as_documented(engine: Adapter, finish: Finish, phase: int) -> None:
     """In the step of a bounce pymunk keeps e of the speed, MuJoCo (e - c h)/(1 + c h), others e times damping."""
     rate, speed, e = 1.0, 2.0, 0.75
-    disc = Disc(position_m=(1.0 + phase / 8 * speed * DT_S, 0.0), velocity_m_s=(-speed, 0.0), radius_m=0.5)
-    wall = Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))
-    scene = Scene(
-        name="bounces", discs=[disc], walls=[wall], wall_restitution=e, damping_per_s=rate, duration_s=STEPS * DT_S
-    )
+    bodies = disc_at(1.0 + phase / 8 * speed * DT_S, 0.0, -speed), wall_at(0.0, 0.0, 1.0, 0.0)
+    scene = staged("bounces", *bodies, wall_restitution=e, damping_per_s=rate, duration_s=STEPS * DT_S)
     kept = list(_iterate_damped_speeds("tuned", engine.name, rate, 1.0))
     step = rate * DT_S
     bounce = {"pymunk": e, "mujoco": (e - step) / (1.0 + step)}.get(engine.name, e * kept[1])
@@ -98,10 +92,7 @@ def _measure_stop_error(place: tuple[float, float], speed: float, degrees: float
 def test_table_stops_a_disc_half_a_step_off_on_its_line(
     named: Named, finish: Finish, name: str, side: float, profile: str
 ) -> None:
-    r"""Chipmunk stops a disc v dt/2 too far, since it moves discs before slowing them; Box2D as much too early.
-
-    Both keep the disc on its line.
-    """
+    """Chipmunk stops a disc v dt/2 too far, Box2D as much too early, and both keep its line."""
     for k, (speed, degrees) in enumerate(TABLE_STARTS):
         end = finish(named(name), _build_table_scene(speed, degrees, mass_kg=0.5 + k), 1 / RATE_HZ, profile)
         beyond, aside = _measure_stop_error(tuple(end.position_m[0]), speed, degrees)
@@ -194,10 +185,7 @@ def test_bare_engines_stop_like_their_adapters(
 
 @pytest.mark.long
 def test_bare_mujoco_brakes_each_axis_separately() -> None:
-    r"""MuJoCo's `frictionloss` decelerates each component, so a disc leaves its line by more than 0.3 m.
-
-    It stops at (u^2, v^2)/(2 a).
-    """
+    """MuJoCo's `frictionloss` decelerates each component: a disc leaves its line and stops at (u^2, v^2)/(2 a)."""
     worst = 0.0
     for speed, degrees in TABLE_STARTS:
         place, angle = _run_bare_mujoco(speed, degrees), math.radians(degrees)
@@ -209,17 +197,12 @@ def test_bare_mujoco_brakes_each_axis_separately() -> None:
 
 @pytest.mark.long
 def test_bare_pybullet_keeps_a_rolling_ball_on_its_line() -> None:
-    r"""A ball with rolling friction keeps its direction to 1e-6 degrees, so bullet3 #2117 is not reproduced.
-
-    The issue reports a ball that curves. Eight directions are tried.
-    """
+    """A ball with rolling friction keeps its direction to 1e-6 degrees: bullet3 #2117 is not reproduced."""
     engine: Any = importlib.import_module("pybullet")
     radius, friction, slower = 0.028575, 0.5, 0.02 * 9.81 / 1.4
     for degrees in (10.0, 20.0, 30.0, 36.87, 45.0, 60.0, 75.0, 80.0):
-        client, (x, y) = (
-            engine.connect(engine.DIRECT),
-            (math.cos(math.radians(degrees)), math.sin(math.radians(degrees))),
-        )
+        client, angle = engine.connect(engine.DIRECT), math.radians(degrees)
+        x, y = math.cos(angle), math.sin(angle)
         try:
             engine.setGravity(0, 0, -9.81, physicsClientId=client)
             plane = engine.createCollisionShape(engine.GEOM_PLANE, physicsClientId=client)

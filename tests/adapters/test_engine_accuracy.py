@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from tests.adapters.engine_scenes import build_oblique_scene, round_to_engine, scale_tolerance
 from tests.cases import each, release_after
-from tests.scene_builders import Finish, Named
+from tests.scene_builders import Finish, Named, disc_at, staged, wall_at
 
-from carom import Disc, Scene, Wall, solve_pic, solve_pit
+from carom import Disc, Scene, solve_pic, solve_pit
 from carom.engines.api import Adapter, AdapterError, Observation, Setting, unsupported_reason
 
 #: The promise of every tuned profile: PIT at the same step, to 1e-12 of speeds of a few m/s and lengths of a few m.
@@ -20,20 +20,15 @@ AGREEMENT = 1e-12
 STEPS_S = (1 / 16, 1 / 60, 1 / 240, 1 / 1000)
 
 
-def _scene(*discs: Disc, walls: tuple[Wall, ...] = ()) -> Scene:
-    return Scene(name="oblique", discs=discs, walls=walls, duration_s=1.0)
-
-
-MOVING = Disc(position_m=(0, 0), velocity_m_s=(3, 1), radius_m=0.5, mass_kg=1.7)
+MOVING = disc_at(0, 0, 3, 1, m=1.7)
+SLANTED = wall_at(1.9, 0, -1, 0.5)
 SCENES = {
     "two discs, then a slanted wall": build_oblique_scene(),
-    "an immovable disc": _scene(MOVING, Disc(position_m=(1.72, 0.9), radius_m=0.5, mass_kg=math.inf)),
-    "masses 1:1000": _scene(MOVING, Disc(position_m=(1.72, 0.9), radius_m=0.5, mass_kg=1700)),
-    "an upright wall, its point far along it": _scene(MOVING, walls=(Wall(point_m=(1.93, 77), normal=(-1, 0)),)),
-    "a slanted wall": _scene(MOVING, walls=(Wall(point_m=(1.9, 0), normal=(-1, 0.5)),)),
-    "a corner": _scene(
-        MOVING, walls=(Wall(point_m=(1.9, 0), normal=(-1, 0.5)), Wall(point_m=(0, 1.03), normal=(0.1, -1)))
-    ),
+    "an immovable disc": staged("oblique", MOVING, disc_at(1.72, 0.9, m=math.inf), duration_s=1.0),
+    "masses 1:1000": staged("oblique", MOVING, disc_at(1.72, 0.9, m=1700), duration_s=1.0),
+    "an upright wall, its point far along it": staged("oblique", MOVING, wall_at(1.93, 77, -1, 0), duration_s=1.0),
+    "a slanted wall": staged("oblique", MOVING, SLANTED, duration_s=1.0),
+    "a corner": staged("oblique", MOVING, SLANTED, wall_at(0, 1.03, 0.1, -1), duration_s=1.0),
 }
 
 
@@ -64,10 +59,7 @@ def _skip_unsupported(engine: Adapter, scene: Scene, dt_s: float) -> None:
 @each("dt_s", release_after(1, STEPS_S))
 @each("scene", SCENES.values())
 def test_tuned_engines_equal_pit_at_the_same_step(engine: Adapter, finish: Finish, scene: Scene, dt_s: float) -> None:
-    r"""Every tuned engine ends where PIT with one frame a step ends, to 1e-12 in velocity and position.
-
-    Engines with 32-bit floats have a tolerance of as many of their roundings.
-    """
+    """Every tuned engine ends where PIT with one frame a step ends, to 1e-12 or roundings of 32-bit floats."""
     velocity, position = _largest_difference(scene, dt_s, finish(engine, scene, dt_s))
     assert velocity < scale_tolerance(engine, AGREEMENT)
     assert position < scale_tolerance(engine, AGREEMENT)
@@ -106,12 +98,8 @@ def test_fast_discs_bounce_off_half_planes(engine: Adapter, finish: Finish, x_m:
         normal, along = np.array([math.cos(angle), math.sin(angle)]), np.array([-math.sin(angle), math.cos(angle)])
         velocity = -200 * normal + rng.normal(scale=50) * along
         point = -rng.uniform(3, 9) * normal + rng.normal(scale=30) * along
-        scene = Scene(
-            name="fast",
-            discs=[Disc(position_m=(x_m, 0), velocity_m_s=velocity, radius_m=0.05)],
-            walls=[Wall(point_m=point + np.array([x_m, 0]), normal=normal)],
-            duration_s=0.2,
-        )
+        disc, wall = disc_at(x_m, 0, *velocity, r=0.05), wall_at(point[0] + x_m, point[1], *normal)
+        scene = staged("fast", disc, wall, duration_s=0.2)
         _skip_unsupported(engine, scene, 1 / 60)
         end = finish(engine, scene, 1 / 60)
         expected = velocity - 2 * (velocity @ normal) * normal
@@ -139,7 +127,7 @@ def test_two_more_settings_equal_pit(
 @each("name", ["mujoco", "pybullet"])
 def test_default_mujoco_and_pybullet_are_off_by_percent_at_any_step(name: str, named: Named, finish: Finish) -> None:
     """With default settings MuJoCo and PyBullet have velocity errors of 1 to 10 % at every step."""
-    scene = _scene(*build_oblique_scene().discs)
+    scene = staged("oblique", *build_oblique_scene().discs, duration_s=1.0)
     errors = [_velocity_error(scene, finish(named(name), scene, dt_s, "default")) for dt_s in STEPS_S[1:]]
     assert all(0.01 < error < 0.1 for error in errors), errors
 
@@ -155,15 +143,11 @@ def test_slow_disc_does_not_fall_asleep(engine: Adapter, finish: Finish) -> None
 def test_mujoco_reset_is_reported_as_a_warning(
     mujoco: Adapter, finish: Finish, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    r"""A state that MuJoCo silently reset to the start carries a warning, and no log file is left behind.
-
-    The tuned profile does not reset.
-    """
+    """A state that default MuJoCo silently reset carries a warning; no log is left, and tuned does not reset."""
     monkeypatch.chdir(tmp_path)
     # It starts inside of what the adapter declares, 1e10 m, and passes that in the second step.
     scene = Scene(name="far", discs=[Disc(position_m=(9.99e9, 0), velocity_m_s=(1e9, 0), radius_m=1)], duration_s=0.1)
-    reset = finish(mujoco, scene, 1 / 100, "default")
-    assert "reset" in reset.warning
+    assert "reset" in finish(mujoco, scene, 1 / 100, "default").warning
     kept = finish(mujoco, scene, 1 / 100, "tuned")
     assert not kept.warning
     # Ten additions of 1e7 m, each rounded by half an ulp of 1e10 m.

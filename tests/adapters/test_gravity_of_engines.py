@@ -24,8 +24,7 @@ POSITION_FIRST = {"pymunk"}
 
 def _build_falling_scene(velocity: tuple[float, float] = (1.0, 3.0)) -> Scene:
     disc = Disc(position_m=(0.25, 2.0), velocity_m_s=velocity, radius_m=0.5, mass_kg=3.0)
-    post = disc_at(9, 9, m=math.inf)
-    return staged("fall", disc, post, gravity_m_s2=G, duration_s=1.0)
+    return staged("fall", disc, disc_at(9, 9, m=math.inf), gravity_m_s2=G, duration_s=1.0)
 
 
 @each("profile", ["default", "tuned", "located"])
@@ -61,20 +60,11 @@ def test_drop_bounces_at_the_time_of_free_fall(engine: Adapter) -> None:
 @each("profile", ["default", "tuned"])
 @each("starts", release_after(1, [2, 16]))
 def test_landing_with_restitution_zero_is_dated_at_the_touch(engine: Adapter, profile: str, starts: int) -> None:
-    r"""At e = 0 the contact lasts to the end, and its impact is within two steps of the first touch.
-
-    The contact is noticed a step after it began, and acts in the step that follows; an engine may be that late.
-    """
+    """At e = 0 an impact is within two steps of the touch: noticed one step late, and acting in the next."""
     dt_s = 1 / 60
     for height in np.linspace(1.0, 2.0, starts).tolist():
-        scene = staged(
-            "landing",
-            disc_at(0, 0.5 + height),
-            wall_at(0, 0, 0, 1),
-            gravity_m_s2=(0, -9.81),
-            wall_restitution=0,
-            duration_s=2.0,
-        )
+        bodies, laws = (disc_at(0, 0.5 + height), wall_at(0, 0, 0, 1)), {"wall_restitution": 0, "duration_s": 2.0}
+        scene = staged("landing", *bodies, gravity_m_s2=(0, -9.81), **laws)
         trace = observe_run(engine, scene, profile, dt_s)
         assert abs(require_value(trace.effective_time_s)[0] - math.sqrt(2 * height / 9.81)) < 2 * dt_s
 
@@ -85,17 +75,12 @@ def _build_drop_scene() -> Scene:
 
 
 def test_located_bounces_gain_or_lose_up_to_g_dt(engine: Adapter) -> None:
-    r"""A located run gains speed with each bounce where positions move first, otherwise loses it, by at most g dt.
-
-    With whole steps the bounces keep their speed. Box2D is skipped.
-    """
+    """Located runs gain speed where positions move first, otherwise lose it, by at most g dt a bounce."""
     if engine.name == "box2d":
         pytest.skip("Box2D adds the speed of the step after the bounce, which is what the fall before has lost")
     dt_s = 1 / 60
-    speeds = {
-        profile: observe_run(engine, _build_drop_scene(), profile, dt_s).impacts["velocity_first_after"][:, 1]
-        for profile in ("tuned", "located")
-    }
+    runs = {name: observe_run(engine, _build_drop_scene(), name, dt_s) for name in ("tuned", "located")}
+    speeds = {name: run.impacts["velocity_first_after"][:, 1] for name, run in runs.items()}
     rounding = 64 * float(np.spacing(4.0))
     # MuJoCo's greatest impedance is 0.9999 (mjMAXIMP), which leaves a ten-thousandth of a step's gravity to the bounce.
     assert np.abs(np.diff(speeds["tuned"])).max() <= (1 - 0.9999) * 9.81 * dt_s + rounding
@@ -106,10 +91,7 @@ def test_located_bounces_gain_or_lose_up_to_g_dt(engine: Adapter) -> None:
 
 
 def test_located_profile_is_refused_for_falls_onto_fixed_bodies(engine: Adapter) -> None:
-    r"""The located profile is unsupported for falls onto walls or immovable discs, with the speed error as reason.
-
-    The tuned profile runs the scene.
-    """
+    """The located profile is unsupported for falls onto fixed bodies, with the speed error as reason."""
     job = Job(_build_drop_scene(), Method(engine.name, "located"), 1 / 60)
     with pytest.raises(UnsupportedError, match=r"gains or loses up to g dt \(0\.164 m/s\)"):
         load_supported_adapter(job)
@@ -138,20 +120,19 @@ def test_gravity_adds_only_g_t_to_an_impact_of_two_discs(engine: Adapter, profil
     dt_s = 1 / 60
     for part in range(starts):
         discs = [disc_at(-1 - part * dt_s / starts, 0, 1, r=0.25), disc_at(1, 0.2, -1, r=0.25)]
-        traces = []
-        for pull in ((0.0, 0.0), G):
-            scene = staged("pair", *discs, gravity_m_s2=pull, duration_s=1.5)
-            traces.append(observe_run(engine, scene, profile, dt_s))
-        still, falling = (trace.impacts[0] for trace in traces)
-        at_s = [trace.effective_time_s for trace in traces]
-        assert at_s[0] is not None
+        still, falling = (
+            observe_run(engine, staged("pair", *discs, gravity_m_s2=pull, duration_s=1.5), profile, dt_s)
+            for pull in ((0.0, 0.0), G)
+        )
+        at_s, falls_s = (require_value(trace.effective_time_s)[0] for trace in (still, falling))
         # Some 60 steps, each rounded at 16 m or m/s at most; the instant is a quotient by the speed of closing, 2 m/s.
         rounding = scale_tolerance(engine, 64 * float(np.spacing(16.0)))
-        assert require_value(at_s[1])[0] == pytest.approx(at_s[0][0], abs=rounding)
+        assert falls_s == pytest.approx(at_s, abs=rounding)
         for field in ("first_before", "second_before", "first_after", "second_after"):
-            fallen = still[f"velocity_{field}"] + np.array(G) * at_s[0][0]
+            name = f"velocity_{field}"
+            fallen = still.impacts[0][name] + np.array(G) * at_s
             # |G| is below 10: so much of the instant's rounding, and that of two velocities.
-            np.testing.assert_allclose(falling[f"velocity_{field}"], fallen, rtol=0, atol=12 * rounding)
+            np.testing.assert_allclose(falling.impacts[0][name], fallen, rtol=0, atol=12 * rounding)
 
 
 def _build_head_on_scene() -> Scene:
@@ -215,9 +196,7 @@ def test_impact_velocities_are_those_of_free_flight(engine: Adapter) -> None:
     for profile in ("default", "tuned", "located"):
         trace = observe_run(engine, _build_head_on_scene(), profile, 1 / 240)
         (impact,) = trace.impacts
-        assert [impact["velocity_first_before"].tolist(), impact["velocity_second_before"].tolist()] == [
-            [2, 0],
-            [-1, 0],
-        ]
-        assert impact["velocity_first_after"].tolist() == trace.final_velocity_m_s[0].tolist()
-        assert impact["velocity_second_after"].tolist() == trace.final_velocity_m_s[1].tolist()
+        assert impact["velocity_first_before"].tolist() == [2, 0]
+        assert impact["velocity_second_before"].tolist() == [-1, 0]
+        after = [impact["velocity_first_after"].tolist(), impact["velocity_second_after"].tolist()]
+        assert after == trace.final_velocity_m_s.tolist()

@@ -30,24 +30,11 @@ from carom.studies.cross_check.explain import explain
 NAN, INF = math.nan, math.inf
 
 
-def _build_unvalidated_scene(
-    mass_kg: float = 1.0,
-    radius_m: float = 0.5,
-    position_m: tuple[float, float] = (0, 0),
-    velocity_m_s: tuple[float, float] = (1, 0),
-    restitution: float = 1.0,
-) -> Scene:
+def _build_unvalidated_scene(restitution: float = 1.0, **changes: object) -> Scene:
     """Return a scene of two discs that no validation has seen, as a scene made by other means may be."""
-    first = disc_at(0, 0, 1)
-    second = disc_at(3, 0, -1)
-    changed = {"position_m": position_m, "velocity_m_s": velocity_m_s, "radius_m": radius_m, "mass_kg": mass_kg}
-    sound = staged("unchecked", first, second, duration_s=1.0)
-    return sound.model_copy(
-        update={
-            "discs": (first.model_copy(update=changed), second),
-            "restitution": restitution,
-        }  # copies are not validated
-    )
+    first, second = disc_at(0, 0, 1), disc_at(3, 0, -1)
+    unseen = {"discs": (first.model_copy(update=changes), second), "restitution": restitution}  # not validated
+    return staged("unchecked", first, second, duration_s=1.0).model_copy(update=unseen)
 
 
 BAD_SCENES: Mapping[str, list[dict[str, object]]] = {
@@ -137,11 +124,7 @@ print(in_use_after(1000) - warm)
 
 @pytest.mark.long
 def test_a_thousand_closed_worlds_leak_no_memory(engine: Adapter) -> None:
-    r"""A closed world leaks less than the size of an empty NumPy array.
-
-    Allocations of malloc are counted, Python's own objects among them. Resident memory is no measure, since glibc
-    keeps or returns free memory 20 MB at a time.
-    """
+    """A closed world leaks less than an empty NumPy array, by all of malloc: glibc keeps resident memory."""
     if not hasattr(ctypes.CDLL(None), "mallinfo2"):
         pytest.skip("what malloc has handed out is asked of glibc 2.33 or later, which is not here")
     done = run_command([sys.executable, "-c", LEAK, engine.name], env={**os.environ, "PYTHONMALLOC": "malloc"})
@@ -201,10 +184,7 @@ def _build_struck_scene(speed_m_s: float, phase: float = 0.0) -> Scene:
 
 
 def test_pybullet_speed_clamp_is_reported_as_a_warning(pybullet: Adapter) -> None:
-    r"""A disc that an impact would throw at 180 m/s is clamped to 100 m/s by default, with a warning.
-
-    There is no warning below the clamp or with the tuned profile.
-    """
+    """A disc thrown at 180 m/s is clamped to 100 m/s by default, with a warning, and not with tuned."""
     for phase in PHASES:
         found = {}
         for profile, speed in (("default", 90.0), ("default", 40.0), ("tuned", 90.0)):
@@ -226,9 +206,8 @@ def test_pybullet_speed_clamp_is_reported_as_a_warning(pybullet: Adapter) -> Non
 def test_plan_skips_pybullet_default_above_its_speed_limit(named: Named) -> None:
     """At 150 m/s the plan skips PyBullet's default profile, names the limit of 100 m/s, and runs the tuned one."""
     named("pybullet")
-    plan = build_plan(
-        [_build_struck_scene(150.0)], Options(["pybullet"], [1 / 60], ["default", "tuned"]), InProcessPool()
-    )
+    scenes, asked = [_build_struck_scene(150.0)], Options(["pybullet"], [1 / 60], ["default", "tuned"])
+    plan = build_plan(scenes, asked, InProcessPool())
     default, tuned = list(explain(plan))[-2:]
     assert "default: skipped: a disc moves at 150 m/s, and this method's limit is 100 m/s" in default
     assert "tuned: run at" in tuned
@@ -236,17 +215,13 @@ def test_plan_skips_pybullet_default_above_its_speed_limit(named: Named) -> None
 
 def _build_row_scene(discs: int) -> Scene:
     """Discs in a row, two and two of them approaching."""
-    return staged(
-        "row", *[disc_at(2 * k + (0.49 if k % 2 == 0 else -0.49), 0, (-1) ** k) for k in range(discs)], duration_s=0.1
-    )
+    places = [2 * k + (0.49 if k % 2 == 0 else -0.49) for k in range(discs)]
+    return staged("row", *(disc_at(x, 0, (-1) ** k) for k, x in enumerate(places)), duration_s=0.1)
 
 
 @pytest.mark.long
 def test_gas_of_free_spheres_leaves_the_plane_in_mujoco(named: Named) -> None:
-    r"""With free joints rounding grows until a disc leaves the plane, and each run ends with that warning.
-
-    The tuned profile has slide joints, and completes.
-    """
+    """With free joints rounding drives a disc off the plane, with a warning; tuned slide joints complete."""
     starts = build_starts(all_scenes()["engines/gas-of-25"].scene, 16)
     assert len(starts) == 16
     for scene in starts:

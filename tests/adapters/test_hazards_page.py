@@ -19,10 +19,7 @@ FURTHER = [pytest.param(name, marks=pytest.mark.engines) for name in ENGINES if 
 
 @each("name", [*release_after(0, NAMES), *FURTHER])
 def test_hazards_page_has_the_measured_figures(name: str, named: Named) -> None:
-    r"""The figures measured over 32 starts are lines of the hazards page.
-
-    They are those of the group `engines`, bounces, driven bodies and single findings.
-    """
+    """The figures measured over 32 starts are lines of the hazards page."""
     named(name)
     assert_shown(name, "group", "bounces", "driven", "findings")
 
@@ -53,9 +50,8 @@ def test_chaotic_medians_are_within_the_ranges_of_the_page(name: str, named: Nam
         if figure.table == "gas":
             least, most = gas[method]
             assert most >= -1.0 or figure.spread.most < 0.0  # what loses there always loses
-            assert (
-                least <= float(format_percent(figure.spread.median).removesuffix(" %")) <= most
-            )  # rounded as the page is
+            median = float(format_percent(figure.spread.median).removesuffix(" %"))  # rounded as the page is
+            assert least <= median <= most
         elif figure.of in CHAOTIC:
             least, most = findings[f"{method}: {figure.of}"]
             assert least - SHOWN_TO <= figure.spread.median <= most + SHOWN_TO

@@ -65,9 +65,8 @@ def test_pickled_space_of_a_scene_is_imported_as_that_scene(tmp_path: Path, prot
     coefficients = ("restitution", "wall_restitution", "friction", "wall_friction")
     for name in coefficients:  # a root, squared
         assert getattr(scene, name) == pytest.approx(getattr(CORNER, name), rel=2**-50)
-    assert found.dropped == tuple(
-        f"shape {k}, a Poly: only its face towards the discs is kept, without its ends" for k in (3, 4)
-    )
+    dropped = (f"shape {k}, a Poly: only its face towards the discs is kept, without its ends" for k in (3, 4))
+    assert found.dropped == tuple(dropped)
 
 
 @pytest.mark.usefixtures("in_process")
@@ -89,8 +88,7 @@ def test_unsupported_parts_of_a_space_are_listed(tmp_path: Path) -> None:
     lift = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
     lift.velocity = (0, 1)
     space.add(lift, pymunk.Segment(lift, (0, -5), (1, -5), 0.1))
-    between = pymunk.Segment(space.static_body, (1.5, -1), (1.5, 1), 0.1)
-    space.add(between)
+    space.add(pymunk.Segment(space.static_body, (1.5, -1), (1.5, 1), 0.1))
     found = import_scene(save_space(space, tmp_path))
     assert [disc.position_m for disc in found.scene.discs] == [(0.0, 0.0), (3.0, 0.0)]
     assert found.scene.half_planes() == ()
@@ -111,14 +109,10 @@ def test_unsupported_parts_of_a_space_are_listed(tmp_path: Path) -> None:
 
 @pytest.mark.long
 def test_pixels_are_converted_to_metres(tmp_path: Path) -> None:
-    r"""A space in pixels is imported in metres: lengths are divided by the pixels of a metre.
-
-    Masses and coefficients stay the same.
-    """
+    """A space in pixels is imported in metres; masses and coefficients stay the same."""
     space = pymunk.Space()
     space.gravity = (0.0, 900.0)
-    body = add_ball(space, 128.0, 64.0, 32.0)
-    body.velocity = (640.0, 0.0)
+    add_ball(space, 128.0, 64.0, 32.0).velocity = (640.0, 0.0)
     floor = pymunk.Segment(space.static_body, (0, 512), (800, 512), 0.0)
     floor.elasticity = 0.5
     space.add(floor)
@@ -148,14 +142,10 @@ def build_dotted_pickle() -> bytes:
 @pytest.mark.usefixtures("in_process")
 @each("kind", release_after(1, ["bomb", "dotted", "callback"]))
 def test_foreign_objects_in_a_pickle_are_refused_and_not_run(tmp_path: Path, kind: str) -> None:
-    r"""A pickle that refers to anything but types of pymunk and plain types is refused with that name.
-
-    Nothing in it is run.
-    """
+    """A pickle that refers to other types than pymunk's and plain ones is refused with that name, and not run."""
     mark, path = tmp_path / "ran", tmp_path / "space.pkl"
     space = pymunk.Space()
-    body = add_ball(space, 0, 0)
-    body.velocity_func = carom_function
+    add_ball(space, 0, 0).velocity_func = carom_function
     content, name = {
         "bomb": (pickle.dumps(Bomb(mark)), "posix.system"),
         "dotted": (build_dotted_pickle(), "pymunk.space.Space.__init__.__globals__"),
@@ -235,8 +225,7 @@ def test_model_of_a_scene_is_imported_as_that_scene(tmp_path: Path, profile: str
     for disc, meant in zip(discs, CORNER.discs, strict=True):
         assert disc.position_m == pytest.approx(meant.position_m, abs=2**-50)
         assert (disc.velocity_m_s, disc.spin_rad_s) == (meant.velocity_m_s, meant.spin_rad_s)
-        assert disc.radius_m == meant.radius_m
-        assert disc.mass_kg == meant.mass_kg * unit
+        assert (disc.radius_m, disc.mass_kg) == (meant.radius_m, meant.mass_kg * unit)
         if not meant.immovable:  # times m r^2 and over it again
             assert disc.inertia_factor == pytest.approx(meant.inertia_factor, rel=2**-50)
     for wall, meant_wall in zip(scene.half_planes(), CORNER.half_planes(), strict=True):

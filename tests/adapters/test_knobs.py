@@ -1,7 +1,7 @@
 """Every setting that a tuned profile claims matters does reach its engine: put back, it changes what happens."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,9 +14,9 @@ from tests.adapters.engine_scenes import (
     scale_tolerance,
 )
 from tests.cases import each
-from tests.scene_builders import Finish, Named
+from tests.scene_builders import Finish, Named, disc_at, staged
 
-from carom import Disc, Scene
+from carom import Scene
 from carom.catalogue import catalogue
 from carom.engines.api import Adapter, Setting
 from carom.engines.api import Knob as SearchedKnob
@@ -30,70 +30,31 @@ def test_knobs_accept_the_ends_of_their_ranges(engine: Adapter) -> None:
         for value in knob.choices or (knob.low, knob.high):
             assert value is not None
             world = engine.prepare(build_oblique_scene(), {**engine.profiles["default"].settings(1 / 60), name: value})
-            try:
-                found = world.settings[name]
-                same = found == value or math.isclose(
-                    float(found), float(value), rel_tol=scale_tolerance(engine, 2.0**-52)
-                )
-                assert same, (name, value, found)
-            finally:
-                world.close()
+            found = world.settings[name]
+            world.close()
+            near = scale_tolerance(engine, 2.0**-52)
+            assert found == value or math.isclose(float(found), float(value), rel_tol=near), (name, value, found)
 
 
-def _fine_scene() -> Scene:
-    return build_oblique_scene().model_copy(update={"frame_rate_hz": 240.0})
+def at_rate(scene: Scene, frame_rate_hz: float, **changes: float) -> Scene:
+    """Return a scene with another frame rate, whose frame is the step."""
+    return scene.model_copy(update={"frame_rate_hz": frame_rate_hz, **changes})
 
 
-def _coarse_scene() -> Scene:
-    return build_oblique_scene().model_copy(update={"frame_rate_hz": 16.0})
-
-
-def _rough_scene() -> Scene:
-    return build_oblique_scene().model_copy(update={"frame_rate_hz": 240.0, "friction": 0.1, "wall_friction": 0.1})
-
-
-def _slow_scene() -> Scene:
-    """At 4 cm/s, below the speeds under which engines ship contacts inelastic."""
-    return build_oblique_scene(time=100.0).model_copy(update={"frame_rate_hz": 2.4})
-
-
-def _bullet_scene() -> Scene:
-    """A disc that is 33 radii on after a step, and meets another on the way."""
-    discs = [
-        Disc(position_m=(-8.9, 0), velocity_m_s=(100, 0), radius_m=0.05),
-        Disc(position_m=(0, 0.06), radius_m=0.05, mass_kg=2),
-    ]
-    return Scene(name="bullet", discs=discs, duration_s=0.2, frame_rate_hz=60.0)
-
-
-def _fast_scene() -> Scene:
-    return Scene(name="fast", discs=[Disc(position_m=(0, 0), velocity_m_s=(200, 0), radius_m=1)], duration_s=0.1)
-
-
-def _far_scene() -> Scene:
-    return Scene(name="far", discs=[Disc(position_m=(9.99e9, 0), velocity_m_s=(1e9, 0), radius_m=1)], duration_s=0.1)
-
-
-def _inelastic_scene() -> Scene:
-    return catalogue()["classics/perfectly-inelastic"].scene
-
-
-def _shared_contact_scene() -> Scene:
-    return build_cradle_scene().model_copy(update={"frame_rate_hz": 240.0})
-
-
-def _break_scene() -> Scene:
-    return build_break_scene().model_copy(update={"frame_rate_hz": 240.0})
-
-
-def _seams_scene() -> Scene:
-    """The start of sixteen at which pymunk's segments, each on its own, turn the disc aside most."""
-    return build_floor_scene(10, 11 / 16)
-
-
-def _slow_seams_scene() -> Scene:
-    """The start of sixteen at which tuned Box2D turns the disc aside at half a metre a second, if edges stand alone."""
-    return build_floor_scene(10, 10 / 16, 0.5)
+FINE, COARSE = at_rate(build_oblique_scene(), 240.0), at_rate(build_oblique_scene(), 16.0)
+ROUGH = at_rate(build_oblique_scene(), 240.0, friction=0.1, wall_friction=0.1)
+#: At 4 cm/s, below the speeds under which engines ship contacts inelastic.
+SLOW = at_rate(build_oblique_scene(time=100.0), 2.4)
+#: A disc that is 33 radii on after a step, and meets another on the way.
+BULLET = staged("bullet", disc_at(-8.9, 0, 100, r=0.05), disc_at(0, 0.06, r=0.05, m=2), duration_s=0.2)
+FAST = staged("fast", disc_at(0, 0, 200, r=1), duration_s=0.1)
+FAR = staged("far", disc_at(9.99e9, 0, 1e9, r=1), duration_s=0.1)
+INELASTIC = catalogue()["classics/perfectly-inelastic"].scene
+SHARED_CONTACT, BREAK = at_rate(build_cradle_scene(), 240.0), at_rate(build_break_scene(), 240.0)
+#: The start of sixteen at which pymunk's segments, each on its own, turn the disc aside most.
+SEAMS = build_floor_scene(10, 11 / 16)
+#: The start of sixteen at which tuned Box2D turns the disc aside at half a metre a second, if edges stand alone.
+SLOW_SEAMS = build_floor_scene(10, 10 / 16, 0.5)
 
 
 @dataclass(frozen=True)
@@ -103,7 +64,7 @@ class Knob:
     engine: str
     name: str
     value: Setting
-    scene: Callable[[], Scene]
+    scene: Scene
     least: float
     of: str = "velocity"
 
@@ -114,43 +75,42 @@ class Knob:
 #: The least effects are a tenth of what was measured, in metres per second or metres; all are far above rounding,
 #: except for an order of solving, and for MuJoCo's tolerance.
 KNOBS = [
-    Knob("pymunk", "iterations", 10, _break_scene, 1e-7),
-    Knob("pymunk", "collision_bias", 0.0018, _coarse_scene, 1e-2, of="position"),
-    Knob("pymunk", "set_neighbors", 0, _seams_scene, 1e-1),
-    Knob("pybullet", "linearDamping", 0.04, _fine_scene, 1e-2),
-    Knob("pybullet", "useMaximalCoordinates", False, _fast_scene, 1e1),
-    Knob("pybullet", "contactERP", 0.08, _fine_scene, 1e-2),
-    Knob("pybullet", "contactProcessingThreshold", 1e18, _fine_scene, 1e-1),
-    Knob("pybullet", "contactSlop", 1e-5, _shared_contact_scene, 1e-4),
-    Knob("pybullet", "restitutionVelocityThreshold", 0.2, _slow_scene, 1e-3),
-    Knob("pybullet", "deterministicOverlappingPairs", 0, _shared_contact_scene, 1e-12),
-    Knob("pybullet", "solverResidualThreshold", 1e-7, _shared_contact_scene, 1e-5),
-    Knob("pybullet", "numSolverIterations", 10, _shared_contact_scene, 1e-3),
-    Knob("pybullet", "ccd_radius_fraction", 0.0, _bullet_scene, 1e1),
-    Knob("mujoco", "joints", "free", _bullet_scene, 1e1),
-    Knob("mujoco", "stiffness", 1000.0, _fine_scene, 1e-2),
-    Knob("mujoco", "in_turn", False, _rough_scene, 1e-2),
-    Knob("mujoco", "solimp", "0.9 0.95 0.001 0.5 2", _break_scene, 1e-2),
-    Knob("mujoco", "integrator", "RK4", _fine_scene, 1e-1),
-    Knob("mujoco", "integrator", "discrete", _fine_scene, 1e-1),
-    Knob("mujoco", "jacobian", "sparse", _break_scene, 1e-1),
-    Knob("mujoco", "tolerance", 1e-8, _fine_scene, 1e-13),
-    Knob("mujoco", "autoreset", True, _far_scene, 1e-1),
-    Knob("mujoco", "speculative", False, _bullet_scene, 1e1),
-    Knob("box2d", "velocity_scale", 1.0, _slow_scene, 1e-3),
-    Knob("box2d", "velocityIterations", 8, _shared_contact_scene, 1e-3),
-    Knob("box2d", "positionIterations", 3, _inelastic_scene, 1e-3, of="position"),
-    Knob("box2d", "sweep", "none", _bullet_scene, 1e1),
-    Knob("box2d", "chains", False, _slow_seams_scene, 1.0),
-    Knob("box2d", "polygon_radius_m", 0.01, _fine_scene, 1e-3, of="position"),
+    Knob("pymunk", "iterations", 10, BREAK, 1e-7),
+    Knob("pymunk", "collision_bias", 0.0018, COARSE, 1e-2, of="position"),
+    Knob("pymunk", "set_neighbors", 0, SEAMS, 1e-1),
+    Knob("pybullet", "linearDamping", 0.04, FINE, 1e-2),
+    Knob("pybullet", "useMaximalCoordinates", False, FAST, 1e1),
+    Knob("pybullet", "contactERP", 0.08, FINE, 1e-2),
+    Knob("pybullet", "contactProcessingThreshold", 1e18, FINE, 1e-1),
+    Knob("pybullet", "contactSlop", 1e-5, SHARED_CONTACT, 1e-4),
+    Knob("pybullet", "restitutionVelocityThreshold", 0.2, SLOW, 1e-3),
+    Knob("pybullet", "deterministicOverlappingPairs", 0, SHARED_CONTACT, 1e-12),
+    Knob("pybullet", "solverResidualThreshold", 1e-7, SHARED_CONTACT, 1e-5),
+    Knob("pybullet", "numSolverIterations", 10, SHARED_CONTACT, 1e-3),
+    Knob("pybullet", "ccd_radius_fraction", 0.0, BULLET, 1e1),
+    Knob("mujoco", "joints", "free", BULLET, 1e1),
+    Knob("mujoco", "stiffness", 1000.0, FINE, 1e-2),
+    Knob("mujoco", "in_turn", False, ROUGH, 1e-2),
+    Knob("mujoco", "solimp", "0.9 0.95 0.001 0.5 2", BREAK, 1e-2),
+    Knob("mujoco", "integrator", "RK4", FINE, 1e-1),
+    Knob("mujoco", "integrator", "discrete", FINE, 1e-1),
+    Knob("mujoco", "jacobian", "sparse", BREAK, 1e-1),
+    Knob("mujoco", "tolerance", 1e-8, FINE, 1e-13),
+    Knob("mujoco", "autoreset", True, FAR, 1e-1),
+    Knob("mujoco", "speculative", False, BULLET, 1e1),
+    Knob("box2d", "velocity_scale", 1.0, SLOW, 1e-3),
+    Knob("box2d", "velocityIterations", 8, SHARED_CONTACT, 1e-3),
+    Knob("box2d", "positionIterations", 3, INELASTIC, 1e-3, of="position"),
+    Knob("box2d", "sweep", "none", BULLET, 1e1),
+    Knob("box2d", "chains", False, SLOW_SEAMS, 1.0),
+    Knob("box2d", "polygon_radius_m", 0.01, FINE, 1e-3, of="position"),
 ]
 
 
 @each("knob", KNOBS)
 def test_tuned_settings_have_an_effect(named: Named, finish: Finish, knob: Knob) -> None:
     """Resetting a tuned setting to its default changes the run by at least the listed amount."""
-    adapter, scene = named(knob.engine), knob.scene()
-    dt_s = 1 / scene.frame_rate_hz
+    adapter, scene, dt_s = named(knob.engine), knob.scene, 1 / knob.scene.frame_rate_hz
     tuned, other = (finish(adapter, scene, dt_s, **changes) for changes in ({}, {knob.name: knob.value}))
     found = {"velocity": other.velocity_m_s - tuned.velocity_m_s, "position": other.position_m - tuned.position_m}
     assert np.abs(found[knob.of]).max() > knob.least
@@ -178,13 +138,12 @@ def test_omitted_settings_have_no_effect(
 ) -> None:
     """Settings that others recommend, but no profile sets, change velocities by rounding only."""
     adapter = named(name)
-    for scene in (build_oblique_scene(), _shared_contact_scene(), _inelastic_scene(), _slow_scene()):
+    for scene in (build_oblique_scene(), SHARED_CONTACT, INELASTIC, SLOW):
         dt_s = 1 / scene.frame_rate_hz
-        kept, changed = finish(adapter, scene, dt_s, profile), finish(adapter, scene, dt_s, profile, **changes)
+        kept, changed = (finish(adapter, scene, dt_s, profile, **more).velocity_m_s for more in ({}, changes))
         # A few units of rounding at 4 m/s.
-        np.testing.assert_allclose(
-            changed.velocity_m_s, kept.velocity_m_s, rtol=0, atol=scale_tolerance(adapter, 4 * float(np.spacing(4.0)))
-        )
+        near = scale_tolerance(adapter, 4 * float(np.spacing(4.0)))
+        np.testing.assert_allclose(changed, kept, rtol=0, atol=near)
 
 
 @each(

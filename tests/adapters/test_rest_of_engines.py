@@ -1,6 +1,7 @@
 """Discs that bounce out, roll on and are held: what each engine makes of it, from eight starts each."""
 
 import importlib
+import itertools
 import math
 from typing import Any
 
@@ -15,7 +16,7 @@ from tests.adapters.falling_balls import (
     measure_speeds_at_rest,
 )
 from tests.cases import each, release_after
-from tests.scene_builders import Finish, Named, require_value
+from tests.scene_builders import Finish, Named, disc_at, require_value
 
 from carom import Disc
 from carom.engines.api import Adapter, AdapterError, Observation, Setting
@@ -26,15 +27,7 @@ RATES_HZ = [60.0, 240.0]
 @each(
     "name, rate_hz, e, share",
     [
-        *release_after(
-            0,
-            [
-                (name, rate_hz, e, 0.01)
-                for name in ("mujoco", "pybullet", "pymunk")
-                for e in (0.0, 0.5, 0.9)
-                for rate_hz in RATES_HZ
-            ],
-        ),
+        *release_after(0, itertools.product(("mujoco", "pybullet", "pymunk"), RATES_HZ, (0.0, 0.5, 0.9), (0.01,))),
         *(
             pytest.param(name, 60.0, e, 1e-3, marks=pytest.mark.engines)
             for name in ("cannon", "jolt", "p2", "box2d3", "rapier", "rapier2d")
@@ -84,20 +77,14 @@ def test_resting_profile_of_box2d_keeps_the_first_bounce(named: Named, e: float)
 @pytest.mark.long
 @each("e, lasts", [(0.5, False), (0.9, True)])
 def test_default_box2d_hops_for_ever_at_high_restitution(named: Named, e: float, lasts: bool) -> None:
-    r"""At e = 0.9 a ball in default Box2D keeps hopping at more than 1 m/s; at e = 0.5 it does not.
-
-    It hops at ``g dt / (1 - e)``, at 60 steps per second 1.7 m/s; contacts below 1 m/s are inelastic.
-    """
+    """At e = 0.9 a ball in default Box2D hops on at ``g dt / (1 - e)``, more than 1 m/s; at e = 0.5 not."""
     speeds = measure_speeds_at_rest(named("box2d"), "default", 60.0, e)
     assert {float(of_start.max()) > 1.0 for of_start in speeds} == {lasts}
 
 
 @pytest.mark.long
 def test_pybullet_multibodies_hop_for_ever_below_a_threshold(named: Named) -> None:
-    r"""PyBullet's multibodies keep hopping if the restitution threshold is below 1.25 steps' fall.
-
-    So they do by default. At 2.5 steps' fall they rest.
-    """
+    """PyBullet's multibodies hop on if the restitution threshold is below 1.25 steps' fall, as by default."""
     pybullet, own = named("pybullet"), {"useMaximalCoordinates": False}
     assert all(list_hopping_balls(measure_speeds_at_rest(pybullet, "default", 60.0), 60.0))
     for rate_hz in RATES_HZ:
@@ -165,10 +152,7 @@ def test_default_sleep_stops_slowly_sliding_discs(
 def test_slip_of_rolling_discs_is_as_documented(
     named: Named, finish: Finish, name: str, profile: str, slip: float
 ) -> None:
-    r"""Default Box2D rolls with a slip of 0.5 %, tuned MuJoCo 0.28 %, and the others without slip.
-
-    Box2D's friction acts 2.5 mm outside the rim of 0.5 m, half its skin and half its slop.
-    """
+    """Default Box2D rolls with a slip of 0.5 %, tuned MuJoCo 0.28 %, and the others without slip."""
     for speed in np.linspace(1.5, 3.0, STARTS).tolist():
         end = _run_rolling_disc(finish, named(name), profile, speed, 2.0)
         found = (end.velocity_m_s[0, 0] + RADIUS_M * require_value(end.spin_rad_s)[0]) / speed
@@ -177,14 +161,10 @@ def test_slip_of_rolling_discs_is_as_documented(
 
 @pytest.mark.long
 def test_pybullet_default_damping_slows_rolling_discs(named: Named, finish: Finish) -> None:
-    r"""With PyBullet's own damping of 0.04 a rolling disc keeps a third of its speed after 10 s.
-
-    The default profile sets damping to 0, and the disc keeps its speed.
-    """
+    """PyBullet's own damping leaves a rolling disc a third of its speed after 10 s; the profile sets it to 0."""
     for speed in np.linspace(1.75, 2.25, STARTS).tolist():
-        end = _run_rolling_disc(
-            finish, named("pybullet"), "default", speed, 10.0, linearDamping=0.04, angularDamping=0.04
-        )
+        damping = {"linearDamping": 0.04, "angularDamping": 0.04}
+        end = _run_rolling_disc(finish, named("pybullet"), "default", speed, 10.0, **damping)
         assert 0.3 < end.velocity_m_s[0, 0] / speed < 0.4
         undamped = _run_rolling_disc(finish, named("pybullet"), "default", speed, 10.0)
         assert undamped.velocity_m_s[0, 0] == pytest.approx(speed, rel=1e-9)
@@ -204,10 +184,7 @@ def test_pybullet_default_damping_slows_rolling_discs(named: Named, finish: Fini
 def test_discs_held_by_friction_creep_in_mujoco(
     named: Named, finish: Finish, name: str, profile: str, least: float, most: float
 ) -> None:
-    r"""On slopes that friction holds, default MuJoCo creeps by 1.5 to 10 mm/s, tuned by micrometres per second.
-
-    The other engines do not creep.
-    """
+    """On slopes that friction holds, only MuJoCo creeps: by 1.5 to 10 mm/s, or micrometres when tuned."""
     for fall in np.linspace(0.1, 0.28, STARTS).tolist():
         disc = Disc(position_m=(0, RADIUS_M), radius_m=RADIUS_M, inertia_factor=math.inf)
         end = finish(named(name), build_floor_scene(disc, 2.5, fall=fall, friction=0.3), 1 / 240, profile)
@@ -219,10 +196,9 @@ def test_discs_held_by_friction_creep_in_mujoco(
 def test_pybullet_rolling_resistance_follows_the_law(named: Named, finish: Finish, profile: str) -> None:
     """Rolling resistance leaves ``v - c g t / (1 + k)``, from 8 speeds; a disc that stopped stays at rest."""
     for speed, resists in zip(np.linspace(1.5, 3.0, STARTS), np.linspace(0.01, 0.2, STARTS), strict=True):
-        disc = Disc(position_m=(0, RADIUS_M), velocity_m_s=(speed, 0), radius_m=RADIUS_M, spin_rad_s=-speed / RADIUS_M)
-        scene = build_floor_scene(disc, 1.0, friction=0.5).model_copy(
-            update={"wall_rolling_resistance": float(resists)}
-        )
+        disc = disc_at(0, RADIUS_M, speed, r=RADIUS_M, spin_rad_s=-speed / RADIUS_M)
+        law = {"wall_rolling_resistance": float(resists)}
+        scene = build_floor_scene(disc, 1.0, friction=0.5).model_copy(update=law)
         end = finish(named("pybullet"), scene, 1 / 240, profile)
         assert end.velocity_m_s[0, 0] == pytest.approx(speed - resists * G / 1.5, abs=2e-4)
         slow = scene.model_copy(update={"duration_s": 1.5 * speed / (resists * G) + 1.0})
@@ -275,10 +251,9 @@ def test_mujoco_slips_where_friction_and_resistance_should_hold(options: str, le
 @each("options, least, most", [("shipped", 0.70, 0.96), ("exact", 0.93, 1.001)])
 def test_mujoco_rolling_resistance_is_weaker_than_the_law(options: str, least: float, most: float) -> None:
     """MuJoCo's rolling resistance is a part of c g / (1 + k), and a smaller part for larger resistance."""
+    speeds, resistances = np.linspace(1.5, 2.9, STARTS).tolist(), np.linspace(0.01, 0.15, STARTS).tolist()
     parts = []
-    for speed, resists in zip(
-        np.linspace(1.5, 2.9, STARTS).tolist(), np.linspace(0.01, 0.15, STARTS).tolist(), strict=True
-    ):
+    for speed, resists in zip(speeds, resistances, strict=True):
         left = measure_mujoco_speed(OPTIONS[options], 0.5, resists, 1.0, tangent=0.0, speed=speed)
         parts.append((speed - left) / (resists * G / 1.5))
     assert all(least < part < most for part in parts)

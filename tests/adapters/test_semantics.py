@@ -23,13 +23,8 @@ from carom_adapters.shared.legs import Legs
 def _build_head_on_scene(closing_m_s: float, restitution: float = 1.0) -> Scene:
     """Two equal discs that close at this speed and touch halfway through the scene."""
     gap = 0.5
-    return staged(
-        "head-on",
-        disc_at(0, 0, closing_m_s / 2),
-        disc_at(1 + gap, 0, -closing_m_s / 2),
-        restitution=restitution,
-        duration_s=2 * gap / closing_m_s,
-    )
+    discs = disc_at(0, 0, closing_m_s / 2), disc_at(1 + gap, 0, -closing_m_s / 2)
+    return staged("head-on", *discs, restitution=restitution, duration_s=2 * gap / closing_m_s)
 
 
 def _measure_restitution(end: Observation, closing_m_s: float) -> float:
@@ -64,10 +59,7 @@ def test_mujoco_has_no_restitution_coefficient(named: Named) -> None:
 def test_contacts_below_the_restitution_threshold_are_inelastic(
     named: Named, finish: Finish, name: str, profile: str
 ) -> None:
-    r"""Just below the declared closing speed a contact does not bounce, and just above it does.
-
-    The slower scene is reported as unsupported, unless its restitution is 0.
-    """
+    """A contact bounces just above the declared closing speed, and not below, where it is unsupported."""
     adapter = named(name)
     capabilities = capabilities_of(adapter, profile)
     threshold = capabilities.restitution_threshold_m_s
@@ -88,18 +80,14 @@ def test_engines_without_a_threshold_bounce_at_1_mm_per_s(engine: Adapter, finis
     if capabilities_of(engine, profile).restitution_threshold_m_s > 1e-3:
         pytest.skip("declares a threshold above that")
     scene = _build_head_on_scene(1e-3)
-    dt_s = scene.duration_s / 1024
-    restitution = _measure_restitution(finish(engine, scene, dt_s, profile), 1e-3)
+    restitution = _measure_restitution(finish(engine, scene, scene.duration_s / 1024, profile), 1e-3)
     # MuJoCo as shipped has a spring of period 0.2 s, which steps of 1 s can't follow: any bounce will do there.
     if not (engine.name == "mujoco" and profile == "default"):
         assert restitution == pytest.approx(1, abs=scale_tolerance(engine, 1e-8))
 
 
 def test_pybullet_multibody_speed_is_clamped_as_declared(pybullet: Adapter, finish: Finish) -> None:
-    r"""A disc of 200 m/s is clamped to 100 m/s by default, and not with maximal coordinates.
-
-    The scene is unsupported by the default profile, and supported by the tuned one.
-    """
+    """A disc of 200 m/s is clamped to 100 m/s, and unsupported, by default; not with maximal coordinates."""
     capped = capabilities_of(pybullet, "default")
     scene = staged("free", disc_at(0, 0, 200, r=1), duration_s=0.1)
     assert finish(pybullet, scene, 1 / 100, "default").velocity_m_s.tolist() == [[capped.max_speed_m_s, 0]]
@@ -110,10 +98,7 @@ def test_pybullet_multibody_speed_is_clamped_as_declared(pybullet: Adapter, fini
 
 
 def test_box2d_motion_limit_is_reported(named: Named, drive: Drive) -> None:
-    r"""A disc that an impact makes faster than 2 m a step is moved by 2 m, with a warning.
-
-    A scene that starts so fast is unsupported, and refused.
-    """
+    """A disc made faster than 2 m a step is moved by 2 m, with a warning; such a start is refused."""
     box2d, dt_s = named("box2d"), 1 / 10
     limit = box2d.capabilities.max_move_m
     # A heavy disc at 1.6 m a step throws a light one forward at nearly twice its speed.
@@ -160,10 +145,7 @@ def test_positions_beyond_float_resolution_are_unsupported(engine: Adapter) -> N
 
 @each("name", [*OF_ALL, *(pytest.param(name, marks=pytest.mark.engines) for name in OF_ENGINES)])
 def test_default_profile_equals_the_bare_engine(name: str, named: Named) -> None:
-    r"""The default profile uses the engine's own defaults, except for the values listed as changed.
-
-    Discs end where the bare engine has them, to at most one rounding.
-    """
+    """Default differs from the engine's defaults only in listed values, and ends where the bare engine does."""
     adapter = named(name)
     shipped = (OF_ALL | OF_ENGINES)[name]()
     assert_default_is_shipped(adapter, shipped)

@@ -7,6 +7,7 @@ slips at 2 m/s and approaches at 3. With friction 0.1 and restitution 1 it slide
 import importlib
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -32,6 +33,11 @@ SHORTER = 3.0 * DT_S / 2 / RADIUS_M
 #: regularisation is compensated: 1/m along the normal, 3/m along the slip of a disc of inertia factor 1/2.
 IN_TURN = 'cone="elliptic" solver="PGS" iterations="1"'
 MADE_UP = (0.9999 + 0.0001 / 3) / DT_S
+
+
+def law(thrown: Thrown, friction: float, within: float, **more: float) -> Any:
+    """Return what velocity and spin after the impact must be to a tolerance."""
+    return pytest.approx(compute_law(thrown, friction, **more), abs=within)
 
 
 def compute_law(thrown: Thrown, friction: float, inertia: float = 0.125, slip_kept: float = 0.0) -> Left:
@@ -62,17 +68,14 @@ def test_engines_follow_the_friction_law_with_the_right_settings(
     named: Named, restitution: float, spin: float, friction: float
 ) -> None:
     """Sliding or sticking, with spin either way, each bare engine follows the law, except for a shortened arm."""
-    thrown = Thrown(spin=spin, restitution=restitution)
-    product, pair = Thrown(spin=spin, restitution=restitution, friction=square_roots(friction)), format_pair(friction)
+    thrown, pair = Thrown(spin=spin, restitution=restitution), format_pair(friction)
+    product, mean = (replace(thrown, friction=given) for given in (square_roots(friction), (friction, friction)))
     expected = compute_law(thrown, friction)
     found: dict[str, tuple[Callable[[], Left], float]] = {
         "pymunk": (lambda: bare_impacts.pymunk(product), 1e-14),
         "pybullet": (lambda: bare_impacts.pybullet(product), 1e-14),
         "mujoco": (lambda: bare_impacts.mujoco(thrown, IN_TURN, pair), CLOSE),
-        "box2d": (
-            lambda: bare_impacts.box2d(Thrown(spin=spin, restitution=restitution, friction=(friction, friction))),
-            SINGLE,
-        ),
+        "box2d": (lambda: bare_impacts.box2d(mean), SINGLE),
     }
     for name, (throw, tolerance) in found.items():
         named(name)
@@ -122,33 +125,28 @@ def _measure_spin_after_a_second(spin: float, *, maximal: bool, **dynamics: floa
     return left
 
 
-def test_default_pybullet_damps_spin(named: Named) -> None:
-    r"""A free multibody of 10 rad/s has 6.9 rad/s after 1 s, and one of 90 rad/s has 19.
-
-    Without damping, or with maximal coordinates, it keeps its spin.
-    """
+@each(
+    "spin, left, maximal, dynamics",
+    [
+        (10.0, pytest.approx(6.9, abs=0.01), False, {}),
+        (90.0, pytest.approx(19.0, abs=0.01), False, {}),
+        (10.0, 10.0, False, {"angularDamping": 0}),
+        (10.0, pytest.approx(10.0, rel=240 * 2.0**-53), True, {}),
+        (150.0, 100.0, False, {"angularDamping": 0}),
+        (150.0, pytest.approx(150.0, rel=240 * 2.0**-53), True, {"angularDamping": 0}),
+    ],
+)
+def test_default_pybullet_damps_and_clamps_spin(
+    named: Named, spin: float, left: object, maximal: bool, dynamics: dict[str, float]
+) -> None:
+    """A free multibody's spin is damped by default, and clamped to 100 rad/s, unless coordinates are maximal."""
     named("pybullet")
-    assert _measure_spin_after_a_second(10.0, maximal=False) == pytest.approx(6.9, abs=0.01)
-    assert _measure_spin_after_a_second(90.0, maximal=False) == pytest.approx(19.0, abs=0.01)
-    assert _measure_spin_after_a_second(10.0, maximal=False, angularDamping=0) == 10.0
-    assert _measure_spin_after_a_second(10.0, maximal=True) == pytest.approx(10.0, rel=240 * 2.0**-53)
-
-
-def test_pybullet_clamps_multibody_spin_to_100_rad_per_s(named: Named) -> None:
-    """PyBullet silently clamps a multibody's spin to 100 rad/s; with maximal coordinates any spin is kept."""
-    named("pybullet")
-    assert _measure_spin_after_a_second(150.0, maximal=False, angularDamping=0) == 100.0
-    assert _measure_spin_after_a_second(150.0, maximal=True, angularDamping=0) == pytest.approx(
-        150.0, rel=240 * 2.0**-53
-    )
+    assert _measure_spin_after_a_second(spin, maximal=maximal, **dynamics) == left
 
 
 @pytest.mark.long
 def test_pybullet_multibody_needs_inertia_about_all_axes(named: Named) -> None:
-    r"""With inertia [0, 0, I] friction slows a multibody but does not change its spin.
-
-    With [I, I, I], or with maximal coordinates, it follows the law.
-    """
+    """With inertia [0, 0, I] friction does not spin a multibody; with [I, I, I] or maximal it follows the law."""
     named("pybullet")
     for late in LATES:
         thrown = Thrown(spin=5.0, friction=square_roots(0.1), late=late)
@@ -159,15 +157,12 @@ def test_pybullet_multibody_needs_inertia_about_all_axes(named: Named) -> None:
 
 
 def test_pybullet_ignores_a_changed_inertia_in_the_first_step(named: Named) -> None:
-    r"""With maximal coordinates a disc that touches in its first step has a sphere's inertia, 2/5.
-
-    In later steps, and as a multibody, it has the inertia that was set.
-    """
+    """With maximal coordinates a disc that touches in its first step has a sphere's inertia, 2/5, not its own."""
     named("pybullet")
     at_once, later = (Thrown(friction=square_roots(10.0), steps_before=steps) for steps in (0.0, 1.0))
-    assert bare_impacts.pybullet(at_once) == pytest.approx(compute_law(at_once, 10.0, inertia=0.1), abs=1e-14)
-    assert bare_impacts.pybullet(later) == pytest.approx(compute_law(later, 10.0), abs=1e-14)
-    assert bare_impacts.pybullet(at_once, maximal=False) == pytest.approx(compute_law(at_once, 10.0), abs=1e-14)
+    assert bare_impacts.pybullet(at_once) == law(at_once, 10.0, 1e-14, inertia=0.1)
+    assert bare_impacts.pybullet(later) == law(later, 10.0, 1e-14)
+    assert bare_impacts.pybullet(at_once, maximal=False) == law(at_once, 10.0, 1e-14)
 
 
 @pytest.mark.long
@@ -201,22 +196,18 @@ def test_box2d_velocity_is_nan_beyond_the_largest_friction(named: Named) -> None
 def test_box2d_limits_rotation_to_a_quarter_turn_per_step(named: Named, velocity_scale: float) -> None:
     """A body slows down to pi/2 a step, 377 rad/s here, also in scaled time; at the declared limit it does not."""
     declared = named("box2d").capabilities.max_turn_rad
-    far_above = Thrown(velocity=(0.0, 3.0), spin=500.0)
-    assert bare_impacts.box2d(far_above, velocity_scale=velocity_scale)[2] == pytest.approx(
-        math.pi / 2 / DT_S, rel=1e-6
-    )
+    fast = Thrown(velocity=(0.0, 3.0), spin=500.0)
+    below = replace(fast, spin=declared / DT_S)
+    found, kept = (bare_impacts.box2d(thrown, velocity_scale=velocity_scale)[2] for thrown in (fast, below))
+    assert found == pytest.approx(math.pi / 2 / DT_S, rel=1e-6)
     assert declared == pytest.approx(math.pi / 2, rel=2e-6)
-    below = Thrown(velocity=(0.0, 3.0), spin=declared / DT_S)
-    assert bare_impacts.box2d(below, velocity_scale=velocity_scale)[2] == pytest.approx(below.spin, rel=1e-7)
+    assert kept == pytest.approx(below.spin, rel=1e-7)
 
 
 @each("friction, restitution", release_after(1, [(0.2, 0.5), (0.1, 0.0), (0.1, 1.0)]))
 @each("solver", ["Newton", "CG", 'PGS" iterations="100'])
 def test_mujoco_optimum_lifts_sliding_discs(named: Named, solver: str, friction: float, restitution: float) -> None:
-    r"""MuJoCo's solvers add friction times the remaining slip to the speed off the floor.
-
-    One PGS pass in turn follows the law.
-    """
+    """MuJoCo's optimum adds friction times the remaining slip to the speed off the floor; one PGS pass does not."""
     named("mujoco")
     pair = format_pair(friction)
     for late in LATES:
@@ -232,24 +223,18 @@ def test_mujoco_optimum_lifts_sliding_discs(named: Named, solver: str, friction:
 
 @each("restitution", [0.5, 1.0])
 def test_mujoco_friction_bounces_without_solreffriction(named: Named, restitution: float) -> None:
-    r"""Without `solreffriction` a gripped slip is reversed by the restitution along the normal.
-
-    With it there is no tangential restitution.
-    """
+    """Only without `solreffriction` a gripped slip is reversed by the restitution along the normal."""
     named("mujoco")
     thrown = Thrown(restitution=restitution)
-    left_out = bare_impacts.mujoco(thrown, IN_TURN, 'friction="10 10 0 0 0"')
-    assert left_out == pytest.approx(
-        compute_law(thrown, 10.0, slip_kept=restitution), abs=1e-3
-    )  # of its regularisation
-    assert bare_impacts.mujoco(thrown, IN_TURN, format_pair(10.0)) == pytest.approx(
-        compute_law(thrown, 10.0), abs=10 * CLOSE
-    )
+    bare = 'friction="10 10 0 0 0"'
+    # Of its regularisation.
+    assert bare_impacts.mujoco(thrown, IN_TURN, bare) == law(thrown, 10.0, 1e-3, slip_kept=restitution)
+    assert bare_impacts.mujoco(thrown, IN_TURN, format_pair(10.0)) == law(thrown, 10.0, 10 * CLOSE)
     for late in LATES:
-        left_out = bare_impacts.mujoco(Thrown(restitution=restitution, late=late), IN_TURN, 'friction="10 10 0 0 0"')
         # A shorter arm changes the slip that is given back by up to as large a part.
-        expected = compute_law(thrown, 10.0, slip_kept=restitution)
-        assert left_out == pytest.approx(expected, abs=SHORTER * 2.0 * (1 + restitution))
+        near = SHORTER * 2.0 * (1 + restitution)
+        found = bare_impacts.mujoco(replace(thrown, late=late), IN_TURN, bare)
+        assert found == law(thrown, 10.0, near, slip_kept=restitution)
 
 
 def test_mujoco_raises_small_frictions_to_1e_5(named: Named) -> None:
@@ -269,27 +254,18 @@ def test_mujoco_raises_small_frictions_to_1e_5(named: Named) -> None:
 
 
 def test_mujoco_loses_small_frictions_of_heavy_bodies(named: Named) -> None:
-    r"""MuJoCo gives no friction where 3 friction^4 over the squared mass is below 1e-10.
-
-    That is the case for 0.001 at 1 kg and 0.1 at 3 tons.
-    """
+    """MuJoCo gives no friction where 3 friction^4 over the squared mass is below 1e-10."""
     named("mujoco")
     for late in LATES:
         assert bare_impacts.mujoco(Thrown(late=late), IN_TURN, format_pair(1e-3)) == (2.0, 3.0, 0.0)
         assert bare_impacts.mujoco(Thrown(late=late), IN_TURN, format_pair(0.1), mass=3e3) == (2.0, 3.0, 0.0)
-    assert bare_impacts.mujoco(Thrown(), IN_TURN, format_pair(0.1), mass=1e3) == pytest.approx(
-        compute_law(Thrown(), 0.1), abs=CLOSE
-    )
-    assert bare_impacts.mujoco(Thrown(), IN_TURN, format_pair(1e-2)) == pytest.approx(
-        compute_law(Thrown(), 1e-2), abs=CLOSE
-    )
+    assert bare_impacts.mujoco(Thrown(), IN_TURN, format_pair(0.1), mass=1e3) == law(Thrown(), 0.1, CLOSE)
+    assert bare_impacts.mujoco(Thrown(), IN_TURN, format_pair(1e-2)) == law(Thrown(), 1e-2, CLOSE)
 
 
 def test_mujoco_loses_frictions_whose_fourth_power_overflows(named: Named) -> None:
     """At the largest declared friction a disc grips; at 1e80, whose fourth power overflows, there is no friction."""
     greatest = named("mujoco").capabilities.friction[1]
-    assert bare_impacts.mujoco(Thrown(), IN_TURN, format_pair(greatest)) == pytest.approx(
-        compute_law(Thrown(), 1e3), abs=10 * CLOSE
-    )
+    assert bare_impacts.mujoco(Thrown(), IN_TURN, format_pair(greatest)) == law(Thrown(), 1e3, 10 * CLOSE)
     for late in LATES:
         assert bare_impacts.mujoco(Thrown(late=late), IN_TURN, format_pair(1e80)) == (2.0, 3.0, 0.0)

@@ -103,15 +103,10 @@ def test_cross_check_runs_three_profiles_by_default() -> None:
     """By default an engine runs `default`, `tuned` and `located`, the last one at the coarsest step only."""
     scene = Scene(name="one", discs=[Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=1)], duration_s=0.1)
     rows = carom.cross_check([scene], ["box2d"], timing=False).rows
-    assert [(row.job.profile, row.job.refinement) for row in rows] == [
-        ("default", 0),
-        ("tuned", 0),
-        ("located", 0),
-        ("default", 1),
-        ("tuned", 1),
-        ("default", 2),
-        ("tuned", 2),
-    ]
+    found: dict[int, list[str]] = {}
+    for row in rows:
+        found.setdefault(row.job.refinement, []).append(row.job.profile)
+    assert found == {0: ["default", "tuned", "located"], 1: ["default", "tuned"], 2: ["default", "tuned"]}
 
 
 def test_missing_profile_is_explained_by_capabilities(engine: Adapter) -> None:

@@ -19,7 +19,7 @@ from tests.adapters.engine_scenes import (
     build_thin_wall_scene,
 )
 from tests.cases import each, long_until, release_after
-from tests.scene_builders import Finish, Named, run_cross_check
+from tests.scene_builders import Finish, Named, disc_at, run_cross_check, staged
 
 from carom import Chain, Disc, Ring, Scene, Wall
 from carom.catalogue import all_scenes
@@ -50,12 +50,8 @@ def optional_engine_rows(**profiles: str) -> list[Any]:
 @each(
     "name, profile, half_width_m",
     [
-        *(
-            ("pymunk", "default", 0.0),
-            ("pymunk", "tuned", 0.0),
-            ("mujoco", "no-ccd", 0.02),
-            ("pybullet", "no-ccd", 0.0),
-        ),
+        *(("pymunk", "default", 0.0), ("pymunk", "tuned", 0.0), ("mujoco", "no-ccd", 0.02)),
+        ("pybullet", "no-ccd", 0.0),
         *optional_engine_rows(jolt="tuned", physx="tuned", p2="default tuned", cannon="default tuned"),
         *optional_engine_rows(matter="tuned", rapier2d="tuned ccd"),
     ],
@@ -63,10 +59,7 @@ def optional_engine_rows(**profiles: str) -> list[Any]:
 def test_discrete_engines_tunnel_as_often_as_the_closed_form(
     named: Named, finish: Finish, name: str, profile: str, half_width_m: float, q: float
 ) -> None:
-    r"""A share max(0, 1 - 1/q) of evenly spread starts passes a thin wall, to one start of sixteen.
-
-    The disc moves by q times its reach a step.
-    """
+    """A share max(0, 1 - 1/q) of even starts passes a thin wall at q reaches a step, to one of sixteen."""
     scenes = [build_thin_wall_scene(q, k / STARTS, half_width_m=half_width_m) for k in range(STARTS)]
     passed = sum(finish(named(name), scene, 1 / 60, profile).position_m[0, 0] > 0 for scene in scenes)
     assert abs(passed - STARTS * max(0.0, 1 - 1 / q)) <= 1
@@ -95,11 +88,7 @@ def test_swept_discs_never_pass_a_thin_wall(
 
 
 def test_tuned_mujoco_passes_no_thin_wall_and_default_passes_all(mujoco: Adapter, finish: Finish) -> None:
-    r"""Tuned MuJoCo reflects discs of up to 20 reaches a step; with its default spring all pass.
-
-    The spring of 1,000 /s^2 takes the depth v / sqrt(1000) to stop a disc: from 3.2 m/s on, its centre is past a
-    wall.
-    """
+    """Tuned MuJoCo reflects discs of up to 20 reaches a step; past v / sqrt(1000) of its default spring, all pass."""
     for q in (0.9, 3.0, 20.0):
         for k in range(0, STARTS, 2):
             scene = build_thin_wall_scene(q, k / STARTS)
@@ -163,10 +152,7 @@ def test_a_leg_begins_at_the_step_at_or_after_its_instant(named: Named, finish: 
 def test_belt_pushes_discs_the_same_way_on_both_sides(
     named: Named, finish: Finish, name: str, profile: str, rounding: float, side: int
 ) -> None:
-    r"""A disc that slips on a belt is pushed by f (1 + e) v: up from the right of an edge, down from its left.
-
-    The same holds for a half-plane.
-    """
+    """A belt pushes a slipping disc by f (1 + e) v: up from the right, down from the left, as a half-plane."""
     edge = Chain(points_m=((0.0, -5.0), (0.0, 5.0)), surface_speed_m_s=9.0)
     plane = Wall(point_m=(0.0, 0.0), normal=(side, 0.0), surface_speed_m_s=9.0)
     for wall in (edge, plane):
@@ -176,10 +162,7 @@ def test_belt_pushes_discs_the_same_way_on_both_sides(
 
 
 def test_pymunk_skips_two_sided_belts_with_a_reason(pymunk: Adapter) -> None:
-    r"""Pymunk's surface velocity is one vector, so moving surfaces of edges and rings are unsupported.
-
-    Half-planes are supported.
-    """
+    """Pymunk's surface velocity is one vector: moving edges and rings are unsupported, half-planes are not."""
     laws: dict[str, Any] = {"discs": [Disc(position_m=(1.0, 0.0), radius_m=0.25)], "duration_s": 1.0}
     half_plane = Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0), surface_speed_m_s=9.0)
     assert not unsupported_reason(Scene(name="half-plane", walls=[half_plane], **laws), pymunk.capabilities, 1 / 64)
@@ -198,10 +181,7 @@ def test_pymunk_skips_two_sided_belts_with_a_reason(pymunk: Adapter) -> None:
 def test_tuned_pybullet_passes_no_thin_wall_and_default_errs(
     pybullet: Adapter, finish: Finish, q: float, passing: int, wrong: int
 ) -> None:
-    r"""Tuned PyBullet reflects a disc exactly from each of sixteen starts.
-
-    By default the given number passes, and the given number comes back with an error of more than 1 %.
-    """
+    """Tuned PyBullet reflects a disc exactly from sixteen starts; by default given numbers pass or err."""
     ends = [
         [finish(pybullet, build_thin_wall_scene(q, k / STARTS), 1 / 60, profile) for k in range(STARTS)]
         for profile in ("tuned", "default")
@@ -299,10 +279,8 @@ def test_tuned_floor_in_pieces_is_smooth(named: Named, finish: Finish, name: str
     adapter, width = named(name), HALF_WIDTHS[name]
 
     def bump(profile: str, start: int) -> float:
-        ends = [
-            finish(adapter, build_floor_scene(n, start / STARTS, half_width_m=width), 1 / 60, profile).velocity_m_s
-            for n in (1, 10)
-        ]
+        whole, pieces = (build_floor_scene(n, start / STARTS, half_width_m=width) for n in (1, 10))
+        ends = [finish(adapter, scene, 1 / 60, profile).velocity_m_s for scene in (whole, pieces)]
         return float(np.abs(ends[1] - ends[0]).max())
 
     tuned, shipped = ([bump(profile, start) for start in range(STARTS)] for profile in ("tuned", "default"))
@@ -333,10 +311,7 @@ def test_tuned_floor_in_pieces_is_smooth(named: Named, finish: Finish, name: str
 def test_number_of_discs_that_catch_on_floor_joints(
     name: str, profile: str, least: int, most: int, by_m_s: float, half_width_m: float, named: Named, finish: Finish
 ) -> None:
-    r"""A floor in ten pieces deflects between the listed least and most of 16 discs.
-
-    A floor in one piece reflects all of them in planar engines.
-    """
+    """A floor in ten pieces deflects the listed numbers of 16 discs; in one piece, none in planar engines."""
 
     def end(pieces: int, phase: float) -> np.ndarray:
         scene = build_floor_scene(pieces, phase, half_width_m=half_width_m)
@@ -357,14 +332,9 @@ def test_pushes_of_two_edges_are_reported_as_one_contact(named: Named, name: str
     """In a corner of a chain one contact has the whole change of velocity that both edges cause in a step."""
     width = HALF_WIDTHS[name]
     lands = 0.31  # between two steps, so that both are found in one
-    scene = Scene(
-        name="corner",
-        discs=[
-            Disc(position_m=(0.25 + width + 3 * lands, 0.25 + width + 4 * lands), velocity_m_s=(-3, -4), radius_m=0.25)
-        ],
-        walls=[Chain(points_m=[(5, 0), (0, 0), (0, 5)], half_width_m=width)],
-        duration_s=1.0,
-    )
+    disc = disc_at(0.25 + width + 3 * lands, 0.25 + width + 4 * lands, -3, -4, r=0.25)
+    walls = Chain(points_m=[(5, 0), (0, 0), (0, 5)], half_width_m=width)
+    scene = staged("corner", disc, walls, duration_s=1.0)
     adapter = named(name)
     world = adapter.prepare(scene, adapter.profiles["tuned"].settings(1 / 60))
     told, velocity = [], np.array([-3.0, -4.0])

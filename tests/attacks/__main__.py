@@ -206,8 +206,7 @@ def main() -> int:
         for finding in count.findings:
             print(f"{name}: {finding}")
     if chosen.write:
-        page = chosen.write.read_text(encoding="utf-8")
-        before, _, rest = page.partition(BEGIN)
+        before, _, rest = chosen.write.read_text(encoding="utf-8").partition(BEGIN)
         chosen.write.write_text(f"{before}{BEGIN}\n{table}{END}{rest.partition(END)[2]}", encoding="utf-8")
     return 130 if interrupted else 1 if any(count.lost for count in counts.values()) else 0
 
@@ -229,11 +228,9 @@ def _attack(names: list[str], state: Path, until: float) -> None:
             before = time.monotonic()
             lost = next(under_way[name])
             took_s = time.monotonic() - before
-            count.tried, count.seconds, count.slowest_s = (
-                count.tried + 1,
-                count.seconds + took_s,
-                max(count.slowest_s, took_s),
-            )
+            count.tried += 1
+            count.seconds += took_s
+            count.slowest_s = max(count.slowest_s, took_s)
             if lost:
                 count.lost += 1
                 count.findings = [*count.findings, lost][:KEPT]

@@ -85,6 +85,7 @@ def attack(rng: Random, folder: Path) -> Iterator[str]:
 def _find_loss(rng: Random, which: str, folder: Path) -> str:
     """Return what is wrong after a cluster went away; empty where nothing is."""
     number, path, after_s = rng.randrange(2**32), folder / "journal.jsonl", rng.uniform(0.0, 4.0)
+    what = f"{which} killed after {after_s:.2f} s, scene {number}"
     path.unlink(missing_ok=True)
     _sweep(number, InProcessPool(), path)
     alone = read_canonical_lines(path)
@@ -106,17 +107,13 @@ def _find_loss(rng: Random, which: str, folder: Path) -> str:
                 killer.cancel()
     except ClusterError as error:
         if not re.search(r"tasks left: \d+; .*--resume continues", str(error)):
-            return f"{which} killed after {after_s:.2f} s, scene {number}: it does not say how to go on: {error}"
+            return f"{what}: it does not say how to go on: {error}"
     except HangError:
-        return f"{which} killed after {after_s:.2f} s, scene {number}: no end after {PATIENT_S:g} s"
+        return f"{what}: no end after {PATIENT_S:g} s"
     except Exception as error:  # noqa: BLE001 - this is what is looked for
-        return f"{which} killed after {after_s:.2f} s, scene {number}: {type(error).__name__}: {str(error)[:200]!r}"
+        return f"{what}: {type(error).__name__}: {str(error)[:200]!r}"
     _sweep(number, InProcessPool(), path)
-    return (
-        ""
-        if read_canonical_lines(path) == alone
-        else f"{which} killed after {after_s:.2f} s, scene {number}: another journal"
-    )
+    return "" if read_canonical_lines(path) == alone else f"{what}: another journal"
 
 
 def _sweep(number: int, pool: Pool, path: Path) -> None:

@@ -29,17 +29,14 @@ def attack(rng: Random, folder: Path) -> Iterator[str]:
             yield f"{most} bytes a file: exit code {done.returncode}: {done.stderr[-300:]}"
             continue
         done = _run_bench(out, None, "--resume")
-        held = not done.returncode and read_canonical_lines(out / "journal.jsonl") == read_canonical_lines(
-            alone / "journal.jsonl"
-        )
+        journals = [read_canonical_lines(path / "journal.jsonl") for path in (out, alone) if not done.returncode]
+        held = not done.returncode and journals[0] == journals[1]
         yield "" if held else f"{most} bytes a file, then room: {done.returncode}: {done.stderr[-300:]}"
         with Path("/dev/full").open("wb") as full:
-            printed = subprocess.run(
-                [*COMMAND[:3], "scenes"], stdout=full, stderr=subprocess.PIPE, text=True, check=False
-            )
-        yield (
-            "" if printed.returncode == 2 and printed.stderr.count("\n") == 1 else f"/dev/full: {printed.stderr[-300:]}"
-        )
+            command = [*COMMAND[:3], "scenes"]
+            printed = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+        held = printed.returncode == 2 and printed.stderr.count("\n") == 1
+        yield "" if held else f"/dev/full: {printed.stderr[-300:]}"
 
 
 def _run_bench(out: Path, most: int | None, *options: str) -> subprocess.CompletedProcess[str]:
@@ -47,11 +44,7 @@ def _run_bench(out: Path, most: int | None, *options: str) -> subprocess.Complet
         if most is not None:
             resource.setrlimit(resource.RLIMIT_FSIZE, (most, most))
 
+    command = [*COMMAND, str(out), *options]
     return subprocess.run(
-        [*COMMAND, str(out), *options],
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        text=True,
-        preexec_fn=limit,
-        check=False,
+        command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, preexec_fn=limit, check=False
     )

@@ -22,62 +22,29 @@ RUN = ("run", "paper/missed", "-e", "pit", "--no-timing", "--fail-on", "never", 
 COMMANDS = (
     *(("scenes",), ("scenes", "paper/missed"), ("engines",), ("engines", "pit"), ("--help",), ("--version",)),
     *(("explain", "missed"), ("nonsense",), ("run", "nowhere.toml"), RUN, (*RUN, "--report", "OUT"), ("serve", "pit")),
-    *(
-        ("certify", "paper/missed"),
-        ("bench", *RUN[1:5], "--dt", "1/60", "--budget", "5", "-o", "OUT"),
-        ("play", "--out", "OUT.html", "-e", "none", "--no-open"),
-    ),
-    *(
-        ("scenes", "paper/missed", "--save", "OUT.toml"),
-        ("import", "OUT.pkl"),
-        ("diff", "OUT", "OUT"),
-        ("report", "OUT"),
-    ),
+    *(("certify", "paper/missed"), ("bench", *RUN[1:5], "--dt", "1/60", "--budget", "5", "-o", "OUT")),
+    ("play", "--out", "OUT.html", "-e", "none", "--no-open"),
+    *(("scenes", "paper/missed", "--save", "OUT.toml"), ("import", "OUT.pkl"), ("diff", "OUT", "OUT")),
+    ("report", "OUT"),
 )
 #: Environments: an empty value takes the variable away.
 ENVIRONMENTS: tuple[dict[str, str], ...] = (
-    *(
-        {"HOME": ""},
-        {"HOME": "/nowhere"},
-        {"TMPDIR": "/nowhere"},
-        {"TMPDIR": "/proc"},
-        {"PATH": ""},
-        {"PATH": "/nowhere"},
-    ),
+    *({"HOME": ""}, {"HOME": "/nowhere"}, {"TMPDIR": "/nowhere"}, {"TMPDIR": "/proc"}, {"PATH": ""}),
+    {"PATH": "/nowhere"},
     *({"COLUMNS": value} for value in ("0", "-1", "1", "99999999999", "abc")),
     *({"LC_ALL": value, "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"} for value in ("C", "xx_YY.UTF-8", "POSIX")),
     *({"PYTHONIOENCODING": value} for value in ("ascii", "latin-1", "utf-16", "cp1252:strict")),
-    *(
-        {"TERM": "dumb"},
-        {"TERM": ""},
-        {"NO_COLOR": "1"},
-        {"FORCE_COLOR": "1"},
-        {"PYTHONOPTIMIZE": "2"},
-        {"TZ": "../../x"},
-    ),
-    *(
-        {"XDG_CACHE_HOME": "/proc"},
-        {"CAROM_ENGINES": "relative"},
-        {"CAROM_ENGINES": "/nowhere"},
-        {"CAROM_ENGINES": "/dev/zero"},
-    ),
-    *(
-        {"OMP_NUM_THREADS": "x"},
-        {"PYTHONDEVMODE": "1"},
-        {"PYTHONWARNINGS": "error::ResourceWarning"},
-        {"PYTHONHASHSEED": "0"},
-    ),
+    *({"TERM": "dumb"}, {"TERM": ""}, {"NO_COLOR": "1"}, {"FORCE_COLOR": "1"}, {"PYTHONOPTIMIZE": "2"}),
+    {"TZ": "../../x"},
+    *({"XDG_CACHE_HOME": "/proc"}, {"CAROM_ENGINES": "relative"}, {"CAROM_ENGINES": "/nowhere"}),
+    {"CAROM_ENGINES": "/dev/zero"},
+    *({"OMP_NUM_THREADS": "x"}, {"PYTHONDEVMODE": "1"}, {"PYTHONWARNINGS": "error::ResourceWarning"}),
+    {"PYTHONHASHSEED": "0"},
 )
 #: Arguments that are no text in UTF-8, or control a terminal.
 BYTES = (
-    b"\xff",
-    b"\xff\xfe.toml",
-    b"a\x80b.json",
-    b"\xed\xa0\x80",
-    b"\x1b[31m.toml",
-    b"\n",
-    b"a" * 300,
-    b"\xe2\x80\xae.toml",
+    *(b"\xff", b"\xff\xfe.toml", b"a\x80b.json", b"\xed\xa0\x80"),
+    *(b"\x1b[31m.toml", b"\n", b"a" * 300, b"\xe2\x80\xae.toml"),
 )
 #: Exit codes that `carom --help` names.
 CODES = range(5)
@@ -149,9 +116,8 @@ def _change_environment(rng: Random, work: Path) -> str:
     words, changed = _draw_command(rng, work), rng.choice(ENVIRONMENTS)
     environment = {name: value for name, value in {**os.environ, **changed}.items() if value}
     done = _run_carom(words, work, env=environment)
-    return (
-        "" if "FORCE_COLOR" in changed and b"Traceback" not in done.stderr else _find_loss(done, f"{words}, {changed}")
-    )
+    coloured = "FORCE_COLOR" in changed and b"Traceback" not in done.stderr
+    return "" if coloured else _find_loss(done, f"{words}, {changed}")
 
 
 def _remove_folder(rng: Random, work: Path) -> str:
@@ -165,21 +131,9 @@ def _remove_folder(rng: Random, work: Path) -> str:
 def _run_two_at_once(rng: Random, work: Path) -> str:
     """Have two commands write into one folder; then it has the files of one of them, whole."""
     what = rng.choice((("run", "--report"), ("bench", "-o"), ("run", "--report")))
-    commands = [
-        [
-            sys.executable,
-            "-m",
-            "carom",
-            what[0],
-            *RUN[1:5],
-            *(RUN[5:7] if what[0] == "run" else ("--budget", "5")),
-            "--dt",
-            dt,
-            what[1],
-            str(work / "out"),
-        ]
-        for dt in ("1/60", rng.choice(("1/60", "1/30")))
-    ]
+    options = [*RUN[1:5], *(RUN[5:7] if what[0] == "run" else ("--budget", "5")), what[1], str(work / "out")]
+    steps = ("1/60", rng.choice(("1/60", "1/30")))
+    commands = [[sys.executable, "-m", "carom", what[0], *options, "--dt", dt] for dt in steps]
     both = [subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE) for words in commands]
     ends = []
     for one in both:
@@ -200,10 +154,8 @@ def _can_mount() -> bool:
     """Whether this user may mount something in a namespace of its own."""
     if shutil.which("unshare") is None:
         return False
-    done = subprocess.run(
-        ["unshare", "-rm", "mount", "-t", "tmpfs", "tmpfs", tempfile.gettempdir()], capture_output=True, check=False
-    )
-    return done.returncode == 0
+    command = ["unshare", "-rm", "mount", "-t", "tmpfs", "tmpfs", tempfile.gettempdir()]
+    return subprocess.run(command, capture_output=True, check=False).returncode == 0
 
 
 def _mount_command(script: str) -> tuple[str, ...]:
@@ -215,10 +167,9 @@ def _mount_read_only(rng: Random, work: Path) -> str:
     """Make the install, or all of the disk, read-only."""
     words = _draw_command(rng, work)
     root = rng.choice((Path(__file__).parents[2], Path(sys.prefix), Path("/")))
-    mount = f'mount --bind "{root}" "{root}" && mount -o remount,bind,ro "{root}"'
-    done = _run_carom(
-        words, Path("/"), before=_mount_command(mount if root != Path("/") else "mount -o remount,bind,ro /")
-    )
+    bind = f'mount --bind "{root}" "{root}" && ' if root != Path("/") else ""
+    before = _mount_command(f'{bind}mount -o remount,bind,ro "{root}"')
+    done = _run_carom(words, Path("/"), before=before)
     return _find_loss(done, f"{words}, with {root} read-only")
 
 

@@ -31,10 +31,8 @@ LIMIT_S = 30.0
 PARTS = (
     *(b"<include file='/etc/passwd'/>", b"<asset><mesh name='m' file='/dev/zero'/></asset>", b"<body>" * 2000),
     *(b"<size memory='1000G'/>", b"<compiler meshdir='/'/>", b"<option timestep='0'/>", b"<option gravity='nan 0 0'/>"),
-    *(
-        b"<worldbody><geom type='sphere' size='1e300'/></worldbody>",
-        b"<custom><text name='a' data='\x1b[31m'/></custom>",
-    ),
+    b"<worldbody><geom type='sphere' size='1e300'/></worldbody>",
+    b"<custom><text name='a' data='\x1b[31m'/></custom>",
     *(b"<extension><plugin plugin='mujoco.pid'/></extension>", b"<keyframe><key qpos='1'/></keyframe>"),
     b"<worldbody><replicate count='1000000000' offset='1 0 0'><geom size='.1'/></replicate></worldbody>",
     b"<worldbody><frame><include file='x.xml'/></frame></worldbody>",

@@ -17,18 +17,8 @@ from carom.studies.bench.options import BenchPlan
 from carom.studies.bench.run import measure_work_precision
 
 GARBAGE = [
-    b"\0" * 100,
-    b"{",
-    b"[" * 10**5,
-    b'{"key":' * 10**4,
-    b"null",
-    b'""',
-    b"\xff\xfe",
-    b"\n\n",
-    b"\r",
-    b"{}",
-    b"1e999",
-    b"\x1b[31m",
+    *(b"\0" * 100, b"{", b"[" * 10**5, b'{"key":' * 10**4, b"null", b'""'),
+    *(b"\xff\xfe", b"\n\n", b"\r", b"{}", b"1e999", b"\x1b[31m"),
 ]
 
 
@@ -61,9 +51,8 @@ def attack_by_cuts(rng: Random, folder: Path) -> Iterator[str]:
             expected = every[: max(0, whole[:size].count(b"\n") - 1)]
             try:
                 found = _read_entries(path)
-                held = found == expected and (
-                    not expected or path.read_bytes() == whole[: whole[:size].rfind(b"\n") + 1]
-                )
+                kept = whole[: whole[:size].rfind(b"\n") + 1]
+                held = found == expected and (not expected or path.read_bytes() == kept)
             except InputError as error:
                 held, found = False, [str(error)]
             yield "" if held else f"cut at byte {size}: {len(found)} of {len(expected)} entries: {found[:1]}"

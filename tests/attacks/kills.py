@@ -37,11 +37,8 @@ def _read_bench(folder: Path) -> Any:
 def _read_timed_bench(folder: Path) -> Any:
     """Return what a bench has scored, and what it has timed, without the times."""
     timings = [json.loads(line) for line in (folder / "timings.jsonl").read_text().splitlines()[1:]]
-    return [
-        _read_bench(folder),
-        *sorted(json.dumps(one["key"], sort_keys=True) for one in timings),
-        (folder / "bench.json").exists(),
-    ]
+    keys = sorted(json.dumps(one["key"], sort_keys=True) for one in timings)
+    return [_read_bench(folder), *keys, (folder / "bench.json").exists()]
 
 
 def _read_stress(folder: Path) -> Any:
@@ -75,27 +72,15 @@ def _read_comparison(folder: Path) -> Any:
 #: Where the output of a command goes, in its folder.
 SAID = "printed.txt"
 #: By name: the command, the option of its folder, and what must be equal. What has no journal begins again.
-WORK: dict[str, tuple[tuple[str, ...], str, Callable[[Path], Any]]] = {
-    "run": (
-        ("run", "paper/late", "-e", "pit", "-e", "pic", "--no-timing", "--fail-on", "never"),
-        "--report",
-        _read_cross_check,
-    ),
-    "bench": (
-        ("bench", "paper/late", "-e", "pit", "-e", "pic", "--no-timing", "--dt", "1/60..1/4000:12"),
-        "--out",
-        _read_bench,
-    ),
-    "timing": (
-        ("bench", "paper/late", "-e", "pit", "--dt", "1/60", "--rounds", "3", "--budget", "1e5"),
-        "--out",
-        _read_timed_bench,
-    ),
-    "stress": (("stress", "tunnelling", "-e", "pit", "--quick"), "--out", _read_stress),
-    "tune": (("tune", "pymunk", "paper/late", "--trials", "6"), "--out", _read_tuning),
-    "advise": (("advise", "paper/late", "-e", "pit", "--phases", "2", "--budget", "20000"), "", _read_output),
-    "certify": (("certify", "paper/late", "classics/bank-shot", "--digits", "30"), "--out", _read_certified),
-    "diff": (("diff", "old", "new", "--engine", "pymunk=box2d", "--fail-on", "never"), "--page", _read_comparison),
+WORK: dict[str, tuple[str, str, Callable[[Path], Any]]] = {
+    "run": ("run paper/late -e pit -e pic --no-timing --fail-on never", "--report", _read_cross_check),
+    "bench": ("bench paper/late -e pit -e pic --no-timing --dt 1/60..1/4000:12", "--out", _read_bench),
+    "timing": ("bench paper/late -e pit --dt 1/60 --rounds 3 --budget 1e5", "--out", _read_timed_bench),
+    "stress": ("stress tunnelling -e pit --quick", "--out", _read_stress),
+    "tune": ("tune pymunk paper/late --trials 6", "--out", _read_tuning),
+    "advise": ("advise paper/late -e pit --phases 2 --budget 20000", "", _read_output),
+    "certify": ("certify paper/late classics/bank-shot --digits 30", "--out", _read_certified),
+    "diff": ("diff old new --engine pymunk=box2d --fail-on never", "--page", _read_comparison),
 }
 #: Those that go on with what is there.
 RESUMED = ("run", "bench", "timing", "stress", "tune")
@@ -140,7 +125,7 @@ def _run_work(
 ) -> subprocess.CompletedProcess[str]:
     """Do a piece of work into a folder, or go on with it."""
     command, option, _ = WORK[name]
-    words = [str(folder / word) if name == "diff" and word in REPORTS else word for word in command]
+    words = [str(folder / word) if name == "diff" and word in REPORTS else word for word in command.split()]
     if name == "diff":
         words += [option, str(out / "page.html")]
     elif option:
@@ -163,9 +148,8 @@ def run_carom(
     name, _, value = MARK.partition("=")
     environment = {**os.environ, name: value, "TMPDIR": str(folder / "temporary")}
     with Path(os.devnull if said is None else said).open("w") as out:
-        process = subprocess.Popen(
-            [sys.executable, "-m", "carom", *arguments], env=environment, stdout=out, stderr=subprocess.PIPE, text=True
-        )
+        command = [sys.executable, "-m", "carom", *arguments]
+        process = subprocess.Popen(command, env=environment, stdout=out, stderr=subprocess.PIPE, text=True)
         try:
             _, told = process.communicate(timeout=LONGEST_S if kill_after_s is None else kill_after_s)
         except subprocess.TimeoutExpired:

@@ -43,9 +43,8 @@ class _Client:
 
     def is_whole(self, folder: Path) -> bool:
         """Whether a folder has all files of a release."""
-        return all(
-            (folder / name).exists() and (folder / name).read_bytes() == one for name, one in self._files.items()
-        )
+        files = ((folder / name, content) for name, content in self._files.items())
+        return all(file.exists() and file.read_bytes() == content for file, content in files)
 
 
 def attack(rng: Random, folder: Path) -> Iterator[str]:

@@ -31,18 +31,8 @@ LIMIT_S = 120.0
 #: Parts of names that would end an element, a comment or an attribute, fill a mark, or be a property of all objects.
 NAMES = (
     *("</script><script>alert(1)</script>", "-->", "<!--", "<![CDATA[", "]]>", '"><img src=x onerror=alert(1)>', "'"),
-    *(
-        "@policy@",
-        "@loader@",
-        "@scenes@",
-        r"\1",
-        r"\g<0>",
-        "&lt;script&gt;",
-        "&#0;",
-        "${1}",
-        "`",
-        "javascript:alert(1)",
-    ),
+    *("@policy@", "@loader@", "@scenes@", r"\1", r"\g<0>"),
+    *("&lt;script&gt;", "&#0;", "${1}", "`", "javascript:alert(1)"),
     *("__proto__", "constructor", "toString", "hasOwnProperty", "5", "-0", "2=", "1=W10", "#", "%", "%zz", "a b"),
     *("\u202eabc", "\u2028", "\ufeff", "\u00e9", "e\u0301", "\U0001f3b1", "\ud800", "a" * 200, "paper/missed"),
 )
@@ -156,30 +146,11 @@ _LINK: list[Any] = [
     [[-1, 0.1, 2, 0, 0.5, 1, 0, 0.5], [1, 0, 0, 0, 0.5, "inf", 0, "inf"], [5, 0, -1, 0, 0.5, "inf", 0, 0.5, True]],
     [
         [[0, -3], [0, 1], *[None] * 12],
-        [
-            None,
-            None,
-            [[-3, -2], [3, -2], [4, 2]],
-            [0.5, 0],
-            None,
-            None,
-            None,
-            None,
-            0.1,
-            0.5,
-            0.1,
-            [0.1, 0],
-            None,
-            None,
-        ],
+        [None, None, [[-3, -2], [3, -2], [4, 2]], [0.5, 0], *[None] * 4, 0.1, 0.5, 0.1, [0.1, 0], None, None],
         [*[None] * 6, [0, 5], 1, None, None, None, None, 0.5, _LEGS],
     ],
     [1, 0.9, 0.1, 0.2, 0, 0, 0, 0, 0],
-    [0, -1],
-    5,
-    60,
-    0.25,
-    "pit",
+    *([0, -1], 5, 60, 0.25, "pit"),
 ]
 
 

@@ -30,48 +30,24 @@ LIMIT_S = 20.0
 SCENE = Scene(name="one", discs=[Disc(position_m=(0.0, 0.0), radius_m=1.0)], duration_s=0.5)
 #: What a program may do instead of an answer, or to one. Each is a line before `print(json.dumps(answer), ...)`.
 ACTS = (
-    *(
-        "sys.exit(0)",
-        "sys.exit(3)",
-        "import os; os.abort()",
-        "import os; os.kill(os.getpid(), 9)",
-        "raise ValueError('x' * 10**6)",
-    ),
-    *(
-        "print('hello')",
-        "print('{}')",
-        "print('null')",
-        "print('[' * 10**6)",
-        "sys.stdout.write('x' * 10**7)",
-        "print()",
-    ),
-    *(
-        "sys.stdout.buffer.write(b'\\xff\\xfe\\n')",
-        "sys.stdout.close()",
-        "sys.stdin.close()",
-        "sys.stderr.write('\\x1b[31m' * 10**5)",
-    ),
-    *(
-        "print(json.dumps(answer))",
-        "print(json.dumps({'error': {'kind': 'refused', 'message': '\\x1b[31m\\u202e' * 999}}))",
-    ),
+    *("sys.exit(0)", "sys.exit(3)", "import os; os.abort()", "import os; os.kill(os.getpid(), 9)"),
+    "raise ValueError('x' * 10**6)",
+    *("print('hello')", "print('{}')", "print('null')", "print('[' * 10**6)", "sys.stdout.write('x' * 10**7)"),
+    "print()",
+    *("sys.stdout.buffer.write(b'\\xff\\xfe\\n')", "sys.stdout.close()", "sys.stdin.close()"),
+    "sys.stderr.write('\\x1b[31m' * 10**5)",
+    "print(json.dumps(answer))",
+    "print(json.dumps({'error': {'kind': 'refused', 'message': '\\x1b[31m\\u202e' * 999}}))",
     *("import os; os.close(1)", "import os; os.close(0)", "import os; os.fork()", "import time; time.sleep(3600)"),
-    *(
-        "answer = [answer]",
-        "answer = None",
-        "answer['error'] = 5",
-        "answer['error'] = {'message': None}",
-        "answer = {'error': {}}",
-    ),
+    *("answer = [answer]", "answer = None", "answer['error'] = 5", "answer['error'] = {'message': None}"),
+    "answer = {'error': {}}",
 )
 #: What replaces a value of an answer.
 VALUES = (
     *("None", "True", "-1", "0", "1e308", "float('nan')", "float('inf')", "'inf'", "''", "'x' * 10**6", "[]", "[[]]"),
     *("{}", "10**400", "[[0, 0]] * 10**5", "[None]", "[['0', 0]]", "[[1e308, 1e308]]", "[[0, 0], [0, 0]]", "2**63"),
-    *(
-        "[{'first': 0, 'second': 5, 'time_s': 0, 'normal': [1, 0]}]",
-        "[{'first': 0, 'second': 0, 'time_s': 0, 'normal': [0, 0]}]",
-    ),
+    "[{'first': 0, 'second': 5, 'time_s': 0, 'normal': [1, 0]}]",
+    "[{'first': 0, 'second': 0, 'time_s': 0, 'normal': [0, 0]}]",
 )
 FIELDS = (
     *("protocol", "version", "world", "settings", "seconds", "position_m", "velocity_m_s", "spin_rad_s", "contacts"),
@@ -102,9 +78,8 @@ def _try_program(rng: Random, folder: Path) -> str:
             LocalPool(2, LIMIT_S, memory_limit_mb=1500) as pool,
         ):
             limit_only(patch, "toy")
-            results = cross_check(
-                [SCENE], ["pit", str(manifest)], dts=[0.1], profiles=["tuned"], timing=False, pool=pool
-            )
+            engines = ["pit", str(manifest)]
+            results = cross_check([SCENE], engines, dts=[0.1], profiles=["tuned"], timing=False, pool=pool)
             rows = {row.job.engine: row for row in results.rows}
             text = format_records(results)
     except HangError:

@@ -32,11 +32,8 @@ def attack(rng: Random, folder: Path) -> Iterator[str]:
         claim(out, "bench")
         found = {path.name: path.read_bytes() for path in out.iterdir() if path.name != MARKER}
         expected = (old, {**old, **new})
-        yield (
-            ""
-            if found in expected
-            else f"killed at call {number}: {sorted(found)} is neither the old nor the new report"
-        )
+        lost = f"killed at call {number}: {sorted(found)} is neither the old nor the new report"
+        yield "" if found in expected else lost
 
 
 def _draw_names(rng: Random) -> list[str]:

@@ -23,25 +23,8 @@ from carom.studies.diff.document import build_diff_document
 
 #: What JSON can hold in the place of a value.
 PIECES: tuple[Any, ...] = (
-    *(
-        None,
-        True,
-        False,
-        0,
-        -1,
-        5,
-        10**20,
-        10**400,
-        0.0,
-        -0.5,
-        5e-324,
-        1e308,
-        float("nan"),
-        float("inf"),
-        "",
-        "x",
-        "inf",
-    ),
+    *(None, True, False, 0, -1, 5, 10**20, 10**400, 0.0, -0.5, 5e-324, 1e308, float("nan"), float("inf"), "", "x"),
+    "inf",
     *("\x1b[31m", "ran", "wrong", [], [[]], [1], ["a"], {}, {"a": []}, {"": None}, [{"verdict": "x"}], "9" * 400),
 )
 
@@ -75,11 +58,8 @@ def results(rng: Random, folder: Path) -> Iterator[str]:
 
         def compared() -> str:
             old, new = rng.sample([sound, path], 2)
-            return (
-                ""
-                if render_markdown(build_diff_document(compare_records(old, new), str(old), str(new)))
-                else "nothing is said"
-            )
+            document = build_diff_document(compare_records(old, new), str(old), str(new))
+            return "" if render_markdown(document) else "nothing is said"
 
         yield try_act(compared, "results.jsonl", "no cell was run")
 

@@ -67,10 +67,9 @@ MOVING = [_disc(0.0, 0.0, velocity_m_s=[3.0, 2.0]), _disc(2.0, 0.5, velocity_m_s
 def _polygon(rng: Random, *, points: int = 100_000) -> dict[str, Any]:
     """Return discs in a polygon, round or ragged, with the given number of corners."""
     depth = rng.choice((0.0, 1e-4, 0.5))
+    far = [9 + depth * (k % 2) for k in range(points)]
     angles = [math.tau * k / points for k in range(points)]
-    corners = [
-        [(9 + depth * (k % 2)) * math.cos(one), (9 + depth * (k % 2)) * math.sin(one)] for k, one in enumerate(angles)
-    ]
+    corners = [[r * math.cos(angle), r * math.sin(angle)] for r, angle in zip(far, angles, strict=True)]
     return {"discs": MOVING, "walls": [{"points_m": corners, "closed": True, "half_width_m": rng.choice((0.0, 0.1))}]}
 
 
@@ -78,13 +77,8 @@ def _stairs(rng: Random) -> dict[str, Any]:
     """Return discs above chains of 1e5 points in all, with arcs."""
     chains = rng.choice((1, 10, 1000))
     points = 100_000 // chains
-    walls = [
-        {
-            "points_m": [[0.01 * i, -5.0 - 3.0 * k + 0.5 * (i % 2)] for i in range(points)],
-            "bulges": [0.2] * (points - 1),
-        }
-        for k in range(chains)
-    ]
+    steps = [[[0.01 * i, -5.0 - 3.0 * k + 0.5 * (i % 2)] for i in range(points)] for k in range(chains)]
+    walls = [{"points_m": corners, "bulges": [0.2] * (points - 1)} for corners in steps]
     return {"discs": MOVING, "walls": walls, "gravity_m_s2": [0.0, -9.8]}
 
 
@@ -107,10 +101,8 @@ def _walls(rng: Random) -> dict[str, Any]:
     count = rng.choice((1000, 1001, 20_000))
     angles = [math.tau * k / count for k in range(count)]
     if rng.random() < 0.5:
-        walls: list[dict[str, Any]] = [
-            {"point_m": [9 * math.cos(one), 9 * math.sin(one)], "normal": [-math.cos(one), -math.sin(one)]}
-            for one in angles
-        ]
+        inwards = [(-math.cos(angle), -math.sin(angle)) for angle in angles]
+        walls: list[dict[str, Any]] = [{"point_m": [-9 * nx, -9 * ny], "normal": [nx, ny]} for nx, ny in inwards]
     else:
         walls = [{"centre_m": [5.0 + 0.01 * k, 3.0], "radius_m": 0.001} for k in range(count)]
     return {"discs": MOVING, "walls": walls}

@@ -18,36 +18,20 @@ from tests.fake_clock import Clock
 from carom.engines.registry import list_adapter_points
 
 #: Tries of those that take milliseconds each; of the others one or two.
-QUICK = {
-    "scenes": 5,
-    "known-failures": 10,
-    "journal-cuts": 5,
-    "journal-garbage": 5,
-    "reports": 1,
-    "wild-numbers": 1,
-    "journal-types": 8,
-    "results": 1,
-    "clocks": 1,
-    "imports": 5,
-    "overlays": 2,
-}
+QUICK = {"scenes": 5, "known-failures": 10, "journal-cuts": 5, "journal-garbage": 5, "journal-types": 8, "results": 1}
+QUICK |= {"reports": 1, "wild-numbers": 1, "clocks": 1, "imports": 5, "overlays": 2}
 SLOW = {"options": 8, "kills": 3, "clusters": 2, "disks": 2, "programs": 20, "play": 10, "sizes": 2, "surroundings": 5}
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="processes and limits are Linux's")
 @each("name, tries", [*QUICK.items(), *(pytest.param(*one, marks=pytest.mark.release) for one in SLOW.items())])
 def test_short_attacks_lose_nothing(name: str, tries: int, tmp_path: Path) -> None:
-    r"""A few tries of each attack, always from the same seeds, find no loss.
-
-    They leave no adapter and no import path to later tests.
-    """
+    """A few tries of each attack, always from the same seeds, find no loss and leave no adapter behind."""
     if name == "clusters" and importlib.util.find_spec("distributed") is None:
         pytest.skip("distributed, extra cluster, is missing")
     known, path = set(list_adapter_points()), [*sys.path]
     assert [*islice(campaign.ATTACKS[name].tries(Random(name), tmp_path), tries)] == [""] * tries
-    assert (set(list_adapter_points()), sys.path) == (known, path), (
-        "an attack must leave no adapter to the tests after it"
-    )
+    assert (set(list_adapter_points()), sys.path) == (known, path), "an attack leaves an adapter to the tests after it"
 
 
 def test_every_attack_has_a_short_form() -> None:

@@ -148,17 +148,13 @@ def test_cell_links_to_its_evidence(window: Window, pages: dict[str, Path]) -> N
     opened.locator("table.grid td a[href='#tunnelling/pit/tuned']").click()
     row = opened.locator("tr:has(:target)")
     row.wait_for(state="visible")
-    text = row.inner_text()
-    assert "carom run scenes/tunnelling-pit-tuned.toml -e pit -p tuned" in text
+    assert "carom run scenes/tunnelling-pit-tuned.toml -e pit -p tuned" in row.inner_text()
     assert row.locator("a[href='scenes/tunnelling-pit-tuned.toml']").count() == 1
 
 
 @pytest.mark.parametrize("width", [360, 768, 1280])
 def test_page_fits_the_window_width(window: Window, path: Path, width: int) -> None:
-    r"""Nothing is wider than the window at 360, 768 and 1280 pixels; wider content scrolls in its own frame.
-
-    At 360 pixels the numbers shown for a point also fit.
-    """
+    """At 360, 768 and 1280 pixels nothing is wider than the window; wider content scrolls in its frame."""
     opened = window(path, width=width, height=800)
     assert opened.evaluate("document.documentElement.scrollWidth") <= width
     if width == 360 and path.parent.name == "bench":

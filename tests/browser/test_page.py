@@ -25,10 +25,7 @@ def test_page_fits_the_window_width(window: Window, wide_report: Path, width: in
 
 
 def test_ranking_of_four_engines_fits_the_first_screen(window: Window, wide_report: Path) -> None:
-    r"""At 1,280 pixels the ranking of PIT and four engines with three profiles fits above 900 pixels, uncut.
-
-    Rows are sorted by the number of exact and close grades, and a click on the last part of a bar opens a replay.
-    """
+    """At 1,280 pixels the sorted ranking of 13 methods fits above 900 pixels, and a bar opens a replay."""
     page = window(wide_report)
     frame = page.locator(".scroll", has=page.locator("table.methods"))
     assert frame.evaluate("frame => frame.scrollWidth - frame.clientWidth") == 0
@@ -62,10 +59,7 @@ def test_bar_parts_match_the_number_of_scenes(window: Window, wide_report: Path)
 
 
 def test_profile_switch_filters_both_tables(window: Window, wide_report: Path) -> None:
-    r"""Choosing a profile shows its rows and columns only, and those of PIC and PIT, in both tables.
-
-    The switch above the ranking and the filter follow each other. Without scripts all rows are shown.
-    """
+    """Choosing a profile, or the filter, shows its rows and columns and Carom's; without scripts all show."""
     page = window(wide_report)
     switch, beside = page.locator("fieldset.switch"), page.locator(".filters").get_by_label("profile")
     assert switch.get_by_label("default").is_checked()  # as shipped, where a report has it
@@ -95,10 +89,7 @@ def test_profile_switch_filters_both_tables(window: Window, wide_report: Path) -
 
 @pytest.mark.parametrize("name", ["methods", "grid"])
 def test_phone_shows_every_cell_with_its_heading(window: Window, wide_report: Path, name: str) -> None:
-    r"""At 360 pixels no cell of the ranking and of the scenes leaves the window, and no text is cut.
-
-    Each cell has its column's heading.
-    """
+    """At 360 pixels every cell of ranking and scenes is in the window, uncut, with its column's heading."""
     page = window(wide_report, width=360, height=740)
     page.locator("fieldset.switch").get_by_label("all").check()
     cells = page.locator(f"table.{name} tbody td:visible")
@@ -116,10 +107,7 @@ def test_phone_shows_every_cell_with_its_heading(window: Window, wide_report: Pa
 
 
 def test_first_screen_explains_the_comparison(window: Window, wide_report: Path) -> None:
-    r"""The first screen explains PIC, PIT and what goes wrong; its link opens a replay with a missed impact.
-
-    The finding is set in bold, and the counts are not.
-    """
+    """The first screen explains PIC, PIT and, in bold, what goes wrong; its link opens a missed impact."""
     page = window(wide_report)
     said = page.locator("header .about").inner_text()
     assert all(word in said for word in ("once per step", "PIT", "PIC", "late"))
@@ -133,8 +121,7 @@ def test_first_screen_explains_the_comparison(window: Window, wide_report: Path)
 def test_texts_of_the_first_chart_do_not_overlap(window: Window, wide_report: Path) -> None:
     """No two texts of the chart of sampling costs overlap, at 360 and 1280 pixels."""
     for width in (360, 1280):
-        page = window(wide_report, width=width)
-        texts = page.locator(".charts svg:visible").first.locator("text")
+        texts = window(wide_report, width=width).locator(".charts svg:visible").first.locator("text")
         boxes = texts.evaluate_all(
             "all => all.map(one => one.getBoundingClientRect()).map(b => [b.x, b.y, b.right, b.bottom])"
         )
@@ -202,8 +189,7 @@ def test_packed_table_has_every_record_when_opened(page: Page, report: Path) -> 
     details.locator("summary").click()
     details.locator("tbody tr").first.wait_for()
     _, lines = read_records(report.parent / "results.jsonl")
-    scenes = details.locator("tbody th").all_inner_texts()
-    assert scenes == [escape_controls(line.scene) for line in lines]
+    assert details.locator("tbody th").all_inner_texts() == [escape_controls(line.scene) for line in lines]
     grades = details.locator("tbody tr td:nth-child(5)").all_inner_texts()
     said = [parse_mark(line.status, line.grade, line.float_bits) for line in lines]
     assert grades == [f"{mark.symbol} {mark.word}" for mark in said]

@@ -112,10 +112,7 @@ def _set_slider(page: Page, label: str, value: float) -> None:
 
 
 def test_mouse_drags_a_disc_and_its_velocity(play_page: Path, open_page: Window) -> None:
-    r"""Dragging the centre changes only the position, and the arrow's head only the velocity of a disc.
-
-    The result below the picture is updated.
-    """
+    """Dragging the centre moves a disc, and the arrow's head changes its velocity; the result follows."""
     page = open_page(play_page)
     before, said = _state(page)["discs"][1], page.inner_text(".says")
     _drag(page, page.evaluate("caromPage.spot(1)"), (0, -30))
@@ -268,10 +265,7 @@ HOSTILE = {
 
 @pytest.mark.parametrize("case", [*HOSTILE, "version", "noise"])
 def test_invalid_link_is_refused(case: str, play_page: Path, open_page: Window) -> None:
-    r"""A link with text, missing or out-of-range numbers is refused with a message, and nothing in it runs.
-
-    The page shows its first scene.
-    """
+    """A link with invalid numbers is refused with a message; nothing in it runs, and the first scene shows."""
     link = {"version": "#3=W10", "noise": "#2=%00<b>"}.get(case) or _encode_link(HOSTILE[case])
     page = open_page(play_page, link)
     assert "does not contain a valid scene" in page.inner_text("#problem")
@@ -304,11 +298,7 @@ def test_downloaded_scene_reproduces_the_impacts_of_the_page(
 
 
 def test_damped_discs_follow_the_closed_form(play_page: Path, open_page: Window) -> None:
-    r"""Before its impact a damped disc is at x + v (1 - exp(-c t))/c.
-
-    The misses of PIT in the chart follow from how long the discs approach in overlap. Switching gravity on removes
-    the damping.
-    """
+    """A damped disc is at x + v (1 - exp(-c t))/c, PIT's misses follow, and gravity removes the damping."""
     page = open_page(play_page, "#paper/missed")
     _set_slider(page, "damping", 1.0)
     met_s = _state(page, "truth.impacts[0].time_s")
@@ -333,10 +323,7 @@ def test_damped_discs_follow_the_closed_form(play_page: Path, open_page: Window)
 
 
 def test_page_fits_a_phone_and_has_a_strict_policy(play_page: Path, open_page: Window) -> None:
-    r"""At 360 pixels nothing is wider than the window, in light and dark mode.
-
-    The page has a text for disabled scripts, and a policy that allows its scripts by hash, without eval.
-    """
+    """At 360 pixels nothing is too wide; scripts are allowed by hash alone, and the page works without them."""
     for scheme in ("light", "dark"):
         page = open_page(play_page, width=360, height=740, color_scheme=scheme)
         assert page.evaluate("document.documentElement.scrollWidth") <= 360
@@ -465,10 +452,7 @@ def test_engine_without_friction_does_not_run_rough_scenes(engines_page: Path, o
 
 
 def test_every_method_runs_when_chosen(engines_page: Path, open_page: Window) -> None:
-    r"""Each method of the list runs when it is chosen.
-
-    The page with two engines is smaller than 200 kB.
-    """
+    """Each method of the list runs when chosen, and the page with two engines is smaller than 200 kB."""
     page = open_page(engines_page)
     page.evaluate("console.warn = () => {}")
     options = page.locator("#method option").all()
@@ -483,10 +467,7 @@ def test_every_method_runs_when_chosen(engines_page: Path, open_page: Window) ->
 
 
 def test_walkthrough_matches_the_page(browser: Browser) -> None:
-    r"""The numbers and sentences of the documented first steps are those that the page shows.
-
-    The pictures of the steps exist.
-    """
+    """The numbers and sentences of the documented first steps are the page's, and their pictures exist."""
     text = walkthrough.DOCUMENT.read_text(encoding="utf-8")
     assert walkthrough.told(browser) == text.partition(walkthrough.BEGIN)[2].partition(walkthrough.END)[0]
     assert all(walkthrough.picture(name).is_file() for name in ("missed", "found"))

@@ -127,10 +127,7 @@ def test_every_control_works_in_chromium(window: Window, tmp_path: Path) -> None
 
 
 def test_every_control_works_in_firefox(firefox: Firefox, tmp_path: Path) -> None:  # noqa: F811 - the fixture
-    r"""`CONTROLS` lists all controls of the play page, and each changes the page in Firefox.
-
-    The mouse drags a disc and its arrow.
-    """
+    """`CONTROLS` lists all controls, and each, as the mouse on a disc and its arrow, works in Firefox."""
     firefox.ask("WebDriver:Navigate", url=_write_page(tmp_path).as_uri())
     until = time.monotonic() + PATIENT_S
     while not firefox.run("() => document.getElementById('sentence')?.textContent ?? ''"):

@@ -122,10 +122,7 @@ def _open_in_both(firefox: Firefox, browser: Browser, path: Path) -> Page:
 
 
 def test_firefox_and_chromium_give_the_same_bits(firefox: Firefox, browser: Browser, tmp_path: Path) -> None:
-    r"""Impacts and final states of PIC and PIT in every catalogue scene are the same in both browsers, to the bit.
-
-    Scenes that are not ported to JavaScript are refused in both.
-    """
+    """PIC and PIT give the same bits in both browsers, and refuse the same scenes."""
     path = tmp_path / "play.html"
     path.write_text(render_page([all_scenes()[name].scene for name in GALLERY]), encoding="utf-8")
     page = _open_in_both(firefox, browser, path)
@@ -142,10 +139,7 @@ def test_firefox_and_chromium_give_the_same_bits(firefox: Firefox, browser: Brow
 
 
 def test_engines_give_the_same_digits_in_both_browsers(firefox: Firefox, browser: Browser, tmp_path: Path) -> None:
-    r"""Positions, velocities and contacts of each engine are equal in Firefox and Chromium.
-
-    The number of runs is the one in docs/play.md.
-    """
+    """Each engine gives the same digits in both browsers, in the number of runs that docs/play.md states."""
     engines = load_page_engines(PACKAGES, required=False)
     if len(engines) < len(PACKAGES):
         pytest.skip("the engines from npm are not installed: make engines")

@@ -138,10 +138,7 @@ def test_both_pictures_and_the_timeline_are_visible(window: Window, report: Path
 
 
 def test_replay_shows_the_evidence_of_a_missed_impact(page: Page) -> None:
-    r"""A missed impact is in the table with its cause, and clicking it sets the clock to it.
-
-    Command and scene file can be copied.
-    """
+    """A missed impact is in the table with its cause and sets the clock; command and scene can be copied."""
     open_replay(page, MISSED)
     row = page.locator("table.impacts tbody tr")
     assert "missed" in row.inner_text()
@@ -245,18 +242,14 @@ def test_replay_pauses_at_a_missed_impact_and_goes_on(page: Page, report: Path) 
     moment = row["true"] + data["meetings"][row["at"]][2] / 2
     page.keyboard.press("Home")
     page.keyboard.press(" ")
-    seen = page.evaluate(HELD)
-    assert seen[-1] == pytest.approx(moment, rel=1e-5)
+    assert page.evaluate(HELD)[-1] == pytest.approx(moment, rel=1e-5)
     page.wait_for_function(
         "moment => Number(document.querySelector('.timeline').dataset.time) > moment * 1.01", arg=moment
     )
 
 
 def test_replay_describes_the_failure_and_explains_its_signs(page: Page, report: Path) -> None:
-    r"""The sentence of the first failure is that of the file, and six different signs are explained.
-
-    There is no command for dragging the scene, since there is a link.
-    """
+    """The first failure's sentence is the file's, and six signs are explained; dragging has a link, no command."""
     open_replay(page, MISSED)
     run = next(run for run in load_scene_data(report, "paper/missed")["runs"] if run["key"] == MISSED)
     assert page.locator(".fault").inner_text() == run["fault"]["said"]

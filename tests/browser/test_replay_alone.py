@@ -18,12 +18,8 @@ pytestmark = pytest.mark.browser
 @pytest.mark.parametrize("width", [390, 500, 720, 1280])
 @pytest.mark.parametrize("name", ["paper/missed", "paper/multiple", "classics/bullet"])
 def test_replay_fits_the_frame_of_a_notebook_cell(window: Window, tmp_path: Path, name: str, width: int) -> None:
-    r"""Pictures, timeline and buttons of a notebook replay are visible without scrolling.
-
-    Pictures are side by side above a width of 500 pixels.
-    """
-    reference = carom.solve_pic(name)
-    cell = carom.replay(reference, carom.solve_pit(name))._repr_html_()
+    """A notebook replay is visible without scrolling, with pictures side by side above 500 pixels."""
+    cell = carom.replay(carom.solve_pic(name), carom.solve_pit(name))._repr_html_()
     path = tmp_path / "cell.html"
     path.write_text(f"<!DOCTYPE html><meta charset=utf-8><body style='margin:16px'>{cell}", encoding="utf-8")
     page = window(path, width=width, height=800)
@@ -104,8 +100,7 @@ def test_strip_shows_the_contact_modes_of_a_disc(window: Window, tmp_path: Path)
     scene = find_scenes(["contact/slide-to-roll"])[0].scene
     trace = carom.solve_pic(scene)
     path = carom.replay(trace, carom.solve_pit(scene)).save(tmp_path / "replay.html")
-    page = window(path, reduced_motion="reduce")
-    spans = page.locator(".modes .strip span")
+    spans = window(path, reduced_motion="reduce").locator(".modes .strip span")
     assert spans.all_inner_texts() == ["slides", "rolls"]
     slides, rolls = (span.bounding_box() for span in spans.all())
     part = require_value(trace.modes)["time_s"][1] / scene.duration_s
@@ -128,8 +123,7 @@ def test_step_slider_shows_the_result_of_solve_pit(window: Window, tmp_path: Pat
         step.evaluate(
             "(s, v) => { s.value = v; s.dispatchEvent(new Event('input')); }", low + (high - low) * (k + 0.5) / 40
         )
-        dt = math.exp(float(step.input_value()))
-        impacts = carom.solve_pit(scene, frame_rate_hz=1.0 / dt).impacts
+        impacts = carom.solve_pit(scene, frame_rate_hz=1.0 / math.exp(float(step.input_value()))).impacts
         said = page.locator(".fault").inner_text()
         found[len(impacts)] += 1
         if len(impacts):

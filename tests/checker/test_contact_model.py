@@ -14,6 +14,7 @@ from tests.campaign.gases import Gas, Kind
 from tests.cases import each
 from tests.checker import Report, check, watch
 from tests.checker.laws import find_elastic_impacts
+from tests.checker.watch import Stretch
 from tests.random_scenes import draw_jittered_discs
 from tests.unit.solvers.run_kinds import all_pairs
 
@@ -48,17 +49,13 @@ def list_rules(report: Report) -> set[str]:
 def test_correct_run_violates_no_rule(run: Callable[..., Run]) -> None:
     """A correct run with the TC model violates no rule; 10 to 90 % of its impacts are elastic."""
     report = check_gas_run(run(build_gas(), contact_duration_s=build_gas().contact_duration_s))
-    assert report.violations == []
-    assert report.impacts == IMPACTS
+    assert (report.violations, report.impacts) == ([], IMPACTS)
     assert 0.1 * IMPACTS < report.elastic < 0.9 * IMPACTS
 
 
 @each("asked_s", [0.0, 0.1 * (1 - 0.05), 0.1 * (1 + 0.05)])
 def test_wrong_contact_duration_violates_the_law(asked_s: float) -> None:
-    r"""A run without the TC model, or with a contact duration that is off by 5 %, violates the rule "law".
-
-    A correct run that is checked with another duration violates it, too.
-    """
+    """A run without the TC model, or checked with a duration that is off by 5 %, violates "law"."""
     assert list_rules(check_gas_run(EventDrivenRun(build_gas(), contact_duration_s=asked_s))) == {"law"}
     assert list_rules(
         check_gas_run(EventDrivenRun(build_gas(), contact_duration_s=build_gas().contact_duration_s), asked_s)
@@ -104,25 +101,23 @@ def test_run_resumed_with_wrong_last_impacts_is_found(
 def test_impact_after_exactly_the_contact_duration_may_be_elastic() -> None:
     """An impact after exactly the contact duration may be elastic or not; any other velocity violates the law."""
     walls = ((0.0, 0.0, 1.0, 0.0), (4.0, 0.0, -1.0, 0.0))
-    start = DiscArrays(
-        np.array([[1.0, 0.0]]), np.array([[-1.0, 0.0]]), np.array([0.5]), np.ones(1), walls, wall_restitution=0.5
-    )
+    place, velocity, radius = np.array([[1.0, 0.0]]), np.array([[-1.0, 0.0]]), np.array([0.5])
+    start = DiscArrays(place, velocity, radius, np.ones(1), walls, wall_restitution=0.5)
+
+    def broken(stretch: Stretch, contact_duration_s: float) -> set[str]:
+        report = Report()
+        check(start, stretch, report, contact_duration_s=contact_duration_s)
+        return list_rules(report)
+
     (stretch,) = watch(EventDrivenRun(start), start, 100.0, 2)
     first_s, second_s = stretch.impacts["time_s"].tolist()  # at a velocity of .5 after the first
     assert (first_s, second_s) == (0.5, 6.5)
     for contact_duration_s, kinds in ((5.0, [0, 0]), (6.0, [0, 1]), (7.0, [1, 1])):
         elastic = find_elastic_impacts(start, stretch, contact_duration_s)
         assert [int(elastic.surely.sum()), int(elastic.maybe.sum())] == kinds
-        report = Report()
-        check(start, stretch, report, contact_duration_s=contact_duration_s)
-        assert list_rules(report) == ({"law"} if contact_duration_s == 7.0 else set())
+        assert broken(stretch, contact_duration_s) == ({"law"} if contact_duration_s == 7.0 else set())
     (kept,) = watch(EventDrivenRun(start, contact_duration_s=7.0), start, 100.0, 2)
-    for contact_duration_s, broken in ((5.0, {"law"}), (6.0, set()), (7.0, set())):
-        report = Report()
-        check(start, kept, report, contact_duration_s=contact_duration_s)
-        assert list_rules(report) == broken
+    assert [broken(kept, contact_duration_s) for contact_duration_s in (5.0, 6.0, 7.0)] == [{"law"}, set(), set()]
     slower = kept.impacts.copy()
     slower["velocity_first_after"][1] *= 0.9
-    report = Report()
-    check(start, replace(kept, impacts=slower), report, contact_duration_s=6.0)
-    assert "law" in list_rules(report)
+    assert "law" in broken(replace(kept, impacts=slower), 6.0)

@@ -82,8 +82,7 @@ def list_blocks(page: Path) -> list[Block]:
 
 def find_unfenced(page: Path) -> list[str]:
     """Return lines that Markdown takes for code since they are indented."""
-    prose = _FENCED.sub("", page.read_text(encoding="utf-8"))
-    return re.findall(r"(?<=\n\n) {4}(?![-*\d]).+", prose)
+    return re.findall(r"(?<=\n\n) {4}(?![-*\d]).+", _FENCED.sub("", page.read_text(encoding="utf-8")))
 
 
 def find_command_fault(command: str) -> str | None:

@@ -44,21 +44,14 @@ def records(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, Any], l
 def test_atlas_has_grades_and_failure_points_of_each_method(
     records: tuple[dict[str, Any], list[dict[str, Any]]],
 ) -> None:
-    r"""A profile's row has its number of scenes by grade, missed and extra impacts, and its failure points.
-
-    Carom's own methods are in no table of engines.
-    """
+    """A profile's row has its scenes by grade, impacts and failure points; Carom's methods have none."""
     (pit,) = (method for method in atlas_methods.methods_of(records[1], []) if method.engine == "pit")
     coarse = [row for row in records[1] if row["engine"] == "pit" and row["refinement"] == 0]
     assert sorted(row["grade"] for row in coarse) == ["sampled", "sampled", "ungraded", "wrong"]
     assert atlas_methods.grades(pit) == "2 sampled, 1 wrong, 1 ungraded"
     assert atlas_methods.impacts(pit) == "1 / 0"
-    assert [atlas_methods.breaking(STRESS, name, pit) for name in ("slow", "grazing", "duration", "tunnelling")] == [
-        "passes to 1e-9",
-        "0.003",
-        "unsupported",
-        "-",
-    ]
+    ends = {name: atlas_methods.breaking(STRESS, name, pit) for name in ("slow", "grazing", "duration", "tunnelling")}
+    assert ends == {"slow": "passes to 1e-9", "grazing": "0.003", "duration": "unsupported", "tunnelling": "-"}
     data = atlas.measured(*records, [], STRESS, HAZARDS, ("carom run", "carom run --dt 1/60", "carom stress"))
     assert data["commands"] == ["carom run", "carom run --dt 1/60", "carom stress"]
     assert data["measured"]["scenes"] == len(NAMES)
@@ -68,10 +61,7 @@ def test_atlas_has_grades_and_failure_points_of_each_method(
 
 
 def test_best_profile_for_settings_code_is_chosen() -> None:
-    r"""Settings are those of the profile with the fewest wrong, then most exact, close and sampled scenes.
-
-    Located and cylinder profiles are never chosen, and of equals not the default one.
-    """
+    """Settings are those of the best profile by grades, never located or cylinder, nor default among equals."""
 
     def method(profile: str, *grades: str) -> atlas_methods.Method:
         return atlas_methods.Method("some", profile, tuple({"refinement": 0, "grade": grade} for grade in grades), None)
@@ -90,10 +80,8 @@ def test_first_choice_meets_the_need_in_most_scenes(records: tuple[dict[str, Any
     right = atlas_methods.Need("", lambda scene: scene == "engines/near-miss", lambda row: not row["spurious"])
     assert atlas_methods.choices(right, methods) == ["pit, 1 frame: 1 of 1, -"]
     fine = atlas_methods.Need("", lambda scene: scene == "paper/missed", lambda row: not row["missed"])
-    finer = [
-        row for row in records[1] if (row["scene"], row["engine"]) == ("paper/missed", "pit") and not row["missed"]
-    ]
-    step = 4 ** min(row["refinement"] for row in finer)
+    runs = [row for row in records[1] if (row["scene"], row["engine"]) == ("paper/missed", "pit")]
+    step = 4 ** min(row["refinement"] for row in runs if not row["missed"])
     assert atlas_methods.choices(fine, methods) == [f"pit, 1/{step} frame: 1 of 1, -"]
     never = atlas_methods.Need("", lambda scene: scene == "paper/late", lambda row: row["grade"] == "exact")
     assert atlas_methods.choices(never, methods) == []
@@ -108,10 +96,7 @@ def _build_gas_method(engine: str, outcome: str = "completed", **steps: Any) -> 
 
 
 def test_gas_ranking_ignores_the_misses_of_pit() -> None:
-    r"""The ranking of a gas does not count impacts that PIT misses, too.
-
-    It sorts by misses, extra and early impacts, error, and energy. Methods that ended early come last.
-    """
+    """A gas is ranked by misses that PIT does not share, extra and early impacts, error, energy; ended last."""
     ranked = [
         _build_gas_method("same-as-pit", missed=4, missed_by_pit=4, energy=1e-9),
         _build_gas_method("loses", energy=2e-6),

@@ -23,10 +23,7 @@ SCENE = next(block for block in BLOCKS if block.page == "README.md" and block.fi
 
 
 def test_code_blocks_are_fenced_with_a_known_language() -> None:
-    r"""Every code block of the documents is fenced and has a known language, and each reason not to run is used.
-
-    Indented or unlabelled blocks would not be tested.
-    """
+    """Every code block is fenced with a known language, and each reason not to run one is used."""
     for page in PAGES:
         blocks, text = list_blocks(page), page.read_text(encoding="utf-8")
         assert find_unfenced(page) == [], page

@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -112,18 +113,13 @@ def list_replays(cell: Any) -> list[str]:
 def test_notebook_cells_reproduce_their_stored_output() -> None:
     """Run again in an empty folder, each notebook cell shows the same text, replay and kinds of output."""
     for kept, run in zip(KEPT.cells, executed().cells, strict=True):
-        assert texts(run) == texts(kept), kept.source
-        assert [sorted(out.get("data", ())) for out in run.get("outputs", [])] == [
-            sorted(out.get("data", ())) for out in kept.get("outputs", [])
-        ], kept.source
-        assert list_replays(run) == list_replays(kept), kept.source
+        kinds = [[sorted(out.get("data", ())) for out in cell.get("outputs", [])] for cell in (kept, run)]
+        assert kinds[0] == kinds[1], kept.source
+        assert (texts(run), list_replays(run)) == (texts(kept), list_replays(kept)), kept.source
 
 
 def test_stored_notebook_is_complete_and_free_of_local_paths() -> None:
-    r"""All notebook cells were run in order, with pictures, tables and a replay, and without errors.
-
-    No local path is in the output, and the file is smaller than 1 MB.
-    """
+    """All cells were run in order with their outputs, without errors and local paths, below 1 MB."""
     assert [cell.execution_count for cell in CODE] == list(range(1, len(CODE) + 1))
     kinds = {kind for cell in CODE for output in cell.outputs for kind in output.get("data", ())}
     assert {"text/plain", "text/html", "image/png"} <= kinds
@@ -174,28 +170,23 @@ def test_invalid_changelog_fragment_is_refused(tmp_path: Path) -> None:
 
 def test_current_changelog_fragments_can_be_assembled(tmp_path: Path) -> None:
     """The present fragments and an added one are assembled into the changelog."""
-    fragments = tmp_path / "fragments"
-    fragments.mkdir()
-    for path in (ROOT / "changelog.d").glob("*.md"):
-        (fragments / path.name).write_text(path.read_text("utf-8"))
-    log = tmp_path / "CHANGELOG.md"
-    log.write_text((ROOT / "CHANGELOG.md").read_text("utf-8"))
+    fragments = shutil.copytree(ROOT / "changelog.d", tmp_path / "fragments")
     (fragments / "a-new-one.md").write_text("- A new one.\n")
+    log = Path(shutil.copy(ROOT / "CHANGELOG.md", tmp_path))
     assemble(log, fragments)
     assert log.read_text().count("\n- A new one.\n") == 1
 
 
 pytestmark = pytest.mark.skipif(not readme.SAMPLE.exists(), reason="a source distribution has no reports")
 
-README = (Path(__file__).resolve().parents[2] / "README.md").read_text()
+README = (ROOT / "README.md").read_text()
 
 
 def test_readme_links_exist() -> None:
     """Every relative link of the README leads to an existing file."""
-    root = Path(__file__).resolve().parents[2]
     links = [link for link in re.findall(r"\]\(([^)#]+)\)", README) if "://" not in link]
     assert links
-    assert [link for link in links if not (root / link).exists()] == []
+    assert [link for link in links if not (ROOT / link).exists()] == []
 
 
 def test_readme_has_at_most_135_lines() -> None:
@@ -205,20 +196,15 @@ def test_readme_has_at_most_135_lines() -> None:
 
 
 def test_readme_pictures_are_complete_and_small() -> None:
-    r"""The README has three pictures for light and dark mode with long texts, and one for each gallery scene.
-
-    Together they have at most 500 kB, and only the replay is animated.
-    """
-    root = Path(__file__).resolve().parents[2]
-    shown = re.findall(
-        r'<source media="\(prefers-color-scheme: dark\)" srcset="(\S+?\.webp)"><img alt="(.+?)" src="(.+?)">', README
-    )
+    """The README's pictures have long texts and modes, at most 500 kB in all, and only the replay moves."""
+    dark = r'<source media="\(prefers-color-scheme: dark\)" srcset="(\S+?\.webp)">'
+    shown = re.findall(dark + r'<img alt="(.+?)" src="(.+?)">', README)
     small = re.findall(r'<img alt="(.+?)" title="carom play (.+?)" width="150" src="(.+?)">', README)
     assert [(words, named) for words, named, _ in small] == [(name, name) for name in GALLERY]
     assert (len(shown), README.count("<img")) == (3, 4 + len(small))  # one is the drawing of the bench
     assert all(len(words) > 50 for _, words, _ in shown)
-    paths = [root / path for dark, _, light in shown for path in (dark, light)]
-    assert sum(path.stat().st_size for path in [*paths, *(root / path for _, _, path in small)]) <= 500_000
+    paths = [ROOT / path for dark, _, light in shown for path in (dark, light)]
+    assert sum(path.stat().st_size for path in [*paths, *(ROOT / path for _, _, path in small)]) <= 500_000
     frames = []
     for path in paths:
         with Image.open(path) as picture:

@@ -119,8 +119,7 @@ def count_ladder_turns(phase: float) -> int:
 
 def count_bank_turns(phase: float) -> int:
     """Return how often velocities turn in `classics/bank-shot`."""
-    at = (2.317284844477174, 2.1379636333578804)
-    discs = [((-1.36, 1.22), (4.0, -3.0), 0.2), (at, (0.0, 0.0), 0.2)]
+    discs = [((-1.36, 1.22), (4.0, -3.0), 0.2), ((2.317284844477174, 2.1379636333578804), (0.0, 0.0), 0.2)]
     return count_turns(*build_world(discs, phase, (((0.0, 1.0), 0.0),)), 1.75)
 
 

@@ -89,8 +89,7 @@ def test_dart_loses_2e_5_of_the_speed_per_bounce(dart: Adapter, drive: Drive) ->
     """DART's constraint mixing takes 2e-5 of the speed at each of at least ten elastic bounces."""
     wall = wall_at(-1, 0, 1, 0), wall_at(1, 0, -1, 0)
     for phase in PHASES:
-        disc = disc_at(phase * 4 * DT_S, 0, 4)
-        seen = drive(dart, staged("hazard", disc, *wall, duration_s=3.0), DT_S)
+        seen = drive(dart, staged("hazard", disc_at(phase * 4 * DT_S, 0, 4), *wall, duration_s=3.0), DT_S)
         bounces = sum(len(one.contacts) for one in seen)
         assert bounces >= 10
         kept = (2 / (1 + MIXING) - 1) ** bounces
@@ -106,10 +105,8 @@ def _build_head_on_scene(closing: float, restitution: float = 1.0, away_s: float
 
 def test_drake_reports_contacts_that_end_within_a_step(drake: Adapter, drive: Drive) -> None:
     """In Drake discs never overlap at the end of a step, and yet the impact is reported in one step."""
-    scene = _build_head_on_scene(4.0)
-    seen = drive(drake, scene, 1 / 60)
-    gaps = [math.dist(*one.position_m) - 1.0 for one in seen]
-    assert min(gaps) > 0
+    seen = drive(drake, _build_head_on_scene(4.0), 1 / 60)
+    assert min(math.dist(*one.position_m) - 1.0 for one in seen) > 0
     assert [len(one.contacts) for one in seen].count(1) == 1
 
 

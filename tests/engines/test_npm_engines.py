@@ -145,10 +145,7 @@ def test_cannon_warns_of_a_limited_impulse(named: Named, drive: Drive) -> None:
 def test_default_p2_restitution_falls_with_rate_and_mass(
     rate_hz: int, mass_kg: float, named: Named, finish: Finish
 ) -> None:
-    r"""Default p2 gives 1 / (1 + e / (2 / m)) of the impulse, with e = 4 / (h^2 k (1 + 4 d)) (Lacoursiere).
-
-    Here k = 1e6 and d = 4. Tuned, it returns all of the speed.
-    """
+    """Default p2 gives 1 / (1 + e / (2 / m)) of the impulse, e = 4 / (h^2 k (1 + 4 d)); tuned, all speed."""
     softness = 4 * rate_hz**2 / (1e6 * (1 + 4 * 4))
     given = 1 / (1 + softness / (2 / mass_kg))
     p2, dt_s = named("p2"), 1 / rate_hz

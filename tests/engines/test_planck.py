@@ -129,10 +129,7 @@ def test_imported_planck_dump_equals_plancks_own_loader() -> None:
 
 
 def test_tuning_planck_is_as_good_as_its_written_profiles(named: Named) -> None:
-    r"""On `classics` the settings found by tuning are as good as the best of three written profiles.
-
-    No more scenes are wrong, and no fewer are exact or close.
-    """
+    """On `classics` tuned settings have no more wrong and no fewer good scenes than the written profiles."""
     named("planck")
     found, written = compute_merits("planck", ["tuned", "swept", "event-driven"], 60)
     assert_as_good(found, written)

@@ -40,8 +40,7 @@ def test_rapier_moves_bodies_before_it_applies_restitution(rapier: Adapter, driv
     """In the step of a bounce both discs first move with half the speed, as if e were 0, then exchange velocities."""
     dt_s = 1 / 64
     for phase in range(16):
-        scene = _scene(disc_at(-2 - phase / 16 * 4 * dt_s, 0, 4), disc_at(0, 0))
-        seen = drive(rapier, scene, dt_s)
+        seen = drive(rapier, _scene(disc_at(-2 - phase / 16 * 4 * dt_s, 0, 4), disc_at(0, 0)), dt_s)
         hit = next(k for k, one in enumerate(seen) if one.contacts)
         moved = seen[hit].position_m - seen[hit - 1].position_m
         assert moved[:, 0] == pytest.approx([4 / 2 * dt_s] * 2, abs=4 * ROUNDING)
@@ -73,8 +72,7 @@ def test_rapier_ccd_stops_at_fixed_bodies(phase: float) -> None:
 def test_rapier_ccd_does_not_stop_at_dynamic_bodies() -> None:
     """With CCD equal discs still pass through each other in at least 12 of 16 phases."""
     ends = (_run_with_ccd(_build_bullet_scene(k / 16, 1.0)) for k in range(16))
-    through = [velocity == 100 and other == 0 for velocity, other in ends]
-    assert sum(through) >= 12
+    assert sum(velocity == 100 and other == 0 for velocity, other in ends) >= 12
 
 
 def _run_with_ccd(scene: Scene) -> tuple[float, float]:

@@ -133,8 +133,7 @@ def _run(folder: Path, package: Path) -> dict[str, str]:
     emulator, python = folder / "qemu/usr/bin/qemu-aarch64-static", system / f"usr/bin/python{_PYTHON}"
     command: list[str | Path] = [emulator, "-L", system, python, "-S", "-m", "tests.packaging.digests"]
     path = os.pathsep.join(map(str, (package, folder / "site", ROOT, pure)))
-    done = _call(command, ROOT, PYTHONPATH=path)
-    return dict(json.loads(done))
+    return dict(json.loads(_call(command, ROOT, PYTHONPATH=path)))
 
 
 def _call(command: Sequence[str | Path], folder: Path | None = None, **environment: object) -> str:

@@ -38,9 +38,5 @@ def results() -> dict[str, str]:
 
 
 if __name__ == "__main__":
-    report = {
-        "notes": find_extension_notes(),
-        "engines": {info.name: info.distribution for info in engines()},
-        "results": results(),
-    }
-    sys.stdout.write(json.dumps(report))
+    found = {info.name: info.distribution for info in engines()}
+    sys.stdout.write(json.dumps({"notes": find_extension_notes(), "engines": found, "results": results()}))

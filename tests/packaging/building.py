@@ -17,14 +17,8 @@ ROOT = Path(__file__).resolve().parents[2]
 
 def run(*command: str | Path, cwd: Path = ROOT, check: bool = True, env: Mapping[str, str] | None = None) -> Done:
     """Run a command; what it printed is shown where it fails and that is not expected."""
-    done = subprocess.run(
-        [str(part) for part in command],
-        check=False,
-        capture_output=True,
-        text=True,
-        cwd=cwd,
-        env={**os.environ, **(env or {})},
-    )
+    words, variables = [str(part) for part in command], {**os.environ, **(env or {})}
+    done = subprocess.run(words, check=False, capture_output=True, text=True, cwd=cwd, env=variables)
     assert not check or done.returncode == 0, done.stdout + done.stderr
     return done
 
@@ -62,5 +56,4 @@ def run_bits(site: Path | None, away: Path) -> dict[str, Any]:
         options.append("-S")
         env["PYTHONPATH"] = os.pathsep.join([str(site), sysconfig.get_path("purelib")])
     done = run(sys.executable, *options, Path(__file__).with_name("bits.py"), cwd=away, env=env)
-    report: dict[str, Any] = json.loads(done.stdout)
-    return report
+    return dict(json.loads(done.stdout))

@@ -24,19 +24,8 @@ _COMPILED = ("wasm/memory.c", "wasm/pic.c", "wasm/pit.c")
 #: Small rather than fast: the page has ten discs. `inline` would make copies of functions.
 _FLAGS = (
     *("-target", "wasm32-freestanding", "-mcpu=generic+nontrapping_fptoint+bulk_memory", "-std=c11"),
-    *(
-        "-Oz",
-        "-Xclang",
-        "-Oz",
-        "-Dinline=",
-        "-mllvm",
-        "-inline-threshold=-20",
-        "-DCAROM_PLAIN_FRAMES",
-        "-ffp-contract=off",
-        "-fno-math-errno",
-        "-g0",
-        "-s",
-    ),
+    *("-Oz", "-Xclang", "-Oz", "-Dinline=", "-mllvm", "-inline-threshold=-20"),
+    *("-DCAROM_PLAIN_FRAMES", "-ffp-contract=off", "-fno-math-errno", "-g0", "-s"),
     *("-nostdlib", "-Wl,--no-entry", "-Isrc", "-Isrc/carom/core/wasm/include"),
 )
 

@@ -55,9 +55,8 @@ def test_action_runs_conformance_and_records(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stdout + done.stderr
     assert "2 passed" in done.stdout
     assert (tmp_path / "carom-results" / "conformance.xml").is_file()
-    (tmp_path / "carom-known-failures.toml").write_text(
-        '[[known_failure]]\nreason = "x"\ncases = ["pymunk::declares-profiles"]\n'
-    )
+    known = '[[known_failure]]\nreason = "x"\ncases = ["pymunk::declares-profiles"]\n'
+    (tmp_path / "carom-known-failures.toml").write_text(known)
     done = run_step(STEPS["Conformance"], tmp_path, **few)
     assert done.returncode == 1
     assert "carom-known-failures.toml lists it (x): remove it" in done.stdout

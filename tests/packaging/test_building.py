@@ -43,15 +43,19 @@ def no_compiler_environment(tmp_path_factory: pytest.TempPathFactory) -> dict[st
     return {"PATH": str(programs), "CC": ""}
 
 
+def list_build_requirements(tree: Path, environment: dict[str, str]) -> str:
+    """Return what a wheel and an editable install require for their build, as two lists."""
+    code = "import carom_build as b; print(b.get_requires_for_build_wheel(), b.get_requires_for_build_editable())"
+    backend = {"PYTHONPATH": str(tree / "build_backend")}
+    return run(sys.executable, "-c", code, cwd=tree, env=backend | environment).stdout.splitlines()[-1]
+
+
 def test_zig_builds_the_same_bits_without_a_compiler(
     tree: Path, tmp_path: Path, expected_results: dict[str, Any], no_compiler_environment: dict[str, str]
 ) -> None:
     """Without a C compiler the build requires the pinned ziglang, and its wheel gives the same bits."""
-    code = "import carom_build as b; print(b.get_requires_for_build_wheel(), b.get_requires_for_build_editable())"
-    backend = {"PYTHONPATH": str(tree / "build_backend")}
     pinned = core_wasm.read_pinned_compiler()
-    done = run(sys.executable, "-c", code, cwd=tree, env=backend | no_compiler_environment)
-    assert done.stdout.splitlines()[-1] == str([pinned]) + " " + str([pinned])
+    assert list_build_requirements(tree, no_compiler_environment) == f"{[pinned]} {[pinned]}"
     done = make_wheel(tree, tmp_path, core_wasm.zig_environment(tmp_path / "zig") | no_compiler_environment)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "-m ziglang cc -mcpu=baseline" in done.stdout + done.stderr
@@ -63,24 +67,18 @@ def test_zig_builds_the_same_bits_without_a_compiler(
 
 def test_build_needs_no_zig_with_a_compiler(tree: Path) -> None:
     """With a C compiler the build requires no further package."""
-    code = "import carom_build as b; print(b.get_requires_for_build_wheel(), b.get_requires_for_build_editable())"
-    done = run(sys.executable, "-c", code, cwd=tree, env={"PYTHONPATH": str(tree / "build_backend")})
-    assert done.stdout.splitlines()[-1] == "[] []"
+    assert list_build_requirements(tree, {}) == "[] []"
 
 
 def test_failing_compiler_makes_no_wheel(tmp_path: Path) -> None:
     """If the compiler fails, the build fails and leaves no wheel."""
     # A tree of its own: where another test has built, nothing is left to compile.
-    done = make_wheel(copy_tree(tmp_path / "tree"), tmp_path, {"CC": "false"})
-    assert done.returncode != 0
+    assert make_wheel(copy_tree(tmp_path / "tree"), tmp_path, {"CC": "false"}).returncode != 0
     assert not list(tmp_path.glob("*.whl"))
 
 
 def test_stale_extension_is_refused_with_the_build_command(tmp_path: Path) -> None:
-    r"""If a source was changed or renamed, pytest refuses to run and names the build command that repairs it.
-
-    Modules left by a failed build are refused, too.
-    """
+    """With a changed or renamed source, or a failed build, pytest refuses to run and names the build command."""
     tree = copy_tree(tmp_path)
     for module in tree.rglob("*.pyx"):
         if module.name not in ("built.pyx", "damped_time.pyx"):  # what collecting imports: the others only take time
@@ -152,10 +150,8 @@ def test_native_build_fuses_no_multiply_add(tmp_path: Path) -> None:
     if platform.machine() == "x86_64" and " avx " in Path("/proc/cpuinfo").read_text():
         assert "vmulsd" in run("objdump", "-d", tree / "tests/core_functions.abi3.so").stdout  # or nothing was tested
     native = {"PYTHONPATH": str(tree / "src")}
-    found = run(
-        sys.executable, "-c", "import carom.core.built; print(carom.core.built.__file__)", cwd=tree, env=native
-    ).stdout
-    assert Path(found.strip()).is_relative_to(tree)
+    code = "import carom.core.built; print(carom.core.built.__file__)"
+    assert Path(run(sys.executable, "-c", code, cwd=tree, env=native).stdout.strip()).is_relative_to(tree)
     run(sys.executable, "-m", "pytest", "-q", "-n", "0", *IDENTITY, cwd=tree, env=native)
 
 

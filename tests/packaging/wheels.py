@@ -34,18 +34,8 @@ def main() -> int:
     asked = parser.parse_args()
     folder: Path = asked.folder.resolve()
     shutil.rmtree(folder, ignore_errors=True)
-    _call(
-        [
-            sys.executable,
-            "-m",
-            "build",
-            "--wheel",
-            "--no-isolation",
-            "--outdir",
-            folder,
-            copy_tree(folder / "tree"),
-        ]
-    )
+    build = [sys.executable, "-m", "build", "--wheel", "--no-isolation"]
+    _call([*build, "--outdir", folder, copy_tree(folder / "tree")])
     (wheel,) = folder.glob("*.whl")
     failed = False
     for line, good in (*_try_wheel(folder, wheel, asked.pythons), _build_for_musl(folder)):
@@ -58,9 +48,8 @@ def main() -> int:
 def _try_wheel(folder: Path, wheel: Path, pythons: Sequence[str]) -> Iterator[tuple[str, bool]]:
     """Yield a line for each interpreter and NumPy, and whether all is well: it is where an interpreter is missing."""
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["cibuildwheel"]
-    tests = [
-        word for word in shlex.split(settings["test-command"].replace("{project}", str(ROOT))) if "/tests/" in word
-    ]
+    words = shlex.split(settings["test-command"].replace("{project}", str(ROOT)))
+    tests = [word for word in words if "/tests/" in word]
     for python in pythons:
         version = _version_of(python)
         if version is None:

@@ -18,6 +18,9 @@ ROOT = HERE.parents[1]
 #: The adapter as its author published it, built with Carom 0.1 (57060cb): old code still runs.
 BUILT_WITH_0_1 = HERE / "carom_penalty-0.1-py2.py3-none-any.whl"
 
+PIP = (sys.executable, "-m", "pip")
+OFFLINE = ("--quiet", "--disable-pip-version-check", "--no-deps", "--no-index")
+
 #: Runs pytest in the fresh environment, with these arguments, in this folder.
 Pytest = Callable[..., "subprocess.CompletedProcess[str]"]
 
@@ -25,17 +28,7 @@ Pytest = Callable[..., "subprocess.CompletedProcess[str]"]
 def _wheel(source: Path, out: Path) -> Path:
     """Build the wheel of a source tree with what is installed here, without the network."""
     before = set(out.glob("*.whl"))
-    command = [
-        sys.executable,
-        "-m",
-        "pip",
-        "wheel",
-        "--quiet",
-        "--disable-pip-version-check",
-        "--no-deps",
-        "--no-index",
-    ]
-    subprocess.run([*command, "--no-build-isolation", "--wheel-dir", str(out), str(source)], check=True)
+    subprocess.run([*PIP, "wheel", *OFFLINE, "--no-build-isolation", "--wheel-dir", out, source], check=True)
     (wheel,) = set(out.glob("*.whl")) - before
     return wheel
 
@@ -52,13 +45,7 @@ def fresh_python(tmp_path_factory: pytest.TempPathFactory) -> Path:
     prefix = folder / "venv"
     python = prefix / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
     site = Path(sysconfig.get_path("purelib", vars={"base": str(prefix), "platbase": str(prefix)}))
-    subprocess.run(
-        [
-            *(sys.executable, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps"),
-            *("--no-index", "--target", str(site), *map(str, wheels)),
-        ],
-        check=True,
-    )
+    subprocess.run([*PIP, "install", *OFFLINE, "--target", site, *wheels], check=True)
     lent = dict.fromkeys((sysconfig.get_path("purelib"), sysconfig.get_path("platlib")))
     (site / "lent.pth").write_text("".join(f"{path}\n" for path in lent))
     return python

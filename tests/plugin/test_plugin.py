@@ -227,10 +227,7 @@ def test_third_party_wheel_passes_the_suite_in_a_fresh_environment(author_pytest
 
 @pytest.mark.long
 def test_false_declarations_fail_with_values_and_scene(fresh_python: Path, tmp_path: Path) -> None:
-    r"""Each false declaration fails its case, with both values, the scene and a command.
-
-    Scenes beyond a declaration must be refused, and not ignored.
-    """
+    """Each false declaration fails its case with both values, the scene and a command."""
     failures = _run_broken_adapters(fresh_python, tmp_path)
     for name, (case, *phrases) in LIES.items():
         said = failures[f"{name}::{case}"]

@@ -33,10 +33,7 @@ directions = st.floats(0, math.tau).map(lambda angle: cmath.rect(1.0, angle))
 def test_impact_law_conserves_momentum_and_applies_restitution(
     m1: float, v1: complex, m2: float, v2: complex, normal: complex, e: float
 ) -> None:
-    r"""An impact conserves momentum, and multiplies the normal relative velocity by -e.
-
-    The tangential velocity of the first disc does not change.
-    """
+    """An impact conserves momentum and tangential velocity, and multiplies the normal velocity by -e."""
     after1, after2 = compute_after_impact(m1, v1, m2, v2, normal, e)
     assert m1 * after1 + m2 * after2 == pytest.approx(m1 * v1 + m2 * v2, abs=1e-11)
     assert dot(after2 - after1, normal) == pytest.approx(-e * dot(v2 - v1, normal), abs=1e-12)
@@ -52,10 +49,7 @@ def test_wall_impact_equals_impact_with_immovable_disc(velocity: complex, normal
 
 @given(velocities, st.floats(-1, 1))
 def test_compute_normal_places_second_centre_at_offset(approach: complex, offset: float) -> None:
-    r"""The component of the unit normal to the left of the approach is the given offset.
-
-    The normal never points against the approach.
-    """
+    """The normal has the given offset to the left of the approach, and never points against it."""
     assume(abs(approach) > 1e-3)
     normal = compute_normal(approach, offset)
     assert abs(normal) == pytest.approx(1)
@@ -67,10 +61,7 @@ def test_compute_normal_places_second_centre_at_offset(approach: complex, offset
 def test_wedge_unfolding_agrees_with_successive_reflection(
     angle: float, where: float, direction: float, speed: float
 ) -> None:
-    r"""Unfolding a wedge gives the same impacts as reflecting the path at each side in turn.
-
-    After the last impact, the path leaves within the wedge.
-    """
+    """Unfolding a wedge gives the impacts of reflecting at each side in turn, until the path leaves."""
     start = cmath.rect(1.0, where * angle)
     velocity = cmath.rect(speed, where * angle + direction * math.pi)
     position, now = start, 0.0
@@ -97,26 +88,18 @@ COMPLAINTS = [entry for entry in all_scenes().values() if isinstance(entry, Comp
 
 
 def test_catalogue_has_at_least_twenty_bug_reports_with_threads() -> None:
-    r"""At least 20 scenes come from bug reports, and each has the address of its GitHub thread.
-
-    Each scene's name contains the number of the thread. Its texts on the report and the scene end with a full stop.
-    """
+    """At least 20 scenes come from bug reports, with full texts and the address of the thread that they name."""
     assert len(COMPLAINTS) >= 20
     for entry in COMPLAINTS:
         assert re.fullmatch(r"https://github\.com/[\w.-]+/[\w.-]+/(issues|pull)/\d+", entry.thread)
-        number = entry.thread.rpartition("/")[2]
-        assert number in entry.name
-        assert entry.reported.endswith(".")
-        assert entry.made.endswith(".")
+        assert entry.thread.rpartition("/")[2] in entry.name
+        assert all(text.endswith(".") for text in (entry.reported, entry.made))
         assert entry.about
 
 
 @pytest.mark.long
 def test_pic_matches_known_answers_of_bug_reports_after_reload(tmp_path: Path) -> None:
-    r"""PIC matches the known answer of each bug report's scene to 1e-12, after the scene was saved and loaded.
-
-    Saving and loading returns an equal scene.
-    """
+    """PIC matches the known answer of each bug report to 1e-12 after its scene was saved and loaded."""
     for entry in COMPLAINTS:
         save_scene(entry.scene, tmp_path / "scene.toml")
         scene = load_scene(tmp_path / "scene.toml")
@@ -125,10 +108,7 @@ def test_pic_matches_known_answers_of_bug_reports_after_reload(tmp_path: Path) -
 
 
 def test_bug_reports_are_found_only_by_their_group() -> None:
-    r"""The catalogue does not list scenes of bug reports; only their group, its pattern or a full name finds them.
-
-    The message for a misspelt name suggests the nearest one.
-    """
+    """Only their group, its pattern or a full name finds bug reports; a misspelt name gets a suggestion."""
     assert not any(name.startswith("issues/") for name in catalogue())
     assert len(find_scenes(["issues"])) == len(COMPLAINTS) == len(find_scenes(["issues/*"]))
     assert [entry.name for entry in find_scenes(["issues/jolt-1403"])] == ["issues/jolt-1403"]

@@ -44,10 +44,7 @@ def generate_wrong_traces(entry: CatalogueScene) -> Iterator[tuple[str, Trace, f
 
 
 def test_deviation_equals_the_change_of_a_trace() -> None:
-    r"""The deviation of a changed trace equals the change, as a fraction of the scene's scale.
-
-    It is infinite if an impact is removed, added or has its bodies swapped.
-    """
+    """The deviation of a trace is its change over the scene's scale, infinite for another impact."""
     for entry in WITH_IMPACTS:
         for what, trace, off in generate_wrong_traces(entry):
             assert compute_deviation(trace, entry) == pytest.approx(off), (entry.name, what)

@@ -30,10 +30,7 @@ PAPER = ["paper/missed", "paper/late", "paper/wrong-direction", "paper/multiple"
     ],
 )
 def test_names_groups_patterns_and_tags_find_scenes(patterns: list[str], found: list[str]) -> None:
-    r"""A name, group, pattern or tag finds its scenes, each once.
-
-    They are in the order of the patterns, and within a pattern in the order of the catalogue.
-    """
+    """A name, group, pattern or tag finds its scenes once, by pattern and then in the catalogue's order."""
     assert [entry.name for entry in find_scenes(patterns)] == found
 
 
@@ -66,11 +63,7 @@ def test_catalogue_entry_does_not_build_its_scene_for_its_name() -> None:
 
 
 def test_every_scene_is_complete_and_has_moderate_sizes() -> None:
-    r"""Each scene has its entry's name and description, and each known answer has a source.
-
-    A scene is built once. Its duration, frame rate, positions, radii and masses are within the limits of the
-    catalogue, and its last known impact is at least five frames before its end.
-    """
+    """Every scene is built once, has its entry's texts and a cited answer, and keeps the catalogue's limits."""
     frames = 5
     for entry in ENTRIES:
         scene = entry.scene
@@ -121,10 +114,9 @@ TAGS = {
 
 def test_tags_match_a_list_written_by_hand() -> None:
     """The tags of selected scenes equal a list written by hand, in which every tag occurs."""
-    assert {name: set(all_scenes()[name].tags) for name in TAGS} == {
-        name: set(tags.split()) for name, tags in TAGS.items()
-    }
-    assert {tag for tags in TAGS.values() for tag in tags.split()} == set(Tag)
+    tags = {name: set(words.split()) for name, words in TAGS.items()}
+    assert {name: set(all_scenes()[name].tags) for name in TAGS} == tags
+    assert set().union(*tags.values()) == set(Tag)
 
 
 NAME = "paper/missed"
@@ -144,10 +136,7 @@ def test_functions_accept_scene_name_instead_of_scene(solve: Callable[..., objec
 
 @pytest.mark.long
 def test_run_uses_scene_frame_as_default_step() -> None:
-    r"""`carom.run` accepts a name; without a step, it takes steps of one frame of the scene.
-
-    Its impacts equal those of `carom.solve_pit`.
-    """
+    """`carom.run` accepts a name and by default steps by the scene's frame, with the impacts of `solve_pit`."""
     trace = carom.run(NAME, "pit")
     assert trace.dt_s == 1 / SCENE.frame_rate_hz
     np.testing.assert_array_equal(trace.impacts, carom.solve_pit(SCENE).impacts)

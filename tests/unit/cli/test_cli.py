@@ -6,10 +6,8 @@ import json
 import os
 import re
 import shlex
-import signal
 import subprocess
 import sys
-import time
 import tomllib
 from collections.abc import Callable
 from contextlib import suppress
@@ -22,15 +20,15 @@ import tomli_w
 import typer
 from tests.cases import each, release_after
 from tests.command import carom_command, printed_text
-from tests.processes import PATIENT_S, wait_until_ended
+from tests.processes import interrupt, wait_until_begun, wait_until_ended
 from tests.scene_builders import disc_at, staged
 from tests.unit.cli.test_options import STUDIES
 from tests.validation.certified_files import from_enclosures
 from typer.main import get_command
-from typer.testing import CliRunner
+from typer.testing import CliRunner, Result
 
 import carom
-from carom import Disc, Scene, save_scene
+from carom import save_scene
 from carom.catalogue import all_scenes
 from carom.cli import app, build_app
 from carom.cli.command_line import get_command_line
@@ -59,10 +57,7 @@ def scene_file(tmp_path: Path) -> Path:
 @pytest.mark.usefixtures("in_process")
 @pytest.mark.parametrize(("fail_on", "code"), release_after(1, [("inaccurate", 1), ("never", 0)]))
 def test_fail_on_sets_the_exit_code_of_a_missed_impact(fail_on: str, code: int, tmp_path: Path) -> None:
-    r"""PIT misses the impact of `paper/missed`: exit code 1 with `--fail-on inaccurate`, 0 with `--fail-on never`.
-
-    The JUnit file counts the same number of failures.
-    """
+    """A missed impact is exit code 1 with `--fail-on inaccurate` and 0 with `never`, in JUnit as well."""
     arguments = ("run", "paper/missed", "-e", "pit", "--dt", "1/24", "--no-timing", "--report", tmp_path)
     assert carom_command(*arguments, "--fail-on", fail_on).exit_code == code
     assert f'failures="{code}"' in (tmp_path / "junit.xml").read_text()
@@ -71,22 +66,17 @@ def test_fail_on_sets_the_exit_code_of_a_missed_impact(fail_on: str, code: int, 
 @pytest.mark.usefixtures("in_process")
 def test_run_without_a_usable_engine_has_exit_code_3(scene_file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A run ends with exit code 3 and the reason if its engine can't run the scene or is not available."""
-    result = carom_command("run", scene_file, "-e", "pit", "--dt", "1e-10", "--no-timing")
-    assert result.exit_code == 3
-    assert "more steps than an engine can count" in printed_text(result)
-    monkeypatch.setattr(describe_engines, "explain_unavailable_adapter", lambda _adapter: "it is on strike")
-    monkeypatch.setattr(describe_engines, "_KNOWN", {})
-    result = carom_command("run", scene_file, "-e", "pit", "--dt", "0.1", "--no-timing")
-    assert result.exit_code == 3
-    assert "it is on strike" in result.output
+    for dt, words in (("1e-10", "more steps than an engine can count"), ("0.1", "it is on strike")):
+        result = carom_command("run", scene_file, "-e", "pit", "--dt", dt, "--no-timing")
+        assert result.exit_code == 3
+        assert words in printed_text(result)
+        monkeypatch.setattr(describe_engines, "explain_unavailable_adapter", lambda _adapter: "it is on strike")
+        monkeypatch.setattr(describe_engines, "_KNOWN", {})
 
 
 @pytest.mark.long
 def test_names_are_printed_without_markup_and_control_characters(tmp_path: Path) -> None:
-    r"""Brackets in scene and folder names are printed unchanged, and control characters as escapes.
-
-    The report is written to the folder with the unescaped name.
-    """
+    """Brackets in names are printed unchanged, and control characters as escapes."""
     path = tmp_path / "odd.toml"
     path.write_text(SCENE.replace('"mine"', '"[red]mine[/x]"'))
     folder = tmp_path / "r[red]q[/x]\x1b[31m"
@@ -108,23 +98,21 @@ def test_timeout_has_exit_code_4(scene_file: Path) -> None:
 
 def test_scenes_command_lists_prints_and_saves_scenes(tmp_path: Path) -> None:
     """`carom scenes` counts groups, lists one group or all, prints a scene as a loadable file, and saves files."""
-    groups = carom_command("scenes").output.splitlines()
-    assert ["paper", "4"] in [line.split()[:2] for line in groups]
+    _, *rows, _, _ = groups = carom_command("scenes").output.splitlines()
     assert all(len(line) <= 80 for line in groups)
-    listed = {entry.group for entry in all_scenes().values()}
-    assert {line.split()[0] for line in groups[1:-2]} == listed
-    assert all(line.split()[2:] for line in groups[1:-2])
+    counts = {line.split()[0]: line.split()[1:] for line in rows}
+    assert counts.keys() == {entry.group for entry in all_scenes().values()}
+    assert all(told[1:] for told in counts.values())
+    assert counts["paper"][0] == "4"
     assert len(carom_command("scenes", "paper").output.splitlines()) == 4 + 1
     lines = carom_command("scenes", "--all").output.splitlines()
     assert len(lines) == len(all_scenes()) + 1
     (missed,) = (line for line in lines if line.startswith("paper/missed"))
     assert missed.split()[1:3] == ["2", "1"]
-    shown = carom_command("scenes", "paper/missed").output
     path = tmp_path / "copy.toml"
-    path.write_text(shown)
+    path.write_text(carom_command("scenes", "paper/missed").output)
     assert carom.load_scene(path).name == "paper/missed"
-    saved = carom_command("scenes", "paper", "--save", str(tmp_path / "mine"))
-    assert saved.exit_code == 0
+    assert carom_command("scenes", "paper", "--save", tmp_path / "mine").exit_code == 0
     assert len(list((tmp_path / "mine").glob("*.toml"))) == 4
 
 
@@ -136,14 +124,11 @@ def test_schema_option_prints_json(command: str, schema: Callable[[], object]) -
 
 def test_engines_command_lists_every_engine() -> None:
     """`carom engines` has one line for each engine, with versions or "unavailable", of at most 80 characters."""
-    output = carom_command("engines").output
-    for info in carom.engines():
-        assert info.name in output
-        assert info.version in output if info.available else "unavailable" in output
-    lines = output.splitlines()
-    assert len([line for line in lines if line.startswith(tuple(info.name for info in carom.engines()))]) == len(
-        carom.engines()
-    )
+    lines = carom_command("engines").output.splitlines()
+    infos = {info.name: info for info in carom.engines()}
+    found = {line.split()[0]: line for line in lines if line.split() and line.split()[0] in infos}
+    assert found.keys() == infos.keys()
+    assert all((info.version if info.available else "unavailable") in found[name] for name, info in infos.items())
     assert all(len(line) <= 80 for line in lines)
 
 
@@ -168,10 +153,7 @@ def test_show_prints_settings_as_engine_code() -> None:
 
 
 def test_help_describes_every_command_and_option() -> None:
-    r"""`carom --help` shows the summary of each command, and `carom COMMAND --help` all its options.
-
-    Types of options are plain words, not names of Python types.
-    """
+    """`carom --help` shows every command's summary, and `carom COMMAND --help` all options in plain words."""
     listing = printed_text(carom_command("--help"))
     commands = get_command(app).commands  # type: ignore[attr-defined]  # a group, which the annotation does not say
     assert {"run", "bench", "advise", "certify", "stress", "scenes", "engines"} <= set(commands)
@@ -191,20 +173,13 @@ def test_interrupted_run_leaves_no_report_and_no_process(tmp_path: Path, scene_f
     report = tmp_path / "report"
     options = ("-e", "pit", "--dt", "1e-7", "--time-limit", "1e6", "--report", str(report))
     command = [sys.executable, "-m", "carom", "run", str(scene_file), *options]
-    process = subprocess.Popen(
-        command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, start_new_session=True
-    )
-    until = time.monotonic() + PATIENT_S
+    pipes: dict[str, Any] = {"stderr": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+    process = subprocess.Popen(command, **pipes, start_new_session=True)
     # The journal is there when adapters have been asked; the run has begun when a worker works: a keeper's child.
-    while not ((report / "journal.jsonl").exists() and _has_busy_process(children := _list_descendants(process.pid))):
-        assert process.poll() is None
-        assert time.monotonic() < until
-        time.sleep(0.05)
-    process.send_signal(signal.SIGINT)
-    try:
-        _, error = process.communicate(timeout=PATIENT_S)
-    finally:
-        process.kill()  # of no effect on one that has ended
+    wait_until_begun(process, (report / "journal.jsonl").exists)
+    wait_until_begun(process, lambda: _has_busy_process(_list_descendants(process.pid)))
+    children = _list_descendants(process.pid)
+    error = interrupt(process)
     assert process.returncode == 130
     assert "interrupted" in error
     assert "Traceback" not in error
@@ -264,10 +239,7 @@ COMMANDS_WITH_JOURNALS = {
 def test_interrupt_during_creation_of_a_journal_leaves_no_folder(
     command: str, moment: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    r"""Ctrl-C while a journal is created ends with exit code 130 and leaves no output folder.
-
-    The signal comes when the folder is marked, or when the journal is opened, synced or entered.
-    """
+    """Ctrl-C at any moment while a journal is created ends with exit code 130 and leaves no folder."""
 
     def ends(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
@@ -418,7 +390,7 @@ def test_run_reports_how_far_its_reference_is_certified() -> None:
     assert "classics/head-on: the only impact is certified; PIC agrees to 1e-09 in all impacts." in asked
 
 
-LIST = (sys.executable, "-m", "carom", "scenes")
+CAROM = (sys.executable, "-m", "carom")
 
 
 @pytest.mark.long
@@ -427,7 +399,7 @@ def test_closed_output_pipe_is_not_an_error() -> None:
     read, write = os.pipe()
     os.close(read)  # it has seen enough before the first line
     with os.fdopen(write, "wb") as out:
-        done = subprocess.run(LIST, stdout=out, stderr=subprocess.PIPE, check=False)
+        done = subprocess.run([*CAROM, "scenes"], stdout=out, stderr=subprocess.PIPE, check=False)
     assert (done.returncode, done.stderr) == (0, b"")
 
 
@@ -437,28 +409,23 @@ def test_closed_output_pipe_is_not_an_error() -> None:
 def test_full_disk_is_reported_with_exit_code_2(arguments: tuple[str, ...]) -> None:
     """If the output can't be written, the command ends with exit code 2 and one line on standard error."""
     with Path("/dev/full").open("wb") as full:
-        done = subprocess.run(
-            [sys.executable, "-m", "carom", *arguments], stdout=full, stderr=subprocess.PIPE, check=False
-        )
-    assert done.returncode == 2
-    assert done.stderr.decode().splitlines() == ["carom: output: No space left on device"]
+        done = subprocess.run([*CAROM, *arguments], stdout=full, stderr=subprocess.PIPE, check=False)
+    assert (done.returncode, done.stderr) == (2, b"carom: output: No space left on device\n")
 
 
 @pytest.mark.long
 def test_output_is_ascii_if_the_encoding_is_ascii() -> None:
     """With an ASCII encoding, results and error messages are printed in ASCII and no command fails to print."""
     plain = {**os.environ, "LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0", "PYTHONIOENCODING": "ascii"}
-    command, missed = (
-        (sys.executable, "-m", "carom", "run"),
-        ("paper/missed", "-e", "pit", "--no-timing", "--dt", "1/24"),
-    )
-    done = subprocess.run([*command, *missed], env=plain, capture_output=True, check=False)
-    assert done.returncode == 1
-    assert done.stdout.isascii()
-    done = subprocess.run([*command, "d\u00e9j\u00e0-\u2713"], env=plain, capture_output=True, check=False)
-    assert done.returncode == 2
-    assert done.stderr.isascii()
-    assert b"no scene is named" in done.stderr
+    for words, code, said in (
+        ("run paper/missed -e pit --no-timing --dt 1/24", 1, b""),
+        ("run d\u00e9j\u00e0-\u2713", 2, b"no scene is named"),
+    ):
+        done = subprocess.run([*CAROM, *words.split()], env=plain, capture_output=True, check=False)
+        assert done.returncode == code
+        assert done.stdout.isascii()
+        assert done.stderr.isascii()
+        assert said in done.stderr
 
 
 @each(
@@ -472,10 +439,7 @@ def test_output_is_ascii_if_the_encoding_is_ascii() -> None:
     ],
 )
 def test_output_folder_with_other_files_is_refused(command: str, tmp_path: Path) -> None:
-    r"""Commands refuse an output folder with files that Carom did not write, and leave it unchanged.
-
-    The message names one of the files and the option `--out`.
-    """
+    """An output folder with files that Carom did not write is refused with a hint, and left unchanged."""
     (tmp_path / "index.html").write_text("mine")
     (tmp_path / "scenes").mkdir()
     result = carom_command(*command.split(), "--out", tmp_path)
@@ -516,16 +480,12 @@ def test_certify_writes_one_file_for_each_similar_name(tmp_path: Path) -> None:
         (saved / f"{k}.toml").write_text(text.replace("paper/missed", name))
     files = [str(saved / f"{k}.toml") for k in range(len(names))]
     assert carom_command("certify", *files, "--out", str(tmp_path / "out")).exit_code == 0
-    found = [path.name.lower() for path in (tmp_path / "out").glob("*.json")]
-    assert len(set(found)) == len(names)
+    assert len({path.name.lower() for path in (tmp_path / "out").glob("*.json")}) == len(names)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="address space is limited on Linux")
 def test_small_address_space_is_reported_with_exit_code_2(tmp_path: Path) -> None:
-    r"""With 100 MB of address space a run ends with exit code 2 and a message about `ulimit -v`.
-
-    `carom --help` still works.
-    """
+    """With 100 MB of address space a run ends with exit code 2 and names `ulimit -v`; `--help` works."""
     command = 'ulimit -v 100000; exec "$0" -m carom "$@"'
     run = ("run", "paper/late", "-e", "pit", "--no-timing", "--report", str(tmp_path / "report"))
     done = subprocess.run(["sh", "-c", command, sys.executable, *run], capture_output=True, text=True, check=False)
@@ -537,17 +497,16 @@ def test_small_address_space_is_reported_with_exit_code_2(tmp_path: Path) -> Non
     assert helped.returncode == 0
 
 
-def _run_play(*words: str) -> tuple[int, str]:
-    found = CliRunner().invoke(build_app(["play"]), ["play", *words, "--no-open"])
-    return found.exit_code, found.output
+def _run_play(*words: object) -> Result:
+    return CliRunner().invoke(build_app(["play"]), ["play", *map(str, words), "--no-open"])
 
 
 def test_play_writes_a_page_with_the_scene(tmp_path: Path) -> None:
     """`carom play` writes a self-contained page that selects the named scene and restricts scripts by hash."""
     page = tmp_path / "play.html"
-    code, said = _run_play("paper/late", "-e", "none", "--out", str(page))
+    result = _run_play("paper/late", "-e", "none", "--out", page)
     text = page.read_text(encoding="utf-8")
-    assert (code, "play.html" in said) == (0, True)
+    assert (result.exit_code, "play.html" in result.output) == (0, True)
     assert 'id="scenes" data-first="paper/late">' in text
     assert "default-src 'none'; script-src 'sha256-" in text
     assert "http" not in text.replace("http-equiv", "")
@@ -565,10 +524,10 @@ def test_page_policy_allows_hashed_scripts_and_webassembly() -> None:
 def test_play_refuses_a_missing_engine_with_its_install_command(monkeypatch: pytest.MonkeyPatch) -> None:
     """An engine whose package is not installed ends `carom play` with exit code 2 and the `npm install` command."""
     monkeypatch.setattr("carom.web.installed_engines.build_page_engine", lambda *_: None)
-    code, said = _run_play("-e", "rapier2d")
-    assert code == 2
-    assert "rapier2d is not installed: " in " ".join(said.split())
-    assert "npm install" in " ".join(said.split())
+    result = _run_play("-e", "rapier2d")
+    assert result.exit_code == 2
+    assert "rapier2d is not installed: " in printed_text(result)
+    assert "npm install" in printed_text(result)
 
 
 def test_page_refuses_an_unexpected_package_version(tmp_path: Path) -> None:
@@ -595,13 +554,15 @@ def test_page_refuses_an_adapter_with_an_unlinked_import() -> None:
 @pytest.fixture
 def slow_scene_file(tmp_path: Path) -> Path:
     """Two discs that meet head-on at 0.4 m/s; Box2D as it is shipped makes impacts of up to 1 m/s inelastic."""
-    discs = [
-        Disc(position_m=(0, 0), velocity_m_s=(0.4, 0), radius_m=0.5),
-        Disc(position_m=(1.23, 0), velocity_m_s=(0, 0), radius_m=0.5),
-    ]
+    discs = disc_at(0, 0, 0.4), disc_at(1.23, 0)
     path = tmp_path / "slow.toml"
-    save_scene(Scene(name="slow", discs=discs, duration_s=1.5, frame_rate_hz=60.0), path)
+    save_scene(staged("slow", *discs, duration_s=1.5, frame_rate_hz=60.0), path)
     return path
+
+
+def run_tune(scene: Path, out: Path, *options: str) -> Result:
+    """Tune Box2D in twelve trials, in this process."""
+    return carom_command("tune", "box2d", scene, "--trials", 12, "--out", out, "-j", 1, *options)
 
 
 def extract_code(text: str, heading: str) -> str:
@@ -612,12 +573,9 @@ def extract_code(text: str, heading: str) -> str:
 
 @pytest.mark.long
 def test_tune_finds_the_velocity_scale_of_box2d(slow_scene_file: Path, tmp_path: Path) -> None:
-    r"""`carom tune` finds that a larger velocity scale corrects a slow impact in Box2D.
-
-    The printed profiles in Python and TOML contain the scale, and the printed command runs without a violation.
-    """
+    """`carom tune` finds the velocity scale that corrects a slow impact in Box2D; its printed outputs work."""
     out = tmp_path / "out"
-    done = carom_command("tune", "box2d", slow_scene_file, "--trials", 12, "--out", out, "-j", 1)
+    done = run_tune(slow_scene_file, out)
     assert done.exit_code == 0, done.output
     text = (out / "tune.md").read_text()
     profile = eval(f"{{{extract_code(text, 'Profile in Python')}}}", {"Profile": Profile})["found"]  # noqa: S307 - our own
@@ -637,12 +595,9 @@ def test_tune_finds_the_velocity_scale_of_box2d(slow_scene_file: Path, tmp_path:
 def test_interrupted_tune_resumes_to_the_same_profile(
     slow_scene_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    r"""Ctrl-C prints the best settings so far, and `--resume` finds the profile of an uninterrupted search.
-
-    Without `--resume`, a second search into the same folder is refused.
-    """
+    """Ctrl-C prints the best settings so far, and only `--resume` continues, to the uninterrupted profile."""
     one, other = tmp_path / "one", tmp_path / "other"
-    assert carom_command("tune", "box2d", slow_scene_file, "--trials", 12, "--out", other, "-j", 1).exit_code == 0
+    assert run_tune(slow_scene_file, other).exit_code == 0
     tried = KnobSearch.evaluate
 
     def interrupted(self: KnobSearch, point: dict[str, int]) -> Any:
@@ -652,17 +607,13 @@ def test_interrupted_tune_resumes_to_the_same_profile(
 
     with monkeypatch.context() as patched:
         patched.setattr(KnobSearch, "evaluate", interrupted)
-        done = carom_command("tune", "box2d", slow_scene_file, "--trials", 12, "--out", one, "-j", 1)
+        done = run_tune(slow_scene_file, one)
     assert done.exit_code == 130
-    assert "best so far (trial" in done.output
-    assert "--set velocity_scale=" in done.output
-    assert "--resume continues from them" in done.output
-    refused = carom_command("tune", "box2d", slow_scene_file, "--trials", 12, "--out", one)
+    for words in ("best so far (trial", "--set velocity_scale=", "--resume continues from them"):
+        assert words in done.output
+    refused = run_tune(slow_scene_file, one)
     assert refused.exit_code == 2
     assert "continue with --resume" in refused.output
-    assert (
-        carom_command("tune", "box2d", slow_scene_file, "--trials", 12, "--out", one, "-j", 1, "--resume").exit_code
-        == 0
-    )
+    assert run_tune(slow_scene_file, one, "--resume").exit_code == 0
     whole, resumed = ((folder / "tune.md").read_text() for folder in (other, one))
     assert extract_code(resumed, "Profile in Python") == extract_code(whole, "Profile in Python")

@@ -39,14 +39,14 @@ def worse_results(sample_results: Path, tmp_path: Path) -> Path:
 
 @pytest.mark.long
 def test_diff_fails_only_on_grades_of_fail_on(sample_results: Path, worse_results: Path) -> None:
-    r"""A sampled cell with a larger error fails with `--fail-on sampled`, but not by default or with `never`.
-
-    A sampled cell with a smaller error does not fail.
-    """
-    assert carom_command("diff", sample_results, worse_results).exit_code == 0
-    assert carom_command("diff", sample_results.parent, worse_results.parent, "--fail-on", "sampled").exit_code == 1
-    assert carom_command("diff", sample_results, worse_results, "--fail-on", "never").exit_code == 0
-    assert carom_command("diff", worse_results, sample_results, "--fail-on", "sampled").exit_code == 0
+    """A sampled cell with a larger error fails only with `--fail-on sampled`; a smaller error never fails."""
+    for old, new, options, code in (
+        (sample_results, worse_results, [], 0),
+        (sample_results.parent, worse_results.parent, ["--fail-on", "sampled"], 1),
+        (sample_results, worse_results, ["--fail-on", "never"], 0),
+        (worse_results, sample_results, ["--fail-on", "sampled"], 0),
+    ):
+        assert carom_command("diff", old, new, *options).exit_code == code
 
 
 def test_crash_of_an_ungraded_cell_is_worse(worse_results: Path) -> None:
@@ -106,10 +106,7 @@ def test_documented_job_is_short_and_calls_carom() -> None:
 
 @each("option", ["--page", "--markdown"])
 def test_diff_does_not_overwrite_other_files(sample_results: Path, tmp_path: Path, option: str) -> None:
-    r"""`--page` and `--markdown` refuse to overwrite the compared results and files that Carom did not write.
-
-    A comparison that Carom wrote is replaced.
-    """
+    """`--page` and `--markdown` overwrite no compared results and foreign files, but Carom's own comparisons."""
     results, own = sample_results / "results.jsonl" if sample_results.is_dir() else sample_results, tmp_path / "own"
     other = tmp_path / "scene.toml"
     other.write_text("name = 'mine'")

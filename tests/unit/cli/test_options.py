@@ -147,8 +147,7 @@ def test_wrong_option_value_is_refused_on_the_command_line(study: type[DeclaredO
 @each("study", [study for study, command in STUDIES.items() if command])
 def test_help_shows_every_declared_option(study: type[DeclaredOptions]) -> None:
     """`--help` shows the flag and the declared help text of each option of a study."""
-    result = carom_command(STUDIES[study][0], "--help")
-    shown = "".join(result.output.split())
+    shown = "".join(carom_command(STUDIES[study][0], "--help").output.split())
     for name, one in list_declared_options(study).items():
         if one.flags:
             assert one.flags[0].partition("/")[0] in shown
@@ -205,16 +204,12 @@ def test_journal_stamp_depends_only_on_stamped_options(study: type[DeclaredOptio
 
 
 def test_lists_whole_seconds_and_step_series_are_accepted() -> None:
-    r"""Options accept lists instead of tuples, whole numbers of seconds, series of steps, and angles in degrees.
-
-    A quick stress test has a time limit of 10 s instead of 60 s.
-    """
+    """Lists, whole seconds, series of steps and degrees are accepted; a quick stress test has 10 s, not 60."""
     assert Options(["pit"], [1, 0.5], ["tuned"], time_limit_s=5).dts == (1, 0.5)
     assert BenchPlan(engines=("pit",), rounds=3, budget_s=1).rounds == 3
     assert BenchPlan.parse_command_line({"dts": ["1/60", "1/100..1/400:3"]}).dts == (1 / 60, 1 / 100, 1 / 200, 1 / 400)
-    assert AdviceOptions.parse_command_line({"direction_error_rad": "180deg"[1:]}).direction_error_rad == math.radians(
-        80
-    )
+    angle = AdviceOptions.parse_command_line({"direction_error_rad": "80deg"}).direction_error_rad
+    assert angle == math.radians(80)
     assert (StressOptions().time_limit_s, StressOptions(quick=True).time_limit_s) == (60.0, 10.0)
 
 

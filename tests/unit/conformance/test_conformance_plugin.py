@@ -18,10 +18,7 @@ Pytest = Callable[..., "subprocess.CompletedProcess[str]"]
 
 
 def test_plugin_without_its_option_imports_no_dependencies(project: Path, run_pytest: Pytest) -> None:
-    r"""Without `--carom-engine`, the plug-in prints nothing and only imports a few light modules of Carom.
-
-    The run passes even if numpy, pydantic, rich, typer and tomli_w can't be imported.
-    """
+    """Without `--carom-engine` the plug-in prints nothing and imports only light modules, without libraries."""
     (project / "test_own.py").write_text(
         "import sys\n"
         "def test_own():\n"
@@ -43,10 +40,7 @@ def test_plugin_without_its_option_imports_no_dependencies(project: Path, run_py
 
 @pytest.mark.long
 def test_suite_runs_in_repository_without_tests(run_pytest: Pytest) -> None:
-    r"""In a folder without tests, the suite runs alone, and `-k` selects among its cases.
-
-    The case of an engine that is not installed is skipped, and the reason contains the command that installs it.
-    """
+    """In a folder without tests the suite runs alone; the case of a missing engine is skipped with the command."""
     done = run_pytest("--carom-engine", "carom-toys", "-rs", "-k", "(sound and declares) or available")
     assert done.returncode == 0, done.stdout + done.stderr
     assert "2 passed, 1 skipped" in done.stdout
@@ -56,11 +50,7 @@ def test_suite_runs_in_repository_without_tests(run_pytest: Pytest) -> None:
 
 @pytest.mark.long
 def test_suite_runs_together_with_own_tests(project: Path, run_pytest: Pytest) -> None:
-    r"""The suite runs together with a project's own tests, in two xdist processes.
-
-    The project sets testpaths, strict markers and warnings as errors. `-m carom_conformance` selects the suite
-    alone.
-    """
+    """The suite runs with a project's own strict tests in two processes; its marker selects it alone."""
     (project / "pyproject.toml").write_text(
         '[tool.pytest.ini_options]\ntestpaths = ["checks"]\nfilterwarnings = ["error"]\n'
         'addopts = ["--strict-markers", "--strict-config"]\n'
@@ -138,11 +128,7 @@ def test_missing_or_wrong_known_failures_file_is_refused(tmp_path: Path) -> None
 
 @pytest.mark.usefixtures("in_process")
 def test_suite_runs_default_tuned_and_located_profiles(tmp_path: Path) -> None:
-    r"""Without a choice of profiles, the suite runs default, tuned and located.
-
-    Cases without a profile are always included. Known failures of other profiles are ignored. An unknown profile is
-    refused.
-    """
+    """The suite runs default, tuned and located, or known chosen profiles, and cases without profile always."""
     (tmp_path / FILE_NAME).write_text(
         '[[known_failure]]\nreason = "x"\ncases = ["pymunk::times[default-paper/late]"]\n'
     )

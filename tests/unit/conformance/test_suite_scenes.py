@@ -19,10 +19,7 @@ from carom.execution.shared_options import LimitOptions
 
 
 def test_known_answers_and_pic_give_the_same_trace() -> None:
-    r"""In every fourth scene of the suite, the known answer and PIC agree to rounding.
-
-    This includes impact normals, final positions and spins.
-    """
+    """In every fourth scene of the suite the known answer and PIC agree to rounding, also in normals and spins."""
     for name in list(CATALOGUE_SCENES)[::4]:
         entry = all_scenes()[name]
         reference, pic = build_known_trace(entry.scene, entry.known), solve_pic(entry.scene)
@@ -48,10 +45,7 @@ def test_known_answer_without_impacts_or_spins_is_refused() -> None:
 
 @each("profiles, scenes, least", release_after(1, [(["tuned"], "classics/box|spin/gearing", 50), ([], "", 200)]))
 def test_pic_passes_every_conformance_case(profiles: list[str], scenes: str, least: int, tmp_path: Path) -> None:
-    r"""PIC passes every case of the suite that applies to it.
-
-    The short form runs the tuned profile on two scenes. A minimum number of cases must apply.
-    """
+    """PIC passes every case of the suite that applies to it, and a minimum number applies."""
     (engine,) = make_suite(["pic"], profiles, None, [tmp_path], LimitOptions()).engines
     assert engine.subject is not None
     held = 0

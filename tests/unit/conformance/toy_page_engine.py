@@ -29,12 +29,8 @@ class BouncerWorld:
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting], bouncer: Bouncer) -> None:
         self.settings = {name: bouncer.read(value) for name, value in settings.items()}
-        self._scene, self._dt_s, self._margin, self._unit = (
-            scene,
-            float(settings["dt_s"]),
-            bouncer.margin_m,
-            bouncer.unit,
-        )
+        self._scene, self._dt_s, self._margin = scene, float(settings["dt_s"]), bouncer.margin_m
+        self._unit = bouncer.unit
         self._wall_e = scene.restitution if bouncer.one_coefficient else scene.wall_restitution
         self._shove, self._walls = bouncer.shove, [*scene.half_planes()]
         self._x = np.array([disc.position_m for disc in scene.discs]) * (1 + bouncer.nudge) * self._unit

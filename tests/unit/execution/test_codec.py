@@ -48,22 +48,25 @@ def alter_value(value: Any) -> Iterator[Any]:
 @each("name", ["contact/struck", "tables/box-of-edges"])
 def test_trace_keeps_every_bit_through_the_codec(name: str) -> None:
     """A trace with contact modes, states, spins and wall edges equals its encoded and decoded copy."""
-    trace, codec = (
-        observe_run(load_adapter("pic"), all_scenes()[name].scene, "tuned", 1 / 60),
-        Codec[Trace](CarriedTrace),
-    )
+    codec = Codec[Trace](CarriedTrace)
+    trace = observe_run(load_adapter("pic"), all_scenes()[name].scene, "tuned", 1 / 60)
     assert codec.loads(codec.dumps(trace)) == trace
 
 
-def test_altered_answer_is_a_value_or_a_validation_error() -> None:
-    """Decoding an answer with one part replaced or removed returns a value or raises a ValidationError."""
+@pytest.fixture
+def answer() -> tuple[Codec[Any], list[Any]]:
+    """The codec of a worker's answers, and PIT's answer as JSON."""
     codec = build_codec(ObserveTask)
-    sound = json.loads(codec.dumps((0, Answer(Status.RAN, value=solve_pit(SCENE, frame_rate_hz=60)))))
-    trace = json.loads(sound[1]["value"])
+    return codec, json.loads(codec.dumps((0, Answer(Status.RAN, value=solve_pit(SCENE, frame_rate_hz=60)))))
+
+
+def test_altered_answer_is_a_value_or_a_validation_error(answer: tuple[Codec[Any], list[Any]]) -> None:
+    """Decoding an answer with one part replaced or removed returns a value or raises a ValidationError."""
+    codec, sound = answer
+    traces = alter_value(json.loads(sound[1]["value"]))
+    lines = [*alter_value(sound), *([0, {**sound[1], "value": json.dumps(one)}] for one in traces)]
     refused = 0
-    for line in [*alter_value(sound), *([0, {**sound[1], "value": json.dumps(one)}] for one in alter_value(trace))][
-        ::4
-    ]:
+    for line in lines[::4]:
         try:
             codec.loads(json.dumps(line).encode())
         except ValidationError:
@@ -71,10 +74,9 @@ def test_altered_answer_is_a_value_or_a_validation_error() -> None:
     assert refused > 125  # so that it is seen to be tried
 
 
-def test_trace_without_a_required_array_is_refused() -> None:
+def test_trace_without_a_required_array_is_refused(answer: tuple[Codec[Any], list[Any]]) -> None:
     """Decoding a trace without final positions raises a ValidationError that names the field."""
-    codec = build_codec(ObserveTask)
-    sound = json.loads(codec.dumps((0, Answer(Status.RAN, value=solve_pit(SCENE, frame_rate_hz=60)))))
+    codec, sound = answer
     trace = json.loads(sound[1]["value"]) | {"final_position_m": None}
     with pytest.raises(ValidationError, match="final_position_m"):
         codec.loads(json.dumps([0, {**sound[1], "value": json.dumps(trace)}]).encode())

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from tests.in_process_pool import InProcessPool
 from tests.processes import PATIENT_S
+from tests.scene_builders import require_value
 
 from carom import Disc, Scene, cross_check
 from carom.engines.api import Capabilities
@@ -52,17 +53,12 @@ LOADING = {
     "holds-the-lock": ("ctypes.PyDLL(None).sleep(3600)", "timed out: no answer within"),
 }
 
+BITS = "capabilities.float_bits must be one of [32, 64], got"
 #: What an adapter declares, and what the line says of it.
 DECLARED = {
     "no-capabilities": ("capabilities=None", "capabilities must be Capabilities(...), got None"),
-    "float-bits": (
-        "capabilities=Capabilities(float_bits=17)",
-        "capabilities.float_bits must be one of [32, 64], got 17; declare 32",
-    ),
-    "half-floats": (
-        "capabilities=Capabilities(float_bits=16)",
-        "capabilities.float_bits must be one of [32, 64], got 16; declare 32 for narrower floats",
-    ),
+    "float-bits": ("capabilities=Capabilities(float_bits=17)", f"{BITS} 17; declare 32"),
+    "half-floats": ("capabilities=Capabilities(float_bits=16)", f"{BITS} 16; declare 32 for narrower floats"),
     "wide-floats": ("capabilities=Capabilities(float_bits=80)", "float_bits must be one of [32, 64], got 80"),
     "words": (
         "capabilities=Capabilities(max_speed_m_s='fast')",
@@ -136,10 +132,7 @@ def test_invalid_declarations_make_an_adapter_unavailable() -> None:
 
 @pytest.mark.long
 def test_adapters_of_a_distribution_share_a_process(install: Install) -> None:
-    r"""Adapters of one distribution are described in one process.
-
-    One that fails because of another is described again in its own process and is available.
-    """
+    """Adapters of one distribution share a process; one that fails there is described again in its own."""
     spoils = "import builtins, os\nbuiltins.spoilt = True\nfirst = made(version=lambda: str(os.getpid()))\n"
     fails = "def version():\n    assert not hasattr(builtins, 'spoilt')\n    return 'alone'\n"
     install(
@@ -194,9 +187,7 @@ def test_failing_settings_affect_only_their_profile(
         methods = list_methods(describe_engines(["odd"], pool), ["tuned", "sound"], [0.1], pool)
     tuned, sound = Method("odd", "tuned"), Method("odd", "sound")
     assert set(methods.at["odd", 0.1]) == {tuned, sound}
-    refused = methods.find_refusal(tuned, 0.1)
-    assert refused is not None
-    assert refused.said.startswith(said)
+    assert require_value(methods.find_refusal(tuned, 0.1)).said.startswith(said)
     assert methods.find_refusal(sound, 0.1) is None
 
 

@@ -1,6 +1,5 @@
 """An engine is not driven through free flight; nothing that can still happen is skipped for that."""
 
-import dataclasses
 import math
 import tracemalloc
 from collections.abc import Iterable, Iterator
@@ -12,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from tests.cases import each
-from tests.scene_builders import disc_at, staged
+from tests.scene_builders import disc_at, require_value, staged
 
-from carom import Disc, Scene, Wall, solve_pic, time_of_impact
+from carom import Scene, Wall, solve_pic, time_of_impact
 from carom.catalogue import find_scenes
 from carom.engines.api import Observation
 from carom.engines.registry import load_adapter
@@ -55,38 +54,29 @@ def build_rounded_states() -> Iterator[tuple[Array, Array]]:
         yield place.astype(np.float64), SPEED
 
 
+def build_moving_states(steps: int, *, slowing: float = 0.0, drift_m: float = 0.0) -> list[tuple[Array, Array]]:
+    """Return the states of `PARTING`, whose velocity falls, or whose first disc drifts aside, a step."""
+    aside = np.array([(0.0, drift_m), (0.0, 0.0)])
+    return [(APART + k * (DT * SPEED + aside), SPEED * (1 - slowing) ** k) for k in range(1, steps)]
+
+
+NEARING = [
+    build_pair(5.0, -1.0),
+    build_pair(5.0, -1.0, aside=1.5),
+    build_pair(0.5, 1.0, walls=(Wall(point_m=(8, 0), normal=(-1, 0)),)),
+]
+
+
 @each(
     "scene, states, bits, begins",
     [
-        pytest.param(PARTING, build_straight_states(PARTING), 64, True, id="they part"),
-        *(
-            pytest.param(scene, build_straight_states(scene), 64, False, id=why)
-            for why, scene in {
-                "they meet": build_pair(5.0, -1.0),
-                "they pass near": build_pair(5.0, -1.0, aside=1.5),
-                "one reaches a wall": build_pair(0.5, 1.0, walls=(Wall(point_m=(8, 0), normal=(-1, 0)),)),
-            }.items()
-        ),
-        pytest.param(PARTING, [(APART / 2, 0.0 * SPEED)] * 10, 64, False, id="they overlap, and may be pushed apart"),
-        pytest.param(
-            PARTING,
-            [(APART + k * DT * SPEED, SPEED * (1 - 1e-12) ** k) for k in range(1, 50)],
-            64,
-            False,
-            id="the engine damps",
-        ),
-        *(
-            pytest.param(
-                PARTING,
-                [(APART + k * DT * SPEED + np.array([(0.0, off * k), (0.0, 0.0)]), SPEED) for k in range(1, 50)],
-                64,
-                False,
-                id=f"a place drifts by {off} m a step",
-            )
-            for off in (1e-12, 1e-3, 0.01)
-        ),
-        pytest.param(PARTING, [*build_rounded_states()], 32, True, id="places of 32 bits, declared"),
-        pytest.param(PARTING, [*build_rounded_states()], 64, False, id="places of 32 bits, where 64 are declared"),
+        (PARTING, build_straight_states(PARTING), 64, True),
+        *((scene, build_straight_states(scene), 64, False) for scene in NEARING),
+        (PARTING, [(APART / 2, 0.0 * SPEED)] * 10, 64, False),  # they overlap, and may be pushed apart
+        (PARTING, build_moving_states(50, slowing=1e-12), 64, False),
+        *((PARTING, build_moving_states(50, drift_m=drift_m), 64, False) for drift_m in (1e-12, 1e-3, 0.01)),
+        (PARTING, [*build_rounded_states()], 32, True),
+        (PARTING, [*build_rounded_states()], 64, False),
     ],
 )
 def test_free_flight_requires_straight_motion_without_contacts(
@@ -117,10 +107,7 @@ def test_two_discs_are_near_before_they_touch(state: tuple[int, ...], length: in
     ],
 )
 def test_distant_approach_is_found_despite_rounding(place: Any, speed: Any, near_s: float) -> None:
-    r"""A pair 1e12 m apart is found to come near; beyond the largest float the time until near is 0.
-
-    Pairs that do not approach never come near.
-    """
+    """A pair 1e12 m apart that approaches is found to come near, in a time of 0 beyond the largest float."""
     found = compute_time_until_near(np.array([place]), np.array([speed]), np.array([4.0]))
     assert found[0] == pytest.approx(near_s, rel=1e-9)
 
@@ -156,19 +143,17 @@ def test_touching_discs_are_not_in_free_flight() -> None:
     touching = 0
     for k in range(200):
         x, y = math.cos(0.1 * k), math.sin(0.1 * k)
-        discs = [Disc(position_m=(0, 0), radius_m=0.5), Disc(position_m=(x, y), radius_m=0.5)]
         if math.hypot(x, y) <= 1.0:
             touching += 1
-            scene = staged("touching", *discs, duration_s=10.0)
+            scene = staged("touching", disc_at(0, 0), disc_at(x, y), duration_s=10.0)
             assert find_free_flight_step(scene, build_straight_states(scene)) == 0
     assert touching > 50
 
 
 def test_free_flight_memory_does_not_grow_with_pairs() -> None:
     """The search in a scene of 3000 discs, which has 4.5 million pairs, takes less than 20 MB."""
-    scene = staged(
-        "crowd", *(disc_at(3.0 * (k % 55), 3.0 * (k // 55), 0.01 * k, 0) for k in range(3000)), duration_s=10.0
-    )
+    discs = (disc_at(3.0 * (k % 55), 3.0 * (k // 55), 0.01 * k, 0) for k in range(3000))
+    scene = staged("crowd", *discs, duration_s=10.0)
     tracemalloc.start()
     find_free_flight_step(scene, build_straight_states(scene))
     _, peak = tracemalloc.get_traced_memory()
@@ -199,12 +184,8 @@ def test_pair_near_within_two_steps_of_the_end_is_followed(steps_after_the_end: 
     "name", ["paper/late", "paper/multiple", "classics/deflection", "classics/inelastic-oblique", "issues/nimble-143"]
 )
 def test_shortened_run_equals_the_whole_run(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    r"""A run shortened by free flight has the impacts, samples and final state of the whole run.
-
-    Positions agree within rounding, impacts and velocities to the bit.
-    """
-    (entry,) = find_scenes([name])
-    scene = entry.scene
+    """A run shortened by free flight has the whole run's impacts to the bit, and positions to rounding."""
+    scene = find_scenes([name])[0].scene
     short = observe_run(load_adapter("pit"), scene, "tuned", DT, samples=True)
     monkeypatch.setattr(FreeFlight, "has_begun", lambda *_: False)
     whole = observe_run(load_adapter("pit"), scene, "tuned", DT, samples=True)
@@ -214,11 +195,10 @@ def test_shortened_run_equals_the_whole_run(name: str, monkeypatch: pytest.Monke
     # The whole run adds a step at a time, each to half an ulp.
     np.testing.assert_allclose(short.final_position_m, whole.final_position_m, rtol=0, atol=100 * math.ulp(8.0))
     np.testing.assert_array_equal(short.final_velocity_m_s, whole.final_velocity_m_s)
-    assert short.samples is not None
-    assert whole.samples is not None
-    np.testing.assert_array_equal(short.samples.time_s, whole.samples.time_s)
-    np.testing.assert_allclose(short.samples.position_m, whole.samples.position_m, rtol=0, atol=100 * math.ulp(8.0))
-    assert dataclasses.replace(solve_pic(scene)).outcome is short.outcome
+    cut, full = require_value(short.samples), require_value(whole.samples)
+    np.testing.assert_array_equal(cut.time_s, full.time_s)
+    np.testing.assert_allclose(cut.position_m, full.position_m, rtol=0, atol=100 * math.ulp(8.0))
+    assert solve_pic(scene).outcome is short.outcome
 
 
 def test_unwatched_run_differs_only_by_local_truth() -> None:

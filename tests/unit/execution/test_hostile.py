@@ -5,16 +5,16 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from tests.fake_clock import Clock
-from tests.processes import PATIENT_S, limit_only, wait_until_ended
+from tests.processes import PATIENT_S, limit_only, wait_until_begun, wait_until_ended
+from tests.scene_builders import disc_at, staged
 from tests.unit.execution.conftest import STANDING
 
-from carom import Disc, Scene, save_scene
+from carom import Scene, save_scene
 from carom.execution.environment import measure_resident_bytes
 from carom.execution.job import Status
 from carom.execution.plan import build_plan
@@ -157,7 +157,6 @@ def run_acts(
     """Run a scene on adapters that do these acts, and on PIT."""
 
     def run(*names: str) -> dict[str, Row]:
-        asked = Options(("pit", *names), [0.1], ["tuned"], timing=False, samples=False)
         if hang := [name for name in names if SAYS[name][0] is Status.TIMED_OUT]:
             limit_only(monkeypatch, *hang)
             # An act notes a process when it begins; until then no time passes, however slowly the worker starts.
@@ -166,7 +165,7 @@ def run_acts(
         if not any("ran on" in SAYS[name][1] for name in names):
             monkeypatch.setattr("carom.execution.worker_process.GRACE_S", PATIENT_S)  # each process may end slowly
         with LocalPool(2, LIMIT_S if hang else PATIENT_S, memory_limit_mb=1500) as pool:
-            rows = {row.job.engine: row for row in execute(build_plan([build_scene()], asked, pool), pool).rows}
+            rows = execute_untimed(pool, "pit", *names)
         assert rows["pit"].status is Status.RAN
         return rows
 
@@ -174,7 +173,13 @@ def run_acts(
 
 
 def build_scene() -> Scene:
-    return Scene(name="one disc", discs=[Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5)], duration_s=2)
+    return staged("one disc", disc_at(0, 0, 1, 0), duration_s=2)
+
+
+def execute_untimed(pool: LocalPool, *engines: str) -> dict[str, Row]:
+    """Return the row of each engine, from workers of a pool."""
+    asked = Options(engines, [0.1], ["tuned"], timing=False, samples=False)
+    return {row.job.engine: row for row in execute(build_plan([build_scene()], asked, pool), pool).rows}
 
 
 def nothing_is_left(tmp_path: Path, noted: int | None = None) -> bool:
@@ -225,10 +230,7 @@ SAYS = {
 def test_hostile_act_gives_a_truthful_row(
     run_acts: Callable[..., dict[str, Row]], name: str, start: str, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:
-    r"""Each hostile act ends in a row with the right status and reason, and no process or folder remains.
-
-    The row of PIT in the same run is complete.
-    """
+    """Each hostile act ends in a row with status and reason, without leftovers; PIT's row is complete."""
     if start == "forked":
         request.getfixturevalue("forking")
     row = run_acts(name)[name]
@@ -244,10 +246,7 @@ def test_hostile_act_gives_a_truthful_row(
 def test_hostile_acts_at_once_affect_only_their_own_rows(
     run_acts: Callable[..., dict[str, Row]], tmp_path: Path
 ) -> None:
-    r"""Five hostile acts in one run each have their own status and reason, and leave no process or folder.
-
-    The parent needs less than 64 MiB more memory, although an engine prints 100 MB.
-    """
+    """Five hostile acts in one run have their own rows, leave nothing, and cost less than 64 MiB."""
     names = ("forgets-everything", "answers-garbage", "prints-much", "takes-memory", "fails-to-fail")
     before = measure_resident_bytes("VmHWM") or 0
     rows = run_acts(*names)
@@ -264,11 +263,7 @@ def start_run(tmp_path: Path, act: str) -> subprocess.Popen[str]:
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])}
     command = [sys.executable, "-m", "carom", "run", str(tmp_path / "scene.toml"), "-e", act, "--dt", "0.1"]
     process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=environment)
-    until = time.monotonic() + PATIENT_S
-    while not any((tmp_path / "here").iterdir()):
-        assert process.poll() is None
-        assert time.monotonic() < until
-        time.sleep(0.05)
+    wait_until_begun(process, lambda: any((tmp_path / "here").iterdir()))
     return process
 
 
@@ -304,10 +299,8 @@ def test_forked_worker_equals_a_fresh_one(
 def test_workers_start_after_the_fork_server_is_killed(tmp_path: Path) -> None:
     """If an adapter kills the fork server, its own run crashes, and later runs start without the server."""
     with LocalPool(1, PATIENT_S) as pool:
-        asked = Options(("kills-its-template",), [0.1], ["tuned"], timing=False, samples=False)
-        (row,) = execute(build_plan([build_scene()], asked, pool), pool).rows
-        asked = Options(("tells",), [0.1], ["tuned"], timing=False, samples=False)
-        (after,) = execute(build_plan([build_scene()], asked, pool), pool).rows
+        row = execute_untimed(pool, "kills-its-template")["kills-its-template"]
+        after = execute_untimed(pool, "tells")["tells"]
     assert (row.status, after.status) == (Status.CRASHED, Status.RAN), (row.reason, after.reason)
     assert nothing_is_left(tmp_path)
 

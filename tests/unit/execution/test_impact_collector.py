@@ -1,6 +1,6 @@
 import dataclasses
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from tests.cases import each
 from tests.scene_builders import disc_at, require_value, staged, wall_at
 
-from carom import Disc, Scene, Wall
+from carom import Scene
 from carom.engines.api import Contact, Observation
 from carom.execution.impact_collector import ImpactCollector
 
@@ -19,8 +19,7 @@ ALONG_X = (1.0, 0.0)
 def build_state(*discs: tuple[float, float], contacts: tuple[Contact, ...] = ()) -> Observation:
     """Discs on the x axis, each as (x, velocity along x)."""
     position = np.array([(x, 0.0) for x, _ in discs])
-    velocity = np.array([(v, 0.0) for _, v in discs])
-    return Observation(position, velocity, contacts)
+    return Observation(position, np.array([(v, 0.0) for _, v in discs]), contacts)
 
 
 def build_line_scene(start: Observation) -> Scene:
@@ -52,10 +51,9 @@ def collect(start: Observation, *steps: Observation, scene: Scene | None = None,
 def test_contact_over_several_steps_is_one_impact() -> None:
     """A soft contact over three steps is one impact, with the velocities before the first and after the last."""
     start = build_state((0.0, 1.0), (1.0, 0.0))
-    touch = (Contact(0, 1, 0.0, ALONG_X, impulse_n_s=0.4),)
     (impact,) = collect(
         start,
-        build_state((0.10, 0.6), (1.0, 0.4), contacts=touch),
+        build_state((0.10, 0.6), (1.0, 0.4), contacts=(Contact(0, 1, 0.0, ALONG_X, impulse_n_s=0.4),)),
         build_state((0.15, 0.3), (1.05, 0.7), contacts=(Contact(0, 1, 0.1, ALONG_X, 0.3),)),
         build_state((0.15, 0.0), (1.15, 1.0), contacts=(Contact(0, 1, 0.2, ALONG_X, 0.3),)),
         build_state((0.15, 0.0), (1.25, 1.0)),
@@ -67,10 +65,7 @@ def test_contact_over_several_steps_is_one_impact() -> None:
 
 @each("turned, float_bits, known", [(1e-15, 64, False), (1e-9, 64, True), (1e-9, 32, False)])
 def test_velocity_change_within_rounding_has_no_effective_time(turned: float, float_bits: int, known: bool) -> None:
-    r"""If velocities change only by rounding, the point where the paths meet is meaningless: the time is NaN.
-
-    The limit depends on the declared float precision, 32 or 64 bits.
-    """
+    """If velocities change only by rounding of the declared floats, the effective time is NaN."""
     start = build_state((0.0, 1.0), (0.21, 0.0))
     pushed = build_state((0.09, 1.0 - turned), (0.22, turned), contacts=(Contact(0, 1, 0.0, ALONG_X, impulse_n_s=1.0),))
     assert math.isfinite(collect(start, pushed, float_bits=float_bits).effective[0]) == known
@@ -79,10 +74,8 @@ def test_velocity_change_within_rounding_has_no_effective_time(turned: float, fl
 def test_contact_with_cancelling_impulses_has_its_first_normal() -> None:
     """Opposite impulses in two steps have no common direction, so the impact has the first contact's normal."""
     there, back = ((Contact(0, 1, 0.0, (sign, 0.0), impulse_n_s=0.5),) for sign in (1.0, -1.0))
-    start = build_state((0.0, 1.0), (0.25, 0.0))
-    (impact,) = collect(
-        start, build_state((0.1, 0.5), (0.2, 0.5), contacts=there), build_state((0.1, 1.0), (0.2, 0.0), contacts=back)
-    ).impacts
+    turns = [build_state((0.1, 0.5), (0.2, 0.5), contacts=there), build_state((0.1, 1.0), (0.2, 0.0), contacts=back)]
+    (impact,) = collect(build_state((0.0, 1.0), (0.25, 0.0)), *turns).impacts
     assert impact["normal"].tolist() == [1.0, 0.0]
 
 
@@ -98,31 +91,22 @@ def test_separating_pair_pushed_to_one_speed_has_one_impact() -> None:
     assert found.times_and_bodies == [(0.0, 0, 1), (0.1, 1, 2)]
 
 
-def test_contact_of_zero_impulse_is_not_an_impact() -> None:
-    """A contact that an engine reports with zero impulse is not counted as an impact."""
+def test_contact_is_an_impact_only_with_an_impulse_or_a_changed_velocity() -> None:
+    """A contact of zero impulse, or of none in a step without a changed velocity, is not counted as an impact."""
     start = build_state((0.0, 1.0), (1.0, 0.0))
-    idle = build_state((0.1, 1.0), (1.0, 0.0), contacts=(Contact(0, 1, 0.0, ALONG_X, 0.0),))
-    assert collect(start, idle).times_and_bodies == []
-
-
-def test_contact_without_impulse_counts_if_a_velocity_changed() -> None:
-    """If an engine reports no impulse, a contact is an impact only if a velocity changed in its step."""
-    start = build_state((0.0, 1.0), (1.0, 0.0))
-    idle = build_state((0.1, 1.0), (1.0, 0.0), contacts=(Contact(0, 1, 0.0, ALONG_X),))
-    hit = build_state((0.1, 0.0), (1.1, 1.0), contacts=(Contact(0, 1, 0.1, ALONG_X),))
-    assert collect(start, idle, hit).times_and_bodies == [(0.1, 0, 1)]
+    for impulse, found in ((0.0, []), (None, [(0.1, 0, 1)])):
+        idle = build_state((0.1, 1.0), (1.0, 0.0), contacts=(Contact(0, 1, 0.0, ALONG_X, impulse),))
+        hit = build_state((0.1, 0.0), (1.1, 1.0), contacts=(Contact(0, 1, 0.1, ALONG_X, impulse),))
+        assert collect(start, idle).times_and_bodies == []
+        assert collect(start, idle, hit).times_and_bodies == found
 
 
 def test_impulses_separate_two_contacts_in_one_step() -> None:
-    r"""In a chain resolved within one step, the middle disc's velocities are those between its two impacts.
-
-    The impacts have no effective time and no positions, but their step is known.
-    """
+    """In a chain resolved in one step, the middle disc's velocities are those between its two impacts."""
     start = build_state((0.0, 1.0), (1.0, 0.0), (2.0, 0.0))
     contacts = (Contact(0, 1, 0.0, ALONG_X, 1.0), Contact(1, 2, 0.0, ALONG_X, 1.0))
-    impacts, effective, states, _ = found = collect(
-        start, build_state((0.0, 0.0), (1.0, 0.0), (2.1, 1.0), contacts=contacts)
-    )
+    after = build_state((0.0, 0.0), (1.0, 0.0), (2.1, 1.0), contacts=contacts)
+    impacts, effective, states, _ = found = collect(start, after)
     assert found.times_and_bodies == [(0.0, 0, 1), (0.0, 1, 2)]
     assert impacts[0]["velocity_second_after"].tolist() == [1.0, 0.0]
     assert impacts[1]["velocity_first_before"].tolist() == [1.0, 0.0]
@@ -134,10 +118,7 @@ def test_impulses_separate_two_contacts_in_one_step() -> None:
 
 @each("turned", [(1.0, 0.0), (0.0, -1.0)])
 def test_pair_driven_together_again_has_two_impacts(turned: tuple[float, float]) -> None:
-    r"""A pair that separated and that a third disc drives together in the next step has a second impact.
-
-    This holds in a moving frame of reference and in two directions.
-    """
+    """A pair that a third disc drives together again has a second impact, in any frame and direction."""
 
     def along(seen: Observation) -> Observation:
         """Turn what moves along x, as one sees it who moves along it at 4 m/s."""
@@ -152,16 +133,12 @@ def test_pair_driven_together_again_has_two_impacts(turned: tuple[float, float])
         build_state((0.0, 0.0), (0.7, -3.0), (2.1, 1.0), contacts=first),
         build_state((-0.3, -3.0), (0.7, 0.0), (2.2, 1.0), contacts=second),
     )
-    found = collect(*map(along, (start, *steps)))
-    assert found.times_and_bodies == [(0.0, 0, 1), (0.0, 1, 2), (0.1, 0, 1)]
+    assert collect(*map(along, (start, *steps))).times_and_bodies == [(0.0, 0, 1), (0.0, 1, 2), (0.1, 0, 1)]
 
 
 @each("turn_s", [0.0125, 0.05, 0.0875])
 def test_effective_time_is_where_the_paths_turned(turn_s: float) -> None:
-    r"""The effective time is the instant at which the free-flight lines before and after an impact meet.
-
-    For a disc at a wall these are its own two lines.
-    """
+    """The effective time is where the free-flight lines before and after meet, at a wall the disc's own two."""
     start = build_state((0.0, 2.0), (1.0, -1.0))
     left = 2.0 * turn_s - 1.0 * (DT - turn_s)
     right = 1.0 - 1.0 * turn_s + 2.0 * (DT - turn_s)
@@ -178,10 +155,8 @@ def test_contact_with_velocities_is_always_an_impact() -> None:
     start = build_state((0.0, 1.0), (1.0, 0.0))
     velocities = ((1.0, 0.0), (0.0, 0.0), (0.0, 0.0), (1.0, 0.0))
     twice = (Contact(0, 1, 0.01, ALONG_X, None, velocities), Contact(0, 1, 0.05, ALONG_X, None, velocities))
-    assert collect(start, build_state((0.1, 0.0), (1.0, 1.0), contacts=twice)).times_and_bodies == [
-        (0.01, 0, 1),
-        (0.05, 0, 1),
-    ]
+    found = collect(start, build_state((0.1, 0.0), (1.0, 1.0), contacts=twice))
+    assert found.times_and_bodies == [(0.01, 0, 1), (0.05, 0, 1)]
 
 
 def test_normal_of_several_steps_follows_the_summed_impulses() -> None:
@@ -214,11 +189,11 @@ _SPUN = [-4.0, -4.0 + 2.0, 2.0]
 
 def collect_rough_contacts(*contacts: Contact) -> Collected:
     """Return what is collected of a disc of k = 1/2 between two others, all three in line, that rub in one step."""
-    discs = [Disc(position_m=(float(x), 0.0), radius_m=0.5) for x in (0, 1, 2)]
-    place = np.array([disc.position_m for disc in discs])
+    scene = staged("rough", *(disc_at(x, 0.0) for x in (0, 1, 2)), friction=0.5, duration_s=1)
+    place = scene.arrays.position_m
     start = Observation(place, np.array([(3.0, 0.0), (0.0, 0.0), (0.0, 0.0)]), (), spin_rad_s=np.zeros(3))
     after = Observation(place, np.array(_AFTER), contacts, spin_rad_s=np.array(_SPUN))
-    return collect(start, after, scene=Scene(name="rough", discs=discs, friction=0.5, duration_s=1))
+    return collect(start, after, scene=scene)
 
 
 def test_both_impulses_separate_rough_contacts_in_one_step() -> None:
@@ -246,9 +221,9 @@ def collect_landing(fall_s: float, slid: float = 0.0, restitution: float = 0.0, 
     While it rests, friction takes `slid` of its speed aside a step.
     """
     drop = G * fall_s * fall_s / 2
-    disc = Disc(position_m=(0.0, 0.1 + drop), velocity_m_s=(1.0, 0.0), radius_m=0.1)
-    floor = Wall(point_m=(0, 0), normal=(0, 1))
-    scene = Scene(name="landing", discs=[disc], walls=[floor], duration_s=2, gravity_m_s2=(0, -G), wall_restitution=0)
+    disc = disc_at(0.0, 0.1 + drop, 1.0, 0.0, r=0.1)
+    fields: dict[str, Any] = {"duration_s": 2, "gravity_m_s2": (0, -G), "wall_restitution": 0}
+    scene = staged("landing", disc, wall_at(0, 0, 0, 1), **fields)
     seen, aside = [], 1.0
     for k in range(1, 20):
         t = k * DT
@@ -285,22 +260,17 @@ def test_soft_bounce_ends_with_the_rebound_velocity() -> None:
 
 @each("acts_at_end", [False, True])
 def test_falling_discs_have_the_velocities_of_their_impact(acts_at_end: bool) -> None:
-    r"""The velocities before and after an impact include the fall up to the instant of the impact.
-
-    Two equal discs meet head-on at 1 m/s each at 0.3 s, a step boundary, and exchange their velocities. The contact
-    is reported in the step that ends at 0.3 s or in the next one.
-    """
-    discs = [Disc(position_m=(x, 0.0), velocity_m_s=(v, 0.0), radius_m=0.1) for x, v in ((-0.4, 1.0), (0.4, -1.0))]
-    scene = Scene(name="pair", discs=discs, gravity_m_s2=(0.0, -G), duration_s=1.0)
-    start = Observation(np.array([(-0.4, 0.0), (0.4, 0.0)]), np.array([(1.0, 0.0), (-1.0, 0.0)]))
+    """The velocities of an impact include the fall up to its instant, whichever step reports the contact."""
+    discs = (disc_at(-0.4, 0.0, 1.0, r=0.1), disc_at(0.4, 0.0, -1.0, r=0.1))
+    scene = staged("pair", *discs, gravity_m_s2=(0.0, -G), duration_s=1.0)
+    start = Observation(scene.arrays.position_m, scene.arrays.velocity_m_s)
     seen = []
     for k in range(1, 8):
         t = k * DT
         turned = k >= (3 if acts_at_end else 4)
         x, v = (0.1 + (t - 0.3), 1.0) if t > 0.3 + 1e-9 else (0.4 - t, 1.0 if turned else -1.0)
         fall, speed = -G * t * t / 2, -G * t
-        touches = k == (3 if acts_at_end else 4)
-        contact = (Contact(0, 1, t, ALONG_X, impulse_n_s=1.0),) if touches else ()
+        contact = (Contact(0, 1, t, ALONG_X, impulse_n_s=1.0),) if (k == (3 if acts_at_end else 4)) else ()
         seen.append(Observation(np.array([[-x, fall], [x, fall]]), np.array([[-v, speed], [v, speed]]), contact))
     impacts, effective, *_ = collect(start, *seen, scene=scene)
     assert effective == pytest.approx([0.3], abs=1e-15)

@@ -55,10 +55,8 @@ def write_journal(folder: Path, *dts: float) -> Path:
 
 def test_entry_with_a_too_long_line_is_not_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """An entry whose line would exceed the limit counts in this run, but only the other entries are written."""
-    path, long = (
-        tmp_path / "journal.jsonl",
-        JournalEntry(replace(KEY, scene="x" * 5000), Answer(Status.RAN, value=build_measures())),
-    )
+    path = tmp_path / "journal.jsonl"
+    long = JournalEntry(replace(KEY, scene="x" * 5000), Answer(Status.RAN, value=build_measures()))
     monkeypatch.setattr(journal_module, "LONGEST_LINE", 4000)
     with score_journal(path) as journal:
         journal.add([build_entry(1 / 60), long, build_entry(1 / 120)])
@@ -86,10 +84,7 @@ def read_steps(path: Path) -> list[float]:
 
 @given(value=st.floats(), dt_s=st.floats(min_value=0, exclude_min=True, allow_infinity=False))
 def test_floats_are_stored_to_the_bit(value: float, dt_s: float, tmp_path_factory: pytest.TempPathFactory) -> None:
-    r"""Any float of an entry, also subnormal, negative zero or infinite, is read back with the same bits.
-
-    Lines are standard JSON without NaN and Infinity.
-    """
+    """Any float is read back with the same bits, from lines of standard JSON."""
     path, written = tmp_path_factory.mktemp("journal") / "journal.jsonl", build_entry(dt_s, value)
     with score_journal(path) as journal:
         journal.add([written])
@@ -99,30 +94,21 @@ def test_floats_are_stored_to_the_bit(value: float, dt_s: float, tmp_path_factor
         (read,) = journal.entries.values()
         journal.add([read])
     assert read.key == written.key
-    if math.isnan(value):
-        assert math.isnan(require_value(read.answer.value).total.velocity)
-    else:
-        assert require_value(read.answer.value).total.velocity.hex() == value.hex()
+    found = require_value(read.answer.value).total.velocity
+    assert math.isnan(found) if math.isnan(value) else found.hex() == value.hex()
     assert path.read_bytes().splitlines()[2] == line
 
 
+FAILS = partial(CellResult, "attack", "grazing", "pit/tuned", CellEnding.FAILS_AT_SIZE)
 SPOTS = (
-    CellResult(
-        "attack", "grazing", "pit/tuned", CellEnding.FAILS_AT_SIZE, 0.003, 0.004, 0.05, "why", ("scenes/a.toml",), 12
-    ),
+    FAILS(0.003, 0.004, 0.05, "why", ("scenes/a.toml",), 12),
     CellResult("relation", "boost", "pic/tuned", CellEnding.NOT_RUN, reason="unavailable"),
     CellResult("relation", "boost", "pit/tuned", CellEnding.VIOLATED, math.inf),
 )
+CELLS = [JournalEntry((one.kind, one.line, one.method), Answer(Status.RAN, value=one)) for one in SPOTS]
 
-
-CELLS = tuple(
-    JournalEntry((result.kind, result.line, result.method), Answer(Status.RAN, value=result)) for result in SPOTS
-)
-
-
-CRASHED: JournalEntry[JobKey, Measures] = JournalEntry(
-    KEY, Answer(Status.CRASHED, 'ended by SIGABRT; it last printed: "ouch"\n')
-)
+ABORTED = 'ended by SIGABRT; it last printed: "ouch"\n'
+CRASHED: JournalEntry[JobKey, Measures] = JournalEntry(KEY, Answer(Status.CRASHED, ABORTED))
 #: What some programs end a line at, and what commands a terminal.
 SIGNS = ["\u2028", "\u2029", "\x85", "\x1b[31m", "\u202e", "\x0c"]
 NAMED = [JournalEntry(replace(KEY, scene=f"a{sign}b"), Answer(Status.RAN, value=build_measures())) for sign in SIGNS]
@@ -130,11 +116,7 @@ NAMED = [JournalEntry(replace(KEY, scene=f"a{sign}b"), Answer(Status.RAN, value=
 
 @each(
     "opened, entries",
-    [
-        pytest.param(score_journal, [CRASHED], id="a crash has its reason and no numbers"),
-        pytest.param(score_journal, NAMED, id="no sign in a name breaks a line"),
-        pytest.param(partial(stress_journal, stamp={"quick": True}), CELLS, id="spots of a campaign"),
-    ],
+    [(score_journal, [CRASHED]), (score_journal, NAMED), (partial(stress_journal, stamp={"quick": True}), CELLS)],
 )
 def test_entries_are_read_back_from_one_line_each(
     opened: Any, entries: Sequence[JournalEntry[Any, Any]], tmp_path: Path
@@ -199,10 +181,7 @@ def test_journal_with_a_torn_header_is_restarted(tmp_path: Path) -> None:
 
 
 def test_broken_line_in_the_middle_is_refused_with_its_number(tmp_path: Path) -> None:
-    r"""A broken line that is not the last is refused with its number, and the file is left unchanged.
-
-    A torn last line is not removed either.
-    """
+    """A broken line before the last is refused with its number, and the file is left unchanged."""
     path = write_journal(tmp_path, 0.1, 0.2)
     head, first, second = path.read_text().splitlines()
     for broken in ("not json", first.replace('"dt_s":0.1', '"dt_s":"soon"'), first.replace('"phase":0.25,', "")):
@@ -266,10 +245,7 @@ def test_large_torn_line_is_removed_without_reading_it(tmp_path: Path, torn: int
 
 @each("line", ["[" * 100_000, '{"key":' * 100_000, '{"a": [' + "0," * 2**18 + "0]}", '{"expected": "a"}', "null"])
 def test_malformed_line_is_refused_with_its_number(tmp_path: Path, line: str) -> None:
-    r"""A line with 100,000 nested levels, 262,145 values or a wrong type is refused with its number.
-
-    As the first line it makes the file no journal.
-    """
+    """A too deep, too long or wrong line is refused with its number; as the first it makes no journal."""
     path = write_journal(tmp_path, 0.1)
     head, first = path.read_text().splitlines()
     path.write_text(f"{head}\n{line}\n{first}\n")
@@ -299,15 +275,11 @@ def test_retry_repeats_only_failed_jobs(tmp_path: Path, status: Status) -> None:
 
 
 def test_second_writer_of_a_journal_is_refused(tmp_path: Path) -> None:
-    r"""A journal that another run has open is refused, whether or not that run has written a result.
-
-    A closed journal with results is refused without `resume`.
-    """
+    """A journal that another run has open is refused, and a closed one with results without `resume`."""
     path = tmp_path / "journal.jsonl"
     with score_journal(path) as first:
-        for written in (False, True):
-            if written:
-                first.add([build_entry()])
+        for entries in ([], [build_entry()]):
+            first.add(entries)
             for resume in (False, True):
                 with pytest.raises(InputError, match="is being written by another process"):
                     score_journal(path, resume=resume)
@@ -343,10 +315,7 @@ def count_results(path: Path) -> int:
 
 @pytest.mark.long
 def test_sweep_killed_three_times_gives_the_same_journal(tmp_path: Path) -> None:
-    r"""A sweep that is killed and resumed three times ends with the journal of an uninterrupted one.
-
-    No job is run twice.
-    """
+    """A sweep killed and resumed three times ends with the uninterrupted journal, and runs no job twice."""
     jobs, kills, path = 96, 3, tmp_path / "killed.jsonl"
     at = []
     for k in range(kills):

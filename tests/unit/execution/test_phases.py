@@ -19,8 +19,7 @@ from carom.model.walls import Leg
 def test_phases_are_even_and_reproducible() -> None:
     """100 phases leave no gap twice as wide as an even spread, and depend only on the seed."""
     phases = sorted(generate_phases(100, seed=3))
-    gaps = np.diff([*phases, phases[0] + 1.0])
-    assert gaps.max() < 2.0 / 100
+    assert np.diff([*phases, phases[0] + 1.0]).max() < 2.0 / 100
     assert generate_phases(100, seed=3) == generate_phases(100, seed=3) != generate_phases(100, seed=4)
 
 
@@ -53,10 +52,7 @@ def test_earlier_start_delays_the_impact() -> None:
 
 
 def test_scene_that_cannot_start_earlier_starts_later() -> None:
-    r"""Discs that touch and separate have no earlier state, so the scene starts later, before its first impact.
-
-    A shift that is possible in neither direction is refused.
-    """
+    """A scene without an earlier state starts later, before its first impact, or is refused."""
     parting = staged("parting", disc_at(0, 0, -1, 0), disc_at(1, 0, 1, 0), disc_at(5, 0, -1, 0), duration_s=3.0)
     shifted = shift_start(parting, 0.1)
     assert shifted.duration_s == pytest.approx(2.9)
@@ -74,22 +70,13 @@ def test_even_phases_cover_one_step() -> None:
 
 def build_dropped_scene() -> Scene:
     """A disc thrown along a floor from half a metre above it, 4 m/s^2 downwards; an immovable one is apart."""
-    return staged(
-        "dropped",
-        disc_at(0.0, 1.0, 2.0, 0.0),
-        disc_at(-8.0, 1.0, m=math.inf),
-        wall_at(0.0, 0.0, 0.0, 1.0),
-        gravity_m_s2=(0.0, -4.0),
-        duration_s=1.0,
-    )
+    bodies = disc_at(0.0, 1.0, 2.0, 0.0), disc_at(-8.0, 1.0, m=math.inf), wall_at(0.0, 0.0, 0.0, 1.0)
+    return staged("dropped", *bodies, gravity_m_s2=(0.0, -4.0), duration_s=1.0)
 
 
 @each("phase, ahead_s", [(0.5, 0.125), (0.75, 0.1875)])
 def test_later_start_of_a_falling_disc_is_on_its_parabola(phase: float, ahead_s: float) -> None:
-    r"""Under gravity a later start is a point of the parabola ``h = 1/2 - g t^2/2``, ``v = -g t``.
-
-    The floor is reached earlier by the same time, and a fixed disc stays in its place.
-    """
+    """A later start is on the parabola ``h = 1/2 - g t^2/2``, ``v = -g t``; a fixed disc stays."""
     (one,) = solve_shifted_references(solve_pic(build_dropped_scene()), 0.25, [phase])
     thrown, fixed = one.scene.discs
     assert thrown.position_m == (2.0 * ahead_s, 1.0 - 2.0 * ahead_s**2)
@@ -102,29 +89,21 @@ def test_later_start_of_a_falling_disc_is_on_its_parabola(phase: float, ahead_s:
 def test_earlier_start_of_a_falling_disc_is_on_its_parabola() -> None:
     """A disc that starts 1/8 s earlier rises to its original place and reaches the floor 1/8 s later."""
     earlier = shift_start(build_dropped_scene(), 0.125)
-    assert earlier.discs[0].position_m == (-0.25, 1.0 - 2.0 * 0.125**2)
-    assert earlier.discs[0].velocity_m_s == (2.0, 0.5)
+    thrown = earlier.discs[0]
+    assert (thrown.position_m, thrown.velocity_m_s) == ((-0.25, 1.0 - 2.0 * 0.125**2), (2.0, 0.5))
     assert earlier.duration_s == 1.125
     assert solve_pic(earlier).impacts["time_s"][0] == pytest.approx(0.625, abs=1e-15)
 
 
 def build_passing_scene(offset: float, advance: float) -> Scene:
     """Two discs of contact distance 1 at 10 frames per second, the relative advance a frame in contact distances."""
-    return staged(
-        "passing",
-        disc_at(-4.0 * advance, 0.0, 10 * advance, 0.0),
-        disc_at(0.0, offset),
-        duration_s=1.0,
-        frame_rate_hz=10.0,
-    )
+    discs = disc_at(-4.0 * advance, 0.0, 10 * advance, 0.0), disc_at(0.0, offset)
+    return staged("passing", *discs, duration_s=1.0, frame_rate_hz=10.0)
 
 
 @each("offset, advance, phases", long_until(1, [(0.8, 0.9, 24), (0.8, 0.9, 60), (0.0, 2.0, 60)]))
 def test_pit_misses_the_predicted_share_of_phases(offset: float, advance: float, phases: int) -> None:
-    r"""The share of phases at which PIT misses an impact is that of the closed form, within (2 + log N)/N.
-
-    This is a bound for the discrepancy of N multiples of the golden ratio.
-    """
+    """PIT misses at the closed form's share of phases, within (2 + log N)/N, the golden ratio's discrepancy."""
     scene = build_passing_scene(offset, advance)
     results = run_cross_check([scene], ["pit"], dts=[0.1], profiles=["tuned"], phases=phases)
     spread = require_value(results.rows[0].spread)
@@ -141,21 +120,16 @@ def test_miss_probability_requires_two_discs_that_meet() -> None:
 
 
 def test_miss_probability_requires_straight_paths() -> None:
-    r"""The closed form is NaN for a fall onto a fixed disc, a driven disc that turns, and an impact after the end.
-
-    Two discs that fall together have the value of a scene without gravity.
-    """
+    """The closed form is NaN for bent relative paths and impacts after the end, not for a common fall."""
     small, post = disc_at(-1.0, 0.0, 10.0, 0.0, r=0.1), disc_at(0.0, 0.1, r=0.1)
     fixed = post.model_copy(update={"mass_kg": math.inf})
     down = (0.0, -9.81)
     both, one = (staged("fall", small, other, duration_s=1.0, gravity_m_s2=down) for other in (post, fixed))
     straight, later = (staged("straight", small, post, duration_s=duration_s) for duration_s in (1.0, 0.05))
     assert compute_pit_miss_probability(straight, 1 / 5) == compute_pit_miss_probability(both, 1 / 5) > 0.5
-    assert math.isnan(compute_pit_miss_probability(one, 1 / 5))
-    assert math.isnan(compute_pit_miss_probability(later, 1 / 5))
     legs = (Leg(from_s=0.0, velocity_m_s=(0.0, 0.0)), Leg(from_s=0.05, velocity_m_s=(1.0, 0.0)))
-    turning = fixed.model_copy(update={"driven": True, "legs": legs})
-    assert math.isnan(compute_pit_miss_probability(staged("legs", small, turning, duration_s=1.0), 1 / 5))
+    turning = staged("legs", small, fixed.model_copy(update={"driven": True, "legs": legs}), duration_s=1.0)
+    assert all(math.isnan(compute_pit_miss_probability(scene, 1 / 5)) for scene in (one, later, turning))
 
 
 @each("phases", [-1, True, 2.5])

@@ -4,15 +4,17 @@ import importlib.util
 import shutil
 import subprocess
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.cases import each
 from tests.in_process_pool import InProcessPool
 from tests.journal_lines import read_canonical_lines
 from tests.scene_builders import disc_at, staged
 
-from carom import Disc, Scene
+from carom import Scene
 from carom.execution import scheduler
 from carom.execution.cache_key import build_job_key
 from carom.execution.cluster import ClusterError, ClusterPool
@@ -26,22 +28,22 @@ from carom.execution.score_jobs import Measures, ScoreTask, estimate_steps, scor
 SCENE = staged("pair", disc_at(0, 0, 1, 0), disc_at(3, 0), duration_s=3.0)
 
 
-def list_refinements(profile: str, dts: tuple[float, ...] | None = None) -> list[int]:
-    """Return at which steps, numbered from the coarsest, a profile of pymunk's runs."""
+@each(
+    "profile, dts, refinements",
+    [
+        ("tuned", None, [0, 1, 2]),
+        ("located", None, [0]),
+        ("tuned", (0.1, 0.05), [0, 1]),
+        ("located", (0.1, 0.05), [0, 1]),
+    ],
+)
+def test_located_profile_runs_at_the_coarsest_step_only(
+    profile: str, dts: tuple[float, ...] | None, refinements: list[int]
+) -> None:
+    """A located profile, which cuts its steps, runs at the coarsest step, unless time steps are given."""
     with InProcessPool() as pool:
         plan = build_plan([SCENE], Options(engines=("pymunk",), profiles=("tuned", "located"), dts=dts), pool)
-    return [job.refinement for job in plan.jobs if job.method.profile == profile]
-
-
-def test_located_profile_runs_at_the_coarsest_step_only() -> None:
-    """A located profile cuts its steps at impacts, so it runs at one step; another profile runs at three."""
-    assert list_refinements("tuned") == [0, 1, 2]
-    assert list_refinements("located") == [0]
-
-
-def test_located_profile_runs_at_each_requested_step() -> None:
-    """If time steps are given, a located profile runs at each of them like any other profile."""
-    assert list_refinements("tuned", (0.1, 0.05)) == list_refinements("located", (0.1, 0.05)) == [0, 1]
+    assert [job.refinement for job in plan.jobs if job.method.profile == profile] == refinements
 
 
 @pytest.fixture
@@ -111,15 +113,15 @@ def test_job_key_depends_only_on_content(scene: Scene) -> None:
     """Step, phase, profile, engine, name and any number of the scene change the key; its description does not."""
     job = Job(scene, Method("pic", "event-driven"), 0.1)
     others = [
-        Job(scene, Method("pic", "event-driven"), 0.1, 0, 0.5),
-        Job(scene, Method("pic", "event-driven"), 0.1000000001),
-        Job(scene, Method("pic", "frame-by-frame"), 0.1),
-        Job(scene, Method("pit", "tuned"), 0.1),
-        Job(scene.model_copy(update={"duration_s": 2.0000000000000004}), Method("pic", "event-driven"), 0.1),
-        Job(scene.model_copy(update={"name": "other"}), Method("pic", "event-driven"), 0.1),
+        replace(job, phase=0.5),
+        replace(job, dt_s=0.1000000001),
+        replace(job, method=Method("pic", "frame-by-frame")),
+        replace(job, method=Method("pit", "tuned")),
+        replace(job, scene=scene.model_copy(update={"duration_s": 2.0000000000000004})),
+        replace(job, scene=scene.model_copy(update={"name": "other"})),
     ]
     assert len({build_job_key(other) for other in [job, *others]}) == 7
-    described = Job(scene.model_copy(update={"description": "words"}), Method("pic", "event-driven"), 0.1, refinement=3)
+    described = replace(job, scene=scene.model_copy(update={"description": "words"}), refinement=3)
     assert build_job_key(described) == build_job_key(job)
 
 
@@ -156,23 +158,15 @@ def scheduler_address(certificate: dict[str, str]) -> Iterator[str]:
     """Where the scheduler of a cluster with one worker listens, on this machine."""
     dask: Any = importlib.import_module("dask")
     distributed: Any = importlib.import_module("distributed")
-    with (
-        dask.config.set(certificate),
-        distributed.LocalCluster(
-            n_workers=1,
-            threads_per_worker=1,
-            protocol="tls://",
-            security=distributed.Security(require_encryption=True),
-            dashboard_address=None,
-            silence_logs=50,
-        ) as cluster,
-    ):
-        yield cluster.scheduler_address
+    options = {"n_workers": 1, "threads_per_worker": 1, "protocol": "tls://", "dashboard_address": None}
+    with dask.config.set(certificate):
+        security = distributed.Security(require_encryption=True)
+        with distributed.LocalCluster(**options, security=security, silence_logs=50) as cluster:
+            yield cluster.scheduler_address
 
 
 def run_sweep(pool: Pool, path: Path) -> list[bytes]:
-    discs = [Disc(position_m=(3.0 * k, 0.1 * k), velocity_m_s=(1.0 - k, 0.0), radius_m=0.5) for k in range(3)]
-    scene = Scene(name="three", discs=discs, duration_s=3.0)
+    scene = staged("three", *(disc_at(3.0 * k, 0.1 * k, 1.0 - k, 0.0) for k in range(3)), duration_s=3.0)
     with score_journal(path) as journal:
         score_jobs([Job(scene, Method("pit", "tuned"), 0.1 / k) for k in (1, 2, 3)], pool, journal)
     return read_canonical_lines(path)

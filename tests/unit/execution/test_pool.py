@@ -12,8 +12,8 @@ import pytest
 from tests.cases import each
 from tests.in_process_pool import InProcessPool
 from tests.processes import PATIENT_S, limit_only
+from tests.scene_builders import disc_at, staged, wall_at
 
-from carom import Disc, Scene, Wall
 from carom.execution.job import Status
 from carom.execution.plan import build_plan
 from carom.execution.pool import LocalPool, Pool
@@ -56,43 +56,32 @@ def collect_results(results: Results) -> CameOf:
     found: CameOf = {}
     for row in results.rows:
         trace = {} if row.trace is None else vars(row.trace)
-        bits = {
-            name: value.tobytes() if isinstance(value, np.ndarray) else repr(value) for name, value in trace.items()
-        }
+        bits = {name: one.tobytes() if isinstance(one, np.ndarray) else repr(one) for name, one in trace.items()}
         found[row.job.engine] = (row.status, row.reason, bits, repr(row.score))
     return found
 
 
+def run_engines(pool: Pool, *engines: str) -> Results:
+    """Return a cross-check of two discs by these engines."""
+    scene = staged("oblique", disc_at(0, 0, 1, 0), disc_at(3, 0.3, -1, 0), wall_at(-9, 0, 1, 0), duration_s=2)
+    return execute(build_plan([scene], Options(engines, [0.1], ["tuned"], timing=False, samples=False), pool), pool)
+
+
 @pytest.fixture
 def expected(hostile: None) -> CameOf:  # noqa: ARG001 - its adapters are listed
-    return collect_results(execute(build_plan([build_scene()], build_options(SOUND), InProcessPool()), InProcessPool()))
-
-
-def build_scene() -> Scene:
-    discs = [
-        Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5),
-        Disc(position_m=(3, 0.3), velocity_m_s=(-1, 0), radius_m=0.5),
-    ]
-    return Scene(name="oblique", discs=discs, walls=[Wall(point_m=(-9, 0), normal=(1, 0))], duration_s=2)
-
-
-def build_options(engines: tuple[str, ...]) -> Options:
-    return Options(engines, [0.1], ["tuned"], timing=False, samples=False)
+    return collect_results(run_engines(InProcessPool(), *SOUND))
 
 
 @pytest.mark.release
 @each("where", [name for name in POOLS if name != "in process"])
 @pytest.mark.filterwarnings("ignore")  # a Dask client leaves sockets behind that Python warns of
 def test_every_pool_gives_the_same_results(where: str, expected: CameOf, monkeypatch: pytest.MonkeyPatch) -> None:
-    r"""The rows of each pool equal those of a run in process to the bit.
-
-    A crash, a time-out and a failure are each a row with the cause.
-    """
+    """Each pool gives the rows of a run in process to the bit; a crash, time-out or failure has its cause."""
     limit_only(monkeypatch, "hangs")
     if where == "dask" and importlib.util.find_spec("distributed") is None:
         pytest.skip("distributed, extra cluster, is missing")
     with POOLS[where]() as pool:
-        found = collect_results(execute(build_plan([build_scene()], build_options((*SOUND, *DEADLY)), pool), pool))
+        found = collect_results(run_engines(pool, *SOUND, *DEADLY))
     for engine, status, words in (
         ("aborts", Status.CRASHED, "ended by SIGABRT; it last printed: assertion failed in solver.c:42"),
         ("exits", Status.CRASHED, "exit code 7"),
@@ -128,5 +117,5 @@ def test_suspended_machine_causes_no_timeout(monkeypatch: pytest.MonkeyPatch) ->
     hours = itertools.count()
     monkeypatch.setattr("carom.execution.worker_process.time", SimpleNamespace(monotonic=lambda: 3600.0 * next(hours)))
     with LocalPool(1, PATIENT_S) as pool:
-        (row,) = execute(build_plan([build_scene()], build_options(("pit",)), pool), pool).rows
+        (row,) = run_engines(pool, "pit").rows
     assert row.status is Status.RAN

@@ -78,10 +78,8 @@ def test_answer_is_journaled_before_it_is_returned() -> None:
     """When the first answer is returned it is in the journal, so that it is kept if the caller stops."""
     notes = MemoryJournal[int, int]()
     for alone in (False, True):
-        told = run_tasks(
-            [TaskRequest(k, (k + 10 * alone), Double(k)) for k in range(3)], InProcessPool(), notes, one_at_a_time=alone
-        )
-        subject, _ = next(told)
+        asks = [TaskRequest(k, (k + 10 * alone), Double(k)) for k in range(3)]
+        subject, _ = next(run_tasks(asks, InProcessPool(), notes, one_at_a_time=alone))
         assert subject + 10 * alone in notes.entries
 
 
@@ -97,7 +95,6 @@ def test_short_tasks_of_one_engine_share_a_batch() -> None:
 def test_dependent_tasks_give_one_journal_entry() -> None:
     """A request whose second task depends on the answer of its first gives one answer and one journal entry."""
     notes = MemoryJournal[int, int]()
-    assert dict(run_tasks([TaskRequest("four", 4, Quadruple(3))], InProcessPool(), notes)) == {
-        "four": Answer(Status.RAN, value=12)
-    }
+    found = dict(run_tasks([TaskRequest("four", 4, Quadruple(3))], InProcessPool(), notes))
+    assert found == {"four": Answer(Status.RAN, value=12)}
     assert notes.entries.keys() == {4}

@@ -3,11 +3,11 @@
 import textwrap
 
 from tests.in_process_pool import InProcessPool
+from tests.scene_builders import disc_at, staged
 
 from carom.engines.api import CodedAdapter
 from carom.engines.registry import load_adapter
 from carom.execution.settings_code import find_changed_code, find_changed_lines, find_step_code, find_step_lines
-from carom.model.scene import Disc, Scene
 
 #: A program as an adapter writes one, with a place for the step, its number, and what depends on it.
 PROGRAM = textwrap.dedent("""
@@ -35,10 +35,7 @@ PROGRAM = textwrap.dedent("""
 
 
 def test_step_lines_are_statements_that_depend_on_the_step() -> None:
-    r"""The lines are the statements that read the step or change with it, with the constants that they use.
-
-    Imports, discs and all other statements are left out.
-    """
+    """The step lines are the statements that change with the step, with the constants that they use."""
     here, finer = (PROGRAM.format(dt=dt, steps=n, margin=m) for dt, n, m in ((0.1, 2, 5), (0.05, 4, 7)))
     assert find_step_lines(here, finer).splitlines() == [
         "dt, steps = 0.1, 2",
@@ -63,11 +60,8 @@ def test_javascript_module_has_no_step_lines() -> None:
 
 
 def test_step_code_takes_the_steps_of_one_frame() -> None:
-    r"""At six steps per frame pymunk's code takes six steps, whatever the duration; PIT has no code.
-
-    All lines but the first are lines of the whole program.
-    """
-    scene = Scene(name="one", discs=[Disc(position_m=(0, 0), radius_m=1.0)], duration_s=7.0, frame_rate_hz=60)
+    """Pymunk's step code takes the six steps of a frame in lines of the whole program; PIT has none."""
+    scene = staged("one", disc_at(0, 0, r=1.0), duration_s=7.0, frame_rate_hz=60)
     with InProcessPool() as pool:
         found = find_step_code("pymunk", "tuned", scene, 1 / 360, pool)
         assert find_step_code("pit", "tuned", scene, 1 / 360, pool) == ""
@@ -100,10 +94,7 @@ def test_changed_lines_of_models_and_javascript_modules() -> None:
 
 def test_changed_settings_are_given_as_engine_code() -> None:
     """20 iterations are the line `space.iterations = 20` in pymunk's code; PIT has no code."""
-    scene = Scene(name="one", discs=[Disc(position_m=(0, 0), radius_m=1.0)], duration_s=0.1)
+    scene, changes = staged("one", disc_at(0, 0, r=1.0), duration_s=0.1), (("iterations", 20),)
     with InProcessPool() as pool:
-        assert (
-            find_changed_code("pymunk", "default", (("iterations", 20),), scene, 1 / 60, pool)
-            == "space.iterations = 20"
-        )
+        assert find_changed_code("pymunk", "default", changes, scene, 1 / 60, pool) == "space.iterations = 20"
         assert find_changed_code("pit", "tuned", (), scene, 1 / 60, pool) == ""

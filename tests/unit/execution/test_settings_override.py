@@ -1,7 +1,9 @@
 """Settings that are tried without a profile: read as their kind, used, and never taken for a profile's own."""
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import pytest
 from tests.cases import each
@@ -15,7 +17,8 @@ from carom.errors import InputError
 from carom.execution.cache_key import build_job_key
 from carom.execution.describe_engines import find_engine
 from carom.execution.job import Job, Method
-from carom.execution.plan import build_plan
+from carom.execution.plan import Plan, build_plan
+from carom.execution.pool import Pool
 from carom.execution.run_options import Options
 from carom.execution.settings_override import resolve_settings
 from carom.model.trace import Setting
@@ -30,15 +33,17 @@ from carom.studies.diff.compare_records import compare_records
 @pytest.fixture
 def scene() -> Scene:
     """Two discs that meet off their centres after about half a second."""
-    discs = [disc_at(0, 0, 2, 0), disc_at(2, 0.6, 0, 0)]
-    return Scene(name="aside", discs=discs, duration_s=1.5)
+    return Scene(name="aside", discs=[disc_at(0, 0, 2, 0), disc_at(2, 0.6, 0, 0)], duration_s=1.5)
+
+
+def plan_run(scene: Scene, engine: str, profile: str, settings: Mapping[str, Any], pool: Pool) -> Plan:
+    """Return the plan of one run with other settings."""
+    return build_plan([scene], Options([engine], [1 / 60], [profile], settings=settings, timing=False), pool)
 
 
 def run_with_settings(scene: Scene, **settings: Setting) -> carom.Results:
     with InProcessPool() as pool:
-        return execute(
-            build_plan([scene], Options(["mujoco"], [1 / 60], ["tuned"], settings, timing=False), pool), pool
-        )
+        return execute(plan_run(scene, "mujoco", "tuned", settings, pool), pool)
 
 
 @pytest.mark.long
@@ -79,10 +84,8 @@ def test_setting_values_are_parsed_by_type(scene: Scene) -> None:
     """A text is parsed as the bool, integer, float or text that the setting has in one of the engine's profiles."""
     asked = {"in_turn": "false", "tolerance": "1e-3", "integrator": "RK4"}
     with InProcessPool() as pool:
-        (job,) = build_plan([scene], Options(["mujoco"], [1 / 60], ["tuned"], settings=asked), pool).jobs
-        (other,) = build_plan(
-            [scene], Options(["pymunk"], [1 / 60], ["default"], settings={"iterations": "7"}), pool
-        ).jobs
+        (job,) = plan_run(scene, "mujoco", "tuned", asked, pool).jobs
+        (other,) = plan_run(scene, "pymunk", "default", {"iterations": "7"}, pool).jobs
     assert job.method.tried == (("in_turn", False), ("integrator", "RK4"), ("tolerance", 1e-3))
     assert other.method.tried == (("iterations", 7),)  # in no setting of `default`, but in one of `tuned`
 
@@ -106,13 +109,10 @@ def test_setting_value_of_another_type_is_refused(settings: dict[str, Setting], 
 
 def test_limits_of_a_profile_do_not_apply_to_changed_settings() -> None:
     """PyBullet's default settings lose slow bounces and skip the scene; without the threshold the scene is run."""
-    discs = [disc_at(0, 0, 0.1, 0), disc_at(1.05, 0, 0, 0)]
-    scene = Scene(name="slow", discs=discs, duration_s=2.0)
+    scene = Scene(name="slow", discs=[disc_at(0, 0, 0.1, 0), disc_at(1.05, 0, 0, 0)], duration_s=2.0)
     with InProcessPool() as pool:
-        own, tried = (
-            build_plan([scene], Options(["pybullet"], [1 / 60], ["default"], settings=settings), pool)
-            for settings in ({}, {"restitutionVelocityThreshold": 0.0})
-        )
+        changes: list[dict[str, float]] = [{}, {"restitutionVelocityThreshold": 0.0}]
+        own, tried = (plan_run(scene, "pybullet", "default", settings, pool) for settings in changes)
     assert own.methods.find_job_refusal(own.jobs[0]) is not None
     assert tried.methods.find_job_refusal(tried.jobs[0]) is None
 
@@ -126,9 +126,8 @@ def test_journal_separates_runs_with_other_settings(scene: Scene, tmp_path: Path
     asked = [Options(["pymunk"], [1 / 60], ["tuned"], settings={"iterations": n}, timing=False) for n in (5, 6)]
     with observed_journal(path, asked[0].stamp) as journal, InProcessPool() as pool:
         execute(build_plan([scene], asked[0], pool), pool, notes=journal)
-    with pytest.raises(
-        InputError, match=r"its settings is \{'iterations': 5\}, but this study's is \{'iterations': 6\}"
-    ):
+    words = r"its settings is \{'iterations': 5\}, but this study's is \{'iterations': 6\}"
+    with pytest.raises(InputError, match=words):
         observed_journal(path, asked[1].stamp, resume=True)
     with observed_journal(path, asked[0].stamp, resume=True) as journal:
         assert build_job_key(other, DRAWN) in {entry.key for entry in journal.entries.values()}

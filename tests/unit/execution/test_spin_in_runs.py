@@ -95,10 +95,7 @@ def test_unspoilt_pic_is_exact(name: str) -> None:
 @each("name", ROUGH)
 @each("factor", release_after(1, [-1.0, 1 + 1e-6, 1.001]))
 def test_wrong_spins_are_inaccurate_with_a_spin_verdict(name: str, factor: float) -> None:
-    r"""Spins wrong by a factor of -1, 1.001 or 1.000001 are graded inaccurate, with a verdict about spin.
-
-    A spin at the start that is reversed without an impact is graded wrong. No velocity is reported as wrong.
-    """
+    """Wrong spins are inaccurate by a verdict about spin alone; a reversal without an impact is wrong."""
     grade, verdicts = grade_trace(name, run_spoilt_pic(name, build_spin_factor(factor)))
     # A spin at the start that is turned round in the first step is one that turned with nothing near.
     turned = factor < 0.0 and any(disc.spin_rad_s for disc in all_scenes()[f"spin/{name}"].scene.discs)

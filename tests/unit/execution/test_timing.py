@@ -82,10 +82,7 @@ def test_invalid_clock_value_is_refused(begun: Any, shown: Any) -> None:
 
 @each("shown", [(0.0,), (0.0, math.inf), (0.0, 0.0, 0.001)])
 def test_coarse_clock_affects_only_its_own_timing(monkeypatch: pytest.MonkeyPatch, shown: tuple[float, ...]) -> None:
-    r"""In a timing pass an engine with a coarse or invalid clock is left out with the reason, and PIT is timed.
-
-    If it is not left out, its time is positive.
-    """
+    """In a timing pass an engine with an unusable clock is left out with the reason, and PIT is timed."""
     found = lambda name: Adapter(*shown) if name == "clocked" else load_adapter(name)  # noqa: E731 - of one line
     monkeypatch.setattr(timing_pass, "load_adapter", found)
     asked = [(Method("clocked", "tuned"), DT_S), (Method("pit", "tuned"), DT_S)]

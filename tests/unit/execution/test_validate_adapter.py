@@ -6,13 +6,15 @@ import dataclasses
 import itertools
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
 import pytest
 from tests.cases import each
+from tests.scene_builders import disc_at, staged, wall_at
 
-from carom import Disc, Scene, Wall
+from carom import Disc, Scene
 from carom.engines.api import AdapterError, Contact, Observation
 from carom.execution.state_rows import StateRows
 from carom.execution.validate_adapter import MOST_CHARACTERS, to_plain_counts, to_plain_settings
@@ -28,10 +30,8 @@ STATE = np.array([(0.0, 0.0), (1.0, 0.0)])
 
 
 def build_scene(friction: float = 0.0) -> Scene:
-    discs = [Disc(position_m=(x, 0), radius_m=0.1) for x in (0, 1)]
-    return Scene(
-        name="line", discs=discs, walls=[Wall(point_m=(9, 0), normal=(-1, 0))], friction=friction, duration_s=1
-    )
+    discs = disc_at(0, 0, r=0.1), disc_at(1, 0, r=0.1)
+    return staged("line", *discs, wall_at(9, 0, -1, 0), friction=friction, duration_s=1)
 
 
 def read_observation(*contacts: object, float_bits: int = 64, friction: float = 0.0, **fields: Any) -> Observation:
@@ -76,9 +76,8 @@ def test_non_finite_state_is_accepted() -> None:
 )
 def test_invalid_field_of_an_observation_is_refused(fields: dict[str, Any], words: str) -> None:
     """A wrong type or shape is refused with the field's name, its value and a link to the documentation."""
-    with pytest.raises(
-        AdapterError, match=words.replace("'", "") + ".*; see docs/reference/adapters.md#field-by-field"
-    ):
+    told = words.replace("'", "") + ".*; see docs/reference/adapters.md#field-by-field"
+    with pytest.raises(AdapterError, match=told):
         read_observation(**fields)
 
 
@@ -155,10 +154,7 @@ def test_wall_of_a_contact_has_zero_velocity_and_spin(place: int, value: float) 
 
 
 def test_number_without_a_finite_square_is_refused() -> None:
-    r"""Numbers beyond the largest that can be squared are refused with their field, in states and contacts.
-
-    The largest one itself is accepted in a state.
-    """
+    """Numbers beyond the largest that can be squared are refused with their field, and not that one itself."""
     for field, sign in itertools.product(("position_m", "velocity_m_s", "spin_rad_s"), (1.0, -1.0)):
         state: Any = np.zeros(2) if field == "spin_rad_s" else np.zeros((2, 2))
         state.flat[-1] = sign * LARGEST
@@ -191,11 +187,9 @@ def test_impact_of_two_immovable_bodies_is_refused(second: int) -> None:
 def test_length_of_a_normal_has_half_the_precision_of_floats() -> None:
     """With 32 bits a normal may be off by 2^-12 in length, but not by 2^-11; with 64 bits not by 2^-12."""
     off = 2.0**-12  # of 23 bits after the leading one
-    assert read_observation(Contact(0, 1, DT, (1.0 + off, 0.0)), float_bits=32).contacts
-    with pytest.raises(AdapterError, match="must have the length 1"):
-        read_observation(Contact(0, 1, DT, (1.0 + 2.0 * off, 0.0)), float_bits=32)
-    with pytest.raises(AdapterError, match="must have the length 1"):
-        read_observation(Contact(0, 1, DT, (1.0 + off, 0.0)))
+    for normal_x, float_bits in ((1.0 + 2.0 * off, 32), (1.0 + off, 64)):
+        with pytest.raises(AdapterError, match="must have the length 1"):
+            read_observation(Contact(0, 1, DT, (normal_x, 0.0)), float_bits=float_bits)
 
 
 @each("contacts", [(), (TOLD,)])
@@ -212,33 +206,25 @@ def test_settings_are_converted_to_plain_values() -> None:
         def __new__(cls, a: float, _b: float) -> Own:
             return super().__new__(cls, a)
 
-    found = to_plain_settings(
-        {"a": np.float32(0.5), "b": np.int64(3), "c": np.True_, "d": Own(1.5, 2), "e": True}, "of it"
-    )
-    assert [(value, type(value)) for value in found.values()] == [
-        (0.5, float),
-        (3, int),
-        (True, bool),
-        (1.5, float),
-        (True, bool),
-    ]
+    given = {"a": np.float32(0.5), "b": np.int64(3), "c": np.True_, "d": Own(1.5, 2), "e": True}
+    found = [(value, type(value)) for value in to_plain_settings(given, "of it").values()]
+    assert found == [(0.5, float), (3, int), (True, bool), (1.5, float), (True, bool)]
     assert math.isnan(float(to_plain_settings({"a": math.nan}, "of it")["a"]))
+
+
+READ_SETTINGS = partial(to_plain_settings, owner="of it")
 
 
 @each(
     "check, found, words",
     [
-        (lambda found: to_plain_settings(found, "of it"), None, "settings of it must be a mapping, got None"),
-        (lambda found: to_plain_settings(found, "of it"), {"k": np.zeros(2)}, "setting 'k' of it must be a number"),
-        (lambda found: to_plain_settings(found, "of it"), {"k": b"x"}, "setting 'k' of it must be a number"),
-        (lambda found: to_plain_settings(found, "of it"), {"k": "\ud800"}, "setting 'k' of it must be Unicode"),
-        (lambda found: to_plain_settings(found, "of it"), {5: 1.0}, "a name among the settings of it must be a text"),
-        (lambda found: to_plain_settings(found, "of it"), {"k": -(10**5000)}, "setting 'k' of it must be at most 2"),
-        (
-            lambda found: to_plain_settings(found, "of it"),
-            dict.fromkeys(map(str, range(1001)), 1),
-            "at most 1000, got 1001",
-        ),
+        (READ_SETTINGS, None, "settings of it must be a mapping, got None"),
+        (READ_SETTINGS, {"k": np.zeros(2)}, "setting 'k' of it must be a number"),
+        (READ_SETTINGS, {"k": b"x"}, "setting 'k' of it must be a number"),
+        (READ_SETTINGS, {"k": "\ud800"}, "setting 'k' of it must be Unicode"),
+        (READ_SETTINGS, {5: 1.0}, "a name among the settings of it must be a text"),
+        (READ_SETTINGS, {"k": -(10**5000)}, "setting 'k' of it must be at most 2"),
+        (READ_SETTINGS, dict.fromkeys(map(str, range(1001)), 1), "at most 1000, got 1001"),
         (to_plain_counts, {"k": -1}, r"count 'k' must be from 0 to 2\*\*64, got -1 \(int\)"),
         (to_plain_counts, {"k": 10**5000}, r"count 'k' must be from 0 to 2\*\*64, got a huge one"),
         (to_plain_counts, {"k": 1.5}, r"count 'k' must be a whole number, got 1.5 \(float\)"),

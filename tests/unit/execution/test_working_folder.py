@@ -55,10 +55,7 @@ def fill_folder(work: Path, outside: Path) -> None:
 def test_folder_is_removed_whatever_an_engine_did_to_it(
     act: Callable[[Path, Path], None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    r"""A folder that was replaced by a link or file, or filled with deep or forbidden folders, is removed.
-
-    The target of a link is unchanged.
-    """
+    """A folder that was replaced, or filled with deep or forbidden folders, is removed, and no link's target."""
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "temp"))
     (tmp_path / "temp").mkdir()
     (tmp_path / "outside").mkdir(mode=0o750)

@@ -47,12 +47,11 @@ def _scenes() -> list[Scene]:
     # At 5 frames per second the discs pass through each other between two frames: PIT misses the impact.
     missed = [disc_at(-1.0, 0.0, 10.0, 0.0, r=0.1), disc_at(0.0, 0.1, r=0.1)]
     head_on = [disc_at(-1.0, 0.0, 1.0, 0.0, r=0.25), disc_at(0.5, 0.0, r=0.25)]
+    wall = wall_at(1.0, 0.0, -1.0, 0.0)
     return [
-        Scene(name="paper/late", description="Late.", discs=oblique, duration_s=1.0, frame_rate_hz=24.0),
-        Scene(name="paper/missed", description="Missed.", discs=missed, duration_s=1.0, frame_rate_hz=5.0),
-        staged(
-            NASTY, *head_on, wall_at(1.0, 0.0, -1.0, 0.0), description="<b>bold</b>", duration_s=2.0, frame_rate_hz=24.0
-        ),
+        staged("paper/late", *oblique, description="Late.", duration_s=1.0, frame_rate_hz=24.0),
+        staged("paper/missed", *missed, description="Missed.", duration_s=1.0, frame_rate_hz=5.0),
+        staged(NASTY, *head_on, wall, description="<b>bold</b>", duration_s=2.0, frame_rate_hz=24.0),
     ]
 
 

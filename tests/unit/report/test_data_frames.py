@@ -4,10 +4,10 @@ import sys
 
 import numpy as np
 import pytest
-from tests.scene_builders import require_value, run_cross_check
+from tests.scene_builders import disc_at, require_value, run_cross_check, staged, wall_at
 
 import carom
-from carom import Disc, Scene, Wall
+from carom import Scene
 from carom.catalogue import find_scenes
 from carom.engines.registry import load_adapter
 from carom.errors import MissingExtraError
@@ -16,9 +16,8 @@ from carom.execution.engine_run import observe_run
 
 def build_scene() -> Scene:
     """A disc that spins and falls at 45 degrees onto a rough wall, 1 m below it, at 1 s."""
-    disc = Disc(position_m=(0.0, 1.5), velocity_m_s=(1.0, -1.0), radius_m=0.5, spin_rad_s=4.0)
-    wall = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))
-    return Scene(name="roll", discs=[disc], walls=[wall], wall_friction=0.25, duration_s=2.0)
+    disc = disc_at(0.0, 1.5, 1.0, -1.0, spin_rad_s=4.0)
+    return staged("roll", disc, wall_at(0.0, 0.0, 0.0, 1.0), wall_friction=0.25, duration_s=2.0)
 
 
 def test_trace_frame_has_one_row_per_impact() -> None:
@@ -55,17 +54,18 @@ def test_results_frame_has_one_row_per_run() -> None:
     frame = results.to_pandas()
     assert len(frame) == len(results.rows)
     for (_, said), row in zip(frame.iterrows(), results.rows, strict=True):
-        assert row.score is not None
+        score = require_value(row.score)
         assert (said["scene"], said["engine"], said["dt_s"]) == (row.job.scene.name, row.job.engine, row.job.dt_s)
-        assert (said["missed"], said["invented"]) == (len(row.score.missed), len(row.score.spurious))
-        assert said["grade"] == row.score.grade.name.lower()
+        assert (said["missed"], said["invented"]) == (len(score.missed), len(score.spurious))
+        assert said["grade"] == score.grade.name.lower()
+        total = score.total
         for column, value in (
-            ("time_error_s", row.score.total.time_s),
-            ("reported_time_error_s", row.score.total.reported_time_s),
-            ("direction_error_rad", row.score.total.direction_rad),
-            ("velocity_error", row.score.total.velocity),
-            ("final_position_error", row.score.total.final_position),
-            ("price_paid", row.score.price_paid),
+            ("time_error_s", total.time_s),
+            ("reported_time_error_s", total.reported_time_s),
+            ("direction_error_rad", total.direction_rad),
+            ("velocity_error", total.velocity),
+            ("final_position_error", total.final_position),
+            ("price_paid", score.price_paid),
             ("advance_s", np.nan),
         ):
             assert said[column] == pytest.approx(value, nan_ok=True)

@@ -101,8 +101,7 @@ def page(source: str) -> _Page:
 
 def test_html_is_well_formed(page: _Page) -> None:
     """Every element of the page is closed in the right order."""
-    assert page.faults == []
-    assert page.open == []
+    assert (page.faults, page.open) == ([], [])
 
 
 def test_html_is_self_contained(page: _Page, source: str) -> None:
@@ -120,10 +119,7 @@ def test_html_is_self_contained(page: _Page, source: str) -> None:
 
 
 def test_html_allows_only_the_replay_script(page: _Page, source: str) -> None:
-    r"""The page's policy allows one script by its hash; all other script elements are data.
-
-    No element has an event handler.
-    """
+    """The page's policy allows one script by its hash; all else is data, without event handlers."""
     (script,) = re.findall(r"<script>(.*?)</script>", source, flags=re.DOTALL)
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
     assert f"script-src &#39;sha256-{digest}&#39;;" in source
@@ -192,10 +188,7 @@ def test_report_replaces_an_older_one(one_scene: Results, folder: Path, tmp_path
 
 @pytest.mark.long
 def test_control_characters_are_escaped_in_every_file(tmp_path: Path) -> None:
-    r"""Escape sequences, bidirectional controls and line separators in a name are visible text in every file.
-
-    Reading results.jsonl returns the original name.
-    """
+    """Control characters in a name are visible text in every file, and results.jsonl returns the name."""
     name = "evil\x9b31m\u202egnp\u2028x"
     scene = find_scenes(["paper/late"])[0].scene.model_copy(update={"name": name})
     build_report(carom.cross_check([scene], ["pic", "pit"], dts=[0.1], timing=False, jobs=1)).write(tmp_path)
@@ -269,10 +262,7 @@ NO_RESULTS = {
 def test_invalid_results_file_is_refused_with_the_reason(
     what: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    r"""A file of another format, an incomplete or too large one, or one without results is refused.
-
-    The message names the line or the limit, and for most causes what to do.
-    """
+    """An invalid results file is refused; the message names the line or limit, and for most what to do."""
     monkeypatch.setitem(MOST_BYTES, ".jsonl", 2**20)
     monkeypatch.setitem(MOST_VALUES, ".jsonl", 2**17)
     path, (data, words) = tmp_path / "results.jsonl", NO_RESULTS[what]
@@ -315,19 +305,16 @@ def test_nan_is_null_in_the_file_and_nan_when_read(results: Results, folder: Pat
 def test_junit_counts_match_the_rows(results: Results, folder: Path) -> None:
     """Wrong and inaccurate cells are failures, broken engines errors, and cells not run skipped, with reasons."""
     root = ET.parse(folder / "junit.xml").getroot()  # noqa: S314 - our own file
-    cases = list(root.iter("testcase"))
-    assert len(cases) == len(results.rows) == int(root.attrib["tests"])
+    assert len(list(root.iter("testcase"))) == len(results.rows) == int(root.attrib["tests"])
     for tag, attribute in (("failure", "failures"), ("error", "errors"), ("skipped", "skipped")):
         found = list(root.iter(tag))
-        assert (
-            len(found) == int(root.attrib[attribute]) == sum(int(s.attrib[attribute]) for s in root.iter("testsuite"))
-        )
+        in_suites = sum(int(suite.attrib[attribute]) for suite in root.iter("testsuite"))
+        assert len(found) == int(root.attrib[attribute]) == in_suites
         assert all(entry.attrib["message"] for entry in found)
     grades = Counter(row.grade.name if row.grade else "" for row in results.rows)
     assert int(root.attrib["failures"]) == grades["WRONG"] + grades["INACCURATE"] > 0
-    assert int(root.attrib["errors"]) == sum(
-        row.status in {Status.CRASHED, Status.TIMED_OUT, Status.FAILED} for row in results.rows
-    )
+    broken = {Status.CRASHED, Status.TIMED_OUT, Status.FAILED}
+    assert int(root.attrib["errors"]) == sum(row.status in broken for row in results.rows)
     assert any("gone is not installed" in entry.attrib["message"] for entry in root.iter("skipped"))
 
 
@@ -347,23 +334,20 @@ def test_markdown_tables_are_well_formed(folder: Path) -> None:
     blocks = [block.splitlines() for block in text.split("\n\n") if block.startswith("|")]
     assert len(blocks) >= 4
     for block in blocks:
-        widths = {len(re.findall(r"(?<!\\)\|", line)) for line in block}
-        assert len(widths) == 1, block
+        assert len({len(re.findall(r"(?<!\\)\|", line)) for line in block}) == 1, block
     assert "<script" not in text.replace("\\<", "")
     assert "carom run --report 'a & b'" in text
 
 
 def test_page_and_markdown_have_the_same_sections_in_order(results: Results, folder: Path) -> None:
     """Page and Markdown have the same headings, except that only the page has "All cells at all steps"."""
-    shown = {
-        medium: [section.heading for section in cross_check_document(results).select_for(medium)]
-        for medium in (Media.PAGE, Media.MARKDOWN)
-    }
+    document = cross_check_document(results)
+    on_page, in_text = ([one.heading for one in document.select_for(medium)] for medium in (Media.PAGE, Media.MARKDOWN))
     headings = re.findall(r"<h[23]>(.*?)</h[23]>", (folder / "index.html").read_text(encoding="utf-8"))
-    assert [html.unescape(heading) for heading in headings] == shown[Media.PAGE]
+    assert [html.unescape(heading) for heading in headings] == on_page
     text = (folder / "report.md").read_text(encoding="utf-8")
-    assert re.findall(r"^#{2,3} (.*)$", text, re.MULTILINE) == shown[Media.MARKDOWN]
-    assert [heading for heading in shown[Media.PAGE] if heading != "All cells at all steps"] == shown[Media.MARKDOWN]
+    assert re.findall(r"^#{2,3} (.*)$", text, re.MULTILINE) == in_text
+    assert [heading for heading in on_page if heading != "All cells at all steps"] == in_text
 
 
 def test_added_column_appears_in_every_format() -> None:

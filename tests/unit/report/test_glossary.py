@@ -25,9 +25,7 @@ def read_table(heading: str) -> list[tuple[str, str]]:
 def test_documented_verdicts_match_the_code() -> None:
     """Each verdict is explained, and the table in docs/theory/scoring.md has the same words: edit both."""
     assert list(VERDICT_CONDITIONS) == list(Verdict)
-    assert sorted(read_table("verdict")) == sorted(
-        (verdict.value, when) for verdict, when in VERDICT_CONDITIONS.items()
-    )
+    assert sorted(read_table("verdict")) == sorted((one.value, when) for one, when in VERDICT_CONDITIONS.items())
 
 
 def test_documented_grades_match_the_code() -> None:

@@ -10,10 +10,10 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 from matplotlib.quiver import Quiver
 from tests.cases import each
-from tests.scene_builders import alter_impact, run_cross_check
+from tests.scene_builders import alter_impact, disc_at, run_cross_check, staged, wall_at
 
 import carom
-from carom import Disc, Scene, Wall
+from carom import Scene
 from carom.catalogue import find_scenes
 from carom.errors import InputError
 from carom.report.outcome_marks import mark_of, mark_of_grade
@@ -24,13 +24,8 @@ HOSTILE = "<script>alert('x')</script>&$\\frac$"
 @pytest.fixture(scope="module")
 def scene() -> Scene:
     """Two discs that meet obliquely over a wall."""
-    discs = [
-        Disc(position_m=(0.0, 0.0), velocity_m_s=(2.0, 0.1), radius_m=0.5),
-        Disc(position_m=(3.0, 0.25), velocity_m_s=(-1.0, 0.0), radius_m=0.25),
-    ]
-    return Scene(
-        name=HOSTILE, discs=discs, walls=[Wall(point_m=(0.0, -2.0), normal=(0.0, 1.0))], duration_s=2.0, frame_rate_hz=8
-    )
+    discs = disc_at(0.0, 0.0, 2.0, 0.1), disc_at(3.0, 0.25, -1.0, 0.0, r=0.25)
+    return staged(HOSTILE, *discs, wall_at(0.0, -2.0, 0.0, 1.0), duration_s=2.0, frame_rate_hz=8)
 
 
 class Seen(HTMLParser):
@@ -89,10 +84,9 @@ def test_notebook_without_matplotlib_shows_text(scene: Scene, monkeypatch: pytes
 
 def test_large_scene_is_shown_without_a_picture() -> None:
     """A scene of 100 discs is shown as text only, since the discs would be too small to see."""
-    discs = [Disc(position_m=(float(k % 10), float(k // 10)), radius_m=0.25) for k in range(100)]
-    page = Scene(name="many", discs=discs, duration_s=1.0)._repr_html_()
-    assert page
-    assert Seen(page).elements == {"div": 1, "pre": 1}
+    discs = (disc_at(k % 10, k // 10, r=0.25) for k in range(100))
+    page = staged("many", *discs, duration_s=1.0)._repr_html_()
+    assert Seen(page or "").elements == {"div": 1, "pre": 1}
 
 
 @each("bad", [np.nan, np.inf])

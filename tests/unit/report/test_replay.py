@@ -8,11 +8,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.scene_builders import require_value, run_cross_check
+from tests.scene_builders import disc_at, require_value, run_cross_check, staged, wall_at
 
 import carom
 from carom.catalogue import find_scenes
+from carom.comparator import Score
 from carom.execution.results import Results
+from carom.model.step_windows import LocalTruth
 from carom.report.replay import build_impact_rows, build_replay_data, build_replay_key, describe_run, find_first_fault
 
 
@@ -51,8 +53,7 @@ def test_replay_lists_contact_modes_with_their_times() -> None:
     """A disc slides until ``u / (g f (1 + 1/k))`` and then rolls; a scene without lasting contact has no modes."""
     scene = find_scenes(("contact/slide-to-roll",))[0].scene
     (disc,) = scene.discs
-    reference = carom.solve_pic(scene)
-    ((number, changes),) = build_replay_data(reference, [])["modes"]
+    ((number, changes),) = build_replay_data(carom.solve_pic(scene), [])["modes"]
     pull, slip = -scene.gravity_m_s2[1], disc.velocity_m_s[0] + disc.radius_m * disc.spin_rad_s
     rolls_s = slip / (pull * scene.wall_friction * (1.0 + 1.0 / disc.inertia_factor))
     assert number == 0
@@ -62,29 +63,24 @@ def test_replay_lists_contact_modes_with_their_times() -> None:
 
 
 def test_cause_of_a_missed_impact_follows_from_the_states(results: Results) -> None:
-    r"""The states before a missed impact decide the cause: sampling, the method itself or earlier errors.
-
-    Without states, the replay only reports whether PIT finds the impact.
-    """
+    """The states before a missed impact decide its cause; without states only PIT's finding is reported."""
     row = next(row for row in results.rows if row.score and row.score.missed)
-    score, trace, reference = row.score, row.trace, results.references["paper/missed"]
-    assert score is not None
-    assert trace is not None
-    unseen = dataclasses.replace(trace, local_truth=None)
-    (found,) = build_impact_rows(reference, unseen, dataclasses.replace(score, pit_missed=()))
-    assert (found["flag"], found["cause"]) == ("missed", "PIT finds this impact")
-    (found,) = build_impact_rows(reference, unseen, score)
-    assert found["cause"] == "PIT also misses this impact"
-    meetings = require_value(trace.local_truth).meetings.copy()
+    score, trace, reference = require_value(row.score), require_value(row.trace), results.references["paper/missed"]
+    own = require_value(trace.local_truth)
+
+    def find_cause(truth: LocalTruth | None, score: Score = score) -> str:
+        (found,) = build_impact_rows(reference, dataclasses.replace(trace, local_truth=truth), score)
+        assert found["flag"] == "missed"
+        return str(found["cause"])
+
+    assert find_cause(None, dataclasses.replace(score, pit_missed=())) == "PIT finds this impact"
+    assert find_cause(None) == "PIT also misses this impact"
+    meetings = own.meetings.copy()
     causes = {True: "checking once per step", False: "the method itself: PIT finds the impact from the same state"}
     for pit_missed, cause in causes.items():
         meetings["pit_missed"] = pit_missed
-        truth = dataclasses.replace(require_value(trace.local_truth), meetings=meetings)
-        (found,) = build_impact_rows(reference, dataclasses.replace(trace, local_truth=truth), score)
-        assert found["cause"] == cause
-    elsewhere = dataclasses.replace(require_value(trace.local_truth), meetings=meetings[:0])
-    (found,) = build_impact_rows(reference, dataclasses.replace(trace, local_truth=elsewhere), score)
-    assert "earlier errors" in found["cause"]
+        assert find_cause(dataclasses.replace(own, meetings=meetings)) == cause
+    assert "earlier errors" in find_cause(dataclasses.replace(own, meetings=meetings[:0]))
 
 
 def test_replay_contains_the_scene_as_a_file(replays: dict[str, dict[str, Any]]) -> None:
@@ -96,35 +92,30 @@ def test_replay_contains_the_scene_as_a_file(replays: dict[str, dict[str, Any]])
 def test_replay_of_a_non_finite_run_is_valid_json(results: Results) -> None:
     """A run with NaN in its impacts and final state has a track for each disc, and its data contain no NaN."""
     row = next(row for row in results.rows if row.job.scene.name == "paper/late" and row.job.engine == "pit")
+    lost = dict.fromkeys(("velocity_first_after", "velocity_second_after", "time_s"), math.nan)
     impacts = require_value(row.trace).impacts.copy()
-    for name in ("velocity_first_after", "velocity_second_after", "time_s"):
-        impacts[name] = math.nan
-    broken = dataclasses.replace(
-        require_value(row.trace),
-        impacts=impacts,
-        final_position_m=np.full((2, 2), math.nan),
-        final_velocity_m_s=np.full((2, 2), math.inf),
-    )
+    for name, value in lost.items():
+        impacts[name] = value
+    states: dict[str, Any] = {
+        "final_position_m": np.full((2, 2), math.nan),
+        "final_velocity_m_s": np.full((2, 2), math.inf),
+    }
+    broken = dataclasses.replace(require_value(row.trace), impacts=impacts, **states)
     for trace in (broken, dataclasses.replace(broken, samples=None)):
         reference = results.references["paper/late"]
-        score = carom.compare(reference, trace)
-        data = build_replay_data(reference, [(trace, score, {})])
+        data = build_replay_data(reference, [(trace, carom.compare(reference, trace), {})])
         (run,) = json.loads(json.dumps(data, allow_nan=False))["runs"]
         assert all(len(track[0]) >= 1 for track in run["tracks"])
 
 
 def test_replay_has_contact_point_and_overlap_time(results: Results) -> None:
-    r"""The roots of |p + v t| = reach are the times at which undeflected discs touch and separate.
-
-    The replay has the time between them, and the point where the rims touch.
-    """
+    """The replay has the point where rims touch and the time between the roots of |p + v t| = reach."""
     reference = results.references["paper/missed"]
     one, other = reference.scene.discs
     place, passing = (np.subtract(getattr(other, name), getattr(one, name)) for name in ("position_m", "velocity_m_s"))
     reach = one.radius_m + other.radius_m
     begin_s, end_s = np.sort(np.roots([passing @ passing, 2 * place @ passing, place @ place - reach**2]).real)
-    data = build_replay_data(reference, [])
-    ((x, y, overlap_s),) = data["meetings"]
+    ((x, y, overlap_s),) = build_replay_data(reference, [])["meetings"]
     assert overlap_s == pytest.approx(end_s - begin_s, rel=1e-5)  # as it is rounded for the page
     for disc in (one, other):
         centre = np.add(disc.position_m, begin_s * np.array(disc.velocity_m_s))
@@ -133,12 +124,9 @@ def test_replay_has_contact_point_and_overlap_time(results: Results) -> None:
 
 def test_replay_has_no_overlap_time_for_walls_and_falls() -> None:
     """An impact with a wall, and of a falling disc with a fixed one, has no overlap time."""
-    wall = carom.Wall(point_m=(2.0, 0.0), normal=(-1.0, 0.0))
-    ball = carom.Disc(position_m=(0.0, 2.0), velocity_m_s=(0.0, 0.0), radius_m=0.5)
-    fixed = carom.Disc(position_m=(0.0, 0.0), velocity_m_s=(0.0, 0.0), radius_m=0.5, mass_kg=math.inf)
-    flying = carom.Disc(position_m=(0.0, 2.0), velocity_m_s=(2.0, 0.0), radius_m=0.5)
-    to_wall = carom.Scene(name="to-wall", discs=[flying], walls=[wall], duration_s=1.0)
-    falling = carom.Scene(name="falling", discs=[ball, fixed], gravity_m_s2=(0.0, -9.81), duration_s=0.6)
+    to_wall = staged("to-wall", disc_at(0.0, 2.0, 2.0), wall_at(2.0, 0.0, -1.0, 0.0), duration_s=1.0)
+    discs = disc_at(0.0, 2.0), disc_at(0.0, 0.0, m=math.inf)
+    falling = staged("falling", *discs, gravity_m_s2=(0.0, -9.81), duration_s=0.6)
     for scene in (to_wall, falling):
         ((_, _, overlap_s), *_) = build_replay_data(carom.solve_pic(scene), [])["meetings"]
         assert overlap_s is None
@@ -147,23 +135,17 @@ def test_replay_has_no_overlap_time_for_walls_and_falls() -> None:
 def test_fault_of_a_replay_is_its_missed_or_late_impact(replays: dict[str, dict[str, Any]]) -> None:
     """A missed impact is the fault, with its overlap time and the step; so is a late one. PIC has no fault."""
     runs = {run["key"]: run for data in replays.values() for run in data["runs"]}
-    missed, late, exact = (
-        runs[key] for key in ("paper/missed/pit/tuned", "paper/late/pit/tuned", "paper/late/pic/event-driven")
-    )
+    keys = ("paper/missed/pit/tuned", "paper/late/pit/tuned", "paper/late/pic/event-driven")
+    missed, late, exact = (runs[key] for key in keys)
     assert missed["impacts"][missed["fault"]["row"]]["flag"] == "missed"
-    assert (
-        "overlap and approach each other for 24.9 ms, and a step lasts 41.7 ms: missed (checking once per step)."
-        in missed["fault"]["said"]
-    )
+    words = "overlap and approach each other for 24.9 ms, and a step lasts 41.7 ms: missed (checking once per step)."
+    assert words in missed["fault"]["said"]
     assert late["impacts"][late["fault"]["row"]]["flag"] == "late"
     assert exact["fault"] is None
 
 
 def test_fault_without_a_miss_has_the_largest_velocity_error() -> None:
-    r"""The late or early impact with the largest velocity error is the fault.
-
-    A missed impact comes before these, and an invented one has no instant and is ignored.
-    """
+    """The fault is a missed impact, else the late or early one with the largest error, never an invented one."""
     rows: list[dict[str, Any]] = [
         {"flag": "late", "velocity": 0.01},
         {"flag": "late", "velocity": 0.4},

@@ -86,10 +86,7 @@ def to_cielab(colour: str, seen: object) -> np.ndarray:
 
 @each("seen", SEEN)
 def test_colours_differ_for_every_kind_of_colour_blindness(seen: str) -> None:
-    r"""Any two colours of the light or the dark page differ by more than four times the least visible difference.
-
-    This holds for people with all cones, and without those for red, green or blue.
-    """
+    """Any two colours differ by over four times the least visible difference, for every kind of cones."""
     css = (resources.files("carom.report") / "templates" / "report.css").read_text(encoding="utf-8")
     light, dark = (re.findall(r"--s\d: (#[0-9a-f]{6});", part) for part in css.split("prefers-color-scheme: dark"))
     assert tuple(light) == SERIES

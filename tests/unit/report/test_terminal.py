@@ -8,10 +8,10 @@ from dataclasses import replace
 import pytest
 from rich.console import Console
 from tests.cases import each
-from tests.scene_builders import disc_at, run_cross_check, staged
+from tests.scene_builders import disc_at, run_cross_check, staged, wall_at
 
 import carom
-from carom import Disc, Scene, Wall
+from carom import Scene
 from carom.catalogue import find_scenes
 from carom.cli.ascii import ERRORS
 from carom.report.document import Column, Document, Headline, Section, Table
@@ -25,8 +25,7 @@ def document() -> Document:
     """Scenes of three groups, one of a long name, by PIC, PIT and pymunk."""
     classics = [f"classics/{name}" for name in ("perfectly-inelastic", "three-in-line")]
     scenes = find_scenes(["paper/late", "paper/missed", "gravity/falling-pair", *classics])
-    results = run_cross_check(scenes, ["pic", "pit", "pymunk"], dts=[1 / 60])
-    return cross_check_document(results)
+    return cross_check_document(run_cross_check(scenes, ["pic", "pit", "pymunk"], dts=[1 / 60]))
 
 
 def print_document(document: Document, width: int, *, full: bool = False) -> list[str]:
@@ -38,13 +37,17 @@ def print_document(document: Document, width: int, *, full: bool = False) -> lis
     return buffer.getvalue().splitlines()
 
 
+def print_as_line(document: Document, width: int = 80) -> str:
+    """Return what a terminal of a width shows, in one line."""
+    return " ".join(" ".join(print_document(document, width)).split())
+
+
 def test_summary_of_the_whole_suite_fits_one_screen(document: Document) -> None:
     """At 80 columns the summary has one line per method, and with 13 methods at most 25 lines."""
     lines = print_document(document, 80)
     methods = [line for line in lines if re.match(r"(PIT|pymunk default|pymunk tuned|pymunk located) ", line)]
     assert len(methods) == 4
-    pit_and_four_engines_with_three_profiles = 13
-    assert len(lines) - len(methods) + pit_and_four_engines_with_three_profiles <= 25
+    assert len(lines) - len(methods) + 13 <= 25
 
 
 @each("width", [60, 80, 120, 200])
@@ -80,8 +83,8 @@ RIGHT_TO_LEFT = "\N{RIGHT-TO-LEFT OVERRIDE}"
 
 def build_scene(discs: int = 2, name: str = "head-on") -> Scene:
     """Disc 0 reaches disc 1, at rest 3 m on, after the 2 m between them, at 2 s: radii of half a metre, 1 m/s."""
-    bodies = [Disc(position_m=(3.0 * k, 0.0), velocity_m_s=(float(k == 0), 0.0), radius_m=0.5) for k in range(discs)]
-    return Scene(name=name, discs=bodies, duration_s=2.75, frame_rate_hz=4.0)
+    bodies = (disc_at(3.0 * k, 0.0, float(k == 0)) for k in range(discs))
+    return staged(name, *bodies, duration_s=2.75, frame_rate_hz=4.0)
 
 
 def build_every_kind(of: Scene) -> list[object]:
@@ -104,18 +107,10 @@ def test_repr_of_every_result_is_short_and_printable(of: Scene) -> None:
 
 def test_repr_of_a_scene_shows_laws_and_bodies() -> None:
     """The text has each number of the scene that affects the motion, and the number of discs that are not shown."""
-    wall = Wall(point_m=(0.0, -2.0), normal=(0.0, 2.0))
-    post = Disc(position_m=(9.0, 0.0), radius_m=0.25, mass_kg=math.inf)
-    rough = build_scene().model_copy(
-        update={
-            "discs": (*build_scene().discs, post),
-            "walls": (wall,),
-            "restitution": 0.5,
-            "friction": 0.3,
-            "gravity_m_s2": (0.0, -9.81),
-        }
-    )
-    text = repr(rough)
+    post = disc_at(9.0, 0.0, r=0.25, m=math.inf)
+    fields = {"walls": (wall_at(0.0, -2.0, 0.0, 2.0),), "restitution": 0.5, "friction": 0.3}
+    fields |= {"discs": (*build_scene().discs, post), "gravity_m_s2": (0.0, -9.81)}
+    text = repr(build_scene().model_copy(update=fields))
     for said in (
         "'head-on': 3 discs, 1 wall; 2.75 s at 4 frames a second",
         "restitution 0.5, wall restitution 1, friction 0.3, gravity (0, -9.81) m/s²",
@@ -175,10 +170,7 @@ def test_text_for_terminals_is_escaped_and_cut() -> None:
 
 
 def test_exact_grade_shows_32_bit_floats() -> None:
-    r"""A run that declares 32-bit floats is shown as "exact (float32)" in scores, results and notebooks.
-
-    A run without a score is shown as not scored.
-    """
+    """A run that declares 32-bit floats is "exact (float32)" everywhere; one without a score is not scored."""
     reference = carom.solve_pic(build_scene())
     score = carom.compare(reference, replace(reference, float_bits=32))
     results = run_cross_check([build_scene()], ["pic"], profiles=["tuned"], dts=[1 / 24])

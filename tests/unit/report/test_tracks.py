@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.cases import each, release_after
-from tests.scene_builders import require_value, run_cross_check
+from tests.scene_builders import disc_at, require_value, run_cross_check, staged
 
 import carom
 from carom import Scene, Wall, compare, solve_pic
@@ -53,22 +53,20 @@ def test_bodies_touch_at_every_impact(one_in: int) -> None:
 @each("name", release_after(1, ["paper/missed", "classics/gas", "gravity/box", "gravity/ladder"]))
 def test_track_passes_every_sampled_position(name: str) -> None:
     """A track passes every sample within `SHARPNESS` of the extent and has few more knots than samples."""
-    scene = all_scenes()[name].scene
-    results = run_cross_check([scene], ["pit"], profiles=["tuned"], dts=[1 / 60])
+    results = run_cross_check([all_scenes()[name].scene], ["pit"], profiles=["tuned"], dts=[1 / 60])
     trace = require_value(results.rows[0].trace)
     extent_m = compute_extent(results.references[name])
-    times = require_value(trace.samples).time_s[require_value(trace.samples).time_s < trace.end_time_s]
+    samples = require_value(trace.samples)
+    times = samples.time_s[samples.time_s < trace.end_time_s]
     for disc, track in enumerate(build_observed_tracks(trace, extent_m)):
-        away = track.positions_at(times) - require_value(trace.samples).position_m[: len(times), disc]
+        away = track.positions_at(times) - samples.position_m[: len(times), disc]
         assert np.abs(away).max() <= SHARPNESS * extent_m
         assert len(track.time_s) <= len(times) + len(trace.impacts) + 2
 
 
 def test_track_is_a_parabola_between_its_knots() -> None:
     """Halfway through a fall of 1 s the disc has fallen a quarter of the way."""
-    scene = carom.Scene(
-        name="fall", duration_s=1.0, gravity_m_s2=(0.0, -8.0), discs=[carom.Disc(position_m=(0.0, 0.0), radius_m=0.5)]
-    )
+    scene = staged("fall", disc_at(0.0, 0.0), duration_s=1.0, gravity_m_s2=(0.0, -8.0))
     (track,) = build_reference_tracks(carom.solve_pic(scene))
     assert track.positions_at(np.array([0.0, 0.5, 1.0]))[:, 1] == pytest.approx([0.0, -1.0, -4.0], abs=1e-15)
 

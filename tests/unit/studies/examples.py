@@ -109,17 +109,15 @@ def build_advice() -> Advice:
         ending = SearchEnding.FLAT if lost else SearchEnding.FOUND
         answers.append(Advised(method, (*first, *fine), never, whole, ending))
     limit = PairLimit(ContactWindow.of(0.9, (0.9, 0.1), (6.0, 0.0)), 0.148, 0.0055)
-    hardest = HardImpact(0.379, 0, 1, limit, Cause.TURN)
-    closed = ClosedForm(0.148, 0.0055)
     return Advice(
-        build_scene(),
-        Demand(math.radians(1.0)),
-        1,
-        (hardest,),
-        closed,
-        None,
-        tuple(answers),
-        (),
+        scene=build_scene(),
+        demand=Demand(math.radians(1.0)),
+        impacts=1,
+        hardest=(HardImpact(0.379, 0, 1, limit, Cause.TURN),),
+        closed_form=ClosedForm(0.148, 0.0055),
+        sampling=None,
+        answers=tuple(answers),
+        unable=(),
         phases=8,
         budget_steps=400_000,
         swept=frozenset({Method("box2d", "tuned")}),

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 from tests.cases import each, release_after
-from tests.unit.report.test_terminal import print_document
+from tests.unit.report.test_terminal import print_as_line, print_document
 from tests.unit.studies.examples import (
     METHODS,
     STEPS,
@@ -49,10 +49,7 @@ def document(request: pytest.FixtureRequest) -> Document:
 
 
 def test_terminal_answer_fits_24_lines(document: Document) -> None:
-    r"""At 80 columns, each study's answer has at most 24 lines plus a line per method of stress.
-
-    Every engine has a row.
-    """
+    """At 80 columns each study's answer has at most 24 lines, and every engine has a row."""
     lines = print_document(document, 80)
     assert len(lines) - sum(" passes " in line for line in lines) <= 24, "\n".join(lines)
     rows = METHODS[3:] if document.title == "Carom: advice" else METHODS[2:]  # PIT is no engine to take
@@ -69,28 +66,19 @@ def test_no_line_is_wider_than_the_terminal(document: Document, width: int, full
 
 def test_every_symbol_has_an_ascii_replacement(document: Document) -> None:
     """Every character of the answers has an ASCII replacement that is not a question mark."""
-    text = "\n".join(print_document(document, 80)).encode("ascii", ERRORS).decode()
-    assert "?" not in text
+    assert "?" not in "\n".join(print_document(document, 80)).encode("ascii", ERRORS).decode()
 
 
 def test_bench_names_fastest_engine_within_target_error() -> None:
-    r"""The bench names the fastest engine with at most 0.1 % error, with its run time and step.
-
-    If no engine reaches the target, the text reports this and names the most accurate one.
-    """
+    """The bench names the fastest engine with at most 0.1 % error, or else the most accurate one."""
     below = [p for m in METHODS[3:] for k in range(len(STEPS)) if (p := build_point(m, k)).error <= 1e-3 and p.sound]
     best = min(below, key=lambda p: p.timing.advance_s.median if p.timing else 0.0)
     spent = formatting.format_number(best.timing.advance_s.median * 1e3, 3) if best.timing else ""
     asked = replace(build_bench(), plan=replace(build_bench().plan, target=1e-3))
-    text = " ".join(" ".join(print_document(build_bench_document(asked), 80)).split())
-    start = "paper/late: PIC takes 0.002 ms. The fastest engine with at most 0.1 % error is "
-    assert text.startswith(start)
+    text = print_as_line(build_bench_document(asked))
+    assert text.startswith("paper/late: PIC takes 0.002 ms. The fastest engine with at most 0.1 % error is ")
     assert f"is {best.engine} ({best.profile}) with {spent} ms at steps of {formatting.format_step(best.dt_s)}" in text
-    beyond = " ".join(
-        " ".join(
-            print_document(build_bench_document(replace(asked, plan=replace(asked.plan, target=1e-6))), 80)
-        ).split()
-    )
+    beyond = print_as_line(build_bench_document(replace(asked, plan=replace(asked.plan, target=1e-6))))
     assert "No engine reaches 1e-6 error at the tested step sizes. The most accurate is box2d (default) with " in beyond
 
 
@@ -98,25 +86,18 @@ def test_methods_with_equal_targets_are_ranked_by_run_time() -> None:
     """Among methods that reach the same targets on as many scenes, the faster one is first."""
     several = build_bench("paper/late", "paper/missed")
     scenes = [replace(scene, curves=tuple(reversed(scene.curves))) for scene in several.scenes]  # dearest first
-    _, rows = build_suite_table(replace(several, scenes=tuple(scenes)), list_reached_targets(several)).select_for(
-        Media.MARKDOWN
-    )
-    names = [row[0].text for row in rows]
+    table = build_suite_table(replace(several, scenes=tuple(scenes)), list_reached_targets(several))
+    names = [row[0].text for row in table.select_for(Media.MARKDOWN)[1]]
     assert names.index("pymunk default") < names.index("pymunk tuned")
     assert names.index("box2d default") < names.index("box2d tuned") < names.index("mujoco default")
 
 
 def test_bench_table_has_only_reached_targets() -> None:
-    r"""The table has a column only for targets that an engine reaches.
-
-    If every engine misses or invents impacts, the text reports this and names the best one with its numbers.
-    """
+    """The table has a column only for reached targets; if none is reached, the text names the best engine."""
     whole = build_bench().scenes[0]
-    columns, rows = build_method_table(whole, ErrorKind.IMPACT, list_reached_targets(build_bench())).select_for(
-        Media.MARKDOWN
-    )
-    heads = [column.head for column in columns]
-    assert heads[4:9] == ["10 %", "1 %", "0.1 %", "0.01 %", "exact"]
+    table = build_method_table(whole, ErrorKind.IMPACT, list_reached_targets(build_bench()))
+    columns, rows = table.select_for(Media.MARKDOWN)
+    assert [column.head for column in columns][4:9] == ["10 %", "1 %", "0.1 %", "0.01 %", "exact"]
     assert all(any(row[k].text for row in rows) for k in range(4, 9))
     curves = [
         replace(curve, points=tuple(replace(p, missed=3 - k % 2, spurious=1) for p in curve.points))
@@ -125,7 +106,7 @@ def test_bench_table_has_only_reached_targets() -> None:
     ]
     lossy = replace(build_bench(), scenes=(replace(whole, curves=tuple(curves)),))
     assert list_reached_targets(lossy) == []
-    text = " ".join(" ".join(print_document(build_bench_document(lossy), 80)).split())
+    text = print_as_line(build_bench_document(lossy))
     assert "very engine misses or invents impacts at every step size; the best is box2d (default)" in text
     assert "which misses 2 and invents 1 of 4 impacts" in text
     assert " -2 +1 " in text
@@ -134,7 +115,7 @@ def test_bench_table_has_only_reached_targets() -> None:
         ((whole, crowd), "on paper/late; every engine misses or invents impacts on classics/gas."),
         ((crowd, crowd), "Every engine misses or invents impacts on every scene."),
     ):
-        text = " ".join(" ".join(print_document(build_bench_document(replace(lossy, scenes=scenes)), 80)).split())
+        text = print_as_line(build_bench_document(replace(lossy, scenes=scenes)))
         assert answer in text.partition(" Every method on ")[0]
 
 
@@ -144,8 +125,7 @@ def test_bench_states_why_points_are_not_scored() -> None:
     curves = [replace(c, points=(replace(c.points[0], reason="out of time"), *c.points[1:])) for c in scene.curves]
 
     def said(*chosen: Curve) -> str:
-        text = print_document(build_bench_document(replace(build_bench(), scenes=(replace(scene, curves=chosen),))), 80)
-        return " ".join(" ".join(text).split())
+        return print_as_line(build_bench_document(replace(build_bench(), scenes=(replace(scene, curves=chosen),))))
 
     all_points = sum(len(curve.points) for curve in curves)
     assert f"{len(curves)} of {all_points} points could not be scored: out of time." in said(*curves)
@@ -155,7 +135,7 @@ def test_bench_states_why_points_are_not_scored() -> None:
 
 def render_advice(found: Advice) -> str:
     """What the terminal says of advice, in one line."""
-    return " ".join(" ".join(print_document(build_advice_document(found), 80)).split())
+    return print_as_line(build_advice_document(found))
 
 
 def test_advice_names_all_methods_with_the_longest_step() -> None:
@@ -174,16 +154,12 @@ def test_advice_names_all_methods_with_the_longest_step() -> None:
 
 
 def test_advice_has_steps_per_frame_and_engine_code() -> None:
-    r"""The advice gives 600 steps/s at 60 Hz also as 10 steps per frame, with the engine's code and a command.
-
-    If the answer in whole steps per frame differs, it is stated, too.
-    """
+    """600 steps/s at 60 Hz are also 10 steps per frame, with the engine's code and a command."""
     found = build_advice()
     (alone,) = [answer for answer in found.answers if answer.method == Method("pymunk", "tuned")]
     text = render_advice(replace(found, answers=(alone,)))
-    assert text.startswith(
-        "paper/late: to miss no impact, use 600 steps/s (10 steps per frame at 60 Hz) with pymunk tuned."
-    )
+    begin = "paper/late: to miss no impact, use 600 steps/s (10 steps per frame at 60 Hz) with pymunk tuned."
+    assert text.startswith(begin)
     assert "at most 1°. As code: dt, steps = 0.01, 2 for _ in range(steps): space.step(dt) To print" in text
     assert "carom engines pymunk --show tuned --dt 1/600 --scene paper/late" in text
     coarse = replace(alone.never_misses, in_frame=replace(alone.trials[-1], dt_s=1 / 180))
@@ -192,21 +168,18 @@ def test_advice_has_steps_per_frame_and_engine_code() -> None:
     finer = replace(alone.never_misses, in_frame=alone.trials[-1])
     many = replace(found, answers=(replace(alone, never_misses=finer, demand=finer),))
     assert "600 steps/s (40 steps per frame at 60 Hz are enough) with pymunk tuned." in render_advice(many)
-    by_hand = build_advice_document(many, "my scene.toml")
-    assert "--scene 'my scene.toml'" in " ".join(print_document(by_hand, 200))
+    assert "--scene 'my scene.toml'" in print_as_line(build_advice_document(many, "my scene.toml"), 200)
 
 
 def test_advice_without_failing_step_is_any_tested_step() -> None:
     """If no step fails, the answer is "any tested step"; if larger steps are refused, it is a rate."""
     found = build_advice()
-    one = found.answers[0]
-    any_step = replace(one.never_misses, fails=None)
-    swept = replace(one, never_misses=any_step, demand=any_step)
-    text = render_advice(replace(found, answers=(swept,)))
-    assert text.startswith(
-        "paper/late: to miss no impact, use any tested step size (200 or more steps per second) with box2d default."
-    )
-    (row,) = list_method_rows(replace(found, answers=(swept,)))
+    any_step = replace(found.answers[0].never_misses, fails=None)
+    swept = replace(found.answers[0], never_misses=any_step, demand=any_step)
+    every = replace(found, answers=(swept,))
+    use = "use any tested step size (200 or more steps per second) with box2d default."
+    assert render_advice(every).startswith(f"paper/late: to miss no impact, {use}")
+    (row,) = list_method_rows(every)
     assert row.count("any tried") == 2
     refused = replace(found, answers=(replace(swept, refused_s=0.5, refusal="too far a step"),))
     assert "any" not in list_method_rows(refused)[0]
@@ -220,10 +193,8 @@ def test_located_methods_are_last_and_not_recommended() -> None:
     found = build_advice()
     first, *_, last = found.answers
     cut = replace(found, located=frozenset({first.method}))
-    text = render_advice(cut)
-    assert "200 steps" not in text
-    names = [row.split()[:2] for row in list_method_rows(cut)]
-    assert names[-1] == ["box2d", "default"]
+    assert "200 steps" not in render_advice(cut)
+    assert [row.split()[:2] for row in list_method_rows(cut)][-1] == ["box2d", "default"]
     alone = render_advice(replace(cut, answers=(first,)))
     assert "200 steps/s with box2d default" in alone
     assert "--show" not in alone
@@ -231,10 +202,7 @@ def test_located_methods_are_last_and_not_recommended() -> None:
 
 
 def test_advice_table_marks_ccd_and_result_at_one_step_per_frame() -> None:
-    r"""A method with CCD is marked, and the last column shows its result with one step per frame.
-
-    The result is lost phases, an error, "stopped", "refused" or "n/a".
-    """
+    """A method with CCD is marked, and the last column shows its result with one step per frame."""
     found = build_advice()
     assert [row.startswith("box2d tuned +CCD ") for row in list_method_rows(found)].count(True) == 1
     one, frame_s = found.answers[0], 1 / found.scene.frame_rate_hz
@@ -252,10 +220,7 @@ def test_advice_table_marks_ccd_and_result_at_one_step_per_frame() -> None:
 
 
 def test_advice_claims_no_bounds_and_has_no_rows_for_pic_and_pit() -> None:
-    r"""The advice claims no bounds, PIC and PIT have no row, and PIT's rates are stated by formula.
-
-    A refused step is no failure, and methods that can't run are listed with the reason.
-    """
+    """The advice claims no bounds, has no rows of PIC and PIT, and lists refused steps and methods as such."""
     found = build_advice()
     text = render_advice(found)
     assert "at least" not in text
@@ -273,10 +238,7 @@ def test_advice_claims_no_bounds_and_has_no_rows_for_pic_and_pit() -> None:
 
 
 def test_advice_states_unfinished_searches_and_non_monotone_results() -> None:
-    r"""A search ended by its budget is named with the budget, and a non-monotone result with both rates.
-
-    If no tested step meets the demand, the text and the table report this.
-    """
+    """A search ended by its budget, a non-monotone result and a demand that no step meets are stated as such."""
     found = build_advice()
     one = found.answers[0]
     stopped = replace(one, ending=SearchEnding.BUDGET)
@@ -291,11 +253,10 @@ def test_advice_states_unfinished_searches_and_non_monotone_results() -> None:
     (row,) = list_method_rows(replace(found, answers=(replace(one, demand=replace(one.demand, passes=None)),)))
     assert row.split()[3:] == ["unfinished", "n/a"]
     finest = one.trials[-1]
-    nothing = replace(one.demand, passes=None, fails=finest, down_to_s=finest.dt_s)
-    assert "For a direction error of at most 1°, no tested step size of any engine suffices." in render_advice(
-        replace(found, answers=(replace(one, demand=nothing),))
-    )
-    (row,) = list_range_rows(replace(found, answers=(replace(one, demand=nothing),)))
+    nothing = replace(one, demand=replace(one.demand, passes=None, fails=finest, down_to_s=finest.dt_s))
+    unmet = replace(found, answers=(nothing,))
+    assert "For a direction error of at most 1°, no tested step size of any engine suffices." in render_advice(unmet)
+    (row,) = list_range_rows(unmet)
     assert row.split()[4:6] == ["none", formatting.format_number(1 / finest.dt_s, 4)]
     untried = StepRange(None, None, math.nan, None, (), ())
     (row,) = list_method_rows(replace(found, answers=(replace(one, trials=(), never_misses=untried, demand=untried),)))
@@ -312,9 +273,8 @@ def list_method_rows(found: Advice) -> list[str]:
 def list_range_rows(found: Advice) -> list[str]:
     """The lines of the table of ranges, which is printed in full alone."""
     lines = print_document(build_advice_document(found), 200, full=True)
-    return lines[
-        lines.index("Steps per second that pass, from the largest step size to the smallest tested one:") + 4 :
-    ][: len(found.answers)]
+    heading = "Steps per second that pass, from the largest step size to the smallest tested one:"
+    return lines[lines.index(heading) + 4 :][: len(found.answers)]
 
 
 @each(
@@ -338,10 +298,7 @@ def test_bar_length_is_proportional_to_passed_decades(
 
 
 def test_campaign_of_few_methods_has_summary_and_sign_per_test() -> None:
-    r"""Each of two methods gets a sentence with the number of tests passed and the first failure.
-
-    Its row shows a sign per test for how far along the axis it passed.
-    """
+    """Each of two methods gets a sentence with its first failure, and a row with a sign per test."""
     whole = build_campaign_results()
     few = replace(whole, methods=(METHODS[1], METHODS[2]))
     lines = print_document(build_stress_document(few), 160)
@@ -360,10 +317,7 @@ def test_campaign_of_few_methods_has_summary_and_sign_per_test() -> None:
 
 
 def test_campaign_has_one_sentence_and_one_row_per_method() -> None:
-    r"""At 80 columns, each method of a campaign gets one sentence and one row.
-
-    The sentence names the first failure, unless all tests pass.
-    """
+    """At 80 columns each method gets one row and one sentence, which names the first failure, if any."""
     whole = build_campaign_results()
     lines = print_document(build_stress_document(whole), 80)
     tests = sum(line.kind == "attack" for line in whole.lines)
@@ -377,12 +331,11 @@ def test_campaign_links_lead_to_rows_with_evidence() -> None:
     """Each link of a campaign's tables leads to a row, for example with the command that reruns PIT's grazing."""
     sections = list(build_stress_document(build_campaign_results()).select_for(Media.PAGE))
     tables = [block for section in sections for block in section.select_for(Media.PAGE) if isinstance(block, Table)]
-    cells = [cell for table in tables for row in table.select_for(Media.PAGE)[1] for cell in row]
+    rows = [row for table in tables for row in table.select_for(Media.PAGE)[1]]
+    cells = [cell for row in rows for cell in row]
     links = {cell.link for cell in cells if cell.link.startswith("#")}
     assert links == {f"#{cell.anchor}" for cell in cells if cell.anchor}
-    row = next(
-        row for table in tables for row in table.select_for(Media.PAGE)[1] if row[0].anchor == "grazing/pit/tuned"
-    )
+    row = next(row for row in rows if row[0].anchor == "grazing/pit/tuned")
     assert row[-1].text == "carom run scenes/grazing-pit-tuned.toml -e pit -p tuned"
 
 

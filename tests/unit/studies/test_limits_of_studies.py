@@ -1,7 +1,6 @@
 """What holds of every study: its workers have its limits, and what its journal holds is not asked again."""
 
 from collections.abc import Callable, Iterator, Sequence
-from inspect import signature
 from pathlib import Path
 from pkgutil import iter_modules
 from typing import Any
@@ -128,12 +127,9 @@ def run_timed_cross_check(_folder: Path, _how: How) -> None:
 
 
 def run_advise(_folder: Path, _how: How) -> None:
+    asked = AdviceOptions(["pymunk"], direction_error_rad=0.1, profiles=["tuned"], phases=1, budget_steps=1000)
     with LocalPool(1, TIME_S, MEMORY_MB) as pool:
-        advise(
-            scene(),
-            AdviceOptions(["pymunk"], direction_error_rad=0.1, profiles=["tuned"], phases=1, budget_steps=1000),
-            pool,
-        )
+        advise(scene(), asked, pool)
 
 
 def run_conformance_case(_folder: Path, _how: How) -> None:
@@ -158,21 +154,8 @@ ALL: dict[str, list[Any]] = {
     "stress": [run_stress],
     "tune": [pytest.param(run_tune, marks=pytest.mark.long)],
 }
-#: Commands with a journal, which get `how` to open it.
-KEPT = {
-    one
-    for one in (
-        cross_check,
-        bench,
-        run_growth,
-        run_stress,
-        run_tune,
-        run_release_history,
-        run_timed_cross_check,
-        run_advise,
-    )
-    if "how" in signature(one).parameters
-}
+#: Studies with a journal, which get `how` to open it.
+KEPT = {cross_check, bench, run_growth, run_stress, run_tune, run_release_history}
 
 
 def test_every_study_has_a_row_in_this_test() -> None:
@@ -190,10 +173,7 @@ def test_record_comparison_starts_no_worker(recorded_tasks: Asked, tmp_path: Pat
 def test_workers_have_study_limits_and_journal_is_reused(
     study: Callable[[Path, How], None], recorded_tasks: Asked, tmp_path: Path
 ) -> None:
-    r"""Every worker of a study has the requested limits of memory and time.
-
-    A resumed study does not repeat the tasks in its journal.
-    """
+    """Every worker of a study has the requested limits, and a resumed study does not repeat its tasks."""
     study(tmp_path, {})
     assert {name for _, _, name in recorded_tasks} - {"DescribeTask"}
     others = [one for one in recorded_tasks if one[:2] != (round(1e6 * MEMORY_MB), TIME_S)]

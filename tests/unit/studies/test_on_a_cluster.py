@@ -30,9 +30,8 @@ MEASURED = {"environment", "command", "elapsed_s", "options", "plan", "timing", 
 def address() -> Iterator[str]:
     """Where the scheduler of a cluster with two workers listens, on this machine."""
     distributed: Any = pytest.importorskip("distributed", reason="distributed, extra cluster, is not installed")
-    with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=50
-    ) as cluster:
+    options = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None, "silence_logs": 50}
+    with distributed.LocalCluster(**options) as cluster:
         yield cluster.scheduler_address
 
 

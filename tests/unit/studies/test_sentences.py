@@ -2,7 +2,8 @@
 
 import dataclasses
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import pytest
 from tests.cases import each, release_after
@@ -10,7 +11,7 @@ from tests.in_process_pool import InProcessPool
 from tests.scene_builders import disc_at, require_value, run_cross_check, staged, wall_at
 from tests.unit.studies.examples import METHODS, build_campaign_results, build_growth
 
-from carom import Results, Scene, cross_check, solve_pic
+from carom import Results, Scene, solve_pic
 from carom.catalogue import CatalogueScene, find_scenes
 from carom.comparator import compare
 from carom.execution.plan import build_plan
@@ -23,19 +24,18 @@ from carom.studies.cross_check.explain import explain
 from carom.studies.cross_check.grid import build_grid
 from carom.studies.cross_check.trend_section import build_trend_section
 from carom.studies.stress.document import build_stress_document
-from carom.studies.stress.result import CellEnding
+from carom.studies.stress.result import CellEnding, CellResult
 
 #: Nothing happens, PIT and all; and two discs that check for overlap once per step finds late.
 NOTHING = staged("nothing", disc_at(0, 0, 1, 0), disc_at(0, 5, 1, 0), duration_s=1.0)
 LATE = staged("late", disc_at(-1.0, 0.0, 3.0, 0.2, r=0.3), disc_at(1.0, 0.2, -2.0, 0.0, r=0.3), duration_s=1.0)
-THUD = staged(
-    "thud", disc_at(0, 2), wall_at(0, 0, 0, 1), gravity_m_s2=(0.0, -9.81), wall_restitution=0.0, duration_s=2.0
-)
+FALL: dict[str, Any] = {"gravity_m_s2": (0.0, -9.81), "wall_restitution": 0.0, "duration_s": 2.0}
+THUD = staged("thud", disc_at(0, 2), wall_at(0, 0, 0, 1), **FALL)
 
 
 def run_own_methods(*scenes: Scene, engines: tuple[str, ...] = ("pic", "pit")) -> Results:
     """Return a cross-check of some scenes."""
-    return cross_check(scenes, engines, profiles=["tuned"], dts=[1 / 60, 1 / 120], timing=False, pool=InProcessPool())
+    return run_cross_check(scenes, engines, profiles=["tuned"], dts=[1 / 60, 1 / 120])
 
 
 def join_lead(results: Results) -> str:
@@ -43,16 +43,13 @@ def join_lead(results: Results) -> str:
 
 
 def test_certified_reference_is_reported_as_certified() -> None:
-    r"""Without a known answer, PIC is "without independent proof", unless certification is on.
-
-    Then the report states that every impact of PIC is certified.
-    """
+    """Without a known answer PIC is "without independent proof", unless certification proves every impact."""
     three = staged("three", disc_at(0, 0, 4, 0), disc_at(3, 0), disc_at(7, 0.2), duration_s=2.0)
-    options = {"profiles": ["tuned"], "dts": [1 / 60], "timing": False, "pool": InProcessPool()}
-    without = cross_check([three], ["pit"], certified=False, **options)  # type: ignore[arg-type] # of several kinds
+    options: dict[str, Any] = {"profiles": ["tuned"], "dts": [1 / 60]}
+    without = run_cross_check([three], ["pit"], certified=False, **options)
     assert "without independent proof" in join_lead(without)
     pytest.importorskip("flint")
-    proven = cross_check([three], ["pit"], certified=True, **options)  # type: ignore[arg-type] # as above
+    proven = run_cross_check([three], ["pit"], certified=True, **options)
     assert "every impact of PIC is certified in 1 of 1 scene" in join_lead(proven)
 
 
@@ -63,10 +60,7 @@ def join_trend_text(results: Results) -> str:
 
 
 def test_trend_without_errors_has_no_medians() -> None:
-    r"""For a head-on impact, the trend states that PIT's velocities are correct and that there are no medians.
-
-    For a late impact it contains a remark on methods that find no impact.
-    """
+    """Without velocity errors of PIT the trend has no medians; methods that find no impact get a remark."""
     head_on = staged("head-on", disc_at(0, 0, 4, 0), disc_at(3, 0), duration_s=2.0)
     said = join_trend_text(run_own_methods(head_on))
     assert "PIT's velocities are correct at every step size" in said
@@ -74,42 +68,30 @@ def test_trend_without_errors_has_no_medians() -> None:
     assert "A method that finds no impact in a scene has fewer scenes." in join_trend_text(run_own_methods(LATE))
 
 
-def build_stress_lead(endings: dict[str, CellEnding]) -> str:
-    """Return the sentences of a campaign in which some engines' cells all end so, and all others pass or hold."""
+def build_stress_lead(change: Callable[[CellResult], CellEnding]) -> str:
+    """Return the sentences of a campaign in which each cell ends as this function says."""
     found = build_campaign_results()
-    cells = {
-        (line, method): dataclasses.replace(
-            result,
-            ending=endings.get(
-                method.partition("/")[0], CellEnding.PASSES if result.kind == "attack" else CellEnding.HOLDS
-            ),
-        )
-        for (line, method), result in found.cells.items()
-    }
+    cells = {key: dataclasses.replace(result, ending=change(result)) for key, result in found.cells.items()}
     return " ".join(build_stress_document(dataclasses.replace(found, cells=cells)).lead)
 
 
 def test_method_with_unsupported_tests_is_not_ranked() -> None:
     """A method that can't run every stress test is not ranked last; a sentence names it separately."""
-    found = build_campaign_results()
-    line = next(line.name for line in found.lines if line.kind == "attack")
-    cells = {
-        key: dataclasses.replace(result, ending=CellEnding.NOT_RUN)
-        if key[1] == "pymunk/tuned" and result.kind == "attack" and result.line != line
-        else result
-        for key, result in found.cells.items()
-    }
-    said = " ".join(build_stress_document(dataclasses.replace(found, cells=cells)).lead)
-    assert (
-        "1 method is not ranked, because not every stress test could be run: "
-        "pymunk (tuned) passed 0 of 1 that it can run." in said
-    )
+    first = next(line.name for line in build_campaign_results().lines if line.kind == "attack")
+
+    def change(result: CellResult) -> CellEnding:
+        left_out = result.method == "pymunk/tuned" and result.kind == "attack" and result.line != first
+        return CellEnding.NOT_RUN if left_out else result.ending
+
+    said = build_stress_lead(change)
+    told = "1 method is not ranked, because not every stress test could be run: pymunk (tuned) passed 0 of 1"
+    assert f"{told} that it can run." in said
     assert "; pymunk (tuned) passed" not in said
 
 
 def test_equal_methods_are_summarised_together() -> None:
     """If all methods pass equally many stress tests, one sentence states this."""
-    said = build_stress_lead({})
+    said = build_stress_lead(lambda result: CellEnding.PASSES if result.kind == "attack" else CellEnding.HOLDS)
     attacks = sum(line.kind == "attack" for line in build_campaign_results().lines)
     assert f"{len(METHODS)} methods each passed {attacks} of {attacks} stress tests." in said
 
@@ -119,23 +101,16 @@ def test_growth_of_single_method_has_no_ranking() -> None:
     whole = build_growth()
     alone = dataclasses.replace(whole, curves=whole.curves[:1])
     plain, falling = build_growth_document(whole).lead
-    assert plain.startswith(
-        "For a simulated second of 10000 discs, PIC takes 0.1 s (grows as n^1.00), "
-        "PIT takes 0.2 s (grows as n^1.00) and "
-    )
+    pic = "For a simulated second of 10000 discs, PIC takes 0.1 s (grows as n^1.00)"
+    assert plain.startswith(f"{pic}, PIT takes 0.2 s (grows as n^1.00) and ")
     assert plain.endswith(" and the fastest engine, box2d default, takes 0.3 s (grows as n^1.00).")
     assert falling.startswith("For a simulated second of 10000 falling discs, PIC takes 0.1 s")
-    assert build_growth_document(alone).lead == (
-        "For a simulated second of 10000 discs, PIC takes 0.1 s (grows as n^1.00).",
-    )
+    assert build_growth_document(alone).lead == (f"{pic}.",)
 
 
 @each("known", [True, False])
 def test_impact_reported_twice_is_not_attributed_to_errors(known: bool) -> None:
-    r"""The cause of an impact that is reported twice is the run's own state, or not known without that state.
-
-    It is never an earlier error.
-    """
+    """An impact that is reported twice comes from the run's own state, or is unknown, never from errors."""
     reference = solve_pic(LATE)
     row = next(row for row in run_own_methods(LATE).rows if row.job.engine == "pit")
     trace = require_value(row.trace)
@@ -144,9 +119,8 @@ def test_impact_reported_twice_is_not_attributed_to_errors(known: bool) -> None:
     if not known:
         states["position_first"] = states["position_second"] = float("nan")
     effective_s = require_value(trace.effective_time_s)[again]
-    doubled = dataclasses.replace(
-        trace, impacts=trace.impacts[again], state_before=states, effective_time_s=effective_s
-    )
+    changes: dict[str, Any] = {"impacts": trace.impacts[again], "state_before": states, "effective_time_s": effective_s}
+    doubled = dataclasses.replace(trace, **changes)
     rows = build_impact_rows(reference, doubled, compare(reference, doubled))
     (cause,) = (row["cause"] for row in rows if row["flag"] == "invented")
     assert "errors before" not in cause
@@ -160,10 +134,7 @@ def find_engines_line(scene: Scene) -> str:
 
 
 def test_explanation_mentions_free_flight_only_after_impacts() -> None:
-    r"""The explanation of a scene with gravity or rest does not promise free flight after the last impact.
-
-    Without impacts, it states that no discs meet.
-    """
+    """The explanation promises no free flight with gravity or rest; without impacts no discs meet."""
     assert "run for all 120 steps" in find_engines_line(THUD)
     assert "the comparison with PIC ends at 0.553 s, when a disc comes to rest" in find_engines_line(THUD)
     assert "free flight" not in find_engines_line(find_scenes(["gravity/free-fall"])[0].scene)
@@ -171,7 +142,7 @@ def test_explanation_mentions_free_flight_only_after_impacts() -> None:
     assert "PIC's last impact at" in find_engines_line(LATE)
 
 
-MINE = staged("mine", disc_at(-1.0, 0.0, 3.0, 0.2, r=0.3), disc_at(1.0, 0.2, -2.0, 0.0, r=0.3), duration_s=1.0)
+MINE = LATE.model_copy(update={"name": "mine"})
 #: Its impact falls between two frames of 1/60 s, and that of the other on one.
 HEAD_ON = staged("head-on", disc_at(0, 0, 4, 0), disc_at(3.02, 0), duration_s=2.0)
 AT_A_FRAME = staged("at-a-frame", disc_at(0, 0, 4, 0), disc_at(3, 0), duration_s=2.0)
@@ -186,6 +157,9 @@ def join_lead_lines(results: Results) -> str:
 
 
 UNPROVEN = "None of these scenes has a known answer: PIC is the reference, without independent proof."
+OFF = r"mine at 1/24 s: PIT: velocities are wrong by \S+ % of the greatest speed\."
+PROVEN = r"PIC reproduces the one known answer \(largest deviation \S+\)\."
+BY_PHASE = r"PIT: its grade depends on the phase of the step; PIT is equally accurate at \d+ of \d+ phases\."
 
 
 @each(
@@ -193,30 +167,10 @@ UNPROVEN = "None of these scenes has a known answer: PIC is the reference, witho
     release_after(
         2,
         [
-            (
-                [MINE],
-                ["pit"],
-                [r"mine at 1/24 s: PIT: velocities are wrong by \S+ % of the greatest speed\.", UNPROVEN],
-            ),
+            ([MINE], ["pit"], [OFF, UNPROVEN]),
             ([HEAD_ON], ["pit"], [r"head-on at 1/24 s: PIT: \S+ ms late\.", UNPROVEN]),
-            (
-                [AT_A_FRAME],
-                ["pit"],
-                [
-                    r"at-a-frame at 1/24 s: PIT: exact\.",
-                    UNPROVEN,
-                    r"PIT: its grade depends on the phase of the step; "
-                    r"PIT is equally accurate at \d+ of \d+ phases\.",
-                ],
-            ),
-            (
-                find_scenes(["paper/missed"]),
-                ["pit"],
-                [
-                    r"paper/missed at 1/24 s: PIT: 1 missed of 1 impact\.",
-                    r"PIC reproduces the one known answer \(largest deviation \S+\)\.",
-                ],
-            ),
+            ([AT_A_FRAME], ["pit"], [r"at-a-frame at 1/24 s: PIT: exact\.", UNPROVEN, BY_PHASE]),
+            (find_scenes(["paper/missed"]), ["pit"], [r"paper/missed at 1/24 s: PIT: 1 missed of 1 impact\.", PROVEN]),
             ([MINE, HEAD_ON], ["pit"], [r"PIT misses no impact in 2 scenes\.", UNPROVEN]),
             ([MINE, HEAD_ON], [], [r"PIC misses no impact in 2 scenes\.", UNPROVEN]),
         ],
@@ -233,29 +187,21 @@ def test_lead_of_cross_check_has_exactly_the_expected_sentences(
 
 
 def test_lead_names_engine_that_misses_with_default_settings() -> None:
-    r"""With default settings, pymunk at 24 frames/s misses an impact in 1 of 2 scenes; the lead states this.
-
-    The tuned profile is described after it.
-    """
+    """The lead states that default pymunk misses an impact in 1 of 2 scenes, and the tuned profile after it."""
     pytest.importorskip("pymunk", reason="pymunk is not installed")
     scenes = find_scenes(["paper/missed", "paper/late"])
     first = "Default settings: pymunk misses an impact in 1 of 2 scenes"
-    assert join_lead_lines(run_one_profile(scenes, "pymunk", profile="default")).startswith(
-        f"{first}; pymunk is within sampling error in 1 scene."
-    )
+    default = join_lead_lines(run_one_profile(scenes, "pymunk", profile="default"))
+    assert default.startswith(f"{first}; pymunk is within sampling error in 1 scene.")
     both = run_cross_check(scenes, ["pic", "pymunk"], profiles=["default", "tuned"], dts=[1 / 24])
     assert join_lead_lines(both).startswith(f"{first}. Tuned: pymunk is within sampling error in 1 scene.")
 
 
 def test_lead_states_missing_scores_and_wrong_known_answers() -> None:
-    r"""If PIC deviates from a known answer by 1e-3, the lead names the scene.
-
-    If nothing was scored, the lead reports this.
-    """
+    """The lead names a scene whose known answer PIC misses by 1e-3, and reports if nothing was scored."""
     one = run_one_profile(find_scenes(["paper/late"]), "pit")
     known = {name: (answer, 1e-3) for name, (answer, _) in one.known.items()}
     assert "but not paper/late." in join_lead_lines(dataclasses.replace(one, known=known))
     nothing = dataclasses.replace(one, rows=tuple(dataclasses.replace(row, score=None, trace=None) for row in one.rows))
-    assert join_lead_lines(nothing).startswith(
-        "Nothing was scored, because no requested method ran any of these scenes."
-    )
+    told = "Nothing was scored, because no requested method ran any of these scenes."
+    assert join_lead_lines(nothing).startswith(told)

@@ -55,8 +55,5 @@ def test_long_message_is_shortened_to_60_characters(length: int, shown: int) -> 
     ],
 )
 def test_last_message_is_the_line_with_the_error(printed: str, said: str) -> None:
-    r"""The error among the last lines of an output is found, also before Node's version, or else the last line.
-
-    A line is cut to 200 characters.
-    """
+    """The error in an output, or else its last line, is found, also before Node's version, and cut to 200."""
     assert find_last_message(printed) == said

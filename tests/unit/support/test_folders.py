@@ -76,10 +76,7 @@ def _write_dangling_link(path: Path) -> None:
 def test_path_that_is_not_a_folder_is_refused_before_the_work(tmp_path: Path, made: Callable[[Path], None]) -> None:
     """A file, or a link to a path that can't be created, is refused before anything is run."""
     made(tmp_path / "out")
-    with (
-        pytest.raises(InputError, match="name another folder by --out"),
-        claim_while_writing(tmp_path / "out", "bench", "--out"),
-    ):
+    with pytest.raises(InputError, match="by --out"), claim_while_writing(tmp_path / "out", "bench", "--out"):
         pytest.fail("the work began")
 
 

@@ -17,7 +17,7 @@ from tests.cases import each, release_after
 from tests.packaging import core_wasm
 from tests.processes import run_command
 from tests.random_scenes import KINDS, TABLES, draw_scene, draw_slope_scene, draw_table_friction_scene
-from tests.scene_builders import build_crushed_rows
+from tests.scene_builders import build_crushed_rows, disc_at, staged, wall_at
 from tests.unit.solvers.test_finite_walls import draw_pushed_disc, draw_sliding_disc, draw_wide_disc
 from tests.validation.test_contact import build_landing_scene
 
@@ -58,9 +58,7 @@ def _run_in_carom(scene: carom.Scene, method: str) -> dict[str, Any]:
 
 def _solve_scene(scene: carom.Scene, method: str) -> dict[str, Any]:
     """What Carom makes of a scene, in the words of `bits.mjs`."""
-    scene = carom.Scene.model_validate_json(
-        scene.model_dump_json()
-    )  # a file drops the sign of a zero that is a default
+    scene = carom.Scene.model_validate_json(scene.model_dump_json())  # drops the sign of a zero that is a default
     trace: Trace = carom.solve_pic(scene, max_impacts=MOST) if method == "pic" else carom.solve_pit(scene)
     rows = trace.impacts
     names = [name for name in rows.dtype.names or () if name not in ("first", "second")]
@@ -84,25 +82,15 @@ def _encode_mode(row: np.void) -> list[Any]:
     return [numbers, _to_bits(np.hstack([row[name] for name in floats]))]
 
 
-def _run_in_javascript(jobs: Sequence[Job], folder: Path = SOURCES) -> list[dict[str, Any]]:
-    lines = [
-        json.dumps({"scene": json.loads(scene.model_dump_json()), "method": method, "most": MOST})
-        for scene, method in jobs
-    ]
+def _list_different_runs(jobs: Sequence[Job], folder: Path = SOURCES) -> list[str]:
+    """Name the runs in JavaScript that differ from Carom's in any bit."""
+    scenes = [(json.loads(scene.model_dump_json()), method) for scene, method in jobs]
+    lines = [json.dumps({"scene": scene, "method": method, "most": MOST}) for scene, method in scenes]
     done = run_command([_find_node(), HERE / "bits.mjs", folder], input="\n".join(lines), check=False)
     assert done.returncode == 0, done.stderr
-    return [json.loads(line) for line in done.stdout.splitlines()]
-
-
-def _list_different_runs(jobs: Sequence[Job], folder: Path = SOURCES) -> list[str]:
-    """Name the runs that differ in any bit."""
-    return _compare_runs(jobs, _run_in_javascript(jobs, folder))
-
-
-def _compare_runs(jobs: Sequence[Job], found: Sequence[dict[str, Any]]) -> list[str]:
     return [
         f"{scene.name} by {method}: {got.get('refused') or sorted(key for key in want if got.get(key) != want[key])}"
-        for (scene, method), got in zip(jobs, found, strict=True)
+        for (scene, method), got in zip(jobs, map(json.loads, done.stdout.splitlines()), strict=True)
         if got != (want := _run_in_carom(scene, method))
     ]
 
@@ -187,10 +175,8 @@ def _draw_table(seed: int) -> carom.Scene | None:
 
 
 def _draw_legs(rnd: random.Random) -> tuple[Leg, ...]:
-    return tuple(
-        Leg(from_s=begin_s, velocity_m_s=(rnd.uniform(-0.5, 0.5), rnd.choice((0.0, 0.25))))
-        for begin_s in (0.0, 0.7, 1.9)
-    )
+    ways = ((begin_s, (rnd.uniform(-0.5, 0.5), rnd.choice((0.0, 0.25)))) for begin_s in (0.0, 0.7, 1.9))
+    return tuple(Leg(from_s=begin_s, velocity_m_s=way) for begin_s, way in ways)
 
 
 def _draw_resistance(rnd: random.Random) -> dict[str, float]:
@@ -198,29 +184,20 @@ def _draw_resistance(rnd: random.Random) -> dict[str, float]:
 
 
 def _build_table_jobs(seeds: range) -> list[Job]:
-    scenes = [
-        _build_crushed_scene(),
-        _build_hooked_scene(),
-        *(scene for seed in seeds if (scene := _draw_table(seed)) is not None),
-    ]
-    return [(scene, how) for scene in scenes for how in ("pic", "pit")]
+    drawn = [scene for seed in seeds if (scene := _draw_table(seed)) is not None]
+    return [(scene, how) for scene in (_build_crushed_scene(), _build_hooked_scene(), *drawn) for how in ("pic", "pit")]
 
 
 def _build_crushed_scene() -> carom.Scene:
     """A wall closes on a disc before another one, until it is crushed after impacts without end."""
-    walls = [
-        carom.Wall(point_m=(-1.0, 0.0), normal=(1.0, 0.0)),
-        carom.Wall(point_m=(1.0, 0.0), normal=(-1.0, 0.0), velocity_m_s=(-0.5, 0.0)),
-    ]
-    discs = [carom.Disc(position_m=(0.0, 0.0), velocity_m_s=(1.0, 0.0), radius_m=0.25)]
-    return carom.Scene(name="crushed", discs=discs, walls=walls, duration_s=5.0)
+    walls = wall_at(-1.0, 0.0, 1.0, 0.0), wall_at(1.0, 0.0, -1.0, 0.0, velocity_m_s=(-0.5, 0.0))
+    return staged("crushed", disc_at(0.0, 0.0, 1.0, r=0.25), *walls, duration_s=5.0)
 
 
 def _build_hooked_scene() -> carom.Scene:
     """A disc falls onto an arc of more than half a circle, near its end."""
-    walls = [carom.Chain(points_m=[(0.5, -0.25), (0.5, 0.25)], bulges=[-2.0])]
-    discs = [carom.Disc(position_m=(0.3, 3.0), velocity_m_s=(0.0, -1.0), radius_m=0.25)]
-    return carom.Scene(name="hooked", discs=discs, walls=walls, duration_s=5.0)
+    arc = carom.Chain(points_m=[(0.5, -0.25), (0.5, 0.25)], bulges=[-2.0])
+    return staged("hooked", disc_at(0.3, 3.0, 0.0, -1.0, r=0.25), arc, duration_s=5.0)
 
 
 def _build_random_jobs(seeds: range) -> list[Job]:
@@ -253,11 +230,8 @@ def _build_extreme_jobs(numbers: range) -> list[Job]:
     for number in numbers:
         rnd = random.Random(f"extreme {number}")
         length, time = rnd.choice((-300, -230, 210, 260)), rnd.choice((-100, 0, 100))
-        base = (
-            draw_table_friction_scene(number)
-            if number % 3 == 2
-            else draw_scene("anywhere", number, rough=number % 2 == 1)
-        )
+        slowed = number % 3 == 2
+        base = draw_table_friction_scene(number) if slowed else draw_scene("anywhere", number, rough=number % 2 == 1)
         scenes.append(_scale_scene(base, length, time))
     return [(scene, how) for scene in scenes for how in ("pic", "pit")]
 
@@ -391,11 +365,8 @@ def test_damaged_block_is_refused(change: str) -> None:
     """A block with a changed length, content or end raises a RangeError that the page is damaged."""
     block = page.pack_block(b"the content of a block" * 10)
     letters = {"length": block[:2] + "}}}}" + block[6:], "letter": block[:30] + "@" + block[31:], "end": block[:40]}
-    done = run_command(
-        [_find_node(), HERE / "unpacks.mjs", SOURCES / "unpack_blocks.js"],
-        input=f"{block}\n{letters[change]}",
-        check=False,
-    )
+    program: list[str | Path] = [_find_node(), HERE / "unpacks.mjs", SOURCES / "unpack_blocks.js"]
+    done = run_command(program, input=f"{block}\n{letters[change]}", check=False)
     assert "RangeError: this page is damaged" in done.stderr
 
 

@@ -1,6 +1,7 @@
 """The step that is advised, and the adviser from Python: an answer that prints, shows and draws itself."""
 
 import math
+import re
 from dataclasses import replace
 from typing import Any
 
@@ -11,7 +12,7 @@ from hypothesis import strategies as st
 from tests.cases import each, long_until
 from tests.in_process_pool import InProcessPool
 from tests.scene_builders import disc_at, require_value, staged, wall_at, with_discs
-from tests.unit.report.test_terminal import print_document
+from tests.unit.report.test_terminal import print_as_line
 
 import carom
 from carom import Scene, Trace, resolve_impact, solve_pic, solve_pit
@@ -25,7 +26,7 @@ from carom.studies.advise import run as adviser
 from carom.studies.advise.api import ShownAdvice
 from carom.studies.advise.document import build_advice_document
 from carom.studies.advise.options import AdviceOptions
-from carom.studies.advise.run import ReferenceCut, advise
+from carom.studies.advise.run import Advice, ReferenceCut, advise
 from carom.studies.advise.sampling_limit import (
     Cause,
     ContactWindow,
@@ -37,17 +38,14 @@ from carom.studies.advise.step_search import CONFIRM, SearchEnding
 from carom.studies.advise.step_trial import StartTask
 
 DEGREE = math.radians(1)
+Pair = tuple[float, float]
 angles = st.floats(0, math.tau)
 
 
 def build_pair(miss: float = 0.3, speed: float = 1.0, radius: float = 0.5, mass: float = 1.0) -> Scene:
     """Two discs, the second off centre by `miss`."""
-    return staged(
-        "pair",
-        disc_at(0, 0, speed, 0, r=radius, m=mass),
-        disc_at(4 * radius, miss, r=radius),
-        duration_s=6 * radius / speed,
-    )
+    first, second = disc_at(0, 0, speed, 0, r=radius, m=mass), disc_at(4 * radius, miss, r=radius)
+    return staged("pair", first, second, duration_s=6 * radius / speed)
 
 
 def measure_direction_error(scene: Scene, dt_s: float, lateness: float) -> tuple[int, float]:
@@ -63,8 +61,9 @@ def measure_direction_error(scene: Scene, dt_s: float, lateness: float) -> tuple
     return len(found), worst
 
 
-def build_options(engines: list[str], direction_error_rad: float = DEGREE, **options: Any) -> AdviceOptions:
-    return AdviceOptions(engines, direction_error_rad=direction_error_rad, **options)
+def ask(scene: Scene, engines: list[str], direction_error_rad: float = DEGREE, **options: Any) -> Advice:
+    """Return the advice on a scene, from engines in this process."""
+    return advise(scene, AdviceOptions(engines, direction_error_rad=direction_error_rad, **options), InProcessPool())
 
 
 @pytest.mark.long
@@ -78,22 +77,15 @@ def build_options(engines: list[str], direction_error_rad: float = DEGREE, **opt
     demanded=st.sampled_from([0.5, 1, 5, 30]),
 )
 def test_closed_form_agrees_with_scan_of_overlap(
-    normal: float,
-    course: float,
-    speed: float,
-    frame: tuple[float, float],
-    masses: tuple[float, float],
-    restitution: float,
-    demanded: float,
+    normal: float, course: float, speed: float, frame: Pair, masses: Pair, restitution: float, demanded: float
 ) -> None:
     """Up to the lateness of the closed form, no direction error exceeds the limit; just after it, one does."""
     toward = normal + math.pi + course
     n, u = (math.cos(normal), math.sin(normal)), (speed * math.cos(toward), speed * math.sin(toward))
     before = (frame, (frame[0] + u[0], frame[1] + u[1]))
     window, angle = ContactWindow.of(1.0, n, u), math.radians(demanded)
-    limit = compute_pair_limit(
-        window, before, (1 / masses[0], 1 / masses[1]), restitution, Demand(angle)
-    ).direction_dt_s
+    inverse_masses = (1 / masses[0], 1 / masses[1])
+    limit = compute_pair_limit(window, before, inverse_masses, restitution, Demand(angle)).direction_dt_s
 
     def error(late: float) -> float:
         c = (n[0] + u[0] * late, n[1] + u[1] * late)
@@ -135,15 +127,11 @@ def test_share_of_missed_grazes_matches_contact_window() -> None:
     assert hard.limit.miss_dt_s == pytest.approx(window_s, rel=1e-9)
     half = rank_hardest_impacts(trace, Demand(math.radians(90), miss_probability=0.5))[0]
     assert half.limit.miss_dt_s == pytest.approx(dt_s, rel=1e-9)
-    found = [measure_direction_error(scene, dt_s, dt_s * (k + 0.5) / 20)[0] for k in range(20)]
-    assert sum(found) == 10
+    assert sum(measure_direction_error(scene, dt_s, dt_s * (k + 0.5) / 20)[0] for k in range(20)) == 10
 
 
 def test_cause_is_fast_for_fast_small_disc_and_wall_allows_any_step() -> None:
-    r"""For a fast small disc near head-on, the cause is its speed, and the step is 0.02 m / 100 m/s.
-
-    An impact with a wall does not limit the step.
-    """
+    """For a fast small disc the cause is speed, at a step of 0.02 m / 100 m/s; a wall does not limit the step."""
     fast = rank_hardest_impacts(solve_pic(build_pair(1e-9, speed=100, radius=0.01)), Demand(math.radians(90)))[0]
     assert fast.cause is Cause.FAST
     assert fast.limit.dt_s == pytest.approx(0.02 / 100)
@@ -153,126 +141,91 @@ def test_cause_is_fast_for_fast_small_disc_and_wall_allows_any_step() -> None:
 
 @each("phases", long_until(1, [16, CONFIRM]))
 def test_pymunk_needs_the_step_of_the_closed_form(phases: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    r"""Pymunk's largest passing step is below the closed form for PIT, and its smallest failing step above.
-
-    The two are at most one step of the grid (a factor of 1.5) apart.
-    """
+    """Pymunk's largest passing and smallest failing step enclose PIT's closed form, within a factor of 1.5."""
     pytest.importorskip("pymunk", reason="pymunk is not installed")
     monkeypatch.setattr("carom.studies.advise.step_search.CONFIRM", phases)
-    with InProcessPool() as pool:
-        advice = advise(
-            build_pair(0.4), build_options(["pic", "pit", "pymunk"], 10 * DEGREE, profiles=["tuned"], phases=2), pool
-        )
-    (found,) = advice.answers
-    assert found.method == Method("pymunk", "tuned")
-    assert found.ending is SearchEnding.FOUND
-    closed = advice.closed_form
-    assert advice.sampling is None
-    for answer, limit_s in (
-        (found.never_misses, require_value(closed).never_misses_s),
-        (found.demand, require_value(closed).demand_s),
-    ):
-        assert require_value(answer.passes).phases == phases + 1
-        assert require_value(answer.passes).dt_s <= limit_s < require_value(answer.fails).dt_s
-        assert require_value(answer.fails).dt_s <= 1.5 * require_value(answer.passes).dt_s * (1 + 1e-9)
+    found = ask(build_pair(0.4), ["pic", "pit", "pymunk"], 10 * DEGREE, profiles=["tuned"], phases=2)
+    (answer,) = found.answers
+    assert (answer.method, answer.ending) == (Method("pymunk", "tuned"), SearchEnding.FOUND)
+    assert found.sampling is None
+    closed = require_value(found.closed_form)
+    for step, limit_s in ((answer.never_misses, closed.never_misses_s), (answer.demand, closed.demand_s)):
+        passes, fails = require_value(step.passes), require_value(step.fails)
+        assert passes.phases == phases + 1
+        assert passes.dt_s <= limit_s < fails.dt_s <= 1.5 * passes.dt_s * (1 + 1e-9)
 
 
 @pytest.mark.long
 def test_unsupported_method_and_refused_steps_are_not_run() -> None:
-    r"""A disc of 150 m/s: PyBullet's default profile does not support it and is not searched.
-
-    Box2D refuses steps in which a disc moves 2 m or more; only smaller steps are run, and none is a failure.
-    """
+    """A profile that does not support the scene, and steps that Box2D refuses, are not run and no failures."""
     for module in ("Box2D", "pybullet"):
         pytest.importorskip(module, reason=f"{module} is not installed")
-    scene = build_pair(speed=150.0, radius=0.5)
-    with InProcessPool() as pool:
-        advice = advise(scene, build_options(["box2d", "pybullet"], 10 * DEGREE, profiles=["default"], phases=1), pool)
-    assert [unable.method for unable in advice.unable] == [Method("pybullet", "default")]
-    assert "150 m/s" in advice.unable[0].reason
-    (found,) = advice.answers
-    assert require_value(found.refused_s) * 150 >= 2.0
+    advice = ask(build_pair(speed=150.0), ["box2d", "pybullet"], 10 * DEGREE, profiles=["default"], phases=1)
+    (unable,), (found,) = advice.unable, advice.answers
+    assert unable.method == Method("pybullet", "default")
+    assert "150 m/s" in unable.reason
+    refused_s = require_value(found.refused_s)
+    assert refused_s * 150 >= 2.0
     assert found.trials
-    assert all(trial.dt_s < require_value(found.refused_s) and not trial.reason for trial in found.trials)
+    assert all(trial.dt_s < refused_s and not trial.reason for trial in found.trials)
 
 
 @pytest.mark.long
 def test_scene_is_cut_where_rounding_becomes_decisive(monkeypatch: pytest.MonkeyPatch) -> None:
-    r"""The scene ends before the first impact beyond the horizon, and the advice gives rounding as the reason.
-
-    A scene whose first impact is beyond the horizon is refused.
-    """
+    """The scene ends before the first impact beyond the horizon; if no impact is left, it is refused."""
     scene = staged("walled", disc_at(0, 0, 1, 0), wall_at(2, 0, -1, 0), wall_at(-2, 0, 1, 0), duration_s=9.0)
     times = solve_pic(scene).impacts["time_s"]
     monkeypatch.setattr(adviser, "estimate_horizon", lambda _: float(times[1]))
-    with InProcessPool() as pool:
-        advice = advise(scene, build_options(["pit"], DEGREE, phases=1), pool)
-    assert advice.cut is ReferenceCut.CHAOS
+    advice = ask(scene, ["pit"], phases=1)
+    assert (advice.cut, advice.impacts) == (ReferenceCut.CHAOS, 2)
     assert times[1] < advice.scene.duration_s < times[2]
-    assert advice.impacts == 2
-    assert any(
-        "Only the time up to" in line and "rounding" in line
-        for line in print_document(build_advice_document(advice), 200)
-    )
+    assert re.search("Only the time up to .*rounding", print_as_line(build_advice_document(advice)))
     monkeypatch.setattr(adviser, "estimate_horizon", lambda _: 0.0)
-    with pytest.raises(
-        InputError, match="no step size can be recommended for 'walled', because from its first impact on, rounding"
-    ):
-        advise(scene, build_options(["pit"], DEGREE), InProcessPool())
+    words = "no step size can be recommended for 'walled', because from its first impact on, rounding"
+    with pytest.raises(InputError, match=words):
+        ask(scene, ["pit"])
 
 
 @pytest.mark.long
 def test_scene_is_cut_before_simultaneous_impacts() -> None:
-    r"""The scene ends before a disc meets two others at once; only the impact before is examined.
-
-    A scene whose first impact is such a tie is refused.
-    """
+    """The scene ends before a disc meets two others at once; if no impact is left, it is refused."""
     discs = [disc_at(0, 0, -1, 0), disc_at(3, 0.55), disc_at(3, -0.55)]
     tie = staged("tie", *discs, wall_at(-2, 0, 1, 0), duration_s=9.0)
     assert solve_pic(tie).ambiguous == (2,)
-    advice = advise(tie, build_options(["pit"], DEGREE, phases=1), InProcessPool())
-    assert advice.cut is ReferenceCut.TIE
-    assert advice.impacts == 1
+    advice = ask(tie, ["pit"], phases=1)
+    assert (advice.cut, advice.impacts) == (ReferenceCut.TIE, 1)
     at_once = staged("at once", disc_at(0, 0, 1, 0), *discs[1:], duration_s=9.0)
     with pytest.raises(InputError, match="from its first impact on, a disc meets two others at once"):
-        advise(at_once, build_options(["pit"], DEGREE), InProcessPool())
+        ask(at_once, ["pit"])
 
 
 @pytest.mark.long
 def test_step_of_pit_is_searched_with_friction() -> None:
-    r"""With friction there is no closed form, so the step is found by running PIT.
-
-    PIT meets the demand at the step found and fails at the step reported to fail. The text states both ranges.
-    """
+    """With friction PIT's step is found by running PIT: the step found meets the demand, the failing one does not."""
     rough = Scene(**{**dict(build_pair(0.3)), "friction": 0.5})
-    advice = advise(rough, build_options(["pit"], 5 * DEGREE), InProcessPool())
-    assert advice.closed_form is None
-    assert advice.answers == ()
+    advice = ask(rough, ["pit"], 5 * DEGREE)
+    assert (advice.closed_form, advice.answers) == (None, ())
     answer = require_value(advice.sampling).demand
-    for step, right in ((require_value(answer.passes).dt_s, True), (require_value(answer.fails).dt_s, False)):
+    passes_s = require_value(answer.passes).dt_s
+    for step, right in ((passes_s, True), (require_value(answer.fails).dt_s, False)):
         found, worst = measure_direction_error(rough, step, step * 0.999)
         assert (found == 1 and worst <= 5 * DEGREE) is right
-    text = " ".join(" ".join(print_document(build_advice_document(advice), 80)).split())
+    text = print_as_line(build_advice_document(advice))
     assert "(without friction)" in text
-    assert f"and {1 / require_value(answer.passes).dt_s:.4g}-{1 / answer.down_to_s:.4g} steps/s, by search" in text
+    assert f"and {1 / passes_s:.4g}-{1 / answer.down_to_s:.4g} steps/s, by search" in text
 
 
 @pytest.mark.long
 def test_closed_form_ignores_spin_and_excludes_curved_paths() -> None:
     """Without friction, spin does not change the closed form; with gravity or a driven disc there is none."""
-    spinning = with_discs(build_pair(), spin_rad_s=2.0)
-    steps = [
-        advise(scene, build_options(["pit"], DEGREE), InProcessPool()).closed_form for scene in (build_pair(), spinning)
-    ]
-    assert require_value(steps[0]) == steps[1]
-    hung = [build_pair().discs[0], build_pair().discs[1].model_copy(update={"mass_kg": math.inf})]
-    falling = Scene(**{**dict(build_pair()), "discs": hung, "gravity_m_s2": (0.0, -0.1)})
+    pair = build_pair()
+    plain, spinning = (ask(scene, ["pit"]).closed_form for scene in (pair, with_discs(pair, spin_rad_s=2.0)))
+    assert require_value(plain) == spinning
+    hung = [pair.discs[0], pair.discs[1].model_copy(update={"mass_kg": math.inf})]
     legs = (Leg(from_s=0.0, velocity_m_s=(0.0, 0.0)), Leg(from_s=1.2, velocity_m_s=(0.1, 0.0)))
-    bending = Scene(
-        **{**dict(build_pair()), "discs": [hung[0], hung[1].model_copy(update={"driven": True, "legs": legs})]}
-    )
-    for scene in (falling, bending):
-        assert advise(scene, build_options(["pit"], 10 * DEGREE, phases=1), InProcessPool()).closed_form is None
+    driven = [hung[0], hung[1].model_copy(update={"driven": True, "legs": legs})]
+    for changes in ({"discs": hung, "gravity_m_s2": (0.0, -0.1)}, {"discs": driven}):
+        assert ask(Scene(**{**dict(pair), **changes}), ["pit"], 10 * DEGREE, phases=1).closed_form is None
 
 
 def test_impact_in_last_step_is_decided() -> None:
@@ -280,9 +233,8 @@ def test_impact_in_last_step_is_decided() -> None:
     scene = build_pair()
     at = float(solve_pic(scene).impacts["time_s"][0])
     short = Scene(**{**dict(scene), "duration_s": at * (1 + 1e-6)})
-    job = Job(short, PIT_METHOD, 0.05)
     assert solve_pit(short, frame_rate_hz=20).impacts.size == 0
-    found = StartTask(job).carry_out()
+    found = StartTask(Job(short, PIT_METHOD, 0.05)).carry_out()
     assert not found.lost
     assert 0.0 < found.direction_error_rad < math.inf
 
@@ -323,10 +275,7 @@ def test_advice_prints_answer_first_and_settings_code(advice: ShownAdvice) -> No
 
 
 def test_advice_plot_has_one_line_per_method_and_the_target(advice: ShownAdvice) -> None:
-    r"""The plot shows a line per method with its rates, and a level line at the target of 1°.
-
-    The HTML form contains an SVG and the answer.
-    """
+    """The plot shows a line per method with its rates, and a level line at the target; HTML contains an SVG."""
     pytest.importorskip("matplotlib", reason="matplotlib, extra report, is not installed")
     from matplotlib.figure import Figure
 

@@ -56,52 +56,41 @@ def run_search(
 
 
 def test_step_grid_has_two_steps_per_octave() -> None:
-    r"""The grid goes from the whole run (1 s) in two steps per octave to a 64th of a frame of 1/60 s.
-
-    If a smaller guess is given, the grid goes to a 64th of the guess.
-    """
+    """The grid goes in two steps per octave from the whole run to a 64th of a frame, or of a smaller guess."""
     grid = list(generate_step_grid(SCENE, math.inf))
-    assert grid[0] == 1.0
     rates = [1 / dt_s for dt_s in grid]
+    assert rates[0] == 1.0
+    assert rates[-1] == pytest.approx(60 * 64)
     assert [rate for rate in rates if 50 < rate < 500] == pytest.approx([60, 90, 120, 180, 240, 360, 480])
     assert all(coarse > fine >= coarse / 1.5000001 for coarse, fine in pairwise(grid))
-    assert rates[-1] == pytest.approx(60 * 64)
     assert 1 / list(generate_step_grid(SCENE, 1 / 600))[-1] == pytest.approx(600 * 64, rel=0.5)
 
 
-def test_range_below_answer_is_tested_for_two_or_three_octaves() -> None:
-    r"""The answer is the largest step that passes at 64 phases; the grid below it is tested as well.
+def dt_of(trial: StepTrial | None) -> float:
+    """Return the step of a trial that must be there."""
+    return require_value(trial).dt_s
 
-    Two octaves are tested if the error is proportional to the step, otherwise three.
-    """
+
+def test_range_below_answer_is_tested_for_two_or_three_octaves() -> None:
+    """Below the answer two octaves are tested if the error is proportional to the step, otherwise three."""
+    grid = list(generate_step_grid(SCENE, math.inf))
     for power, octaves in ((1.0, 2), (0.5, 3)):
         found, tried = run_search(lambda dt, _, p=power: (dt > 0.1, DEGREE * (dt * 100) ** p))  # type: ignore[misc] # a default binds
         answer = found.demand
-        assert require_value(answer.passes).dt_s == pytest.approx(1 / 120)
-        assert require_value(answer.fails).dt_s == pytest.approx(1 / 90)
+        assert (dt_of(answer.passes), dt_of(answer.fails)) == pytest.approx((1 / 120, 1 / 90))
         assert require_value(answer.passes).even == CONFIRM
         assert answer.down_to_s == pytest.approx(1 / 120 / 2**octaves)
         assert answer.monotone
-        below = [
-            dt
-            for dt in generate_step_grid(SCENE, math.inf)
-            if answer.down_to_s <= dt <= require_value(answer.passes).dt_s
-        ]
-        assert set(below) <= {dt for dt, _ in tried}
-        assert require_value(found.never_misses.passes).dt_s == max(
-            dt for dt in generate_step_grid(SCENE, math.inf) if dt <= 0.1
-        )
+        assert {dt for dt in grid if answer.down_to_s <= dt <= dt_of(answer.passes)} <= {dt for dt, _ in tried}
+        assert dt_of(found.never_misses.passes) == max(dt for dt in grid if dt <= 0.1)
         assert found.ending is SearchEnding.FOUND
 
 
 def test_failing_steps_below_passing_ones_are_reported() -> None:
-    r"""If steps of 1/180 and 1/240 s fail and larger ones pass, the answer is smaller than the failing steps.
-
-    The answer is not monotone, and reports the finer failures and the coarser passes.
-    """
+    """If 1/180 and 1/240 s fail and larger steps pass, the answer is smaller than these, and not monotone."""
     found, _ = run_search(lambda dt, _: (1 / 300 < dt < 1 / 150, 1e-3 * dt), guess_s=1 / 400)
     answer = found.demand
-    assert require_value(answer.passes).dt_s == pytest.approx(1 / 360)
+    assert dt_of(answer.passes) == pytest.approx(1 / 360)
     assert not answer.monotone
     assert [1 / trial.dt_s for trial in answer.finer_failures] == pytest.approx([180, 240])
     assert answer.coarser_passes[0].dt_s == 1.0
@@ -113,7 +102,7 @@ def test_search_goes_down_to_frame_or_closed_form_step() -> None:
     """If every step passes, the search goes down to a frame or to PIT's step, at most to an eighth of a frame."""
     for guess_s, finest_s in ((math.inf, 1 / 60), (1 / 200, 1 / 240), (1e-6, 1 / 480)):
         found, _ = run_search(lambda dt, _: (False, 1e-3 * dt), guess_s=guess_s)
-        assert require_value(found.demand.passes).dt_s == 1.0
+        assert dt_of(found.demand.passes) == 1.0
         assert found.demand.down_to_s == pytest.approx(finest_s)
 
 
@@ -121,65 +110,47 @@ def test_failure_at_64_phases_moves_answer_to_next_finer_step() -> None:
     """A step that passes at 8 phases but fails at 64 counts as failing, and the next finer step is confirmed."""
     found, tried = run_search(lambda dt, even: (dt > 0.02 or (even == CONFIRM and dt > 0.012), 1e-3 * dt))
     answer = found.never_misses
-    assert require_value(answer.passes).dt_s == pytest.approx(1 / 90)
-    assert require_value(answer.fails).dt_s == pytest.approx(1 / 60)
+    assert (dt_of(answer.passes), dt_of(answer.fails)) == pytest.approx((1 / 90, 1 / 60))
     assert require_value(answer.fails).even == CONFIRM
-    assert (require_value(answer.passes).dt_s, CONFIRM) in tried
-    assert answer.down_to_s <= require_value(answer.passes).dt_s / 4 * (1 + 1e-9)
+    assert (dt_of(answer.passes), CONFIRM) in tried
+    assert answer.down_to_s <= dt_of(answer.passes) / 4 * (1 + 1e-9)
 
 
 def test_answer_in_whole_steps_per_frame_is_confirmed() -> None:
-    r"""The largest passing step with a whole number of steps per frame is also confirmed at 64 phases.
-
-    If 90 steps/s pass and 60 fail, it is 120 steps/s (two per frame). If 120 fail at 64 phases, it is 180.
-    """
+    """The largest passing step with a whole number of steps per frame is also confirmed at 64 phases."""
     found, tried = run_search(lambda dt, _: (dt > 1 / 80, 1e-3 * dt))
     for answer in (found.never_misses, found.demand):
-        assert require_value(answer.passes).dt_s == pytest.approx(1 / 90)
-        assert require_value(answer.in_frame).dt_s == pytest.approx(1 / 120)
+        assert (dt_of(answer.passes), dt_of(answer.in_frame)) == pytest.approx((1 / 90, 1 / 120))
         assert require_value(answer.in_frame).even == CONFIRM
-        assert (require_value(answer.in_frame).dt_s, CONFIRM) in tried
+        assert (dt_of(answer.in_frame), CONFIRM) in tried
     found, _ = run_search(lambda dt, even: (dt > 1 / 80 or (even == CONFIRM and 1 / 130 < dt < 1 / 110), 1e-3 * dt))
-    assert found.never_misses.passes is not None
-    assert found.never_misses.passes.dt_s == pytest.approx(1 / 180)
+    assert dt_of(found.never_misses.passes) == pytest.approx(1 / 180)
     assert found.never_misses.in_frame is found.never_misses.passes
-    (large,) = (found for found, _ in [run_search(lambda dt, _: (False, 1e-3 * dt))])
-    assert require_value(large.demand.passes).dt_s == 1.0
-    assert count_steps_per_frame(require_value(large.demand.in_frame).dt_s, 60) == 1
+    large, _ = run_search(lambda dt, _: (False, 1e-3 * dt))
+    assert dt_of(large.demand.passes) == 1.0
+    assert count_steps_per_frame(dt_of(large.demand.in_frame), 60) == 1
 
 
 @each("rate_hz", [24.0, 59.94, 60.0, 1e-7, 1e9 / 7])
 def test_whole_steps_per_frame_are_recognised_at_any_frame_rate(rate_hz: float) -> None:
-    r"""At any frame rate, all grid steps of at most half a frame are whole numbers of steps per frame.
-
-    Steps of 2/3 and 4/3 of a frame are not.
-    """
+    """At any frame rate grid steps of at most half a frame are whole steps per frame; 2/3 and 4/3 are not."""
     one = Scene(**{**dict(SCENE), "frame_rate_hz": rate_hz, "duration_s": 5.0 / rate_hz})
     found = {
         round(1 / (dt_s * rate_hz), 6): count_steps_per_frame(dt_s, rate_hz)
         for dt_s in generate_step_grid(one, math.inf)
     }
-    assert {times: whole for times, whole in found.items() if times >= 2} == {
-        times: times for times in found if times >= 2
-    }
-    assert found[1.0] == 1
-    assert found[1.5] is None
-    assert found[0.75] is None
+    assert all(whole == times for times, whole in found.items() if times >= 2)
+    assert (found[1.0], found[1.5], found[0.75]) == (1, None, None)
 
 
 def test_error_independent_of_step_ends_search_at_frame() -> None:
-    r"""A direction error of 3° at every step ends the search at one frame, or at PIT's step, without an answer.
-
-    The answer for missing no impact is still given. An error that falls slowly is followed to the finest step.
-    """
+    """An error of 3° at every step ends the search at a frame, or at PIT's step; a slowly falling one does not."""
     found, tried = run_search(lambda dt, _: (dt > 0.2, math.radians(3.0)))
-    assert found.ending is SearchEnding.FLAT
-    assert found.demand.passes is None
+    assert (found.ending, found.demand.passes) == (SearchEnding.FLAT, None)
     assert min(dt for dt, _ in tried) == pytest.approx(1 / 60)
-    assert found.flat_from_s == require_value(found.never_misses.passes).dt_s
+    assert found.flat_from_s == dt_of(found.never_misses.passes)
     sinking, _ = run_search(lambda dt, _: (False, math.radians(9.0) * dt**0.2))
-    assert sinking.flat_from_s is None
-    assert sinking.ending is SearchEnding.FINEST
+    assert (sinking.flat_from_s, sinking.ending) == (None, SearchEnding.FINEST)
     needy, tried = run_search(lambda *_: (False, math.radians(3.0)), guess_s=1 / 1000)
     assert needy.ending is SearchEnding.FLAT
     assert min(dt for dt, _ in tried) <= 1 / 1000
@@ -202,23 +173,16 @@ def test_budget_counts_only_steps_actually_taken() -> None:
 
 @each("budget", [1, 1000, 5000, 50_000])
 def test_search_stays_within_budget_and_is_deterministic(budget: int) -> None:
-    r"""The steps of all trials stay within the budget; a search that the budget ends has no answer.
-
-    Two searches make the same trials.
-    """
+    """Trials stay within the budget, without an answer when it ends the search, and are the same each time."""
     curve: Curve = lambda dt, _: (False, math.radians(1000.0) * dt)  # noqa: E731 - it is named for two calls
     found, tried = run_search(curve, budget=budget)
     assert sum(compute_step_limit(1.0, dt, even + 3) for dt, even in tried) <= budget
-    assert found.ending is SearchEnding.BUDGET
-    assert found.demand.passes is None
+    assert (found.ending, found.demand.passes) == (SearchEnding.BUDGET, None)
     assert (found, tried) == run_search(curve, budget=budget)
 
 
 def test_refused_steps_are_not_run_and_do_not_fail() -> None:
-    r"""Steps above 0.01 s, which the method refuses, are not tried and not counted as failures.
-
-    The finest refused step and its reason are reported. If all steps are refused, nothing is run.
-    """
+    """Steps that the method refuses are not tried and no failures; the finest of them is reported with its reason."""
     found, tried = run_search(lambda dt, _: (False, 1e-3 * dt), refuses_above_s=0.01)
     assert max(dt for dt, _ in tried) <= 0.01
     assert found.never_misses.fails is None
@@ -235,18 +199,13 @@ def test_crash_at_large_step_fails_and_at_frame_ends_search() -> None:
     assert require_value(found.never_misses.fails).reason == "crashed"
     assert found.never_misses.passes is not None
     found, tried = run_search(lambda dt, _: (dt > 0.1, 1e-3 * dt), broken=lambda dt: dt < 0.02)
-    assert found.ending is SearchEnding.BROKE
-    assert found.never_misses.passes is None
+    assert (found.ending, found.never_misses.passes) == (SearchEnding.BROKE, None)
     assert tried[-1][0] == pytest.approx(1 / 60)
 
 
 def test_unknown_direction_meets_no_demand() -> None:
-    r"""A NaN direction error meets no demand, whatever share of misses is allowed.
-
-    A known error meets the demand if the share of even phases with a miss is at most the allowed one.
-    """
-    blind = StepTrial(0.1, 8, 11, 8, 11, math.nan, 1)
-    assert not blind.is_within(Demand(DEGREE, 0.99))
+    """A NaN direction error meets no demand; a known one does if the share of phases with a miss is allowed."""
+    assert not StepTrial(0.1, 8, 11, 8, 11, math.nan, 1).is_within(Demand(DEGREE, 0.99))
     some = StepTrial(0.1, 8, 11, 1, 4, DEGREE / 2, 1)
     assert some.is_within(Demand(DEGREE, 0.125))
     assert not some.is_within(Demand(DEGREE, 0.1))
@@ -257,10 +216,7 @@ def test_unknown_direction_meets_no_demand() -> None:
 
 
 def test_impossible_phases_are_skipped_and_crashes_fail_a_step() -> None:
-    r"""A trial has the worst error of the phases that ran; phases that are impossible are not counted.
-
-    Without any start, the trial is a reason. A start that crashes fails the step.
-    """
+    """Impossible phases are not counted, a step without any phase is a reason, and a crash fails the step."""
 
     def ran(lost: bool, direction: float) -> Answer[PhaseResult]:
         return Answer(Status.RAN, value=PhaseResult(lost, direction, 10))

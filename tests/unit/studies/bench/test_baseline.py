@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from tests.cases import each
-from tests.unit.report.test_terminal import print_document
+from tests.unit.report.test_terminal import print_as_line
 from tests.unit.studies.examples import HERE, build_bench
 
 from carom.errors import InputError
@@ -41,53 +41,46 @@ def baseline_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+SAME = BaselineChange.SAME
+
+
 @each(
     "factor, change",
-    [
-        (1.3, BaselineChange.REGRESSED),
-        (0.7, BaselineChange.IMPROVED),
-        (1.0, BaselineChange.SAME),
-        (1.04, BaselineChange.SAME),
-        (0.96, BaselineChange.SAME),
-    ],
+    [(1.3, BaselineChange.REGRESSED), (0.7, BaselineChange.IMPROVED), (1.0, SAME), (1.04, SAME), (0.96, SAME)],
 )
 def test_change_needs_interval_outside_five_percent(
     baseline_folder: Path, factor: float, change: BaselineChange
 ) -> None:
-    r"""A run time has changed only if its confidence interval is outside 5 % of the baseline.
-
-    Times are ratios to PIT's. The other engines and all errors are unchanged.
-    """
+    """A run time, relative to PIT's, has changed only if its interval is outside 5 % of the baseline."""
     found = compare_points(build_scaled_bench(factor), read_baseline(baseline_folder, HERE))
     assert {one.time for one in found if one.point.engine == "pymunk"} == {change}
-    assert {one.time for one in found if one.point.engine != "pymunk"} == {BaselineChange.SAME}
-    assert {one.accuracy for one in found} == {BaselineChange.SAME}
+    assert {one.time for one in found if one.point.engine != "pymunk"} == {SAME}
+    assert {one.accuracy for one in found} == {SAME}
     assert all(one.low < one.ratio < one.high and math.isclose(one.ratio, factor) for one in found[-12:])
     assert not any(one.point.engine == "pit" for one in found)
 
 
 def test_baseline_summary_counts_changes_and_names_the_worst(baseline_folder: Path) -> None:
-    r"""The first line counts the regressed and improved run times and names the worst.
-
-    A later line counts the errors. If the baseline has none of the points, the text reports this.
-    """
+    """The text counts regressed and improved run times and errors, names the worst, or reports no common point."""
     now = build_scaled_bench(1.5, error=2.0)
     found = compare_points(now, read_baseline(baseline_folder, HERE))
-    text = " ".join(" ".join(print_document(build_bench_document(now, baseline=found), 80)).split())
-    assert text.startswith(f"Run time of {len(found)} points compared with the baseline: 12 regressed, 0 improved, ")
+    text = print_as_line(build_bench_document(now, baseline=found))
+    counts = "12 regressed, 0 improved"
+    assert text.startswith(f"Run time of {len(found)} points compared with the baseline: {counts}, ")
     assert "worst: paper/late, pymunk " in text
-    assert "Errors: 12 regressed, 0 improved." in text
-    nothing = " ".join(print_document(build_bench_document(now, baseline=[]), 80))
+    assert f"Errors: {counts}." in text
+    nothing = print_as_line(build_bench_document(now, baseline=[]))
     assert "The baseline has none of these points" in nothing
 
 
 def test_unusable_baseline_is_refused(baseline_folder: Path, tmp_path: Path) -> None:
     """A bench from another machine, a file of another kind and a missing file are refused with the reason."""
-    with pytest.raises(InputError, match="ran on another machine"):
-        read_baseline(baseline_folder, replace(HERE, cores=64))
     other = tmp_path / "other.json"
     other.write_text("[]")
-    with pytest.raises(InputError, match=r"is not a bench\.json of carom bench"):
-        read_baseline(other, HERE)
-    with pytest.raises(InputError, match=r"the baseline .* can't be read"):
-        read_baseline(tmp_path, HERE)
+    for path, here, words in (
+        (baseline_folder, replace(HERE, cores=64), "ran on another machine"),
+        (other, HERE, r"is not a bench\.json of carom bench"),
+        (tmp_path, HERE, r"the baseline .* can't be read"),
+    ):
+        with pytest.raises(InputError, match=words):
+            read_baseline(path, here)

@@ -1,11 +1,11 @@
 """Run time against the number of discs: what is run, and what is not."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import pytest
 from tests.command import carom_command, printed_text
@@ -23,12 +23,8 @@ T = TypeVar("T")
 
 def test_growth_respects_capabilities_of_the_profile(monkeypatch: pytest.MonkeyPatch) -> None:
     """A gas in a box is refused if the profile does not support walls, even if the adapter does."""
-
-    def settings(dt_s: float) -> Mapping[str, float]:
-        return {"dt_s": dt_s}
-
-    profiles = {"narrow": Profile("without walls", settings, capabilities=Capabilities(walls=False))}
-    adapter = SimpleNamespace(name="stub", capabilities=Capabilities(), profiles=profiles)
+    narrow = Profile("without walls", lambda dt_s: {"dt_s": dt_s}, capabilities=Capabilities(walls=False))
+    adapter = SimpleNamespace(name="stub", capabilities=Capabilities(), profiles={"narrow": narrow})
     monkeypatch.setattr(growth, "load_adapter", lambda _name: adapter)
     with pytest.raises(UnsupportedError, match="does not support"):
         growth.GrowthTask(2, Method("stub", "narrow")).carry_out()
@@ -54,12 +50,12 @@ def recorded_runs(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int]]:
     return ran
 
 
+PLAIN_AND_FALLING = [("pit", 2), ("pit", 2)]
+
+
 @pytest.mark.long
 def test_interrupted_growth_bench_resumes_from_journal(tmp_path: Path, recorded_runs: list[tuple[str, int]]) -> None:
-    r"""After Ctrl-C, a growth bench reuses all runs of its journal and runs only the rest.
-
-    Ratios to PIT exist only where both runs come from the same session.
-    """
+    """After Ctrl-C a growth bench runs only the rest; ratios exist only between runs of the same session."""
 
     def interrupt(done: int, _total: int, _what: str) -> None:
         if done == 5:
@@ -95,7 +91,7 @@ def test_run_skipped_for_budget_is_retried_with_larger_budget(
     with growth.growth_journal(path, resume=True) as journal:
         second = growth.measure_growth(GrowthOptions(["pit"], sizes=[2], own=False), notes=journal)
     assert second.curves[0].points[0].reason == ""
-    assert recorded_runs == [("pit", 2), ("pit", 2)]  # plain, and falling
+    assert recorded_runs == PLAIN_AND_FALLING
 
 
 @pytest.mark.long
@@ -106,7 +102,7 @@ def test_growth_bench_needs_resume_for_existing_folder(tmp_path: Path, recorded_
         result = carom_command(*command, *arguments)
         assert result.exit_code == exit_code, result.output
         assert ("continue with --resume" in printed_text(result)) == (exit_code == 2)
-    assert recorded_runs == [("pit", 2), ("pit", 2)]  # plain, and falling
+    assert recorded_runs == PLAIN_AND_FALLING
 
 
 def test_unused_budget_passes_to_later_growth_runs(
@@ -114,12 +110,7 @@ def test_unused_budget_passes_to_later_growth_runs(
 ) -> None:
     """The first two runs may use 100 s each; the last may use the 200 s that the others left."""
     allowed: list[float] = []
-
-    def note(*args: Any) -> str:
-        allowed.append(args[-1])
-        return ""
-
-    monkeypatch.setattr(growth, "_find_skip_reason", note)
+    monkeypatch.setattr(growth, "_find_skip_reason", lambda *args: allowed.append(args[-1]) or "")  # type: ignore[func-returns-value] # it is None
     growth.measure_growth(GrowthOptions(["pit"], sizes=[2, 3], own=False, budget_s=100.0, time_limit_s=1e3))
     assert len(recorded_runs) == len(allowed) == 4
     assert allowed[:2] == [pytest.approx(100.0, abs=10.0)] * 2

@@ -2,10 +2,8 @@ import json
 import math
 import os
 import re
-import signal
 import subprocess
 import sys
-import time
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,7 +15,7 @@ from tests.cases import each
 from tests.command import carom_command
 from tests.fake_clock import Clock
 from tests.in_process_pool import InProcessPool
-from tests.processes import PATIENT_S
+from tests.processes import interrupt, wait_until_begun
 from tests.scene_builders import disc_at, require_value, staged
 
 from carom import Scene
@@ -36,14 +34,18 @@ from carom.studies.bench.series import compute_geometric_steps
 from carom.studies.bench.timing_pass import CellTiming, TimeScene, timing_journal
 from carom.support.limits import MOST_DISCS
 
-SCENE = tomli_w.dumps(
-    staged("mine & yours", disc_at(0, 0, 1, 0), disc_at(1.4, 0.3, -1, 0), duration_s=0.5).model_dump()
-)
-
 
 @pytest.fixture
 def scene() -> Scene:
     return staged("oblique", disc_at(0, 0, 1, 0), disc_at(1.4, 0.3, -1, 0), duration_s=0.5)
+
+
+@pytest.fixture
+def scene_file(scene: Scene, tmp_path: Path) -> Path:
+    """The file of a scene whose name has to be escaped in a page."""
+    path = tmp_path / "my-scene.toml"
+    path.write_text(tomli_w.dumps(scene.model_copy(update={"name": "mine & yours"}).model_dump()))
+    return path
 
 
 def build_point(engine: str, seconds: float, error: float, missed: int = 0) -> Point:
@@ -53,15 +55,12 @@ def build_point(engine: str, seconds: float, error: float, missed: int = 0) -> P
 
 
 def test_step_series_is_geometric_with_whole_rates() -> None:
-    r"""`1/60..1/10000:6` gives six geometrically spaced steps with whole numbers of steps per second.
-
-    Six is the default. A single step is a series of one.
-    """
+    """`1/60..1/10000:6` gives six geometrically spaced whole rates, and six is the default."""
     steps = parse_step_series("1/60..1/10000:6")
     assert [round(1 / step) for step in steps] == [60, 167, 464, 1292, 3594, 10000]
     assert parse_step_series("1/60..1/10000") == steps
-    assert compute_geometric_steps(0.1, 0.0125, 4) == pytest.approx([0.1, 0.05, 0.025, 0.0125])
-    assert compute_geometric_steps(0.0125, 0.1, 4) == compute_geometric_steps(0.1, 0.0125, 4)
+    for given in ((0.1, 0.0125), (0.0125, 0.1)):
+        assert compute_geometric_steps(*given, 4) == pytest.approx([0.1, 0.05, 0.025, 0.0125])
     assert parse_step_series("1/240") == (1 / 240,)
 
 
@@ -73,65 +72,48 @@ def test_malformed_step_series_is_refused(text: str) -> None:
 
 
 def test_pareto_front_contains_only_unbeaten_points() -> None:
-    r"""The Pareto front contains the points without a faster and equally accurate one.
-
-    Points with a missed impact are not part of it. `find_cheapest` returns the fastest point within the target
-    error.
-    """
-    a, b, c, d = (
-        build_point("a", 1, 0.1),
-        build_point("b", 2, 0.2),
-        build_point("c", 3, 0.01),
-        build_point("d", 0.5, 0.0, missed=1),
-    )
-    assert find_pareto_front([a, b, c, d]) == (a, c)
+    """The front contains points without a miss that none beats; `find_cheapest` is the fastest within a target."""
+    a, b, c = build_point("a", 1, 0.1), build_point("b", 2, 0.2), build_point("c", 3, 0.01)
+    points = [a, b, c, build_point("d", 0.5, 0.0, missed=1)]
+    assert find_pareto_front(points) == (a, c)
     assert find_pareto_front([a, build_point("e", 1.5, 0.1 - 1e-16)]) == (a,)
-    assert find_cheapest([a, b, c, d], 0.1) == a
-    assert find_cheapest([a, b, c, d], 0.05) == c
-    assert find_cheapest([a, b, c, d], 0.001) is None
+    assert [find_cheapest(points, target) for target in (0.1, 0.05, 0.001)] == [a, c, None]
 
 
 @pytest.mark.long
 def test_bench_measures_errors_and_times(scene: Scene, tmp_path: Path) -> None:
-    r"""In a bench, PIT converges with order 1, PIC is exact, and each point is timed relative to PIT.
-
-    Resuming gives an equal result. PIC is run at the coarsest step only. Without timing there is no noise.
-    """
+    """PIT converges with order 1, PIC is exact, points are timed relative to PIT, and resuming changes nothing."""
     dts = (1 / 60, 1 / 240, 1 / 960)
     # However slow the machine is, nothing is left out for want of time.
     plan = BenchPlan(engines=("pit", "pic"), dts=dts, profiles=("tuned",), phases=2, rounds=3, budget_s=1e6)
 
-    def run(resume: bool) -> Bench:
+    def run(resume: bool, **changes: Any) -> Bench:
         with (
             score_journal(tmp_path / "journal.jsonl", resume=resume) as journal,
             timing_journal(tmp_path / "timings.jsonl", resume=resume) as timings,
         ):
-            return measure_work_precision([scene], plan, InProcessPool(), notes=journal, timings=timings)
+            return measure_work_precision(
+                [scene], replace(plan, **changes), InProcessPool(), notes=journal, timings=timings
+            )
 
     first = run(resume=False)
-    again = run(resume=True)
-    assert first.scenes == again.scenes
+    assert first.scenes == run(resume=True).scenes
     assert len(load_measures(tmp_path / "journal.jsonl")) == 8  # PIC at the coarsest step alone
-    with score_journal(tmp_path / "journal.jsonl", resume=True) as journal:
-        bench = measure_work_precision([scene], replace(plan, timing=False), InProcessPool(), notes=journal)
-    assert bench.scenes[0].noise is None
+    assert run(resume=True, timing=False).scenes[0].noise is None
     found = {curve.engine: curve for curve in first.scenes[0].curves}
     assert found["pic"].order.verdict is Convergence.EXACT
     assert found["pit"].order.exponent == pytest.approx(1.0, abs=0.35)
     for curve in found.values():
-        for entry in curve.points:
-            assert entry.timing is not None
-            assert entry.timing.rounds >= 3
-            assert entry.timing.ratio is not None
-            assert entry.timing.whole_s.median >= entry.timing.advance_s.median
+        for timing in (require_value(entry.timing) for entry in curve.points):
+            assert timing.rounds >= 3
+            assert timing.ratio is not None
+            assert timing.whole_s.median >= timing.advance_s.median
     assert {entry.timing and entry.timing.ratio for entry in found["pit"].points} == {Spread(1.0, 1.0, 1.0)}
 
 
 def test_point_beyond_the_budget_is_untimed_with_reason(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     """A point that would need too much of the budget is not timed, and the reason states both times."""
-    monkeypatch.setattr(
-        "carom.execution.timing.time", Clock(1.0)
-    )  # preparing takes a second, and so do all steps of a run
+    monkeypatch.setattr("carom.execution.timing.time", Clock(1.0))  # preparing takes 1 s, and so do a run's steps
     monkeypatch.setattr("carom.studies.bench.timing_pass.time", Clock())
     coarse, fine = (Method("pit", "tuned"), 0.1), (Method("pit", "tuned"), 0.01)
     # Three rounds of ten times the coarse run's 2 s are more than the quarter of a budget that one method may take.
@@ -141,10 +123,7 @@ def test_point_beyond_the_budget_is_untimed_with_reason(scene: Scene, monkeypatc
 
 
 def test_bench_adds_pic_and_pit(scene: Scene) -> None:
-    r"""A bench always includes PIC at the coarsest step and PIT at all steps, unless `own` is off.
-
-    A profile of PIC that is asked for by name replaces the usual one.
-    """
+    """A bench includes PIC at the coarsest step and PIT at all, unless `own` is off or a profile is asked for."""
     plan = BenchPlan(engines=("pit",), dts=(1 / 60, 1 / 240), phases=1, timing=False)
 
     def found(plan: BenchPlan) -> dict[tuple[str, str], int]:
@@ -153,10 +132,8 @@ def test_bench_adds_pic_and_pit(scene: Scene) -> None:
 
     assert found(plan) == {("pic", "event-driven"): 1, ("pit", "tuned"): 2}
     assert found(replace(plan, own=False)) == {("pit", "tuned"): 2}
-    assert found(replace(plan, engines=("pic",), profiles=("default",))) == {
-        ("pit", "tuned"): 2,
-        ("pic", "frame-by-frame"): 2,
-    }
+    by_frame = replace(plan, engines=("pic",), profiles=("default",))
+    assert found(by_frame) == {("pit", "tuned"): 2, ("pic", "frame-by-frame"): 2}
 
 
 def test_methods_beyond_the_scoring_budget_have_a_reason(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -192,10 +169,7 @@ def test_noise_probe_measures_scatter_of_fixed_work() -> None:
 
 
 def test_invalid_bench_plan_is_refused(scene: Scene) -> None:
-    r"""A bench without scenes, with two scenes of one name or with an unknown profile is refused.
-
-    A target of 0, a budget of NaN and 0 rounds are refused with the name and the value.
-    """
+    """A bench with no or equal scenes, an unknown profile or an invalid number is refused with name and value."""
     plan = BenchPlan(engines=("pit",))
     for scenes, wrong, error, words in (
         ([], plan, InputError, "no scene"),
@@ -205,17 +179,13 @@ def test_invalid_bench_plan_is_refused(scene: Scene) -> None:
         with pytest.raises(error, match=words):
             measure_work_precision(scenes, wrong, InProcessPool())
     for name, value in (("target", 0.0), ("budget_s", math.nan), ("rounds", 0)):
-        words = f"{name} must be .*, got {value:g}"
-        with pytest.raises(InputError, match=words):
+        with pytest.raises(InputError, match=f"{name} must be .*, got {value:g}"):
             replace(plan, **{name: value})  # type: ignore[arg-type] # of the field's own type
 
 
 @pytest.mark.long
 def test_growth_measures_each_size_or_reports_why_not(monkeypatch: pytest.MonkeyPatch) -> None:
-    r"""Each number of discs has a run time and a ratio to PIT; a size beyond the budget gets a reason.
-
-    A size of 0 is refused.
-    """
+    """Each number of discs has a run time and a ratio to PIT, or a reason; a size of 0 is refused."""
     monkeypatch.setattr("carom.studies.bench.growth.time", Clock())  # nothing uses up a budget, however slow it is
     found = measure_growth(GrowthOptions(["pit", "pic"], sizes=(2, 40), budget_s=60.0))
     for curve in found.curves:
@@ -239,43 +209,25 @@ def test_power_law_is_fitted_after_the_last_drop_in_run_time() -> None:
 
 
 @pytest.mark.long
-def test_bench_command_writes_page_diagrams_and_json(tmp_path: Path) -> None:
-    r"""`carom bench` on a scene file writes a page with diagrams, PNG, SVG and bench.json, with names escaped.
-
-    A second run into the same folder is refused and suggests `--resume`.
-    """
+def test_bench_command_writes_page_diagrams_and_json(scene_file: Path, tmp_path: Path) -> None:
+    """`carom bench` writes a page, PNG, SVG and JSON with escaped names, and refuses a second run."""
     pytest.importorskip("matplotlib", reason="matplotlib, extra report, is not installed")
-    path, out = tmp_path / "my-scene.toml", tmp_path / "out"
-    path.write_text(SCENE)
-    arguments = [
-        "bench",
-        str(path),
-        "-e",
-        "pit",
-        "-e",
-        "pic",
-        "--dt",
-        "1/60..1/960:3",
-        "--phases",
-        "1",
-        "--axes",
-        "error-time",
-    ]
-    result = carom_command(*arguments, "--rounds", "3", "--budget", "1e6", "--out", str(out), "-j", "1")
+    out = tmp_path / "out"
+    options = ["-e", "pit", "-e", "pic", "--dt", "1/60..1/960:3", "--phases", "1", "--axes", "error-time"]
+    arguments = ["bench", scene_file, *options, "--out", out]
+    result = carom_command(*arguments, "--rounds", 3, "--budget", 1e6, "-j", 1)
     assert result.exit_code == 0, result.output
     assert ": PIC takes" in result.output
     page = (out / "index.html").read_text()
     assert page.count("<svg") == 2  # one for wide screens, one for phones
-    assert "mine &amp; yours" in page
     assert "mine & yours" not in page
-    assert "CPython" in page
+    assert all(words in page for words in ("mine &amp; yours", "CPython"))
     png, svg = (next(out.glob(f"mine*yours*-error-time.{kind}")) for kind in ("png", "svg"))
     assert png.read_bytes().startswith(b"\x89PNG")
     assert svg.read_text().startswith("<svg xmlns=")
     assert "<a " not in svg.read_text()  # what leads to a place of the page leads nowhere from a file
-    content = json.loads((out / "bench.json").read_text())
-    assert content["scenes"][0]["scene"] == "mine & yours"
-    again = carom_command(*arguments, "--out", str(out))
+    assert json.loads((out / "bench.json").read_text())["scenes"][0]["scene"] == "mine & yours"
+    again = carom_command(*arguments)
     assert again.exit_code == 2
     assert "--resume" in again.output
 
@@ -292,15 +244,10 @@ def jobs(tmp_path: Path, scene: Scene, monkeypatch: pytest.MonkeyPatch) -> dict[
     with score_journal(tmp_path / "journal.jsonl") as journal:
         measure_work_precision([scene], plan, InProcessPool(), notes=journal)
         ran = next(iter(journal.entries.values()))
-        unmeasured = replace(
-            require_value(ran.answer.value), total=replace(require_value(ran.answer.value).total, velocity=math.nan)
-        )
-        journal.add(
-            [
-                replace(ran, key=replace(ran.key, dt_s=0.5), answer=Answer(Status.RAN, value=unmeasured)),
-                replace(ran, key=replace(ran.key, dt_s=1.0), answer=Answer(Status.CRASHED, "by SIGABRT")),
-            ]
-        )
+        measured = require_value(ran.answer.value)
+        unmeasured = replace(measured, total=replace(measured.total, velocity=math.nan))
+        answers = {0.5: Answer(Status.RAN, value=unmeasured), 1.0: Answer(Status.CRASHED, "by SIGABRT")}
+        journal.add([replace(ran, key=replace(ran.key, dt_s=dt), answer=answer) for dt, answer in answers.items()])
     errors = [(dt_s, measures.total.velocity) for dt_s, measures in load_measures(tmp_path / "journal.jsonl")]
     monkeypatch.chdir(tmp_path)
     names = {"json": json, "np": np, "Path": Path, "errors": errors}
@@ -322,10 +269,7 @@ def test_documented_numpy_line_reads_journal(jobs: dict[str, Any]) -> None:
 
 @pytest.mark.long
 def test_documented_pandas_line_reads_journal(jobs: dict[str, Any]) -> None:
-    r"""The documented pandas line reads a journal into a frame with one row per job.
-
-    The errors are numbers, and NaN for a job without a result.
-    """
+    """The documented pandas line reads a journal as a row per job, with NaN for a job without a result."""
     jobs["pd"] = pytest.importorskip("pandas", reason="pandas is not installed")
     frame = eval(find_documented_line("pd."), jobs)  # noqa: S307 - our own documentation
     found = frame["answer.value.total.velocity"].to_numpy(float)
@@ -347,31 +291,18 @@ def test_each_error_kind_has_its_own_label_and_meaning() -> None:
 
 @pytest.mark.long
 @pytest.mark.usefixtures("hostile", "heard_interrupts")
-def test_interrupted_bench_keeps_journal_and_suggests_resume(tmp_path: Path) -> None:
+def test_interrupted_bench_keeps_journal_and_suggests_resume(scene_file: Path, tmp_path: Path) -> None:
     """After Ctrl-C, a bench exits with 130 and suggests `--resume`; finished cells are in the journal."""
-    path, out = tmp_path / "my-scene.toml", tmp_path / "out"
-    path.write_text(SCENE)
+    out = tmp_path / "out"
     # While one of the engines hangs, the bench can't end before it is interrupted.
-    command = [sys.executable, "-m", "carom", "bench", str(path), "-e", "pit", "-e", "hangs", "-p", "tuned", "-j", "2"]
+    options = ["-e", "pit", "-e", "hangs", "-p", "tuned", "-j", "2", "--time-limit", "1e6", "--out"]
+    command = [sys.executable, "-m", "carom", "bench", str(scene_file), *options, str(out)]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])}
-    with subprocess.Popen(
-        [*command, "--out", str(out), "--time-limit", "1e6"],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        env=environment,
-    ) as process:
-        until = time.monotonic() + PATIENT_S
+    pipes: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    with subprocess.Popen(command, **pipes, env=environment) as process:
         journal = out / "journal.jsonl"
-        while not (journal.exists() and journal.read_bytes().count(b"\n") > 1):
-            assert process.poll() is None
-            assert time.monotonic() < until
-            time.sleep(0.05)
-        process.send_signal(signal.SIGINT)
-        try:
-            _, errors = process.communicate(timeout=PATIENT_S)
-        finally:
-            process.kill()  # of no effect on one that has ended
+        wait_until_begun(process, lambda: journal.exists() and journal.read_bytes().count(b"\n") > 1)
+        errors = interrupt(process)
     assert process.returncode == 130
     assert "--resume continues from them" in errors
     assert "Traceback" not in errors

@@ -13,7 +13,7 @@ from tests.in_process_pool import InProcessPool
 from tests.scene_builders import disc_at, require_value, run_cross_check, staged, wall_at
 
 import carom
-from carom import Disc, Scene, Wall
+from carom import Scene
 from carom.catalogue import catalogue
 from carom.comparator import Grade, Verdict
 from carom.errors import AdapterError, InputError, UnknownNameError
@@ -36,10 +36,6 @@ def scene() -> Scene:
     return staged("meeting", disc_at(0, 0, 1, 0), disc_at(3, 0, -1, 0), duration_s=2.0)
 
 
-def list_statuses(results: carom.Results) -> dict[str, Status]:
-    return {row.job.engine: row.status for row in results.rows}
-
-
 def run_tuned(scenes: list[Scene], *engines: str) -> carom.Results:
     """Each engine's tuned profile in steps of 0.1 s, in this process and untimed."""
     return run_cross_check(scenes, engines, dts=[0.1], profiles=["tuned"])
@@ -55,36 +51,32 @@ class HangsWhenTimed(InProcessPool):
 
 
 def test_hang_during_timing_keeps_the_run_and_other_times(scene: Scene) -> None:
-    r"""An engine that hangs while it is timed keeps its scored run; the other engines keep their times.
-
-    The row contains the reason.
-    """
+    """An engine that hangs while it is timed keeps its scored run, with a reason; the others keep their times."""
     results = carom.cross_check([scene], ["pit", "pic"], dts=[0.1], profiles=["tuned"], pool=HangsWhenTimed())
     rows = {row.job.engine: row for row in results.rows}
-    hung = rows["pic"]
+    hung, pit = rows["pic"], rows["pit"]
+    assert (hung.status, hung.timing, hung.reason) == (Status.RAN, None, "")
     assert hung.untimed == "timed out: no answer within 3 s"
-    assert hung.reason == ""
-    assert (hung.status, hung.timing) == (Status.RAN, None)
     assert hung.trace is not None
-    assert rows["pit"].status is Status.RAN
-    assert rows["pit"].timing is not None
+    assert pit.status is Status.RAN
+    assert pit.timing is not None
 
 
 def test_non_finite_state_ends_the_run_as_wrong(scene: Scene) -> None:
     """A run whose state becomes NaN ends at the last finite state and is graded wrong."""
     row = run_tuned([scene], "goes-nan").rows[0]
-    assert require_value(row.trace).outcome is Outcome.NON_FINITE
-    assert row.grade is Grade.WRONG
-    assert np.isfinite(require_value(row.trace).final_position_m).all()
+    trace = require_value(row.trace)
+    assert (trace.outcome, row.grade) == (Outcome.NON_FINITE, Grade.WRONG)
+    assert np.isfinite(trace.final_position_m).all()
 
 
 def test_engine_warning_ends_the_run(scene: Scene) -> None:
     """An engine that reports a warning is cut short; the steps before are kept and the finding quotes the warning."""
     row = run_tuned([scene], "warns").rows[0]
-    assert require_value(row.trace).outcome is Outcome.WARNED
-    assert require_value(row.trace).counts["steps"] == 2
-    assert require_value(row.score).verdicts[0] is Verdict.CUT_SHORT
-    assert "BADQACC" in require_value(row.score).findings[0].reason
+    trace, score = require_value(row.trace), require_value(row.score)
+    assert (trace.outcome, trace.counts["steps"]) == (Outcome.WARNED, 2)
+    assert score.verdicts[0] is Verdict.CUT_SHORT
+    assert "BADQACC" in score.findings[0].reason
 
 
 def test_engine_output_and_log_files_are_contained(
@@ -101,44 +93,39 @@ def test_engine_output_and_log_files_are_contained(
 
 def test_unavailable_and_unsupported_rows_have_reasons(scene: Scene) -> None:
     """A missing engine, a broken adapter and scenes beyond declared capabilities get rows with the reason."""
-    walled = Scene(name="walled", discs=scene.discs, walls=[Wall(point_m=(-9, 0), normal=(1, 0))], duration_s=1)
-    fast = Scene(name="fast", discs=[Disc(position_m=(0, 0), velocity_m_s=(11, 0), radius_m=1)], duration_s=1)
-    soft = Scene(name="soft", discs=scene.discs, restitution=0.25, duration_s=1)
-    falling = Scene(name="falling", discs=scene.discs, gravity_m_s2=(0, -9.81), duration_s=1)
+    discs = scene.discs
+    walled = staged("walled", *discs, wall_at(-9, 0, 1, 0), duration_s=1)
+    fast = staged("fast", disc_at(0, 0, 11, 0, r=1), duration_s=1)
+    soft = staged("soft", *discs, restitution=0.25, duration_s=1)
+    falling = staged("falling", *discs, gravity_m_s2=(0, -9.81), duration_s=1)
     results = run_tuned([walled, fast, soft, falling], "missing", "only-discs", "broken")
-    reasons = {(row.job.scene.name, row.job.engine): (row.status, row.reason) for row in results.rows}
-    assert reasons["walled", "missing"][0] is Status.UNAVAILABLE
-    assert "pip install surely-not-installed" in reasons["walled", "missing"][1]
-    assert reasons["walled", "broken"][0] is Status.UNAVAILABLE
-    assert "has no attribute 'broken'" in reasons["walled", "broken"][1]
-    for name, words in (
-        ("walled", "walls"),
-        ("fast", "11 m/s, and this method's limit is 10 m/s"),
-        ("soft", "restitution is 0.25"),
-        ("falling", "gravity"),
+    told = {(row.job.engine, row.job.scene.name): (row.status, row.reason) for row in results.rows}
+    for engine, name, found, words in (
+        ("missing", "walled", Status.UNAVAILABLE, "pip install surely-not-installed"),
+        ("broken", "walled", Status.UNAVAILABLE, "has no attribute 'broken'"),
+        ("only-discs", "walled", Status.UNSUPPORTED, "walls"),
+        ("only-discs", "fast", Status.UNSUPPORTED, "11 m/s, and this method's limit is 10 m/s"),
+        ("only-discs", "soft", Status.UNSUPPORTED, "restitution is 0.25"),
+        ("only-discs", "falling", Status.UNSUPPORTED, "gravity"),
     ):
-        status, reason = reasons[name, "only-discs"]
-        assert status is Status.UNSUPPORTED
+        status, reason = told[engine, name]
+        assert status is found
         assert words in reason
 
 
 @pytest.mark.long
 def test_score_ends_when_a_disc_comes_to_rest() -> None:
-    r"""If PIC ends because a ball comes to rest, runs are compared only up to then.
-
-    The end is the frame after the last impact that a step can distinguish from rest. PIC is exact, and PIT is not.
-    """
-    ball = Disc(position_m=(0, 2), radius_m=1)
-    floor = Wall(point_m=(0, 0), normal=(0, 1))
-    scene = Scene(name="rests", discs=[ball], walls=[floor], wall_restitution=0.25, gravity_m_s2=(0, -8), duration_s=2)
+    """Runs are compared up to the frame after the last impact that a step can distinguish from rest."""
+    fields: dict[str, Any] = {"wall_restitution": 0.25, "gravity_m_s2": (0, -8), "duration_s": 2}
+    scene = staged("rests", disc_at(0, 2, r=1), wall_at(0, 0, 0, 1), **fields)
     results = run_cross_check([scene], ["pic", "pit"], dts=[1 / 60])
     # It closes at 4, 1 and 1/4 m/s. The second impact is at t0 + 2 e v0 / g, with t0 = v0 / g = 1/2, and is seen a
     # frame later. The third is slower than 2.5 g / 60: a step can't distinguish it from rest, and PIT doesn't have it.
-    second_s = 0.5 * (1 + 2 * 0.25)
-    seen_s = (math.floor(second_s * 60) + 1) / 60
+    seen_s = (math.floor((0.5 * (1 + 2 * 0.25)) * 60) + 1) / 60
     for row in results.rows:
-        assert require_value(row.score).horizon_s == pytest.approx(seen_s, rel=1e-12)
-        assert (require_value(row.score).grade is Grade.EXACT) == (row.job.engine == "pic")
+        score = require_value(row.score)
+        assert score.horizon_s == pytest.approx(seen_s, rel=1e-12)
+        assert (score.grade is Grade.EXACT) == (row.job.engine == "pic")
 
 
 @pytest.mark.long
@@ -167,7 +154,7 @@ def test_run_returns_the_trace_of_the_solver(scene: Scene, process: str, request
 @pytest.mark.long
 def test_number_of_stored_states_is_limited() -> None:
     """With 10000 steps, a trace stores 2049 to 4097 evenly spaced states, the first at time 0."""
-    scene = Scene(name="long", discs=[Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=1)], duration_s=1)
+    scene = staged("long", disc_at(0, 0, 1, 0, r=1), duration_s=1)
     samples = require_value(carom.run(scene, "pic", dt=1e-4).samples)
     assert 2048 < len(samples.time_s) <= 4097
     assert np.allclose(samples.position_m[:, 0, 0], samples.time_s, rtol=0, atol=1e-12)
@@ -206,11 +193,8 @@ def test_default_steps_are_fractions_of_the_scene_frame(scene: Scene) -> None:
 def test_default_methods_are_pit_and_two_forms_of_pic(scene: Scene) -> None:
     """By default, PIT is run once, and PIC frame by frame and event-driven."""
     results = run_cross_check([scene], ["pic", "pit"], dts=[0.1])
-    assert [(row.job.engine, row.job.profile) for row in results.rows] == [
-        ("pic", "frame-by-frame"),
-        ("pic", "event-driven"),
-        ("pit", "tuned"),
-    ]
+    methods = [("pic", "frame-by-frame"), ("pic", "event-driven"), ("pit", "tuned")]
+    assert [(row.job.engine, row.job.profile) for row in results.rows] == methods
 
 
 @each(
@@ -230,21 +214,12 @@ def test_own_methods_are_selected_by_common_profile_names(scene: Scene, asked: s
 
 
 def test_time_ratio_is_relative_to_pit(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
-    r"""Each timed row contains its run time relative to PIT's on the same scene and step; PIT's own ratio is 1.
-
-    Preparation and steps are timed separately, and each of the four tasks is reported as progress.
-    """
+    """Run times are relative to PIT's on the same scene and step; preparation is timed separately."""
     # Each interval is twice the one before, so no two runs agree and every job is timed TIMING_RUNS times.
     monkeypatch.setattr("carom.execution.timing.time", Clock(1.0, factor=2.0))
     calls: list[tuple[int, int, str]] = []
-    results = carom.cross_check(
-        [scene],
-        ["pic", "pit"],
-        dts=[0.1],
-        profiles=["tuned"],
-        progress=lambda *call: calls.append(call),
-        pool=InProcessPool(),
-    )
+    asked: dict[str, Any] = {"dts": [0.1], "profiles": ["tuned"], "pool": InProcessPool()}
+    results = carom.cross_check([scene], ["pic", "pit"], progress=lambda *call: calls.append(call), **asked)
     ratios = {row.job.engine: row.time_ratio for row in results.rows}
     times = {row.job.engine: require_value(row.timing) for row in results.rows}
     assert ratios == {"pit": 1.0, "pic": times["pic"].advance_s / times["pit"].advance_s}
@@ -252,8 +227,7 @@ def test_time_ratio_is_relative_to_pit(scene: Scene, monkeypatch: pytest.MonkeyP
     for timing in times.values():
         assert 0.0 < timing.prepare_s < timing.advance_s
         assert timing.runs == TIMING_RUNS
-    assert [done for done, _, _ in calls] == [1, 2, 3, 4]
-    assert {total for _, total, _ in calls} == {4}
+    assert [call[:2] for call in calls] == [(done, 4) for done in (1, 2, 3, 4)]
 
 
 @pytest.mark.long
@@ -268,10 +242,8 @@ def test_run_without_pit_is_not_graded(scene: Scene, monkeypatch: pytest.MonkeyP
 def test_scene_with_too_many_impacts_is_unsupported(monkeypatch: pytest.MonkeyPatch) -> None:
     """A scene with more impacts than the limit is unsupported, and the reason states the limit."""
     monkeypatch.setattr(scene_reference, "MOST_IMPACTS", 100)
-    endless = staged(
-        "endless", disc_at(0, 0, 1000, 0, r=0.25), wall_at(-0.5, 0, 1, 0), wall_at(0.5, 0, -1, 0), duration_s=1e9
-    )
-    row = run_cross_check([endless], ["pit"]).rows[0]
+    bodies = disc_at(0, 0, 1000, 0, r=0.25), wall_at(-0.5, 0, 1, 0), wall_at(0.5, 0, -1, 0)
+    row = run_cross_check([staged("endless", *bodies, duration_s=1e9)], ["pit"]).rows[0]
     assert row.status is Status.UNSUPPORTED
     assert "100 impacts happen before" in row.reason
 
@@ -282,17 +254,16 @@ def test_failing_profile_is_a_row_with_reason(scene: Scene) -> None:
     failed = {row.job.profile: row.reason for row in results.rows if row.job.engine == "bad-profile"}
     assert "KeyError: 'no such'" in failed["default"]
     assert "setting 'list' of profile 'tuned'" in failed["tuned"]
-    assert list_statuses(results)["pit"] is Status.RAN
+    assert {row.status for row in results.rows if row.job.engine == "pit"} == {Status.RAN}
 
 
 def dump_trace(trace: Trace) -> dict[str, object]:
-    """Return what a trace holds, arrays with their types as bytes."""
+    """Return what a trace holds, arrays with their types as bytes; NaN equals NaN by what it is shown as."""
     parts = {"samples": trace.samples, "local_truth": trace.local_truth}
     values: dict[str, object] = {**vars(trace), **dict.fromkeys(parts)}
     for part, held in parts.items():
         values |= {f"{part}.{name}": value for name, value in (vars(held).items() if held else ())}
     return {
-        # By what it is shown as: NaN is the same in both.
         name: (value.dtype, value.shape, value.tobytes()) if isinstance(value, np.ndarray) else repr(value)
         for name, value in values.items()
     }
@@ -336,9 +307,8 @@ def test_journal_of_other_options_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "journal.jsonl"
     options = Options(["pit"], [0.1], jobs=1, timing=False)
     with observed_journal(path, options.stamp) as journal:
-        execute.execute(
-            build_plan([catalogue()["paper/late"]], options, InProcessPool()), InProcessPool(), notes=journal
-        )
+        plan = build_plan([catalogue()["paper/late"]], options, InProcessPool())
+        execute.execute(plan, InProcessPool(), notes=journal)
     observed_journal(path, replace(options, jobs=2).stamp, resume=True).close()
     with pytest.raises(InputError, match=r"its dts is \[0.1\], but this study's is \[0.2\]"):
         observed_journal(path, replace(options, dts=[0.2]).stamp, resume=True)

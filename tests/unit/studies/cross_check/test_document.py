@@ -3,9 +3,8 @@
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
+from tests.command import carom_command
 
-from carom.cli import app
 from carom.execution.results import Results
 from carom.report.document import Document, Media, Table, Text
 from carom.report.results_file.records import format_records, read_records
@@ -42,21 +41,17 @@ def test_tables_from_records_equal_those_of_the_run(results: Results, folder: Pa
 
 
 def test_report_command_rebuilds_report_from_records(folder: Path) -> None:
-    r"""`carom report` prints the report and writes Markdown and a page from the records alone.
-
-    An existing file is not overwritten.
-    """
+    """`carom report` prints and writes the report from the records alone, and overwrites no file."""
     page = folder / "again.html"
-    run = CliRunner(env={"COLUMNS": "120", "TERM": "dumb"})
-    done = run.invoke(app, ["report", str(folder), "--page", str(page), "--markdown", "-"])
+    done = carom_command("report", folder, "--page", page, "--markdown", "-", columns=120)
     assert done.exit_code == 0
     assert done.output.startswith("# Carom cross-check, from its records")
     assert "which contains no states" in done.output
     assert "Every scene" in page.read_text(encoding="utf-8")
-    again = run.invoke(app, ["report", str(folder), "--page", str(page)])
+    again = carom_command("report", folder, "--page", page)
     assert again.exit_code == 2
     assert "already exists" in again.output
-    assert "Every method" in run.invoke(app, ["report", str(folder)]).output
+    assert "Every method" in carom_command("report", folder).output
 
 
 def test_large_report_lists_only_the_worst_scenes_and_runs(results: Results, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -73,5 +68,5 @@ def test_large_report_lists_only_the_worst_scenes_and_runs(results: Results, mon
     assert {(row[0], row[1]) for row in listed} <= set(worst)
     assert [len(rows) for rows in few["Every scene on every engine"]] == [1]
     said = " ".join(block.text for section in document.sections for block in section.blocks if isinstance(block, Text))
-    assert f"Only the 2 runs with the worst grades of {len(whole.runs)} are shown; results.jsonl has all." in said
-    assert f"Only the 1 scenes with the worst grades of {len(whole.rows)} are shown; results.jsonl has all." in said
+    for shown, kind, count in ((2, "runs", len(whole.runs)), (1, "scenes", len(whole.rows))):
+        assert f"Only the {shown} {kind} with the worst grades of {count} are shown; results.jsonl has all." in said

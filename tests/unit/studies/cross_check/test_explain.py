@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from tests.cases import each, release_after
 from tests.in_process_pool import InProcessPool
+from tests.scene_builders import require_value
 
 from carom.catalogue import catalogue
 from carom.execution import scene_reference
@@ -62,25 +63,17 @@ def test_explanation_starts_with_skipped_work(name: str, skipped: str) -> None:
 
 
 def test_time_saved_by_skipping_is_measured() -> None:
-    r"""For PIC and PIT, the time with and without skipping is measured, and the explanation states the ratio.
-
-    It is not measured where the run without skipping would take too long (steps of 1e-7 s).
-    """
+    """The time saved by skipping is measured and explained, unless the run without skipping is too long."""
     scene = catalogue()["classics/gas"].scene
-    reference = solve_pic(scene)
-    for saved in (measure_pic_saving(scene, reference), measure_pit_saving(scene, 1 / 60)):
-        assert saved is not None
-        assert saved.with_s > 0.0
-        assert saved.ratio > 0.0
+    for saved in (measure_pic_saving(scene, solve_pic(scene)), measure_pit_saving(scene, 1 / 60)):
+        assert require_value(saved).with_s > 0.0
+        assert require_value(saved).ratio > 0.0
     assert measure_pit_saving(scene, 1e-7) is None
     assert " times as long" in explain_scene("classics/gas", engines=["pit"], dts=[1 / 60])
 
 
 def test_report_has_section_on_skipped_work() -> None:
-    r"""A report of timed runs contains a section on skipped work with a row and a figure per scene.
-
-    There is none without timing or without stored states.
-    """
+    """A report of timed runs with stored states has a section on skipped work, and no other report has one."""
     asked: dict[str, Any] = {"profiles": ["tuned"], "dts": [1 / 60], "pool": InProcessPool()}
     found = cross_check(["classics/gas"], ["pit"], **asked)
     assert list(found.skipped) == ["classics/gas"]
@@ -163,8 +156,7 @@ def test_explanation_agrees_with_jobs_that_run(
                 for row in refused
             )
             assert bool(refused) == ("skipped" in fate)
-        asked = [f"{job.method.label} at {job.dt_s:.6g} s" for job in pool.jobs]
-        assert sorted(asked) == sorted(told)
+        assert sorted(f"{job.method.label} at {job.dt_s:.6g} s" for job in pool.jobs) == sorted(told)
         there = {row.job.method.label for row in rows}
         others = [
             lines[f"{info.name} {profile}"]
@@ -177,10 +169,8 @@ def test_explanation_agrees_with_jobs_that_run(
 
 def test_explanation_without_jobs_names_the_missing_profile() -> None:
     """Without any job, each engine is listed with the remark that its profile does not exist, and PIT is not run."""
-    without = replace(
-        build_plan([catalogue()["paper/late"]], Options(["pymunk"]), InProcessPool()), jobs=(), profiles=("absent",)
-    )
-    lines = list(explain(without))
+    planned = build_plan([catalogue()["paper/late"]], Options(["pymunk"]), InProcessPool())
+    lines = list(explain(replace(planned, jobs=(), profiles=("absent",))))
     assert lines[-1] == "  pymunk absent: skipped: no such profile"
     assert not any(line.startswith("  PIT at") for line in lines)
 

@@ -39,10 +39,7 @@ def test_group_columns_count_their_scenes(results: Results) -> None:
 
 
 def test_group_cell_counts_good_scenes_and_links_to_the_worst(results: Results) -> None:
-    r"""A cell shows the number of good scenes and a mark if impacts are missed, and links to the worst scene.
-
-    PIT is good in 0 of the paper's 4 scenes and misses impacts in 2.
-    """
+    """A cell shows the number of good scenes and whether impacts are missed, and links to the worst scene."""
     ((heads, rows),) = list_tables(results, Media.PAGE)
     paper, others = rows[0][heads.index("paper 4 scenes")], rows[0][heads.index("others 2 scenes")]
     assert (paper.text, paper.corner) == ("0 of 4", Mark.WRONG.symbol)
@@ -91,11 +88,8 @@ def results_with_profiles() -> Results:
 def test_terminal_and_report_order_methods_equally(results_with_profiles: Results) -> None:
     """The terminal, page and Markdown order methods equally, by the mean grade."""
     (heads, counted), *_ = list_tables(results_with_profiles, Media.TERMINAL)
-    orders = [[row[0].line for row in counted]]
-    orders += [
-        [row[0].line for row in list_tables(results_with_profiles, medium)[0][1]]
-        for medium in (Media.PAGE, Media.MARKDOWN)
-    ]
+    media = (Media.TERMINAL, Media.PAGE, Media.MARKDOWN)
+    orders = [[row[0].line for row in list_tables(results_with_profiles, medium)[0][1]] for medium in media]
     assert orders[0] == orders[1] == orders[2]
     assert orders[0][0] == "pymunk located"
     assert len(orders[0]) == 4
@@ -127,10 +121,7 @@ def test_terminal_and_report_order_methods_equally_for_one_scene(results_with_pr
 
 
 def test_methods_are_ranked_by_grade_then_error_ratio(results_with_profiles: Results) -> None:
-    r"""Better grades rank first, then lower ratios of the error to PIT's, then runs without a result.
-
-    A close run does not compensate for a wrong one. The float width does not matter.
-    """
+    """Methods are ranked by grade, then by the ratio to PIT's error; a close run makes up for no wrong one."""
     row = next(row for row in results_with_profiles.rows if row.score and row.score.grade is Grade.SAMPLED)
     assert row.score is not None
     exact, close = (replace(row, score=replace(row.score, grade=grade)) for grade in (Grade.EXACT, Grade.CLOSE))
@@ -140,9 +131,7 @@ def test_methods_are_ranked_by_grade_then_error_ratio(results_with_profiles: Res
     def standing(*rows: Row) -> tuple[float, float]:
         return compute_standing(build_grid(replace(results_with_profiles, rows=rows)).runs)
 
-    order = [exact, close, cheap, dear, none]
-    mixed = [none, dear, close, cheap, exact]
-    assert sorted(mixed, key=standing) == order
+    assert sorted([none, dear, close, cheap, exact], key=standing) == [exact, close, cheap, dear, none]
     narrow = replace(exact, score=replace(require_value(exact.score), float_bits=32))
     assert standing(exact) == standing(narrow)
     wrong = replace(row, score=replace(row.score, grade=Grade.WRONG))

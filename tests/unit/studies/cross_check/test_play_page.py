@@ -38,14 +38,9 @@ def test_scene_with_too_many_discs_has_no_play_link() -> None:
     assert build_play_page([MANY]) == ""
 
 
-def test_scene_with_table_deceleration_has_play_link() -> None:
-    """A scene with table deceleration has a link to the play page."""
-    assert build_play_link(PAIR.model_copy(update={"table_deceleration_m_s2": 0.5}))
-
-
-@each("name", ["tables/box-of-edges", "driven/paddle", "contact/slide-to-roll"])
+@each("name", ["tables/box-of-edges", "driven/paddle", "contact/slide-to-roll", "contact/table-pair"])
 def test_scene_with_edges_driven_walls_or_contact_has_play_link(name: str) -> None:
-    """Scenes with edges, driven walls or lasting contact have a link to the play page."""
+    """Scenes with edges, driven walls, lasting contact or table deceleration have a link to the play page."""
     assert build_play_link(all_scenes()[name].scene)
 
 
@@ -58,31 +53,22 @@ def test_play_page_has_own_scene_before_the_gallery() -> None:
 
 @each("scene, linked", [(PAIR, True), (MANY, False)])
 def test_report_has_play_page_only_if_a_scene_supports_it(scene: Scene, linked: bool, tmp_path: Path) -> None:
-    r"""A report includes the play page and links to it only if one of its scenes can be thrown.
-
-    The replay has one run per profile.
-    """
+    """A report includes and links the play page only if one of its scenes can be thrown."""
     results = run_cross_check([scene], ["pit"], dts=[1 / 24])
     build_report(results).write(tmp_path)
     assert (tmp_path / PLAY_PAGE).exists() == linked
     ((name, data),) = pack_replays(build_grid(results))
     replay = json.loads(gzip.decompress(base64.b64decode(data)))
     assert (name, bool(replay["drag"])) == (scene.name, linked)
-    assert [run["key"] for run in replay["runs"]] == [
-        f"{scene.name}/pit/{job.profile}" for job in {r.job for r in results.rows}
-    ]
+    keys = {f"{scene.name}/pit/{row.job.profile}" for row in results.rows}
+    assert [run["key"] for run in replay["runs"]] == [*keys]
 
 
 @pytest.fixture(autouse=True)
 def opened_pages(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """The pages that a browser was asked to open; none opens here."""
     pages: list[str] = []
-
-    def note(page: str) -> bool:
-        pages.append(page)
-        return True
-
-    monkeypatch.setattr(webbrowser, "open", note)
+    monkeypatch.setattr(webbrowser, "open", lambda page: pages.append(page) or True)  # type: ignore[func-returns-value] # None
     return pages
 
 
@@ -94,12 +80,11 @@ def test_demo_opens_page_of_engine_that_misses_an_impact(
     monkeypatch.setattr("carom.web.open_page.has_display", lambda: True)
     found = carom.demo(tmp_path / "mine.html")
     assert opened_pages == [(tmp_path / "mine.html").as_uri()]
+    observed, reference, score = found.replay.observed, found.replay.reference, found.replay.score
     assert found.opened
-    assert found.replay.score.missed
-    assert len(found.replay.reference.impacts) == 1
-    assert found.replay.observed.method == "pymunk"
-    text = found.page.read_text()
-    assert f'id="scenes" data-first="{found.replay.reference.scene.name}">' in text
+    assert score.missed
+    assert (len(reference.impacts), observed.method) == (1, "pymunk")
+    assert f'id="scenes" data-first="{reference.scene.name}">' in found.page.read_text()
     assert "pymunk with default settings misses 1 of 1 impact at 24 steps per second" in repr(found)
 
 

@@ -22,7 +22,6 @@ from PIL import Image
 from tests.scene_builders import disc_at, staged
 
 import carom
-from carom import Scene
 from carom.catalogue import find_scenes
 from carom.errors import InputError, MissingExtraError
 from carom.model.trace import ImpactRecord, build_impact_array
@@ -57,8 +56,7 @@ def test_notebook_cell_is_a_sandboxed_iframe_with_the_page(missed_replay: Replay
 
 def test_replay_page_has_data_and_one_hashed_script(missed_replay: Replay, tmp_path: Path) -> None:
     """The page has one block of data and one script, allowed by its hash; the scene's name is escaped."""
-    path = missed_replay.save(tmp_path / "replay.html")
-    page = path.read_text(encoding="utf-8")
+    page = missed_replay.save(tmp_path / "replay.html").read_text(encoding="utf-8")
     assert page == missed_replay.html()
     (block,) = re.findall(r'<script type="text/plain" data-scene="[^"<>]*">([\w+/=]+)</script>', page)
     data = json.loads(gzip.decompress(base64.b64decode(block)))
@@ -138,10 +136,7 @@ def _count_frames(missed_replay: Replay) -> int:
 
 
 def test_last_film_frame_shows_final_positions(missed_replay: Replay, film: _Film) -> None:
-    r"""In the last frame, the circles are at the final positions of the exact and the observed run.
-
-    The right picture also shows the exact run and the last check.
-    """
+    """In the last frame the circles are at the final positions; the right picture also has the last check."""
     _, circles = film.show(len(film.times) - 1)
     left, right = ([circle.get_center() for circle in drawn] for drawn in circles[:2])
     exact, seen = missed_replay.reference.final_position_m, missed_replay.observed.final_position_m
@@ -174,10 +169,8 @@ def test_film_frame_shows_the_latest_check_before_it(missed_replay: Replay, film
 def test_outline_of_a_check_fades(missed_replay: Replay, film: _Film) -> None:
     """The outline of a check is opaque in its first frame, fainter four frames later and gone after twelve."""
     first = int(np.searchsorted(film.times, 10 / 24 - 1e-9))
-    place = np.add(
-        missed_replay.reference.scene.discs[0].position_m,
-        10 / 24 * np.array(missed_replay.reference.scene.discs[0].velocity_m_s),
-    )
+    one = missed_replay.reference.scene.discs[0]
+    place = np.add(one.position_m, 10 / 24 * np.array(one.velocity_m_s))
     for frame, alpha in ((first, 1.0), (first + 4, 1 - 4 / 11.25), (first + 12, 0.0)):
         _, (_, right, _) = film.show(frame)
         strengths = [
@@ -189,10 +182,7 @@ def test_outline_of_a_check_fades(missed_replay: Replay, film: _Film) -> None:
 
 
 def test_film_slows_down_and_pauses_at_the_miss(missed_replay: Replay, film: _Film) -> None:
-    r"""A frame is 1/150 of the scene; just before the miss it is an eighth of that, and then the film pauses.
-
-    The pause has 38 frames of 40 ms (1.5 s).
-    """
+    """A frame is 1/150 of the scene, an eighth of that before the miss, where the film pauses for 38 frames."""
     steps, held_s = np.diff(film.times), _find_closest_time_s(missed_replay)
     even_s = missed_replay.reference.scene.duration_s / 150
     assert steps[0] == pytest.approx(even_s)
@@ -205,10 +195,7 @@ def test_film_slows_down_and_pauses_at_the_miss(missed_replay: Replay, film: _Fi
 
 
 def test_film_magnifies_the_missed_impact(missed_replay: Replay, film: _Film) -> None:
-    r"""At the miss, an inset magnifies 2.5 radii around the contact point, and does not cover that point.
-
-    In the first frame there is no inset.
-    """
+    """At the miss, not in the first frame, an inset magnifies 2.5 radii around the contact and does not cover it."""
     pictures, _ = film.show(0)
     _, right, inset = pictures
     (frame,) = [part for part in right.patches if isinstance(part, Rectangle)]
@@ -219,9 +206,8 @@ def test_film_magnifies_the_missed_impact(missed_replay: Replay, film: _Film) ->
     assert frame.get_visible()
     (cross,) = [line for line in right.lines if line.get_marker() == "x"]
     place, radius = _get_position(cross), missed_replay.reference.scene.discs[0].radius_m
-    assert np.transpose([inset.get_xlim(), inset.get_ylim()]) == pytest.approx(
-        np.array([place - 2.5 * radius, place + 2.5 * radius])
-    )
+    corners = np.array([place - 2.5 * radius, place + 2.5 * radius])
+    assert np.transpose([inset.get_xlim(), inset.get_ylim()]) == pytest.approx(corners)
     right.figure.canvas.draw()
     box, at = inset.get_window_extent(), right.transData.transform(place)
     assert box.width > 1.4 * 5 * radius * right.transData.get_matrix()[0, 0]
@@ -285,11 +271,12 @@ def test_unsupported_film_format_or_missing_ffmpeg_is_refused(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_replay_of_traces_of_two_scenes_is_refused(missed_replay: Replay) -> None:
-    """A replay of traces from two different scenes is refused."""
-    other: Scene = find_scenes(["paper/late"])[0].scene
+def test_replay_refuses_two_scenes_and_a_step_of_an_existing_run(missed_replay: Replay) -> None:
+    """Traces of two different scenes, and a step for a run that already exists, are refused."""
     with pytest.raises(InputError, match="only traces of one scene"):
-        carom.replay(missed_replay.reference, carom.solve_pic(other))
+        carom.replay(missed_replay.reference, carom.solve_pic("paper/late"))
+    with pytest.raises(InputError, match="dt is allowed only with an engine name"):
+        carom.replay(missed_replay.reference, missed_replay.observed, dt=0.1)
 
 
 @pytest.mark.long
@@ -300,9 +287,3 @@ def test_replay_accepts_names_of_scene_and_engine() -> None:
     assert shown.observed.dt_s == 1 / shown.reference.scene.frame_rate_hz
     assert len(shown.score.missed) == 1
     assert carom.replay(shown.reference, "pit", dt=0.01).observed.dt_s == 0.01
-
-
-def test_replay_of_existing_run_refuses_a_step(missed_replay: Replay) -> None:
-    """A step for a run that already exists is refused, because it would have no effect."""
-    with pytest.raises(InputError, match="dt is allowed only with an engine name"):
-        carom.replay(missed_replay.reference, missed_replay.observed, dt=0.1)

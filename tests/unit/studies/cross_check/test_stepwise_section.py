@@ -64,18 +64,9 @@ def test_no_stepwise_table_for_fully_comparable_runs(graze_results: Results) -> 
 
 
 def test_runs_are_ranked_by_misses_then_other_step_errors(graze_results: Results) -> None:
-    r"""Single steps are ranked by missed, then invented, then early impacts, then error, then energy.
-
-    Misses that PIT shares do not count. A run in which no step could be compared ranks after one with an error.
-    """
-    base: dict[str, Any] = {
-        "missed": 0,
-        "missed_by_pit": 0,
-        "invented": 0,
-        "early": 0,
-        "ratio": (0.2, 1.0),
-        "energy": 0.0,
-    }
+    """Steps are ranked by misses that PIT does not share, then invented, early, error, energy, not compared."""
+    base: dict[str, Any] = dict.fromkeys(("missed", "missed_by_pit", "invented", "early"), 0)
+    base |= {"ratio": (0.2, 1.0), "energy": 0.0}
     worse: dict[str, dict[str, Any]] = {
         "as-pit": {"missed": 9, "missed_by_pit": 9, "missed_within": 0},
         "energy": {"energy": 0.1},

@@ -110,10 +110,7 @@ def test_runs_without_reference_are_marked_unscored(results: Results) -> None:
 
 
 def test_runs_without_reliable_impacts_are_ungraded(results: Results) -> None:
-    r"""If no impact is within the horizon, each cell is ungraded and states the reason.
-
-    No cell is shown as exact or sampled.
-    """
+    """If no impact is within the horizon, each cell is ungraded with the reason, never exact or sampled."""
     pit = {(row.job.scene.name, row.job.dt_s): row.trace for row in results.rows if row.job.engine == "pit"}
 
     def at_nothing(row: Row) -> Row:
@@ -175,9 +172,8 @@ def test_impact_in_last_step_is_undecided() -> None:
 def test_run_that_ends_early_is_not_counted_as_missing_impacts(results: Results) -> None:
     """A run that ended early is wrong, and no text calls it one that misses or invents an impact."""
     row = next(row for row in results.rows if row.job.engine == "toy" and row.job.scene.name == "paper/late")
-    score = compare(
-        results.references["paper/late"], replace(require_value(row.trace), outcome=Outcome.WARNED, notes=("careful",))
-    )
+    cut = replace(require_value(row.trace), outcome=Outcome.WARNED, notes=("careful",))
+    score = compare(results.references["paper/late"], cut)
     assert (score.grade, score.missed, score.spurious) == (Grade.WRONG, (), ())
     early = replace(results, rows=tuple(replace(r, score=score) if r is row else r for r in results.rows))
     told = next(s for s in cross_check_document(early).sections if s.heading == "Error against step size")
@@ -185,10 +181,7 @@ def test_run_that_ends_early_is_not_counted_as_missing_impacts(results: Results)
 
 
 def test_summary_counts_engine_runs_by_grade(results: Results) -> None:
-    r"""The summary counts the engines' runs at the coarsest step by grade and by reason for not running.
-
-    It states the number of known answers that PIC reproduces.
-    """
+    """The summary counts runs at the coarsest step by grade or reason, and known answers that PIC reproduces."""
     line = render_text(results)
     rows = [row for row in results.rows if row.job.engine == "toy" and row.job.refinement == 0]
     assert f"Grades of {len(rows)} engine runs at each scene's own frame rate: " in line
@@ -208,10 +201,9 @@ def test_report_names_engines_that_are_not_installed(results: Results) -> None:
     shown = replace(results, engines=(*results.engines, missing))
     short = "\n".join(line for line in render_terminal(cross_check_document(shown), 80) if isinstance(line, str))
     assert "Not installed: absent; 'carom engines' shows how to install them." in short
-    assert "absent is not run: absent is not installed; make it in its/folder" in render_text(shown)
-    assert "absent is not run: absent is not installed; make it in its/folder" in render_markdown(
-        cross_check_document(shown)
-    )
+    full = "absent is not run: absent is not installed; make it in its/folder"
+    assert full in render_text(shown)
+    assert full in render_markdown(cross_check_document(shown))
     assert "absent" not in render_text(results)
 
 
@@ -223,24 +215,15 @@ def test_summary_without_engines_counts_runs_of_pit(results: Results) -> None:
 
 def test_summary_of_other_steps_mentions_the_coarsest_step(results: Results) -> None:
     """If the coarsest step is not the scene's frame, the summary reads "at the coarsest step"."""
-    rows = tuple(
-        replace(row, job=replace(row.job, dt_s=row.job.dt_s / 3.0, refinement=row.job.refinement))
-        for row in results.rows
-    )
+    rows = tuple(replace(row, job=replace(row.job, dt_s=row.job.dt_s / 3.0)) for row in results.rows)
     assert "at the largest step size" in render_text(replace(results, rows=rows))
 
 
 def test_trend_uses_scenes_with_errors_at_every_step(results: Results, nasty: str) -> None:
-    r"""The trend shows medians over scenes in which PIT has a velocity error at each step.
-
-    PIT's median falls with the step, and PIC's is 0.
-    """
-    grid = build_grid(results)
-    trend = build_trend(grid)
-    assert trend.parts == (1.0, 0.25)
-    assert trend.scenes == ("paper/late",)
-    left_out = {name for names in trend.left_out.values() for name in names}
-    assert left_out == {"paper/missed", nasty}
+    """The trend shows medians over scenes in which PIT errs at each step: PIT's falls, and PIC's is 0."""
+    trend = build_trend(build_grid(results))
+    assert (trend.parts, trend.scenes) == ((1.0, 0.25), ("paper/late",))
+    assert {name for names in trend.left_out.values() for name in names} == {"paper/missed", nasty}
     series = {entry.column.engine: entry.points for entry in trend.series}
     assert [point.median for point in series["pic"]] == [0.0, 0.0]
     coarse, fine = (point.median for point in series["pit"])
@@ -251,12 +234,10 @@ def test_trend_uses_scenes_with_errors_at_every_step(results: Results, nasty: st
 
 def test_trend_has_one_line_for_pic() -> None:
     """The trend has one line for all profiles of PIC and one for each profile of an engine."""
-    results = run_cross_check(
-        ["paper/late"], ["pic", "pit", "pymunk"], profiles=["default", "tuned"], dts=[1 / 24, 1 / 96]
-    )
-    assert [series.name for series in build_trend(build_grid(results)).series] == [
-        *("PIC", "PIT", "pymunk default", "pymunk tuned")
-    ]
+    engines, profiles = ["pic", "pit", "pymunk"], ["default", "tuned"]
+    results = run_cross_check(["paper/late"], engines, profiles=profiles, dts=[1 / 24, 1 / 96])
+    names = [series.name for series in build_trend(build_grid(results)).series]
+    assert names == ["PIC", "PIT", "pymunk default", "pymunk tuned"]
 
 
 def test_exact_path_has_corner_at_impact(results: Results) -> None:
@@ -276,8 +257,7 @@ def test_observed_path_has_a_point_per_step(results: Results) -> None:
     """The path of PIT has a point for each of its 24 steps and the start, and ends in the final state."""
     row = next(row for row in results.rows if row.job.engine == "pit" and row.trace is not None)
     assert row.trace is not None
-    paths = build_observed_paths(row.trace)
-    times, points = paths.lines[0]
+    times, points = build_observed_paths(row.trace).lines[0]
     assert times[-1] == row.trace.end_time_s
     assert len(times) == 25
     np.testing.assert_allclose(points[-1], row.trace.final_position_m[0])

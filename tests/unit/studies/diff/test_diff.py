@@ -13,7 +13,7 @@ import pytest
 from tests.cases import each, release_after
 from tests.command import carom_command, printed_text
 from tests.planted.faults import DT, ROW, SPEED, replay_impacts
-from tests.scene_builders import require_value
+from tests.scene_builders import alter_impact, require_value
 from tests.unit.report.test_terminal import print_document
 
 from carom import solve_pic, solve_pit
@@ -40,7 +40,7 @@ REFERENCE = solve_pic(ROW)
 PIT = solve_pit(ROW, frame_rate_hz=1 / DT)
 
 
-def build_transverse_error(size: float, *, bits: int = 64, **settings: float) -> Trace:
+def build_error(size: float, *, bits: int = 64, **settings: float) -> Trace:
     """The right run, except that the last disc leaves its impact with a transverse velocity, relative to the speed.
 
     By hand: that velocity, and the final one, are off by `size`, the energy by its square, and the instants by nothing.
@@ -75,10 +75,7 @@ def write(tmp_path: Path) -> Write:
 
 
 def test_records_with_earlier_profile_names_of_pic_are_compared(write: Write, tmp_path: Path) -> None:
-    r"""A file that calls PIC's event-driven profile `tuned` (its earlier name) has the same cells as a new file.
-
-    `carom report` prints the same for both.
-    """
+    """A file with the earlier name `tuned` of PIC's event-driven profile has the same cells and report."""
     new = write("new", {"pic": REFERENCE, "pit": PIT})
     assert '"profile":"event-driven"' in new.read_text()
     old = tmp_path / "results.jsonl"
@@ -93,23 +90,17 @@ def get_only_change(found: Diff) -> Any:
     return change
 
 
-def get_measures(found: Diff) -> dict[str, tuple[float, float]]:
-    """Before and after by the name of the number."""
-    return {measure.name: (measure.old, measure.new) for measure in get_only_change(found).measures}
+RIGHT, WRONG = build_error(0.0), build_error(1e-3)
 
 
 def test_velocity_regression_of_one_engine_is_reported(write: Write) -> None:
-    r"""An error of 0.1 % in one engine's velocity is the only change, with the numbers computed by hand.
-
-    `carom diff` exits with 1 and names scene, engine and step.
-    """
-    old = write("old", {"mine": build_transverse_error(0.0), "other": build_transverse_error(0.0)})
-    new = write("new", {"mine": build_transverse_error(1e-3), "other": build_transverse_error(0.0)})
+    """An error of 0.1 % in one engine's velocity is the only change, with the numbers computed by hand."""
+    old, new = write("old", {"mine": RIGHT, "other": RIGHT}), write("new", {"mine": WRONG, "other": RIGHT})
     found = compare_records(old, new)
     change = get_only_change(found)
     assert (change.kind, change.scene, change.method, change.dt_s) == (Kind.WORSE, "row", "mine tuned", DT)
     assert found.unchanged == 1
-    shown = get_measures(found)
+    shown = {measure.name: (measure.old, measure.new) for measure in change.measures}
     for name, size in (("velocity error", 1e-3), ("final velocity", 1e-3), ("final position", 6e-3)):
         assert list(shown[name]) == pytest.approx([0.0, size], rel=1e-9, abs=1e-12), name
     assert list(shown["energy error"]) == pytest.approx([0.0, 1e-6], rel=1e-6, abs=1e-12)
@@ -124,10 +115,8 @@ def test_velocity_regression_of_one_engine_is_reported(write: Write) -> None:
 
 def test_growing_error_within_a_grade_is_a_regression(write: Write) -> None:
     """A velocity error that grows from 0.02 to 0.021 is worse, although the grade stays the same."""
-    found = compare_records(
-        write("old", {"mine": build_transverse_error(0.02)}), write("new", {"mine": build_transverse_error(0.021)})
-    )
-    change = get_only_change(found)
+    old, new = write("old", {"mine": build_error(0.02)}), write("new", {"mine": build_error(0.021)})
+    change = get_only_change(compare_records(old, new))
     assert change.kind is Kind.WORSE
     assert change.old is change.new
     assert "velocity error 0.02 → 0.021" in [str(measure) for measure in change.measures]
@@ -135,74 +124,29 @@ def test_growing_error_within_a_grade_is_a_regression(write: Write) -> None:
     assert not change.is_regression_to(Grade.WRONG)
 
 
-def build_nan_run() -> Trace:
-    """The right run, but that its last velocity is no number."""
-    impacts = REFERENCE.impacts.copy()
-    impacts["velocity_second_after"][-1] = np.nan
-    return replace(REFERENCE, impacts=impacts)
-
-
 MISSING = replay_impacts(REFERENCE, REFERENCE.impacts[:-1].copy())
+NAN = alter_impact(REFERENCE, -1, velocity_second_after=np.nan)
 
 
 @each(
     "old, new, kind, number",
     [
-        pytest.param(
-            build_transverse_error(1e-3), build_transverse_error(0.0), Kind.BETTER, "", id="better than a little off"
-        ),
-        pytest.param(
-            build_transverse_error(0.021), build_transverse_error(0.02), Kind.BETTER, "", id="better than further off"
-        ),
-        pytest.param(build_transverse_error(0.0), build_transverse_error(1e-13), None, "", id="rounding of 64 bits"),
-        pytest.param(
-            build_transverse_error(0.0), build_transverse_error(1e-10), Kind.WORSE, "", id="no rounding of 64 bits"
-        ),
-        pytest.param(
-            build_transverse_error(0.0, bits=32),
-            build_transverse_error(1e-6, bits=32),
-            None,
-            "",
-            id="rounding of 32 bits",
-        ),
-        pytest.param(
-            build_transverse_error(0.0, bits=32),
-            build_transverse_error(1e-4, bits=32),
-            Kind.WORSE,
-            "",
-            id="no rounding of 32 bits",
-        ),
-        pytest.param(
-            build_transverse_error(0.0),
-            build_transverse_error(1e-7, bits=32),
-            Kind.WORSE,
-            "",
-            id="compared at the 64 bits that it had",
-        ),
-        pytest.param(
-            build_transverse_error(0.02),
-            MISSING,
-            Kind.WORSE,
-            "impacts missed 0 → 1",
-            id="missed, which is worse than off",
-        ),
-        pytest.param(MISSING, build_transverse_error(0.5), Kind.BETTER, "", id="far off, which is better than missed"),
-        pytest.param(
-            build_transverse_error(0.02),
-            build_nan_run(),
-            Kind.WORSE,
-            "a number is NaN or infinite: new",
-            id="not finite",
-        ),
+        (WRONG, RIGHT, Kind.BETTER, ""),
+        (build_error(0.021), build_error(0.02), Kind.BETTER, ""),
+        (RIGHT, build_error(1e-13), None, ""),  # rounding of 64 bits
+        (RIGHT, build_error(1e-10), Kind.WORSE, ""),  # more than that
+        (build_error(0.0, bits=32), build_error(1e-6, bits=32), None, ""),  # rounding of 32 bits
+        (build_error(0.0, bits=32), build_error(1e-4, bits=32), Kind.WORSE, ""),  # more than that
+        (RIGHT, build_error(1e-7, bits=32), Kind.WORSE, ""),  # compared at the 64 bits that it had
+        (build_error(0.02), MISSING, Kind.WORSE, "impacts missed 0 → 1"),  # missed, which is worse than off
+        (MISSING, build_error(0.5), Kind.BETTER, ""),  # far off, which is better than missed
+        (build_error(0.02), NAN, Kind.WORSE, "a number is NaN or infinite: new"),
     ],
 )
 def test_changes_beyond_rounding_are_better_or_worse(
     write: Write, old: Trace, new: Trace, kind: Kind | None, number: str
 ) -> None:
-    r"""A change beyond the rounding of the declared floats is better or worse; below it there is no change.
-
-    A missed impact is worse than any error. `carom diff` exits with 0 for a better result.
-    """
+    """Only a change beyond the rounding of the declared floats is better or worse; a miss is worse than any error."""
     paths = write("old", {"mine": old}), write("new", {"mine": new})
     found = compare_records(*paths)
     if kind is None:
@@ -250,27 +194,18 @@ def test_change_with_better_and_worse_errors_is_mixed(write: Write) -> None:
     """If one error falls and another grows, the change is mixed, and `carom diff` exits with 1."""
     late = REFERENCE.impacts.copy()
     late["time_s"][-1] += 3 * DT  # later than checking once per step is: inaccurate, as the other
-    old, new = (
-        write("old", {"mine": build_transverse_error(1e-2)}),
-        write("new", {"mine": replay_impacts(REFERENCE, late)}),
-    )
+    old = write("old", {"mine": build_error(1e-2)})
+    new = write("new", {"mine": replay_impacts(REFERENCE, late)})
     change = get_only_change(compare_records(old, new))
     assert change.kind is Kind.MIXED
-    signs = {measure.growth > 0 for measure in change.measures if measure.growth}
-    assert signs == {True, False}
+    assert {measure.growth > 0 for measure in change.measures if measure.growth} == {True, False}
     assert carom_command("diff", str(old), str(new)).exit_code == 1
 
 
 def test_diff_of_40_engines_fits_25_terminal_lines(write: Write) -> None:
-    r"""Forty regressions are grouped in at most 25 lines; `-v` prints a row for each engine.
-
-    A setting that changed for all engines is printed once.
-    """
-    right, worse = (
-        build_transverse_error(0.0, depth=1.0),
-        [build_transverse_error(1e-3 * (1 + k), depth=2.0) for k in range(7)],
-    )
-    old = write("old", {f"engine-{k}": right for k in range(40)})
+    """Forty regressions take at most 25 lines, with a common setting once; `-v` prints a row for each engine."""
+    worse = [build_error(1e-3 * (1 + k), depth=2.0) for k in range(7)]
+    old = write("old", dict.fromkeys([f"engine-{k}" for k in range(40)], build_error(0.0, depth=1.0)))
     new = write("new", {f"engine-{k}": worse[k % 7] for k in range(40)})
     lines = carom_command("diff", str(old), str(new), columns=80).output.splitlines()
     assert lines[0].startswith("40 worse")
@@ -287,18 +222,13 @@ def test_diff_of_40_engines_fits_25_terminal_lines(write: Write) -> None:
     release_after(
         1,
         [
-            ("mujoco/default", "mujoco/tuned"),
-            ("mujoco/tuned", "mujoco/default"),
-            ("pymunk/default", "mujoco/tuned"),
-            ("box2d/default", "pybullet/tuned"),
+            *(("mujoco/default", "mujoco/tuned"), ("mujoco/tuned", "mujoco/default")),
+            *(("pymunk/default", "mujoco/tuned"), ("box2d/default", "pybullet/tuned")),
         ],
     ),
 )
 def test_diff_of_sample_profiles_fits_25_terminal_lines(old: str, new: str) -> None:
-    r"""A diff of two profiles of the sample report fits 25 lines of 80 columns.
-
-    The number shown for a change agrees with its direction.
-    """
+    """A diff of two sample profiles fits 25 lines of 80, and each number agrees with its direction."""
     found = compare_records(SAMPLE, SAMPLE, [(old, new)])
     lines = print_document(build_diff_document(found, "old", "new"), 80)
     assert len(lines) <= 25, "\n".join(lines)
@@ -311,12 +241,8 @@ def test_diff_of_sample_profiles_fits_25_terminal_lines(old: str, new: str) -> N
 
 def test_diff_compares_several_pairs_of_engines(write: Write) -> None:
     """Each `-e` adds a pair of engines to compare; engines in no pair are left out."""
-    old = write(
-        "old", {"a": build_transverse_error(0.0), "b": build_transverse_error(0.0), "c": build_transverse_error(0.0)}
-    )
-    new = write(
-        "new", {"d": build_transverse_error(0.0), "e": build_transverse_error(1e-3), "f": build_transverse_error(1e-3)}
-    )
+    old = write("old", dict.fromkeys("abc", RIGHT))
+    new = write("new", {"d": RIGHT, "e": WRONG, "f": WRONG})
     found = compare_records(old, new, [("a", "d"), ("b", "e")])
     assert get_only_change(found).method == "b tuned → e tuned"
     assert found.unchanged == 1
@@ -325,13 +251,9 @@ def test_diff_compares_several_pairs_of_engines(write: Write) -> None:
 
 
 def test_vanished_new_crashed_and_recovered_cells_are_reported(write: Write) -> None:
-    r"""Cells that crash, vanish, appear or recover are reported with the worst first.
-
-    Only the crashed cell is a regression to wrong.
-    """
-    right = build_transverse_error(0.0)
-    old = write("old", {"a": right, "b": right, "c": Status.CRASHED, "e": Status.UNSUPPORTED, "f": right})
-    new = write("new", {"a": right, "b": Status.CRASHED, "c": right, "d": right, "e": Status.UNSUPPORTED})
+    """Cells that crash, vanish, appear or recover are reported worst first; only the crash is a regression."""
+    old = write("old", {"a": RIGHT, "b": RIGHT, "c": Status.CRASHED, "e": Status.UNSUPPORTED, "f": RIGHT})
+    new = write("new", {"a": RIGHT, "b": Status.CRASHED, "c": RIGHT, "d": RIGHT, "e": Status.UNSUPPORTED})
     found = compare_records(old, new)
     kinds = {change.method: change.kind for change in found.changes}
     assert list(kinds.items()) == [  # the worst first
@@ -345,53 +267,41 @@ def test_vanished_new_crashed_and_recovered_cells_are_reported(write: Write) -> 
 
 
 def test_causes_include_changed_settings_and_versions(write: Write) -> None:
-    r"""The causes of a change include changed settings and the changed version of the engine.
-
-    Other changed versions are listed separately.
-    """
-    old = write("old", {"mine": build_transverse_error(0.0, iterations=10.0)}, versions={"Mine": "1.0", "numpy": "2.0"})
-    new = write(
-        "new", {"mine": build_transverse_error(1e-3, iterations=20.0)}, versions={"Mine": "1.1", "numpy": "2.1"}
-    )
+    """The causes include changed settings and the engine's version; other versions are listed separately."""
+    old = write("old", {"mine": build_error(0.0, iterations=10.0)}, versions={"Mine": "1.0", "numpy": "2.0"})
+    new = write("new", {"mine": build_error(1e-3, iterations=20.0)}, versions={"Mine": "1.1", "numpy": "2.1"})
     found = compare_records(old, new)
-    assert "settings: iterations 10.0 → 20.0" in get_only_change(found).causes
-    assert "version: Mine 1.0 → 1.1" in get_only_change(found).causes
+    assert {"settings: iterations 10.0 → 20.0", "version: Mine 1.0 → 1.1"} <= {*get_only_change(found).causes}
     assert found.around == ("Mine 1.0 → 1.1", "numpy 2.0 → 2.1")
 
 
 def test_engines_with_different_names_can_be_compared(write: Write) -> None:
-    r"""Two files with one method each are compared directly; otherwise the pair has to be named.
-
-    An unknown engine is refused with the list of known ones.
-    """
-    right, wrong = build_transverse_error(0.0), build_transverse_error(1e-3)
-    assert (
-        get_only_change(compare_records(write("old", {"a": right}), write("new", {"b": wrong}))).method
-        == "a tuned → b tuned"
-    )
-    old, new = write("old", {"a": right, "x": right}), write("new", {"b": wrong, "x": wrong})
-    assert get_only_change(compare_records(old, new, [("a", "b")])).method == "a tuned → b tuned"
-    assert get_only_change(compare_records(old, new, [("x/tuned", "b/tuned")])).method == "x tuned → b tuned"
+    """Two files of one method each are compared directly; otherwise a known pair has to be named."""
+    one, other = write("one", {"a": RIGHT}), write("other", {"b": WRONG})
+    old, new = write("old", {"a": RIGHT, "x": RIGHT}), write("new", {"b": WRONG, "x": WRONG})
+    for found, method in (
+        (compare_records(one, other), "a tuned → b tuned"),
+        (compare_records(old, new, [("a", "b")]), "a tuned → b tuned"),
+        (compare_records(old, new, [("x/tuned", "b/tuned")]), "x tuned → b tuned"),
+    ):
+        assert get_only_change(found).method == method
     with pytest.raises(InputError, match="has no engine or method 'c'; it has a/tuned and x/tuned"):
         compare_records(old, new, [("c", "b")])
 
 
 def test_diff_without_common_cells_is_refused(write: Write) -> None:
     """Two files without a common run are refused instead of reported as unchanged."""
-    right = build_transverse_error(0.0)
     with pytest.raises(InputError, match="have no run in common"):
-        compare_records(write("old", {"a": right, "b": right}), write("new", {"c": right, "d": right}))
+        compare_records(write("old", {"a": RIGHT, "b": RIGHT}), write("new", {"c": RIGHT, "d": RIGHT}))
     with pytest.raises(InputError, match="or an engine was not available"):
-        compare_records(write("old", {"a": right}), write("new", {"a": Status.UNAVAILABLE}))
+        compare_records(write("old", {"a": RIGHT}), write("new", {"a": Status.UNAVAILABLE}))
 
 
 @pytest.mark.long
 def test_diff_documents_escape_names_and_state_omissions(write: Write) -> None:
     """Markdown and HTML escape the names of engines, and Markdown states the number of omitted rows."""
-    engines: Engines = {f"<b>{k}|": build_transverse_error(0.0) for k in range(MOST_ROWS + 2)}
-    found = compare_records(
-        write("old", engines), write("new", {name: build_transverse_error(1e-3) for name in engines})
-    )
+    names = [f"<b>{k}|" for k in range(MOST_ROWS + 2)]
+    found = compare_records(write("old", dict.fromkeys(names, RIGHT)), write("new", dict.fromkeys(names, WRONG)))
     document = build_diff_document(found, "old", "new")
     text, page = render_markdown(document), render_html(document)
     assert text.startswith(f"# Carom diff: old → new\n\n{MOST_ROWS + 2} worse; 0 cells unchanged.")
@@ -410,10 +320,7 @@ def test_published_records_schema_is_generated_from_code() -> None:
 
 @pytest.mark.long
 def test_written_records_conform_to_the_schema(results: Results) -> None:
-    r"""Each line of results.jsonl conforms to the schema.
-
-    A line without one of its fields, of another format or with an invalid value does not.
-    """
+    """Each line of results.jsonl conforms to the schema, and not without a field or with an invalid value."""
     check = jsonschema.Draft202012Validator(build_records_schema())
     lines = [json.loads(line) for line in format_records(results).splitlines()]
     for line in lines:
@@ -421,10 +328,13 @@ def test_written_records_conform_to_the_schema(results: Results) -> None:
         for name in line:
             assert not check.is_valid({key: value for key, value in line.items() if key != name}), name
     head, row = lines[0], next(line for line in lines[1:] if line["total"])
-    assert not check.is_valid({**head, "format": head["format"] + 1})
-    assert not check.is_valid({**row, "dt_s": None})
-    assert not check.is_valid({**row, "total": {**row["total"], "velocity": "NaN"}})
-    assert not check.is_valid({**row, "grade": "good"})
+    for line, wrong in (
+        (head, {"format": head["format"] + 1}),
+        (row, {"dt_s": None}),
+        (row, {"total": {**row["total"], "velocity": "NaN"}}),
+        (row, {"grade": "good"}),
+    ):
+        assert not check.is_valid({**line, **wrong})
 
 
 def test_schema_names_exactly_the_written_fields(results: Results) -> None:

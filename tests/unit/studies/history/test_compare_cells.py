@@ -37,19 +37,22 @@ def build_cell(*runs: ReleaseRun) -> SeenCell:
     return SeenCell(own, tuple(others))
 
 
-def build_velocity_range(low: float, high: float, **fields: Any) -> SeenCell:
+def speeds(low: float, high: float, **fields: Any) -> SeenCell:
     """Return a release whose velocities at the end are off by a range, spread evenly, and whose bits are others."""
     step = (high - low) / PHASES
     own = {"digest": "b"} | fields
     return build_cell(*(replace(RAN, off_m_s=(low + k * step, 0.0), **own) for k in range(PHASES + 1)))
 
 
-def build_position_range(low: float, high: float, **fields: Any) -> SeenCell:
+def places(low: float, high: float, **fields: Any) -> SeenCell:
     """Return one whose disc is off along x by a range until the end, where it is off by a metre at each phase."""
     step = (high - low) / PHASES if high > low else 0.0
     own = {"digest": "b"} | fields
     off = [(low + k * step, 0.0) * (PLACES - 1) + (1.0, 0.0) for k in range(PHASES + 1)]
-    return build_cell(*(replace(RAN, off_m=places, **own) for places in off))
+    return build_cell(*(replace(RAN, off_m=at, **own) for at in off))
+
+
+BEFORE, WORSE = speeds(0.1, 0.2), speeds(0.3, 0.4, digest="c")
 
 
 @each(
@@ -59,84 +62,45 @@ def build_position_range(low: float, high: float, **fields: Any) -> SeenCell:
         (build_cell(RAN), build_cell(replace(RAN, settings=(("dt_s", "0.1"), ("new", "1")))), ChangeKind.NOTHING),
         (build_cell(RAN), build_cell(replace(RAN, digest="b", velocity=0.25 + 1e-14)), ChangeKind.ROUNDING),
         (build_cell(RAN), build_cell(replace(RAN, digest="b", off_m_s=(0.25 + 1e-14, 0.0))), ChangeKind.ROUNDING),
-        (build_velocity_range(0.1, 0.2), build_velocity_range(0.3, 0.4, digest="c"), ChangeKind.WORSE),
-        (build_velocity_range(0.3, 0.4), build_velocity_range(0.1, 0.2, digest="c"), ChangeKind.BETTER),
-        (build_velocity_range(0.1, 0.3), build_velocity_range(0.2, 0.4, digest="c"), ChangeKind.OVERLAP),
-        (build_velocity_range(0.1, 0.2), build_velocity_range(0.2, 0.4, digest="c"), ChangeKind.OVERLAP),  # they touch
-        (
-            build_velocity_range(0.1, 0.2),
-            build_velocity_range(0.22, 0.32, digest="c"),
-            ChangeKind.OVERLAP,
-        ),  # a phase between may fill a gap of 0.02
-        (build_velocity_range(0.1, 0.2), build_velocity_range(0.23, 0.33, digest="c"), ChangeKind.WORSE),
-        (
-            build_velocity_range(0.1, 0.2),
-            build_velocity_range(0.3, 0.4, digest="c", settings=(("dt_s", "0.2"),)),
-            ChangeKind.OTHER_SETTINGS,
-        ),
-        (
-            build_velocity_range(0.1, 0.2),
-            build_velocity_range(0.3, 0.4, digest="c", verdicts=("LATE", "TURNS")),
-            ChangeKind.UNOBSERVED,
-        ),
-        (
-            build_velocity_range(0.1, 0.2, verdicts=("TURNS",)),
-            build_velocity_range(0.3, 0.4, digest="c"),
-            ChangeKind.UNOBSERVED,
-        ),
-        (
-            build_velocity_range(0.1, 0.2, grade="UNGRADED"),
-            build_velocity_range(0.3, 0.4, digest="c"),
-            ChangeKind.NEITHER,
-        ),
+        (BEFORE, WORSE, ChangeKind.WORSE),
+        (speeds(0.3, 0.4), speeds(0.1, 0.2, digest="c"), ChangeKind.BETTER),
+        (speeds(0.1, 0.3), speeds(0.2, 0.4, digest="c"), ChangeKind.OVERLAP),
+        (BEFORE, speeds(0.2, 0.4, digest="c"), ChangeKind.OVERLAP),  # they touch
+        (BEFORE, speeds(0.22, 0.32, digest="c"), ChangeKind.OVERLAP),  # a phase between may fill a gap of 0.02
+        (BEFORE, speeds(0.23, 0.33, digest="c"), ChangeKind.WORSE),
+        (BEFORE, speeds(0.3, 0.4, digest="c", settings=(("dt_s", "0.2"),)), ChangeKind.OTHER_SETTINGS),
+        (BEFORE, speeds(0.3, 0.4, digest="c", verdicts=("LATE", "TURNS")), ChangeKind.UNOBSERVED),
+        (speeds(0.1, 0.2, verdicts=("TURNS",)), WORSE, ChangeKind.UNOBSERVED),
+        (speeds(0.1, 0.2, grade="UNGRADED"), WORSE, ChangeKind.NEITHER),
         # Reported contacts are no part of the motion, whether in counts, grades or verdicts.
-        (build_velocity_range(0.1, 0.2), build_velocity_range(0.1, 0.2, digest="c", lost=2), ChangeKind.OTHER_CONTACTS),
-        (build_velocity_range(0.1, 0.3, lost=2), build_velocity_range(0.2, 0.4, digest="c"), ChangeKind.OTHER_CONTACTS),
-        (build_velocity_range(0.1, 0.2, lost=2), build_velocity_range(0.3, 0.4, digest="c"), ChangeKind.WORSE),
+        (BEFORE, speeds(0.1, 0.2, digest="c", lost=2), ChangeKind.OTHER_CONTACTS),
+        (speeds(0.1, 0.3, lost=2), speeds(0.2, 0.4, digest="c"), ChangeKind.OTHER_CONTACTS),
+        (speeds(0.1, 0.2, lost=2), WORSE, ChangeKind.WORSE),
         (
-            build_velocity_range(0.1, 0.3),
-            build_velocity_range(0.2, 0.4, digest="c", verdicts=("MISPLACED",), grade="WRONG"),
+            speeds(0.1, 0.3),
+            speeds(0.2, 0.4, digest="c", verdicts=("MISPLACED",), grade="WRONG"),
             ChangeKind.OTHER_CONTACTS,
         ),
-        (
-            build_velocity_range(0.1, 0.2),
-            build_velocity_range(0.1, 0.2, digest="c", late_steps=0.6),
-            ChangeKind.OTHER_CONTACTS,
-        ),
+        (BEFORE, speeds(0.1, 0.2, digest="c", late_steps=0.6), ChangeKind.OTHER_CONTACTS),
         (build_cell(RAN), build_cell(replace(RAN, digest="b", velocity=math.nan)), ChangeKind.OVERLAP),
         # Places: before the end, too, and where they are on the other side of the right one.
-        (build_position_range(1.1, 1.2), build_position_range(1.3, 1.4, digest="c"), ChangeKind.WORSE),
-        (build_position_range(0.1, 0.2), build_position_range(-0.2, -0.1, digest="c"), ChangeKind.NEITHER),
-        (build_position_range(0.1, 0.3), build_position_range(0.2, 0.4, digest="c"), ChangeKind.OVERLAP),
-        (
-            build_position_range(1.1, 1.2),
-            build_position_range(math.inf, math.inf, digest="c"),
-            ChangeKind.WORSE,
-        ),  # it ended before
-        (
-            build_position_range(math.inf, math.inf),
-            build_position_range(math.inf, math.inf, digest="c"),
-            ChangeKind.ROUNDING,
-        ),
+        (places(1.1, 1.2), places(1.3, 1.4, digest="c"), ChangeKind.WORSE),
+        (places(0.1, 0.2), places(-0.2, -0.1, digest="c"), ChangeKind.NEITHER),
+        (places(0.1, 0.3), places(0.2, 0.4, digest="c"), ChangeKind.OVERLAP),
+        (places(1.1, 1.2), places(math.inf, math.inf, digest="c"), ChangeKind.WORSE),  # it ended before
+        (places(math.inf, math.inf), places(math.inf, math.inf, digest="c"), ChangeKind.ROUNDING),
         # Velocities are nearer and places farther: nobody can say which is better.
-        (
-            build_velocity_range(0.3, 0.4),
-            build_velocity_range(0.1, 0.2, digest="c", off_m=(0.6, 0.0) * PLACES),
-            ChangeKind.NEITHER,
-        ),
+        (speeds(0.3, 0.4), speeds(0.1, 0.2, digest="c", off_m=(0.6, 0.0) * PLACES), ChangeKind.NEITHER),
     ],
 )
 def test_change_is_attributed_to_engine_if_ranges_are_disjoint(old: SeenCell, new: SeenCell, moved: ChangeKind) -> None:
-    r"""A release is better or worse only if the errors of all phases are outside the other release's range.
-
-    Settings must be equal and all contacts observed; otherwise the change has another kind.
-    """
+    """A release is better or worse only with equal settings, observed contacts and disjoint ranges of errors."""
     assert classify_change(old, new).kind is moved
 
 
 def test_change_of_position_has_disc_time_and_ranges() -> None:
     """The reason of a change names the coordinate, disc and time of the largest difference, with both ranges."""
-    change = classify_change(build_position_range(0.1, 0.2), build_position_range(-0.2, -0.1, digest="c"))
+    change = classify_change(places(0.1, 0.2), places(-0.2, -0.1, digest="c"))
     assert change.why == "error of x of disc 0 after 1/8 of the run: 0.1 to 0.2 m before, -0.2 to -0.1 m now"
 
 
@@ -164,10 +128,7 @@ def test_change_of_unsupported_cell_has_its_reason() -> None:
 
 
 def test_release_without_reported_impacts_observes_no_contact() -> None:
-    r"""A release that reports none of the expected impacts, although velocities turn, observes no contacts.
-
-    This does not apply if no velocity turns or no impact is expected.
-    """
+    """A release that reports no impact although velocities turn as expected observes no contacts."""
     assert replace(RAN, found=0, verdicts=("MISSED", "TURNS")).observes_no_contact
     assert not replace(RAN, found=0, verdicts=("MISSED",)).observes_no_contact
     assert not replace(RAN, found=0, expected=0, verdicts=("TURNS",)).observes_no_contact
@@ -203,10 +164,7 @@ def test_versions_are_sorted_numerically() -> None:
 def test_versions_are_selected_by_conditions_and_names(
     asked: list[str] | None, most: int, found: tuple[str, ...]
 ) -> None:
-    r"""All conditions must be met, and the newest matching releases are selected, in ascending order.
-
-    Named releases are added to them.
-    """
+    """The newest releases that meet all conditions, and named ones, are selected in ascending order."""
     assert select_versions(LISTED, asked, most) == found
 
 

@@ -37,14 +37,10 @@ def build_options(*versions: str, **options: object) -> HistoryOptions:
 
 @pytest.mark.release
 def test_history_classifies_each_release(registry: Toys, tmp_path: Path) -> None:
-    r"""Each release of the toy engine has the kind of change that it was built with.
-
-    A release that is too old or not installable gets a reason. The document names the release that got worse.
-    """
+    """Each release of the toy engine has the change that it was built with, or the reason why it can't run."""
     found = run_history("toy", [PAIR], ReleaseCache(tmp_path / "kept"), build_options())
-    assert [release.version for release in found.releases] == [
-        *("0.9", "1.0", "1.1", "1.2", "1.3", "1.4", "1.5", "1.6", "2.0")
-    ]
+    versions = ["0.9", "1.0", "1.1", "1.2", "1.3", "1.4", "1.5", "1.6", "2.0"]
+    assert [release.version for release in found.releases] == versions
     reasons = {release.version: release.not_run for release in found.releases}
     assert reasons["0.9"] == "older than 1.0, the oldest release that its adapter drives"
     assert reasons["2.0"].startswith("not installed: pip: ERROR: No matching distribution")
@@ -60,7 +56,7 @@ def test_history_classifies_each_release(registry: Toys, tmp_path: Path) -> None
     }
     assert moved["1.5"].why == "slop 0.0 → 0.1"
     assert [release.version for release in found.releases if release.observes_no_contact] == ["1.6"]
-    assert registry.installed == ["1.0", "1.1", "1.2", "1.3", "1.4", "1.5", "1.6"]
+    assert registry.installed == versions[1:-1]
     text = render_markdown(build_history_document(found))
     assert "the adapter can't read contacts of this release" in text
     assert "1.1 to 1.2, 1 cell became worse." in text
@@ -71,11 +67,11 @@ def test_history_classifies_each_release(registry: Toys, tmp_path: Path) -> None
 
 
 @pytest.mark.release
-def test_only_changed_cells_run_at_all_phases(registry: Toys, tmp_path: Path) -> None:  # noqa: ARG001
+@pytest.mark.usefixtures("registry")
+def test_only_changed_cells_run_at_all_phases(tmp_path: Path) -> None:
     """A release runs once if its result does not change; releases before and after a change also run 9 phases."""
     found = run_history("toy", [PAIR], ReleaseCache(tmp_path / "kept"), build_options("1.0", "1.1", "1.2", phases=9))
-    counts = [len(seen.ran) for release in found.releases for seen in release.seen.values()]
-    assert counts == [1, 10, 10]
+    assert [len(seen.ran) for release in found.releases for seen in release.seen.values()] == [1, 10, 10]
 
 
 @pytest.mark.release
@@ -103,68 +99,54 @@ def test_cached_releases_run_without_network(registry: Toys, tmp_path: Path) -> 
 
 
 @pytest.mark.release
+@pytest.mark.usefixtures("registry")
 @pytest.mark.parametrize(("versions", "last", "first"), [(["1.0..1.3"], "1.1", "1.2"), (["1.3..1.4"], "1.3", "1.4")])
 def test_bisection_finds_the_release_with_the_change(
-    registry: Toys,  # noqa: ARG001
-    tmp_path: Path,
-    versions: list[str],
-    last: str,
-    first: str,
+    tmp_path: Path, versions: list[str], last: str, first: str
 ) -> None:
     """Bisection returns the first release that differs from the oldest, and the release before it."""
-    found = require_value(
-        bisect_change("toy", PAIR, "default", 1 / 20, ReleaseCache(tmp_path / "kept"), build_options(*versions))
-    )
+    cache = ReleaseCache(tmp_path / "kept")
+    found = require_value(bisect_change("toy", PAIR, "default", 1 / 20, cache, build_options(*versions)))
     assert (found.last, found.first) == (last, first)
 
 
 @pytest.mark.release
 def test_bisection_without_change_finds_no_release(registry: Toys, tmp_path: Path) -> None:
     """If the oldest and newest release agree, bisection returns None and installs only those two."""
-    assert (
-        bisect_change("toy", PAIR, "default", 1 / 20, ReleaseCache(tmp_path / "kept"), build_options("1.2", "1.3"))
-        is None
-    )
+    cache = ReleaseCache(tmp_path / "kept")
+    assert bisect_change("toy", PAIR, "default", 1 / 20, cache, build_options("1.2", "1.3")) is None
     assert registry.installed == ["1.2", "1.3"]
 
 
 @pytest.mark.release
 def test_unknown_engine_profile_or_release_is_refused(registry: Toys, tmp_path: Path) -> None:
     """An engine without a registry, an unknown profile and an unknown release are refused before installing."""
-    kept = ReleaseCache(tmp_path / "kept")
-    with pytest.raises(InputError, match="pit has no registry"):
-        run_history("pit", [PAIR], kept, HistoryOptions(profiles=("tuned",)))
-    with pytest.raises(UnknownNameError, match="toy has no profile 'best'"):
-        run_history("toy", [PAIR], kept, HistoryOptions(profiles=("best",)))
-    with pytest.raises(UnknownNameError, match=r"there is no release '1\.7'"):
-        run_history("toy", [PAIR], kept, build_options("1.7"))
+    for engine, options, error, words in (
+        ("pit", HistoryOptions(profiles=("tuned",)), InputError, "pit has no registry"),
+        ("toy", HistoryOptions(profiles=("best",)), UnknownNameError, "toy has no profile 'best'"),
+        ("toy", build_options("1.7"), UnknownNameError, r"there is no release '1\.7'"),
+    ):
+        with pytest.raises(error, match=words):
+            run_history(engine, [PAIR], ReleaseCache(tmp_path / "kept"), options)
     assert registry.installed == []
 
 
 @pytest.mark.release
-def test_history_command_exits_with_1_if_newest_release_is_worse(
-    registry: Toys,  # noqa: ARG001
-    tmp_path: Path,
-) -> None:
-    r"""`carom history` exits with 1 if the newest release is worse than the one before, otherwise with 0.
-
-    It writes Markdown, SVG and a journal. `--list` lists the releases, and `--bisect` finds the changed one.
-    """
+@pytest.mark.usefixtures("registry")
+def test_history_command_exits_with_1_if_newest_release_is_worse(tmp_path: Path) -> None:
+    """`carom history` exits with 1 only if the newest release is worse; `--bisect` finds the changed one."""
     scene = tmp_path / "pair.json"
     scene.write_text(PAIR.model_dump_json())
     common = ["history", "toy", str(scene), "-p", "default", "-j", "1"]
     worse = carom_command(*common, "--versions", "1.1,1.2", "--out", str(tmp_path / "out"))
     assert worse.exit_code == 1, worse.output
-    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
-        *(".carom", "history.md", "history.svg", "journal.jsonl")
-    ]
+    written = sorted(path.name for path in (tmp_path / "out").iterdir())
+    assert written == [".carom", "history.md", "history.svg", "journal.jsonl"]
     assert "| 1.1 | 1.2 | pair | default | 1/20 s | worse |" in (tmp_path / "out" / "history.md").read_text()
     better = carom_command(*common, "--versions", "1.2..1.4")
     assert better.exit_code == 0, better.output
-    listed = carom_command("history", "toy", "--list")
-    assert listed.output.splitlines()[0] == "2.0"
-    assert listed.output.splitlines()[-1].split(maxsplit=1) == ["0.9", "older than 1.0, the oldest supported release"]
+    first, *_, last = carom_command("history", "toy", "--list").output.splitlines()
+    assert (first, last.split(maxsplit=1)) == ("2.0", ["0.9", "older than 1.0, the oldest supported release"])
     found = carom_command("history", "toy", "--versions", "1.0..1.3", "--bisect", f"{scene}:default:1/20")
-    assert "1.2 differs from 1.1, which agrees with the oldest, 1.0 (worse: error of final velocities" in printed_text(
-        found
-    )
+    told = "1.2 differs from 1.1, which agrees with the oldest, 1.0 (worse: error of final velocities"
+    assert told in printed_text(found)

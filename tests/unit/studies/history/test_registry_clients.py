@@ -93,9 +93,8 @@ def test_invalid_version_is_refused(tmp_path: Path) -> None:
 def write_wheel(folder: Path, name: str, version: str, needs: str = "") -> None:
     """Write a wheel with one module."""
     info = f"{name}-{version}.dist-info"
-    metadata = f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n" + (
-        f"Requires-Dist: {needs}\n" if needs else ""
-    )
+    metadata = f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n"
+    metadata += f"Requires-Dist: {needs}\n" if needs else ""
     with zipfile.ZipFile(folder / f"{name}-{version}-py3-none-any.whl", "w") as file:
         file.writestr(f"{name}.py", f"VERSION = {version!r}\n")
         file.writestr(f"{info}/METADATA", metadata)
@@ -169,8 +168,7 @@ def test_release_cache_keeps_most_recently_used_releases(tmp_path: Path) -> None
     """Of three releases of 1 kB in a cache of 2.5 kB, the two most recently used ones stay."""
     with open_release_cache(1e9, tmp_path) as kept:
         for age, version in enumerate(("1", "3", "4")):
-            note = kept.install(Breaks(), "pip", "toy", version) / "carom-release.json"
-            os.utime(note, (age, age))
+            os.utime(kept.install(Breaks(), "pip", "toy", version) / "carom-release.json", (age, age))
         assert kept.find("pip", "toy", "1") is not None
     with open_release_cache(2.5e3, tmp_path):
         pass
@@ -191,10 +189,7 @@ def test_release_cache_removes_nothing_while_in_use(tmp_path: Path) -> None:
 
 @each("instead", ["a file", "a link", "a list that nests"])
 def test_damaged_release_is_installed_again(instead: str, tmp_path: Path) -> None:
-    r"""A file, a link or an unreadable list instead of a release is replaced by a new installation.
-
-    The target of the link stays unchanged.
-    """
+    """A file, a link or an unreadable list instead of a release is replaced; a link's target stays."""
     kept, other = ReleaseCache(tmp_path / "root"), tmp_path / "other"
     place = kept.install(Breaks(), "pip", "toy", "1")
     other.mkdir()

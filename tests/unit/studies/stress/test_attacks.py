@@ -6,6 +6,7 @@ import itertools
 import json
 import math
 import string
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -17,9 +18,9 @@ from tests.validation import contact_runs
 
 from carom import load_scene, save_scene, solve_pic, solve_pit
 from carom.model.scene import Chain, Scene
-from carom.model.trace import Mode
+from carom.model.trace import Mode, Trace
 from carom.studies.stress import attack as stress_attack
-from carom.studies.stress.attack import Attack, Trial
+from carom.studies.stress.attack import Attack
 from carom.studies.stress.contact import CONTACT_ATTACKS
 from carom.studies.stress.finite_walls import WALL_ATTACKS
 from carom.studies.stress.friction import FRICTION_ATTACKS
@@ -33,10 +34,7 @@ HORIZON = "unstable-orbit"
 
 
 def test_ladder_is_monotone_from_harmless_to_extreme_value() -> None:
-    r"""The quick and the full ladder of each attack start at the harmless value and end at the extreme one.
-
-    They are monotone and have at least four different values.
-    """
+    """Each ladder is monotone from the harmless to the extreme value, with at least four different values."""
     for attack, quick in itertools.product(ATTACKS, (False, True)):
         ladder = attack.build_ladder(quick)
         end = attack.quick_absurd if quick and attack.quick_absurd is not None else attack.absurd
@@ -57,10 +55,7 @@ def test_every_entry_of_attacks_file_is_used() -> None:
 @each_attack
 @pytest.mark.parametrize("stride", release_after(1, [3, 1]))
 def test_pic_passes_every_attack(attack: Attack, stride: int, tmp_path: Path) -> None:
-    r"""PIC passes the quick ladder of every attack to its end, except unstable-orbit, which it passes up to 20.
-
-    The attack's scene survives saving and loading.
-    """
+    """PIC passes the quick ladder of every attack, unstable-orbit up to 20, and its scene survives a file."""
     ladder = attack.build_ladder(quick=True)
     if attack.name == HORIZON:
         ladder = [value for value in ladder if value <= 20]
@@ -88,10 +83,7 @@ def test_pit_fails_attacks_on_sampling(name: str) -> None:
 
 
 def test_bisection_value_is_geometric_mean() -> None:
-    r"""The value between two others is their geometric mean, rounded on axes of whole numbers.
-
-    Values closer than the resolution have none between them.
-    """
+    """The value between two others is their geometric mean, whole on whole axes, or none within the resolution."""
     pair, crowd = (next(a for a in ATTACKS if a.name == name) for name in ("mass-ratio", "at-once"))
     assert pair.find_middle_value(1.0, 100.0, 1.1) == 10.0
     assert pair.find_middle_value(1.0, 1.05, 1.1) is None
@@ -101,10 +93,6 @@ def test_bisection_value_is_geometric_mean() -> None:
 
 
 WALLS = {attack.name: attack for attack in WALL_ATTACKS}
-
-
-def _velocity(scene: Scene) -> complex:
-    return complex(*scene.discs[0].velocity_m_s)
 
 
 @each("name", ["thin-wall", "paddle"])
@@ -124,29 +112,22 @@ def test_seam_attack_hits_a_joint_of_the_floor() -> None:
             disc = trial.scene.discs[0]
             struck = disc.position_m[0] + disc.velocity_m_s[0] * impact["time_s"]
             assert np.abs(joints - struck).min() < 1e-12
-            assert math.isclose(cmath.phase(_velocity(trial.scene)), -math.atan(0.25))
+            assert math.isclose(cmath.phase(complex(*disc.velocity_m_s)), -math.atan(0.25))
 
 
 IN_CONTACT = {attack.name: attack for attack in CONTACT_ATTACKS}
 
 
-def _compute_end_with_60_digits(trial: Trial) -> tuple[list[float], float]:
-    with mp.workdps(contact_runs.DIGITS):
-        end = contact_runs.run_contact_scene(trial.scene)
-        return [float(part) for part in end.velocity], float(end.spin)
-
-
 @each("name, whole", [(name, False) for name in IN_CONTACT] + release_after(0, [(n, True) for n in IN_CONTACT]))
 def test_contact_truth_and_pic_agree_with_60_digits(name: str, whole: bool) -> None:
-    r"""The truth of contact attacks and PIC agree to 1e-14 with an integration in 60 digits.
-
-    The short form checks the harmless value, the long one the whole ladder.
-    """
+    """The truth of contact attacks and PIC agree to 1e-14 with an integration in 60 digits."""
     attack = IN_CONTACT[name]
     for value in attack.build_ladder(quick=False) if whole else (attack.harmless,):
         for trial in attack.trials(value):
             trace = solve_pic(trial.scene)
-            velocity, spin = _compute_end_with_60_digits(trial)
+            with mp.workdps(contact_runs.DIGITS):
+                end = contact_runs.run_contact_scene(trial.scene)
+                velocity, spin = [float(part) for part in end.velocity], float(end.spin)
             spins = None if trace.final_spin_rad_s is None else np.array([spin])
             told = dataclasses.replace(trace, final_velocity_m_s=np.array([velocity]), final_spin_rad_s=spins)
             for checked in (trial.check(told), trial.check(trace)):
@@ -187,22 +168,25 @@ def test_slope_attacks_end_at_threshold_and_one_rounding_beside() -> None:
 ROUGH = {attack.name: attack for attack in FRICTION_ATTACKS}
 
 
-@each("name", [name for name in ROUGH if name != "rolling"])
-def test_pic_passes_friction_attacks_to_rounding(name: str) -> None:
-    """PIC passes every value of the friction attacks except rolling, with errors below 1e-11."""
-    for value in ROUGH[name].build_ladder(quick=False):
+@each(
+    "name, solve, quick",
+    [
+        *((name, solve_pic, False) for name in ROUGH if name != "rolling"),
+        *((name, solve_pit, True) for name in ("friction", "spin", "inertia")),
+    ],
+)
+def test_friction_attacks_are_passed_to_rounding(name: str, solve: Callable[[Scene], Trace], quick: bool) -> None:
+    """PIC passes all friction attacks but rolling with errors below 1e-11, PIT those in which no normal turns."""
+    for value in ROUGH[name].build_ladder(quick=quick):
         for trial in ROUGH[name].trials(value):
-            result = trial.check(solve_pic(trial.scene))
+            result = trial.check(solve(trial.scene))
             assert result.broken == ""
             assert result.error < 1e-11, value
 
 
 @each("value", [0.9, 0.5, 0.1, 1e-3])
 def test_disc_bouncing_on_rough_floor_ends_rolling(value: float) -> None:
-    r"""After infinitely many bounces on a rough floor the disc rolls, and PIC's error is below 1e-12.
-
-    PIT passes, too.
-    """
+    """After infinitely many bounces on a rough floor the disc rolls; PIC errs below 1e-12, and PIT passes."""
     (trial,) = ROUGH["rolling"].trials(value)
     trace = solve_pic(trial.scene)
     assert require_value(trace.modes)["after"].tolist() == [Mode.ROLL]
@@ -210,20 +194,9 @@ def test_disc_bouncing_on_rough_floor_ends_rolling(value: float) -> None:
     assert trial.check(solve_pit(trial.scene)).broken == ""
 
 
-@each("name", ["friction", "spin", "inertia"])
-def test_pit_passes_friction_attacks_without_turned_normals(name: str) -> None:
-    """PIT passes the attacks friction, spin and inertia with errors below 1e-11, because no normal turns."""
-    for value in ROUGH[name].build_ladder(quick=True):
-        for trial in ROUGH[name].trials(value):
-            assert trial.check(solve_pit(trial.scene)).error < 1e-11, value
-
-
 @each("name", list(ROUGH))
 def test_wrong_or_missing_spin_fails_friction_attacks(name: str) -> None:
-    r"""In each friction attack, a run with a reversed, missing or NaN spin fails.
-
-    The reasons are the rim speed and the missing spin.
-    """
+    """In each friction attack, a run with a reversed, missing or NaN spin fails with the reason."""
     trial = ROUGH[name].trials(ROUGH[name].harmless * (10.0 if name == "friction" else 1.0))[0]
     trace = solve_pic(trial.scene)
     assert trial.check(trace).broken == ""

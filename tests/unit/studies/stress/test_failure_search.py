@@ -46,17 +46,15 @@ class Answering(InProcessPool):
 
 @each("threshold", [3.0, 4.2e5, 9.9e11])
 def test_failure_point_is_found_within_resolution(attack: Attack, threshold: float, tmp_path: Path) -> None:
-    r"""The threshold of a method is between the largest value that passed and the smallest that failed.
-
-    Their ratio is at most the resolution, and the scene file has the failing value.
-    """
+    """The threshold is between the largest passing and the smallest failing value, within the resolution."""
     result = find_failure(attack, METHOD, Answering(threshold), quick=False).save(tmp_path)
     assert result.ending is CellEnding.FAILS_AT_SIZE
-    assert require_value(result.stands_at) <= threshold < require_value(result.value)
-    assert require_value(result.value) / require_value(result.stands_at) <= RESOLUTION
+    failed = require_value(result.value)
+    assert require_value(result.stands_at) <= threshold < failed
+    assert failed / require_value(result.stands_at) <= RESOLUTION
     assert result.reason == "crashed: signal 11"
     scene = load_scene(tmp_path / result.scenes[0])  # the file next to a number shows where the method failed
-    assert scene.discs[1].mass_kg == require_value(result.value)
+    assert scene.discs[1].mass_kg == failed
 
 
 @each("threshold, ending", [(math.inf, CellEnding.PASSES), (0.5, CellEnding.FAILS_AT_START)])
@@ -104,8 +102,7 @@ def test_sticking_symptom_needs_more_than_three_percent() -> None:
     stuck = replace(solve_pic(entry.scene), final_velocity_m_s=np.array([[0.5, 0.0], [0.5, 0.0]]))
     assert find_symptom(entry, stuck)[0]
     seen, _, reason = find_symptom(entry, scale_final_velocity(entry, 0.97))
-    assert not seen
-    assert reason == "off by 0.03 times the scene's greatest speed"
+    assert (seen, reason) == (False, "off by 0.03 times the scene's greatest speed")
 
 
 def test_energy_loss_and_gain_symptoms_are_distinguished() -> None:
@@ -113,8 +110,7 @@ def test_energy_loss_and_gain_symptoms_are_distinguished() -> None:
     entry = COMPLAINTS["issues/rapier-615"]
     assert find_symptom(entry, scale_final_velocity(entry, 0.9))[0]
     assert not find_symptom(entry, scale_final_velocity(entry, 1.1))[0]
-    gains = replace(entry, symptom=Symptom.GAINS_ENERGY)
-    assert find_symptom(gains, scale_final_velocity(entry, 1.1))[0]
+    assert find_symptom(replace(entry, symptom=Symptom.GAINS_ENERGY), scale_final_velocity(entry, 1.1))[0]
 
 
 def test_escaped_body_symptom_is_detected() -> None:

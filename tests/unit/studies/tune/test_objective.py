@@ -17,13 +17,8 @@ from carom.studies.tune.evaluate import summarise_score
 from carom.studies.tune.objective import Merit, SceneResult, compute_error_on_scale, compute_merit
 
 SCENES = 5
-MERITS = st.builds(
-    Merit,
-    wrong=st.integers(0, SCENES),
-    behind=st.integers(0, SCENES),
-    error=st.integers(0, 100),
-    cost=st.floats(1e-3, 1e3),
-)
+COUNTS = st.integers(0, SCENES)
+MERITS = st.builds(Merit, wrong=COUNTS, behind=COUNTS, error=st.integers(0, 100), cost=st.floats(1e-3, 1e3))
 
 
 @given(MERITS, MERITS)
@@ -37,14 +32,15 @@ def test_merit_number_preserves_order(one: Merit, other: Merit) -> None:
 
 def test_merit_ranks_wrong_scenes_before_errors_and_cost() -> None:
     """Merits rank by wrong scenes, then scenes neither exact nor close, then the error, then the cost."""
+    exact = SceneResult(Grade.EXACT, 0.0, seconds=1.0)
     order = [
-        [SceneResult(Grade.EXACT, 0.0, seconds=9.0)] * 2,
-        [SceneResult(Grade.CLOSE, 1e-3, seconds=1.0), SceneResult(Grade.EXACT, 0.0, seconds=1.0)],
-        [SceneResult(Grade.SAMPLED, 0.5, seconds=1.0), SceneResult(Grade.EXACT, 0.0, seconds=1.0)],
-        [SceneResult(Grade.INACCURATE, 5.0, seconds=1.0), SceneResult(Grade.EXACT, 0.0, seconds=1.0)],
-        [SceneResult(Grade.WRONG, 0.0, seconds=0.1), SceneResult(Grade.EXACT, 0.0, seconds=0.1)],
+        [replace(exact, seconds=9.0)] * 2,
+        [SceneResult(Grade.CLOSE, 1e-3, seconds=1.0), exact],
+        [SceneResult(Grade.SAMPLED, 0.5, seconds=1.0), exact],
+        [SceneResult(Grade.INACCURATE, 5.0, seconds=1.0), exact],
+        [SceneResult(Grade.WRONG, 0.0, seconds=0.1), replace(exact, seconds=0.1)],
     ]
-    first = [SceneResult(Grade.EXACT, 0.0, seconds=1.0)] * 2
+    first = [exact] * 2
     merits = [compute_merit(results, first) for results in order]
     assert merits == sorted(merits)
     assert len({*merits}) == len(merits)
@@ -73,10 +69,7 @@ def test_cost_is_median_time_ratio_to_first_profile() -> None:
     ],
 )
 def test_error_scale_maps_rounding_to_0_and_pit_to_one_half(result: SceneResult, part: float) -> None:
-    r"""On the error scale, rounding is 0, PIT's error is 0.5, and an infinite error or a wrong scene is 1.
-
-    NaN is 0 for an exact run and 1 for an inaccurate one.
-    """
+    """Rounding is 0, PIT's error 0.5, an infinite error or a wrong scene 1, and NaN 0 only for an exact run."""
     assert compute_error_on_scale(result) == pytest.approx(part, abs=1e-12)
 
 
@@ -86,10 +79,7 @@ def test_crashed_scene_counts_as_wrong() -> None:
 
 
 def test_diverged_run_is_scored_by_single_steps() -> None:
-    r"""A diverged run is scored by the missed and invented impacts and the error of its single steps.
-
-    It is not wrong, and neither exact nor close.
-    """
+    """A diverged run is scored by its single steps; it is neither wrong nor exact nor close."""
     scene = find_scenes(["paper/late"])[0].scene
     pit = observe_run(load_adapter("pit"), scene, "tuned", 1 / 24)
     score = compare(solve_pic(scene), pit, sampling=pit)
@@ -98,6 +88,6 @@ def test_diverged_run_is_scored_by_single_steps() -> None:
     whole = replace(score, price_paid=7.0, missed=(0,), local_truth=steps)
     diverged = summarise_score(replace(whole, grade=Grade.DIVERGED, diverged_s=0.25))
     assert (diverged.price, diverged.missed, diverged.spurious) == (0.75, 2, 3)
-    assert (summarise_score(whole).price, summarise_score(whole).missed, summarise_score(whole).spurious) == (7.0, 1, 0)
-    assert not diverged.wrong
-    assert diverged.behind
+    plain = summarise_score(whole)
+    assert (plain.price, plain.missed, plain.spurious) == (7.0, 1, 0)
+    assert (diverged.wrong, diverged.behind) == (False, True)

@@ -9,8 +9,9 @@ from typing import cast
 import pytest
 from tests.cases import each
 from tests.in_process_pool import InProcessPool
+from tests.scene_builders import disc_at, staged
 
-from carom import Disc, Scene
+from carom import Scene
 from carom.catalogue import find_scenes
 from carom.comparator import Grade
 from carom.engines.api import Knob
@@ -31,10 +32,7 @@ KNOBS = {
 }
 SPACE = Space({name: list_values(knob) for name, knob in KNOBS.items()})
 SHIPPED: dict[str, Setting] = {"threshold": 1.0, "slop": 1e-3, "mode": "plain", "iterations": 8, "idle": 0.5}
-SCENES = [
-    Scene(name=f"scene {k}", discs=[Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=1)], duration_s=1.0)
-    for k in range(6)
-]
+SCENES = [staged(f"scene {k}", disc_at(0, 0, 1, 0, r=1), duration_s=1.0) for k in range(6)]
 
 
 class Toy:
@@ -86,13 +84,9 @@ def test_search_finds_settings_that_help_only_together() -> None:
         def evaluate(self, method: Method, scenes: Sequence[Scene]) -> list[SceneResult]:
             tried = dict(method.tried)
             fine, bare = tried.get("slop") == 1e-9, tried.get("threshold") == 0.0
-            found = {
-                (True, True): [SceneResult(Grade.CLOSE, 1e-6)] * 6,
-                (True, False): [SceneResult(Grade.WRONG), *[SceneResult(Grade.CLOSE, 1e-6)] * 5],
-                (False, True): [SceneResult(Grade.WRONG), *[SceneResult(Grade.SAMPLED, 1.0)] * 5],
-                (False, False): [SceneResult(Grade.SAMPLED, 1.0)] * 6,
-            }[fine, bare]
-            return [found[SCENES.index(scene)] for scene in scenes]
+            usual = SceneResult(Grade.CLOSE, 1e-6) if fine else SceneResult(Grade.SAMPLED, 1.0)
+            first = SceneResult(Grade.WRONG) if fine != bare else usual
+            return [usual if SCENES.index(scene) else first for scene in scenes]
 
     # So few trials that it can't be luck: no more than each knob alone.
     best = KnobSearch(Method("toy", "default"), SPACE, SCENES, cast(Evaluator, Valley())).run(2 * len(KNOBS), 0)
@@ -108,11 +102,7 @@ def test_trials_that_rank_behind_the_best_end_early() -> None:
         scenes[method] = scenes.get(method, 0) + count
     early = [method for method, count in scenes.items() if count < len(SCENES)]
     assert len(early) == search.given_up
-    assert all(best.rank < (search.evaluate(_get_point(method))[0], 0) for method in early)
-
-
-def _get_point(method: Method) -> dict[str, int]:
-    return SPACE.point_of(method.tried)
+    assert all(best.rank < (search.evaluate(SPACE.point_of(method.tried))[0], 0) for method in early)
 
 
 @pytest.mark.long
@@ -142,15 +132,11 @@ def test_engine_without_knobs_is_refused() -> None:
 
 
 def test_knob_values_include_both_ends_of_the_range() -> None:
-    r"""The values of a knob include both ends of its range; they are geometric for a logarithmic knob.
-
-    Whole numbers and choices occur once each.
-    """
+    """A knob's values include both ends, geometric if logarithmic; whole numbers and choices occur once."""
     assert list_values(KNOBS["threshold"])[0::16] == (0.0, 1.0)
     slop = [float(value) for value in list_values(KNOBS["slop"])]
     assert (slop[0], slop[-1]) == (1e-9, 1e-3)
-    ratios = [b / a for a, b in pairwise(slop)]
-    assert ratios == pytest.approx([1e6 ** (1 / 16)] * 16)
+    assert [b / a for a, b in pairwise(slop)] == pytest.approx([1e6 ** (1 / 16)] * 16)
     assert list_values(Knob(1, 4)) == (1, 2, 3, 4)
     assert list_values(KNOBS["mode"]) == ("plain", "swept", "odd")
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.scene_builders import require_value
 from tests.unit.studies.tune.hand_written_profiles import assert_as_good, compute_merits
 
 import carom
@@ -15,10 +16,7 @@ pytest.importorskip("pymunk", reason="pymunk is not installed")
 
 @pytest.mark.usefixtures("in_process")
 def test_tune_result_prints_and_plots_errors() -> None:
-    r"""The result of `carom.tune` prints its answer first and plots each scene's error before and after.
-
-    The HTML form contains an SVG.
-    """
+    """The result of `carom.tune` prints its answer first and plots each scene's error before and after."""
     pytest.importorskip("matplotlib", reason="matplotlib, extra report, is not installed")
     from matplotlib.figure import Figure
 
@@ -28,18 +26,14 @@ def test_tune_result_prints_and_plots_errors() -> None:
     lines = {str(line.get_label()): line for line in axes.lines}
     for label, results in (("default", found.first.results), ("found settings", found.best.results)):
         assert np.asarray(lines[label].get_xdata()) == pytest.approx([one.price for one in results])
-    page = found._repr_html_()
-    assert page is not None
+    page = require_value(found._repr_html_())
     assert "<svg" in page
     assert "trial" in page or "tried" in page
 
 
 @pytest.mark.long
 def test_tune_compares_with_existing_profiles() -> None:
-    r"""The result shows a row for each existing profile, with located last, and names equal and better ones.
-
-    A scene that a profile does not support is not run.
-    """
+    """The result has a row for each existing profile, located last, and names equal and better ones."""
     found = carom.tune("pymunk", ["paper/late", "gravity/bouncing-ball"], trials=1, jobs=1)
     text = " ".join(repr(found).split())
     assert [*found.others] == ["tuned", "located"]
