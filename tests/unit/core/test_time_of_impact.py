@@ -45,12 +45,6 @@ PairTime = Callable[[float, float, float, float, float], float]
 
 
 @each("form", FORMS)
-def test_approaching_discs_that_overlap_by_a_rounding_collide_now(form: PairTime) -> None:
-    """Discs that overlap by 2^-53 and approach collide at 0 s, not at their exit 2 s later."""
-    assert form(1 - 2**-53, 0.0, -1.0, 0.0, 1.0) == 0.0
-
-
-@each("form", FORMS)
 def test_oblique_contact_within_rounding_collides_now(form: PairTime) -> None:
     """Discs within about 2^-54 of contact at (.6, .8) collide within 2^-52 s, not at their exit at 1.2 s."""
     assert 0.0 <= form(0.6, 0.8, -1.0, -1e-3, 1.0) <= 2**-52
@@ -73,9 +67,9 @@ def test_distant_disc_keeps_its_miss_distance(form: PairTime) -> None:
 
 
 @each("form", FORMS)
-@each("speed", [1e-170, 1e-100, 1e-9, 1e9, 1e100])
+@each("speed", [1e-300, 1e-170, 1e-100, 1e-9, 1e9, 1e100])
 def test_very_slow_and_very_fast_discs_hit(form: PairTime, speed: float) -> None:
-    """A gap of 1 is crossed in 1/speed for speeds from 1e-170 to 1e100, also where their squares underflow."""
+    """A gap of 1 is crossed in 1/speed for speeds from 1e-300 to 1e100, also where their squares underflow."""
     assert abs(form(2.0, 0.0, -speed, 0.0, 1.0) * speed - 1) <= 8 * U
 
 
@@ -87,6 +81,7 @@ def test_very_slow_and_very_fast_discs_hit(form: PairTime, speed: float) -> None
     "d, u, time",
     [
         pytest.param((5.0, 0.0), (-2.0, 0.0), 2.0, id="head-on"),
+        pytest.param((2.0, 0.0), (-5e-324, 0.0), math.inf, id="head-on, later than the largest float"),
         pytest.param((4.0, 3.0), (-1.0, 0.0), math.inf, id="passing by"),
         pytest.param((5.0, 0.0), (2.0, 0.0), math.inf, id="apart and separating"),
         pytest.param((5.0, 0.0), (0.0, 2.0), math.inf, id="apart and crossing"),
@@ -97,6 +92,7 @@ def test_very_slow_and_very_fast_discs_hit(form: PairTime, speed: float) -> None
         pytest.param((1.0, 0.0), (0.0, 1.0), math.inf, id="touching and sliding"),
         pytest.param((1.0, 0.0), (0.0, 0.0), math.inf, id="touching and at rest to each other"),
         pytest.param((0.5, 0.0), (-1.0, 0.0), 0.0, id="overlapping and approaching"),
+        pytest.param((1 - 2**-53, 0.0), (-1.0, 0.0), 0.0, id="overlapping by a rounding and approaching"),
         pytest.param((0.5, 0.0), (1.0, 0.0), math.inf, id="overlapping and separating"),
         pytest.param((0.5, 0.0), (0.0, 1.0), math.inf, id="overlapping and crossing"),
         pytest.param((0.0, 0.0), (1.0, 0.0), math.inf, id="concentric: neither approaching nor separating"),
