@@ -58,10 +58,8 @@ def test_pit_of_bounces_cut_short_by_the_end_is_sampled() -> None:
 
 @each("row", [0, 1, 2])
 def test_bounce_that_frames_can_resolve_counts(row: int) -> None:
-    r"""A run without one of the first three bounces of a ball with e = 1/2 is INACCURATE or WRONG.
-
-    Those bounces are 10 frames apart or more.
-    """
+    """A run without one of the first three bounces of a ball with e = 1/2 is INACCURATE or WRONG."""
+    # Those bounces are 10 frames apart or more.
     scene = build_drop_scene(0.5, 1.5)
     pit = solve_pit(scene, frame_rate_hz=240)
     score = compare(solve_pic(scene), drop_impact(pit, row), sampling=pit)
@@ -104,10 +102,8 @@ def test_range_is_not_shortened_without_gravity() -> None:
 
 
 def test_crush_ends_the_range_at_impacts_two_steps_apart() -> None:
-    r"""The range of a crush ends before the first impact that the next one follows within two steps.
-
-    These are at 1.625 and 1.75 s, exactly two steps of 1/16 s apart.
-    """
+    """The range of a crush ends before the first impact that the next one follows within two steps."""
+    # These are at 1.625 and 1.75 s, exactly two steps of 1/16 s apart.
     near, far = wall_at(0.0, 0.0, 1.0, 0.0), wall_at(2.5, 0.0, -1.0, 0.0, velocity_m_s=(-1.0, 0.0))
     scene = staged("crush", disc_at(1.0, 0.0, r=0.25), near, far, duration_s=3.0)
     until_s = clip_before_rest(solve_pic(scene), WHOLE, 1 / 16).until_s

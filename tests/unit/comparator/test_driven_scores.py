@@ -35,10 +35,7 @@ def build_state(time_s: float, places: list[Vector], velocities: list[Vector]) -
 
 @pytest.mark.long
 def test_pit_of_driven_scenes_is_sampled_or_exact_with_exceptions() -> None:
-    r"""PIT is SAMPLED or EXACT in 11 of 14 driven scenes; where it tunnels, in two, it is WRONG.
-
-    The remaining scene, driven/piston, is DIVERGED.
-    """
+    """PIT is SAMPLED or EXACT in 11 of 14 driven scenes; it tunnels in two, and in driven/piston it is DIVERGED."""
     scenes = [entry.scene for entry in find_scenes(["driven"])]
     grades = {row.job.scene.name: row.grade for row in run_cross_check(scenes, ["pit"], dts=[1 / 60]).rows}
     assert grades.pop("driven/swatter") is Grade.WRONG
@@ -52,10 +49,7 @@ def test_pit_of_driven_scenes_is_sampled_or_exact_with_exceptions() -> None:
 
 @each("dt_s", release_after(1, [1 / 11, 1 / 60]))
 def test_pic_with_a_last_step_beyond_the_end_is_exact(dt_s: float) -> None:
-    r"""PIC is EXACT in driven scenes whose last step reaches beyond the scene's end.
-
-    The final state is that after the impacts before the end.
-    """
+    """PIC is EXACT in driven scenes whose last step reaches beyond the scene's end."""
     scenes = [entry.scene for entry in find_scenes(["driven/piston", "driven/paddle-to-and-fro"])]
     rows = run_cross_check(scenes, ["pic"], dts=[dt_s], profiles=["tuned"])
     assert {row.grade for row in rows.rows} == {Grade.EXACT}
@@ -94,10 +88,8 @@ def test_energy_error_is_relative_to_the_work_of_a_driven_wall() -> None:
 @each("begins, late", [(1.0, 0.0), (0.5, -0.5 / 0.3)])
 @each("edge", [False, True])
 def test_steps_use_the_leg_of_a_wall_at_their_time(begins: float, late: float, edge: bool) -> None:
-    r"""A wall that starts at 1 s, within a step, strikes a touching disc at that time.
-
-    A disc that is turned at 0.5 s is early by 0.5/0.3 steps.
-    """
+    """A wall that starts at 1 s, within a step, strikes a touching disc at that time."""
+    # A disc that is turned at 0.5 s is early by 0.5/0.3 steps.
     legs = ({"from_s": 0.0, "velocity_m_s": (0.0, 0.0)}, {"from_s": 1.0, "velocity_m_s": (1.5, 0.0)})
     wall = Chain(points_m=((0.0, -1.0), (0.0, 1.0)), legs=legs) if edge else wall_at(0.0, 0.0, 1.0, 0.0, legs=legs)
     disc = disc_at(0.5, 0.0)

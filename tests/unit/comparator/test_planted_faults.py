@@ -52,11 +52,9 @@ def compute_rounding_tolerance(a: float) -> float:
 
 
 def test_normal_turned_by_one_degree_is_measured_exactly(reference: Trace) -> None:
-    r"""An impact along a normal turned by 1° is the only one with a normal error, of 1° to rounding.
-
-    The impulse J along the turned normal leaves errors in the velocities after the impact. Along and across the
-    true normal they are J (1 - cos 1°) and J sin 1° over the mass.
-    """
+    """An impact along a normal turned by 1° is the only one with a normal error, of 1° to rounding."""
+    # The impulse J along the turned normal leaves errors in the velocities after the impact. Along and across the true
+    # normal they are J (1 - cos 1°) and J sin 1° over the mass.
     angle = math.radians(1.0)
     impacts = reference.impacts.copy()
     row = impacts[-1]
@@ -115,10 +113,8 @@ def test_restitution_lowered_by_a_tenth_is_measured_exactly(reference: Trace) ->
 @each("length, time", release_after(1, [(1e-6, 1e3), (1000.0, 1.0), (1.0, 1e-3)]))
 @each("name", ["paper/multiple", "classics/deflection"])
 def test_units_of_a_scene_do_not_change_its_score(name: str, length: float, time: float) -> None:
-    r"""A scene in other units of length and time has the same grade, verdicts and scaled errors.
-
-    Errors agree to 1e-9: the scaled start is rounded again, which affects an impact near a frame's edge most.
-    """
+    """A scene in other units of length and time has the same grade, verdicts and scaled errors."""
+    # Errors agree to 1e-9: the scaled start is rounded again, which affects an impact near a frame's edge most.
     from carom import solve_pit
 
     scene = catalogue()[name].scene

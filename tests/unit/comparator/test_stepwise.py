@@ -100,10 +100,7 @@ def compute_states(scene: Scene, dt_s: float) -> States:
 
 @each("scenes_of", [*list_named_scenes(), *list_random_scenes()])
 def test_steps_of_pic_are_exact_and_steps_of_pit_pay_its_price(scenes_of: Callable[[], list[Scene]]) -> None:
-    r"""Every step of PIC is exact; steps of PIT miss only what PIT misses there, with errors of at most PIT's.
-
-    At a tie, PIC from a state 1 ulp away may take the other admissible order.
-    """
+    """Every step of PIC is exact; steps of PIT miss only what PIT misses there, with errors of at most PIT's."""
     for scene in scenes_of():
         reference = solve_pic(scene, max_impacts=2000)
         if reference.outcome is Outcome.GLIDES:  # of infinitely many hops
@@ -178,20 +175,16 @@ def test_steps_of_pit_with_a_late_impact_are_sampled() -> None:
 
 
 def test_slow_fall_onto_a_fixed_disc_is_due_at_contact() -> None:
-    r"""A disc that falls 1 m from rest at 0.5 m/s^2 onto a fixed disc is due after exactly 2 s.
-
-    On a straight path it would never arrive.
-    """
+    """A disc that falls 1 m from rest at 0.5 m/s^2 onto a fixed disc is due after exactly 2 s."""
+    # On a straight path it would never arrive.
     bodies = disc_at(0.0, 2.0), disc_at(0.0, 0.0, m=math.inf)
     scene = staged("slow", *bodies, gravity_m_s2=(0.0, -0.5), duration_s=3.0, frame_rate_hz=8.0)
     assert compute_steps(scene, "pic").meetings["due_s"].tolist() == [2.0]
 
 
 def test_push_on_leaving_a_floor_is_an_invented_impact() -> None:
-    r"""A push of 5 m/s in the step in which a disc leaves the floor is an invented impact.
-
-    It is no rest: 2.5 steps of falling are 0.4 m/s.
-    """
+    """A push of 5 m/s in the step in which a disc leaves the floor is an invented impact."""
+    # It is no rest: 2.5 steps of falling are 0.4 m/s.
     dt_s = 1 / 60
     bodies = disc_at(0.0, 0.5, 0.0, 2.0), wall_at(0.0, 0.0, 0.0, 1.0)
     scene = staged("pushed", *bodies, gravity_m_s2=(0.0, -10.0), duration_s=0.25)

@@ -65,10 +65,7 @@ def test_push_within_the_overlap_of_a_step_keeps_the_grade() -> None:
 
 
 def test_rounding_of_32_bit_floats_is_no_drift() -> None:
-    r"""Rounding of positions to 32 bits at each step is no DRIFTS or TURNS of a 32-bit run; it is of a 64-bit run.
-
-    The 32-bit run is CLOSE. A drift of 0.1 m makes it INACCURATE.
-    """
+    """Rounding of positions to 32 bits at each step is no DRIFTS or TURNS of a 32-bit run; it is of a 64-bit run."""
     scene = staged("long", disc_at(0, 0, 0.1, 0.3), duration_s=100.0)
     reference, steps = solve_pic(scene), 60 * 100
     place, velocity = np.zeros(2, np.float32), np.array([0.1, 0.3], np.float32)

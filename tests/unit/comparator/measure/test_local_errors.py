@@ -31,10 +31,7 @@ def build_long_gas(duration_s: float) -> Scene:
 
 
 def test_pic_has_no_local_errors_in_a_long_gas() -> None:
-    r"""Each of over 2000 impacts of PIC in a gas follows from the state before it, to 1e-9.
-
-    Median errors are below 1e-12.
-    """
+    """Each of over 2000 impacts of PIC in a gas follows from the state before it, to 1e-9."""
     trace = solve_pic(build_long_gas(60.0))
     assert len(trace.impacts) > 2000
     local = measure_local_errors(trace, compute_scales(trace.scene, trace))
