@@ -120,10 +120,8 @@ def test_window_keeps_only_the_modes_within_it() -> None:
 
 
 def test_disc_balanced_on_an_immovable_disc_ends_at_rest() -> None:
-    r"""A disc balanced on top of an immovable one ends the run with AT_REST.
-
-    Contact is followed on straight walls only.
-    """
+    """A disc balanced on top of an immovable one ends the run with AT_REST."""
+    # Contact is followed on straight walls only.
     trace = solve_pic(staged("top", disc_at(0.0, 0.0, m=math.inf), disc_at(0.0, 1.0), duration_s=1.0, **DOWN))
     assert trace.outcome is Outcome.AT_REST
 
@@ -217,10 +215,8 @@ def test_slow_disc_comes_to_rest_before_the_end_of_an_edge() -> None:
 
 
 def test_landing_conserves_angular_momentum_about_the_floor() -> None:
-    r"""From a first touch at 1e-9 to 2e-8 m/s until rolling, v - k R w of a disc is constant to 4e-14.
-
-    Friction removes slip from the disc and from its rim in the same ratio, in each bounce and in the landing.
-    """
+    """From a first touch at 1e-9 to 2e-8 m/s until rolling, v - k R w of a disc is constant to 4e-14."""
+    # Friction removes slip from the disc and from its rim in the same ratio, in each bounce and in the landing.
     for resistance, ratio, w, e, spin in itertools.product(
         (0.0, 1e-15), (0.5, 1.0), (1e-9, 2e-8), (0.1, 0.5, 0.999999), (0.5, -1.0 + 1e-10, -1.0 + 1e-7, -3.0)
     ):

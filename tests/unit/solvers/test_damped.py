@@ -115,10 +115,7 @@ def test_zero_damping_changes_neither_bits_nor_scene_file() -> None:
 
 
 def test_samples_windows_and_limits_use_scene_time() -> None:
-    r"""Samples, windows and end times of a damped run are at the requested scene times, to the bit.
-
-    Counts of impacts are those of the whole run.
-    """
+    """Samples, windows and end times of a damped run are at the requested scene times, to the bit."""
     scene = build_box(damping_per_s=0.4)
     whole = solve_pic(scene, sample_times_s=[0.5, 1.5])
     times = whole.impacts["time_s"].tolist()

@@ -79,10 +79,7 @@ def test_gap_at_impact_on_a_1000_km_disc_is_that_on_a_floor() -> None:
 @each("bulge", [0.25, 1e-3, 1e-6, 1e-9])
 @each("inside", [True, False])
 def test_disc_rests_on_an_arc_at_the_same_time_as_on_a_floor(bulge: float, inside: bool) -> None:
-    r"""A disc with e = 0.5 that falls for half a second rests after 1.5 s on an arc of any radius.
-
-    Only hops below the accuracy of the gap are left out.
-    """
+    """A disc with e = 0.5 that falls for half a second rests after 1.5 s on an arc of any radius."""
     points = [(-1, 0), (1, 0)] if inside else [(1, 0), (-1, 0)]
     middle = -bulge if inside else bulge  # half the chord times the bulge is how far the arc's middle is from it
     disc = Disc(position_m=(0, middle + 1.25), radius_m=0.25)

@@ -63,11 +63,9 @@ def test_recording_options_change_no_spin() -> None:
 
 
 def test_right_angled_corner_is_ambiguous_only_with_friction() -> None:
-    r"""Simultaneous impacts on perpendicular walls are ambiguous with friction, and not without.
-
-    Into a corner with (-3, -2), friction 1/4: x first gives (22/9, 4/3) and spin -22/9, y first (2, 2) and spin 2.
-    PIC takes the lower body number first, which is the second wall; PIT tests the first wall first.
-    """
+    """Simultaneous impacts on perpendicular walls are ambiguous with friction, and not without."""
+    # Into a corner with (-3, -2), friction 1/4: x first gives (22/9, 4/3) and spin -22/9, y first (2, 2) and spin 2.
+    # PIC takes the lower body number first, which is the second wall; PIT tests the first wall first.
     corner = [Wall(point_m=(-1, 0), normal=(1, 0)), Wall(point_m=(0, -1), normal=(0, 1))]
     disc = Disc(position_m=(3, 2), velocity_m_s=(-3, -2), radius_m=1)
     smooth = Scene(name="corner", discs=[disc], walls=corner, duration_s=2.0)
@@ -81,10 +79,7 @@ def test_right_angled_corner_is_ambiguous_only_with_friction() -> None:
 
 
 def test_pit_velocities_on_rough_walls_equal_those_of_pic() -> None:
-    r"""PIT finds impacts with rough walls late, but with exactly PIC's velocities and spins.
-
-    Friction acts at the full radius in PIT too.
-    """
+    """PIT finds impacts with rough walls late, but with exactly PIC's velocities and spins."""
     walls = [Wall(point_m=(0, 0), normal=(0, 1)), Wall(point_m=(0, 3), normal=(0, -1))]
     disc = Disc(position_m=(0, 1), velocity_m_s=(3, -2.7), radius_m=0.4, spin_rad_s=1.0)
     fields = {"wall_friction": 0.2, "wall_restitution": 0.9}
@@ -99,10 +94,7 @@ def test_pit_velocities_on_rough_walls_equal_those_of_pic() -> None:
 
 
 def test_friction_causes_collapse_that_the_tc_model_prevents() -> None:
-    r"""A gas with restitution 0.3 completes without friction, and with friction only in the TC model.
-
-    Without the TC model, friction leads to STANDSTILL.
-    """
+    """A gas with restitution 0.3 completes without friction, and with friction only in the TC model."""
     velocity = np.random.default_rng(1).normal(size=(16, 2)).tolist()
     discs = [
         Disc(position_m=(k // 4 + 0.5, k % 4 + 0.5), velocity_m_s=v, radius_m=0.35) for k, v in enumerate(velocity)
@@ -172,10 +164,7 @@ HELD = with_discs(build_pair(), spin_rad_s=0.0, inertia_factor=math.inf).discs
 def test_skip_reason_names_undeclared_spin_friction_or_turning(
     fields: dict[str, Any], able: Capabilities, reason: str
 ) -> None:
-    r"""The reason to skip a method names the spin, friction or turn per step beyond its declared limits.
-
-    Within those limits there is no reason.
-    """
+    """The reason to skip a method names the spin, friction or turn per step beyond its declared limits."""
     found = unsupported_reason(build_pair(**fields), able, 0.5)
     assert reason in found
     assert bool(reason) == bool(found)

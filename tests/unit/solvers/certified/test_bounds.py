@@ -46,10 +46,8 @@ def find_late_bounds(kind: str, seeds: range, length: float = 1.0, speed: float 
             if body >= 0:
                 wrong = is_after_impact_of_pair(bound, states[i], states[body])
             else:
-                movable = bodies.movable[i]
-                wrong = movable and is_after_impact_on_wall(
-                    bound, states[i], bodies.scene.half_planes()[wall_index(body)]
-                )
+                wall = bodies.scene.half_planes()[wall_index(body)]
+                wrong = bodies.movable[i] and is_after_impact_on_wall(bound, states[i], wall)
             if wrong:
                 found.append((seed, i, body))
     return found
@@ -182,34 +180,3 @@ def test_certified_digits_do_not_depend_on_lower_bounds(scene: Scene, monkeypatc
     bounded = certify(scene, max_impacts=40, digits=20)
     monkeypatch.setattr(bounds, "LowerBounds", StartBounds)
     assert summarise_run(certify(scene, max_impacts=40, digits=20)) == summarise_run(bounded)
-
-
-def test_start_bounds_are_the_path_start_until_raised() -> None:
-    """StartBounds lists each pair that may meet at the path's start; a raised bound takes its place in order."""
-    bounds = StartBounds(BallBodies(build_gas_scene(4, 0.1)))
-    pairs = [(i, j) for i in range(4) for j in range(i + 1, 4)]
-    expected = sorted([*pairs, *((i, -1 - k) for i in range(4) for k in range(4))], key=lambda p: (p[0], p[1] < 0))
-    found = bounds.up_to(0.0)
-    assert sorted(found) == sorted((0.0, *place) for place in expected)
-    for k, (_, row, body) in enumerate(found):
-        bounds.raise_to(row, body, 1.0 + k)
-    assert bounds.up_to(1.0) == [(1.0, *found[0][1:])]
-    assert bounds.earliest() == (1.0, *found[0][1:])
-    for _, row, body in found:
-        bounds.raise_to(row, body, math.inf)
-    assert bounds.earliest()[0] == math.inf
-
-
-def test_start_bounds_are_renewed_for_changed_discs() -> None:
-    """After an impact both discs get new bounds with all others and none with each other; other bounds stay."""
-    bodies = BallBodies(
-        Scene(name="row", discs=[Disc(position_m=(3.0 * k, 0.0), radius_m=1.0) for k in range(4)], duration_s=1.0)
-    )
-    bounds = StartBounds(bodies)
-    for _, row, body in bounds.up_to(0.0):
-        bounds.raise_to(row, body, 5.0)
-    bodies.time[1] = bodies.time[2] = 0.5
-    bodies.partner[1], bodies.partner[2] = 2, 1
-    bounds.changed(1, 2)
-    assert [entry[1:] for entry in bounds.up_to(0.5)] == [(1, 0), (1, 3), (2, 0), (2, 3)]
-    assert [entry[1:] for entry in bounds.up_to(5.0)] == [(0, 3), (1, 0), (1, 3), (2, 0), (2, 3)]

@@ -51,9 +51,7 @@ def test_certainly_later_rival_leaves_the_next_impact_decided() -> None:
 
 @each("speed", [2.0, 0.125])
 def test_touching_discs_that_part_never_meet(speed: float) -> None:
-    r"""Touching discs that part at 2 m/s or 0.125 m/s never meet.
-
-    The root of D is as large as b here (3-4-5).
-    """
+    """Touching discs that part at 2 m/s or 0.125 m/s never meet."""
+    # The root of D is as large as b here (3-4-5).
     discs = disc_at(0.0, 0.0, r=2.5), disc_at(3.0, 4.0, speed, 0.0, r=2.5)
     assert meet(BallBodies(staged("parting", *discs, duration_s=1.0)), 0, 1, 0.0) is None

@@ -9,7 +9,7 @@ from tests.cases import each, release_after
 from tests.scene_builders import disc_at, staged, wall_at
 from tests.unit.solvers.run_kinds import assert_same
 
-from carom import Chain, Disc, Outcome, Scene, Wall
+from carom import Chain, Disc, Outcome, Scene
 from carom.solvers.event_driven import run as event_driven
 from carom.solvers.event_driven.run import EventDrivenRun
 
@@ -65,10 +65,7 @@ AT_ONCE: dict[str, tuple[list[Disc], list[Any], int]] = {
 
 @each("name", AT_ONCE)
 def test_simultaneous_events_match_all_pairs_to_the_bit(name: str) -> None:
-    r"""Simultaneous impacts with edges, walls, discs and mallets have the order and bits of all pairs.
-
-    Some are at the very instant at which a leg begins.
-    """
+    """Simultaneous impacts with edges, walls, discs and mallets have the order and bits of all pairs."""
     discs, walls, impacts = AT_ONCE[name]
     plain = assert_same(staged("at once", *discs, *walls, duration_s=2.0))
     assert plain.impacts == impacts
@@ -109,10 +106,8 @@ def test_row_of_discs_is_crushed_as_by_all_pairs(discs: int) -> None:
     [(build_row(1, 0.25, 0.125), "wall 0 and disc 1", 8.0), (build_pinched_disc(3.0), "wall 0 and wall 1", 6.0)],
 )
 def test_crush_note_has_the_time_at_which_no_space_is_left(scene: Scene, between: str, time_s: float) -> None:
-    r"""The note of a crush names the bodies and the time at which no space is left, to 1e-14.
-
-    The mallet's rim is 1 m further than the disc is wide, at 1/8 m/s; the piston 3/2 m, at 1/4 m/s.
-    """
+    """The note of a crush names the bodies and the time at which no space is left, to 1e-14."""
+    # The mallet's rim is 1 m further than the disc is wide, at 1/8 m/s; the piston 3/2 m, at 1/4 m/s.
     run = EventDrivenRun(scene)
     assert run.advance_to(20.0) is Outcome.CRUSHED
     begin, _, at = run.notes[0].removesuffix(" s").rpartition(" at ")
@@ -131,10 +126,8 @@ def test_gravity_along_closing_edges_prevents_a_crush(across: float) -> None:
 
 
 def test_crush_after_the_requested_end_does_not_end_the_run() -> None:
-    r"""A run to 7.99 s completes, and one to 8.01 s ends with CRUSHED, for a crush at 8 s.
-
-    The rule decides after 400 impacts, at 7.96 s.
-    """
+    """A run to 7.99 s completes, and one to 8.01 s ends with CRUSHED, for a crush at 8 s."""
+    # The rule decides after 400 impacts, at 7.96 s.
     start = build_row(1, 0.25, 0.125).arrays
     assert EventDrivenRun(start).advance_to(7.99) is Outcome.COMPLETED
     assert EventDrivenRun(start).advance_to(8.01) is Outcome.CRUSHED
@@ -166,11 +159,7 @@ def test_edge_on_a_new_leg_strikes_a_disc_again_after_an_epoch() -> None:
 def test_legs_of_a_shaken_wall_are_right_across_epochs() -> None:
     """Two discs in a box with a shaken wall have the bits of all pairs over at least four epochs."""
     turns = build_legs(*((0.1 * k, 0.4 * (-1) ** k) for k in range(60)))
-    walls = [
-        wall_at(0, 0, 1, 0.01, legs=turns),
-        *(Wall(point_m=(1, 1), normal=normal) for normal in ((-1, 0), (0, -1))),
-        wall_at(0, 0, 0, 1),
-    ]
+    walls = wall_at(0, 0, 1, 0.01, legs=turns), wall_at(1, 1, -1, 0), wall_at(1, 1, 0, -1), wall_at(0, 0, 0, 1)
     discs = [disc_at(x, x, 14.0 * x, 22.0 - 18.0 * x, r=0.1) for x in (0.3, 0.7)]
     plain = assert_same(staged("shaken", *discs, *walls, duration_s=6.0), 300)
     assert plain.counts["epochs"] >= 4

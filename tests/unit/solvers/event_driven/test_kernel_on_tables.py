@@ -2,12 +2,14 @@
 
 import math
 import random
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import product
 
 import numpy as np
 import pytest
 from tests.cases import each, release_after
+from tests.scene_builders import disc_at, staged
 from tests.unit.solvers.run_kinds import all_pairs, assert_same
 
 from carom import Chain, Disc, Outcome, Scene
@@ -74,15 +76,11 @@ def test_few_predictions_test_all_walls_once_cells_are_chosen(radius: float) -> 
 
 
 def test_cells_that_would_crowd_discs_are_not_chosen() -> None:
-    r"""One disc that flies to a distant wall does not make the kernel choose cells that crowd the gas.
-
-    The bits are those of all pairs.
-    """
+    """One disc that flies to a distant wall does not make the kernel choose cells that crowd the gas."""
     box = Chain(points_m=[(-4, -4), (4, -4), (4, 4), (-4, 4)], closed=True)
     far = Chain(points_m=[(5e4, -9), (5e4, 9)])
     gas = build_gas_in_polygon(3, 9.0).discs
-    flier = Disc(position_m=(5, 0), velocity_m_s=(1e5, 0), radius_m=0.4)
-    scene = Scene(name="flier", discs=[*gas, flier], walls=[box, far], duration_s=1e3)
+    scene = staged("flier", *gas, disc_at(5, 0, 1e5, r=0.4), box, far, duration_s=1e3)
     assert_same(scene, 300)
     run = EventDrivenRun(scene)
     run.advance_to(math.inf, 300)
@@ -90,29 +88,25 @@ def test_cells_that_would_crowd_discs_are_not_chosen() -> None:
     assert run.counts["choices"] == 0
 
 
-def test_run_that_ended_in_gliding_stays_ended() -> None:
+@each("form", [EventDrivenRun, all_pairs])
+def test_run_that_ended_in_gliding_stays_ended(form: Callable[[Scene], EventDrivenRun]) -> None:
     """A run that ended with GLIDES returns the same outcome, time and state for any later request."""
-    disc = Disc(position_m=(0, -1.5), velocity_m_s=(1, 0), radius_m=0.5)
     stadium = Chain(points_m=[(-2, -2), (2, -2), (2, 2), (-2, 2)], bulges=[0, 1, 0, 1], closed=True)
-    scene = Scene(name="stadium", discs=[disc], walls=[stadium], duration_s=10.0)
-    for run in (EventDrivenRun(scene), all_pairs(scene)):
-        assert run.advance_to(1.0) is Outcome.COMPLETED
-        for until_s in (10.0, 1.0, math.inf):
-            assert run.advance_to(until_s) is Outcome.GLIDES
-            assert (run.time_s, run.positions().tolist()) == (2.0, [[2.0, -1.5]])
-        assert run.notes == ("disc 0 glides along wall 0 from 2 s on",)
+    run = form(staged("stadium", disc_at(0, -1.5, 1), stadium, duration_s=10.0))
+    assert run.advance_to(1.0) is Outcome.COMPLETED
+    for until_s in (10.0, 1.0, math.inf):
+        assert run.advance_to(until_s) is Outcome.GLIDES
+        assert (run.time_s, run.positions().tolist()) == (2.0, [[2.0, -1.5]])
+    assert run.notes == ("disc 0 glides along wall 0 from 2 s on",)
 
 
 def test_too_many_wall_features_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """More sides and vertices than can be numbered raise an InputError with their number."""
-    triangle = Chain(points_m=[(3, 3), (5, 3), (4, 5)], closed=True)
-    disc = Disc(position_m=(0, 4), velocity_m_s=(1, 0), radius_m=0.5)
-    scene = Scene(name="triangle", discs=[disc], walls=[triangle], duration_s=10.0)
+    scene = staged("triangle", disc_at(0, 4, 1), Chain(points_m=[(3, 3), (5, 3), (4, 5)], closed=True), duration_s=10.0)
     monkeypatch.setattr(event_driven, "MOST_OBSTACLES", 8)  # of nine: three edges with two sides and a vertex each
-    with pytest.raises(InputError, match="walls have 9 sides and vertices: at most 8 can be numbered"):
-        EventDrivenRun(scene)
-    with pytest.raises(InputError, match="walls have 9 sides and vertices: at most 8 can be numbered"):
-        EventDrivenRun(replace(scene.arrays, walls=((0.0, 0.0, 0.0, 1.0),) * 9))
+    for start in (scene, replace(scene.arrays, walls=((0.0, 0.0, 0.0, 1.0),) * 9)):
+        with pytest.raises(InputError, match="walls have 9 sides and vertices: at most 8 can be numbered"):
+            EventDrivenRun(start)
 
 
 def test_finite_walls_can_be_given_as_arrays() -> None:
