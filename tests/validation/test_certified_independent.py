@@ -30,10 +30,7 @@ KINDS: dict[str, tuple[dict[str, Any], int, int]] = {
     ],
 )
 def test_certified_runs_match_400_digit_brute_force(kind: str, seed: int) -> None:
-    r"""Certified runs have the impacts of 400-digit brute force, with all numbers within their radii.
-
-    The scenes are smooth, falling, or rough; spins are compared where discs spin.
-    """
+    """Certified runs have the impacts of 400-digit brute force, with all numbers within their radii."""
     more, impacts, _ = KINDS[kind]
     scene = draw_lossy_scene(seed, **more)
     certified = carom.certify(scene, max_impacts=impacts)

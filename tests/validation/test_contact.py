@@ -18,10 +18,7 @@ G = 10.0
 
 @each("seeds", release_after(1, [range(3), *(range(k, k + 100) for k in range(0, 1000, 100))]))
 def test_pic_agrees_with_small_steps_on_random_contact_scenes(seeds: range) -> None:
-    r"""PIC agrees with small time steps on random scenes of one to three discs in contact.
-
-    No scene gains energy, and no disc sinks into a wall.
-    """
+    """PIC agrees with small time steps on random scenes of one to three discs in contact."""
     assert [
         said
         for seed in seeds
@@ -43,10 +40,8 @@ def test_small_steps_with_less_gravity_are_detected(seed: int, refined: int, mon
 
 @each("regain", [-0.5, 0.0, 0.5, 1.0])
 def test_inelastic_landing_slides_on_with_the_returned_slip(regain: float) -> None:
-    r"""After a landing with restitution 0 the slip -b s that friction returns is slowed at 3 m/s^2.
-
-    The disc loses (1 + b)/3 of its 1 m/s in the impact and ends at 2/3 m/s, in PIC and in certified runs.
-    """
+    """After a landing with restitution 0 the slip -b s that friction returns is slowed at 3 m/s^2."""
+    # The disc loses (1 + b)/3 of its 1 m/s in the impact and ends at 2/3 m/s, in PIC and in certified runs.
     scene = staged(
         "gives back",
         disc_at(0.0, 5.5, 1.0),
@@ -131,10 +126,8 @@ def build_slope_scene(friction: float, resists: float = 0.0, *, tangent: float =
 
 @each("friction, resists", [*product(SIZES, [0.0]), *product([1e-6, 0.3, 1e6], SIZES)])
 def test_slide_to_roll_matches_the_closed_form_for_extreme_friction(friction: float, resists: float) -> None:
-    r"""A disc sliding at 3 m/s matches the closed form to 1e-12 for friction and resistance of 1e-300 to 1e6.
-
-    Without resistance it rolls at 2 m/s after v/(f g (1 + 1/k)). Where resistance exceeds friction it never rolls.
-    """
+    """A disc sliding at 3 m/s matches the closed form to 1e-12 for friction and resistance of 1e-300 to 1e6."""
+    # Without resistance it rolls at 2 m/s after v/(f g (1 + 1/k)). Where resistance exceeds friction it never rolls.
     k = 0.5
     ends = solve_pic(build_slope_scene(friction, resists, along=3.0))
     turned = max(0.0, friction - resists) * G / k  # of the rim, a second
@@ -174,10 +167,8 @@ def test_disc_stays_at_rest_at_the_steepest_holding_slope(resists: float, ulps: 
 
 @each("lost", [1e-2, *(pytest.param(lost, marks=pytest.mark.release) for lost in (1e-3, 1e-4))])
 def test_ball_with_high_restitution_rests_at_the_sum_of_its_hops(lost: float) -> None:
-    r"""A ball with restitution e near 1 comes to rest at the sum of the series of its hops, to 1e-9.
-
-    That is t (1 + e)/(1 - e) for a first fall of t, after thousands of bounces.
-    """
+    """A ball with restitution e near 1 comes to rest at the sum of the series of its hops, to 1e-9."""
+    # That is t (1 + e)/(1 - e) for a first fall of t, after thousands of bounces.
     e, height = 1.0 - lost, 1e-4
     fall = math.sqrt(2.0 * height / G)
     rests = fall * (1.0 + e) / (1.0 - e)

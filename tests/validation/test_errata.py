@@ -254,10 +254,7 @@ def test_energy_equation_without_primes_allows_any_outcome() -> None:
 
 
 def test_missing_velocity_formulas_follow_from_v_rel() -> None:
-    r"""V1' = V1 + 2 m2/(m1 + m2) V_rel and V2' = V2 - 2 m1/(m1 + m2) V_rel are missing after "Thus,".
-
-    Carom's impact law gives the same velocities to rounding.
-    """
+    """V1' = V1 + 2 m2/(m1 + m2) V_rel and V2' = V2 - 2 m1/(m1 + m2) V_rel are missing after "Thus,"."""
     v1, v2, m1, m2 = np.array([2.0, 0.0]), np.array([0.0, -1.0]), 1.0, 3.0
     n = np.array([0.6, 0.8])
     v_rel = ((v2 - v1) @ n) * n  # as printed; against n while the discs approach
@@ -335,11 +332,9 @@ def test_printed_algorithm_2_lets_discs_overlap() -> None:
 
 
 def test_printed_algorithm_2_compares_a_duration_with_an_instant() -> None:
-    r"""T counts from now, as in equations (1) and (2); compared with an instant it is handled frames too early.
-
-    A disc reaches another at 8 s, with a frame each second. At the frame of 4 s the impact is T = 4 s ahead, and 4
-    < 5, "next frame instant", although it belongs to the frame that begins at 8 s.
-    """
+    """T counts from now, as in equations (1) and (2); compared with an instant it is handled frames too early."""
+    # A disc reaches another at 8 s, with a frame each second. At the frame of 4 s the impact is T = 4 s ahead, and 4 <
+    # 5, "next frame instant", although it belongs to the frame that begins at 8 s.
     scene = build_row_scene(0.0, 9.0, first_speed=1.0, duration_s=10.0)
     spans = [carom_time((float(now), 0), (1, 0), 0.5, (9, 0), (0, 0), 0.5) for now in range(9)]
     assert spans == [8.0, 7.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.0, 0.0]

@@ -192,10 +192,7 @@ def test_pit_runs_all_frames_of_a_resting_ball() -> None:
 @each("velocity_first", [True, False])
 @each("refinement", [1, 4, 16])
 def test_euler_error_in_free_fall_is_half_a_step_of_speed(refinement: int, *, velocity_first: bool) -> None:
-    r"""Euler's rule with the new velocity ends g dt t/2 too low, with the old one as much too high.
-
-    The score has this position error, and no velocity error but rounding.
-    """
+    """Euler's rule with the new velocity ends g dt t/2 too low, with the old one as much too high."""
     scene = catalogue()["gravity/free-fall"].scene
     steps = round(scene.duration_s * scene.frame_rate_hz) * refinement
     dt = scene.duration_s / steps
@@ -217,10 +214,7 @@ def test_euler_error_in_free_fall_is_half_a_step_of_speed(refinement: int, *, ve
 
 
 def test_pit_impact_of_a_falling_pair_is_that_without_gravity() -> None:
-    r"""Gravity acts equally on both discs of a pair, so PIT's impact has the time of a floating pair.
-
-    Its velocities differ by g t.
-    """
+    """Gravity acts equally on both discs of a pair, so PIT's impact has the time of a floating pair."""
     entry = catalogue()["gravity/falling-pair"]
     falling, floating = entry.scene, entry.scene.model_copy(update={"gravity_m_s2": (0.0, 0.0)})
     for rate in (30.0, 60.0, 250.0):

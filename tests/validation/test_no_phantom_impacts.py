@@ -22,10 +22,8 @@ def list_bodies(trace: Trace) -> list[tuple[int, int]]:
 
 
 def test_disc_that_leaves_its_cell_before_an_impact_has_that_impact() -> None:
-    r"""A disc that crosses the edge of a cell 1e-9 m before an immovable disc has exactly that one impact.
-
-    It comes after 12 m - sqrt(6) m + 1e-9 m at 1 m/s. This scene once crashed the interpreter.
-    """
+    """A disc that crosses the edge of a cell 1e-9 m before an immovable disc has exactly that one impact."""
+    # It comes after 12 m - sqrt(6) m + 1e-9 m at 1 m/s. This scene once crashed the interpreter.
     discs = disc_at(0.0, 0.0), disc_at(12.0, 6.0, -1.0), disc_at(math.sqrt(6.0) - 1.0 - 1e-9, 6.0, m=math.inf)
     trace = solve_pic(Scene(name="three", discs=discs, duration_s=20.0))
     assert list_bodies(trace) == [(1, 2)]
@@ -33,12 +31,10 @@ def test_disc_that_leaves_its_cell_before_an_impact_has_that_impact() -> None:
 
 
 def test_six_discs_at_integer_positions_have_four_impacts() -> None:
-    r"""Six discs at integer positions have four impacts, at multiples of a quarter of a second.
-
-    PIC, frame-by-frame PIC and a certified run agree. Disc 1 goes from (5, 6) along (-2, 2) to (4, 7) below the
-    immovable disc 2, loses its speed along y, and goes 3.5 m at 2 m/s to the left wall. Disc 3 goes 2.5 m at 2 m/s
-    to the upper wall, disc 4 1.5 m at 1 m/s to the right one.
-    """
+    """Six discs at integer positions have four impacts, at multiples of a quarter of a second."""
+    # PIC, frame-by-frame PIC and a certified run agree. Disc 1 goes from (5, 6) along (-2, 2) to (4, 7) below the
+    # immovable disc 2, loses its speed along y, and goes 3.5 m at 2 m/s to the left wall. Disc 3 goes 2.5 m at 2 m/s to
+    # the upper wall, disc 4 1.5 m at 1 m/s to the right one.
     immovable = math.inf
     discs = [
         disc_at(1.0, 9.0),
@@ -89,12 +85,9 @@ def test_impact_just_behind_a_cell_edge_is_the_only_impact(
     moves_aside: bool,
     order: list[int],
 ) -> None:
-    r"""A disc that crosses the edge of a cell and meets a disc just behind it has exactly that impact.
-
-    The partner is immovable or at rest, and two more discs are out of reach. The time is the length of the path at
-    1 m/s, to the rounding of the coordinates. The centres are on one line, so the velocity is exchanged or
-    reversed.
-    """
+    """A disc that crosses the edge of a cell and meets a disc just behind it has exactly that impact."""
+    # The partner is immovable or at rest, and two more discs are out of reach. The time is the length of the path at 1
+    # m/s, to the rounding of the coordinates. The centres are on one line, so the velocity is exchanged or reversed.
     edge = column * CELL
     at = (edge - before, edge + 1.0 + before * share)
     aside = (0.0, -0.25) if moves_aside else (0.0, 0.0)

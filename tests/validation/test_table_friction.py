@@ -87,10 +87,7 @@ def test_pit_moves_a_disc_on_a_table_along_the_known_path(angle: float) -> None:
 
 
 def test_table_removes_energy_m_a_per_metre() -> None:
-    r"""On 20 random tables the initial energy equals the losses of impacts plus m a times the distances.
-
-    At the end nothing moves.
-    """
+    """On 20 random tables the initial energy equals the losses of impacts plus m a times the distances."""
     met = 0
     for number in range(20):
         scene = draw_table_friction_scene(number).model_copy(update={"duration_s": 60.0})
@@ -155,10 +152,7 @@ ROUNDING = 1e-12
 
 @each("entry", [*SCENES[::2], *release_after(0, SCENES[1::2])])
 def test_pit_of_a_damped_scene_is_graded_sampled(entry: CatalogueScene) -> None:
-    r"""PIT of a damped scene is graded sampled, or exact if there is no impact; damping adds no error.
-
-    PIC compared with itself is graded exact.
-    """
+    """PIT of a damped scene is graded sampled, or exact if there is no impact; damping adds no error."""
     truth, pit = solve_pic(entry.scene), solve_pit(entry.scene, frame_rate_hz=60.0)
     assert compare(truth, truth).grade is Grade.EXACT
     score = compare(truth, pit, sampling=pit)
