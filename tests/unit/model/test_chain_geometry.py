@@ -49,10 +49,7 @@ def test_nearest_point_outside_an_arcs_sector_is_its_end() -> None:
 
 
 def test_enclosed_points_match_the_area_of_a_stadium() -> None:
-    r"""Random points are inside a stadium as often as its area, 4 x 4 + 4 pi, is part of the sampled box.
-
-    Their number equals that of a direct formula.
-    """
+    """Random points are inside a stadium as often as its area, 4 x 4 + 4 pi, is part of the sampled box."""
     points = np.random.default_rng(5).uniform((-4.5, -2.5), (4.5, 2.5), (4_000, 2))
     inside = sum(STADIUM.does_enclose(x, y) for x, y in points.tolist())
     within = sum(max(abs(x) - 2.0, 0.0) ** 2 + y * y < 4.0 for x, y in points.tolist())
@@ -128,10 +125,8 @@ def compute_exact_gap(edge: Edge, x: float, y: float) -> float:
 
 @each("bulge", [50.0, 1.0, 0.3, 1e-3, 1e-6, 1e-9, 1e-12, 1e-15, 1e-60])
 def test_nearest_point_of_a_flat_arc_is_exact_to_rounding(bulge: float) -> None:
-    r"""For bulges from 50 to 1e-60 the distance of points near the arc's middle is that of exact arithmetic.
-
-    This holds on both sides of the arc and for both directions, within the rounding of the arc's ends.
-    """
+    """For bulges from 50 to 1e-60 the distance of points near the arc's middle is that of exact arithmetic."""
+    # This holds on both sides of the arc and for both directions, within the rounding of the arc's ends.
     rnd = random.Random(5)
     for sign in (1.0, -1.0):
         edge = Edge((-1.25, 0.75), (0.5, 1.0), sign * bulge)

@@ -20,10 +20,7 @@ def test_impact_record_has_the_fields_of_the_array_in_order() -> None:
 
 
 def test_impact_array_holds_every_field_of_every_record() -> None:
-    r"""An array of records has all their fields and is read-only; without records it has the fields, too.
-
-    `wall_index` is the inverse of `wall_body`.
-    """
+    """An array of records has all their fields and is read-only; without records it has the fields, too."""
     array = build_impact_array([RECORD, RECORD._replace(time_s=2.5, second=wall_body(1))])
     assert array.shape == (2,)
     assert array["time_s"].tolist() == [1.5, 2.5]
