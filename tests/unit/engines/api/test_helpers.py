@@ -27,10 +27,7 @@ from carom.solvers.pic import solve_pic
 
 @each("a, b, pair", [(2, 5, (2, 5)), (5, 2, (2, 5)), (3, -1, (3, -1)), (-4, 0, (0, -4))])
 def test_contact_runs_from_the_lower_disc_to_the_other_body(a: int, b: int, pair: tuple[int, int]) -> None:
-    r"""The disc of the lower number comes first and a wall second, in whichever order an engine names them.
-
-    The normal is reversed if the order is, and the tangential impulse acts on the second body.
-    """
+    """The disc of the lower number comes first and a wall second, in whichever order an engine names them."""
     assert pair_of(a, b) == pair
     contact = oriented_contact(a, b, 0.25, (0.6, -0.8), 2.0, -0.5)
     assert (contact.first, contact.second) == pair
@@ -56,10 +53,7 @@ def test_speed_limits_apply_to_the_fastest_leg() -> None:
 
 
 def test_step_clock_multiplies_steps_instead_of_adding_them() -> None:
-    r"""The time is the number of steps times their length: 1000 steps of 0.1 s end at exactly 100 s.
-
-    `cut` adds one shorter step, and `restart` sets another time.
-    """
+    """The time is the number of steps times their length: 1000 steps of 0.1 s end at exactly 100 s."""
     clock = StepClock(0.1)
     for _ in range(1000):
         clock.count(1)

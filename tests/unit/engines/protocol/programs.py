@@ -48,3 +48,8 @@ def write_manifest(folder: Path, instead: str = "", **fields: object) -> Path:
     path = folder / "engine.toml"
     path.write_text(text + profiles, encoding="utf-8")
     return path
+
+
+def build_still_scene() -> Scene:
+    """Return a scene of one disc at rest."""
+    return staged("still", disc_at(0, 0, r=1), duration_s=1.0)
