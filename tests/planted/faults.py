@@ -402,6 +402,11 @@ def before_misstated(reference: Trace, size: float) -> Trace:
     return alter_impact(replay_reference(reference), -1, velocity_first_before=before)
 
 
+def drop_impact(trace: Trace, k: int) -> Trace:
+    """Return a trace that does not report one of its impacts, and is otherwise the same."""
+    return dataclasses.replace(trace, impacts=np.delete(trace.impacts, k))
+
+
 def find_reason(score: Score, verdict: Verdict) -> str:
     """Return the reason of a verdict that is reported exactly once."""
     (found,) = (finding.reason for finding in score.findings if finding.verdict is verdict)

@@ -5,9 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 from tests.cases import each, release_after
+from tests.planted.faults import drop_impact
 from tests.scene_builders import disc_at, staged, wall_at
 
-from carom import Trace, compare, solve_pic, solve_pit
+from carom import compare, solve_pic, solve_pit
 from carom.comparator import Grade
 from carom.comparator.comparison_range import clip_before_rest
 from carom.comparator.match_impacts import ComparisonRange
@@ -22,11 +23,6 @@ def build_drop_scene(restitution: float, height_m: float, *, duration_s: float =
     """A disc of half a metre falls with 10 m/s^2 on a floor, which is level or falls off to one side."""
     ball, floor = disc_at(0, height_m, 0.4), wall_at(0, 0, tilt, 1)
     return staged("dropped", ball, floor, wall_restitution=restitution, gravity_m_s2=(0, -10), duration_s=duration_s)
-
-
-def drop_impact(trace: Trace, row: int) -> Trace:
-    """Return a trace that does not report one of its impacts."""
-    return replace(trace, impacts=np.delete(trace.impacts, row))
 
 
 @each("heights", release_after(1, [2, 6]))

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 from tests.cases import each
-from tests.planted.faults import replay_impacts
+from tests.planted.faults import drop_impact, replay_impacts
 from tests.scene_builders import alter_impact, build_line_scene, disc_at, require_value, staged, wall_at
 
 import carom
@@ -98,11 +98,6 @@ def test_nothing_is_scored_beyond_the_horizon(pic: Trace) -> None:
     assert compare(pic, gone).missed[0] == 45
 
 
-def drop_impact(trace: Trace, at: int) -> Trace:
-    """The trace with an impact that it does not report."""
-    return dataclasses.replace(trace, impacts=np.delete(trace.impacts, at))
-
-
 def test_horizon_at_the_end_of_the_scene_has_no_effect(pic: Trace) -> None:
     """A horizon that covers the whole scene gives the errors, findings and grade of no horizon."""
     whole, plain = compare(pic, pic, horizon=SCENE.duration_s), compare(pic, pic)
@@ -116,7 +111,7 @@ def test_run_with_a_missing_or_extra_impact_is_not_covered() -> None:
     scene = build_line_scene(0.0, 3.0, 6.0, velocities=(1.0, 0.0, 0.0))
     certified, whole = certify(scene), solve_pic(scene)
     assert len(certified) == len(whole.impacts) == 2
-    shorter = dataclasses.replace(whole, impacts=whole.impacts[:1])
+    shorter = drop_impact(whole, 1)
     longer = dataclasses.replace(whole, impacts=np.concatenate([whole.impacts, whole.impacts[1:]]))
     for trace, agreed in ((shorter, 1), (longer, 2)):
         found = compute_horizon(certified, trace)

@@ -16,7 +16,7 @@ from tests.scene_builders import disc_at, require_value, staged, wall_at
 from carom import Scene
 from carom.catalogue.find_scenes import all_scenes
 from carom.comparator import Grade, compute_local_truth
-from carom.comparator.measure.stepwise_score import score_steps
+from carom.comparator.measure.stepwise_score import LocalScore, score_steps
 from carom.comparator.scales import compute_scales
 from carom.comparator.stepwise import StepWatch, step_watch
 from carom.comparator.stepwise.active_pairs import Activity, find_activity
@@ -96,6 +96,10 @@ def compute_states(scene: Scene, dt_s: float) -> States:
         place.append(run.positions().copy())
         velocity.append(run.velocities().copy())
     return States(times, np.array(place), np.array(velocity), None)
+
+
+def score_states(scene: Scene, states: States, dt_s: float) -> LocalScore:
+    return score_steps(compute_local_truth(scene, states, dt_s=dt_s), compute_scales(scene, solve_pic(scene)), 64)
 
 
 @each("scenes_of", [*list_named_scenes(), *list_random_scenes()])
@@ -193,8 +197,7 @@ def test_push_on_leaving_a_floor_is_an_invented_impact() -> None:
     heights[1:] += 5.0 * (times[1:] - dt_s)
     speeds[1:] += 5.0
     place, velocity = (np.stack([0.0 * times, part], axis=1)[:, None] for part in (heights, speeds))
-    states = States(times, place, velocity)
-    found = score_steps(compute_local_truth(scene, states, dt_s=dt_s), compute_scales(scene, solve_pic(scene)), 64)
+    found = score_states(scene, States(times, place, velocity), dt_s)
     assert (found.invented, found.missed, found.early) == (1, 0, 0)
 
 
@@ -205,11 +208,7 @@ def test_fall_through_the_floor_is_one_missed_impact() -> None:
     start, gravity = scene.arrays, np.array(scene.gravity_m_s2)
     place = start.position_m + start.velocity_m_s * times[:, None, None] + gravity * (times**2 / 2)[:, None, None]
     velocity = start.velocity_m_s + gravity * times[:, None, None]
-    score = score_steps(
-        compute_local_truth(scene, States(times, place, velocity), dt_s=dt_s),
-        compute_scales(scene, solve_pic(scene)),
-        64,
-    )
+    score = score_states(scene, States(times, place, velocity), dt_s)
     assert score.missed == 1
     assert score.grade is Grade.WRONG
     assert not math.isnan(score.first_missed_s)
