@@ -23,10 +23,8 @@ DOWN = {"gravity_m_s2": (0.0, -10.0)}
 
 def list_modes(trace: Trace, disc: int = 0) -> list[Mode]:
     """Return how a disc moves, in order."""
-    return [
-        Mode(after)
-        for after in require_value(trace.modes)["after"][require_value(trace.modes)["disc"] == disc].tolist()
-    ]
+    modes = require_value(trace.modes)
+    return [Mode(after) for after in modes["after"][modes["disc"] == disc].tolist()]
 
 
 def build_sliding_scene(**fields: float) -> Scene:
@@ -148,7 +146,7 @@ def run_over_edge(speed: float, *points: tuple[float, float], **fields: float) -
     """Run a disc that rolls along a line of edges from (0, 0) on."""
     disc = disc_at(0.0, 0.5, speed, spin_rad_s=-2.0 * speed)
     laws = {"wall_friction": 0.5, "wall_restitution": 0.0, "duration_s": 1.0, **DOWN, **fields}
-    return solve_pic(Scene(name="edge", discs=[disc], walls=[Chain(points_m=((-5.0, 0.0), *points))], **laws))
+    return solve_pic(staged("edge", disc, Chain(points_m=((-5.0, 0.0), *points)), **laws))
 
 
 @each("speed, flies", [(3.0, True), (math.sqrt(5.0), True), (2.2, False)])

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.scene_builders import disc_at, require_value, staged
 
-from carom.model.scene import Disc, Scene
+from carom.model.scene import Disc
 from carom.model.trace import ImpactRecord, Outcome, Trace, build_impact_array
 from carom.solvers.pic import solve_pic
 
@@ -26,8 +26,7 @@ def draw_pairs(draw: st.DrawFn) -> tuple[Disc, Disc]:
         mass = draw(masses)
         velocity = (0.0, 0.0) if math.isinf(mass) else (draw(numbers), draw(numbers))
         radius = draw(st.one_of(st.sampled_from([0.25, 0.5, 1.0]), st.floats(1e-3, 10)))
-        position = (draw(numbers), draw(numbers))
-        found.append(Disc(position_m=position, velocity_m_s=velocity, radius_m=radius, mass_kg=mass))
+        found.append(disc_at(draw(numbers), draw(numbers), *velocity, r=radius, m=mass))
     return found[0], found[1]
 
 
@@ -48,7 +47,7 @@ def test_closed_form_equals_the_event_driven_run(
     # A progress callback selects the event-driven run.
     if math.dist(two[0].position_m, two[1].position_m) < two[0].radius_m + two[1].radius_m:
         return
-    scene = Scene(name="two", discs=two, restitution=restitution, duration_s=2e3)
+    scene = staged("two", *two, restitution=restitution, duration_s=2e3)
     closed = solve_pic(scene, until_s=end, max_impacts=limit)
     run = solve_pic(scene, until_s=end, max_impacts=limit, progress=lambda *_: None)
     for one, other in zip(*(list_results(trace) for trace in (closed, run)), strict=True):

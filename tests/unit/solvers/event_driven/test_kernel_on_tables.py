@@ -9,10 +9,10 @@ from itertools import product
 import numpy as np
 import pytest
 from tests.cases import each, release_after
-from tests.scene_builders import disc_at, staged
+from tests.scene_builders import disc_at, require_value, staged
 from tests.unit.solvers.run_kinds import all_pairs, assert_same
 
-from carom import Chain, Disc, Outcome, Scene
+from carom import Chain, Outcome, Scene
 from carom.errors import InputError
 from carom.model.chain_geometry import Outline
 from carom.model.disc_arrays import DiscArrays
@@ -25,14 +25,11 @@ pytest.importorskip("carom.core.pic")
 def build_gas_among_segments(segments: int) -> Scene:
     """Return a gas in a box with short segments between the discs, so that each cell knows few of them."""
     rnd, discs, walls = random.Random(8), [], []
-    for row in range(5):
-        for column in range(5):
-            x, y = 2.0 * column, 2.0 * row
-            velocity = rnd.gauss(0, 1), rnd.gauss(0, 1)
-            discs.append(Disc(position_m=(x, y), velocity_m_s=velocity, radius_m=0.4))
-            walls.append(Chain(points_m=[(x + 0.9, y + 0.9), (x + 1.1, y + 1.0 + rnd.uniform(-0.2, 0.2))]))
+    for y, x in product(range(0, 10, 2), repeat=2):
+        discs.append(disc_at(x, y, rnd.gauss(0, 1), rnd.gauss(0, 1), r=0.4))
+        walls.append(Chain(points_m=[(x + 0.9, y + 0.9), (x + 1.1, y + 1.0 + rnd.uniform(-0.2, 0.2))]))
     box = Chain(points_m=[(-1, -1), (10, -1), (10, 10), (-1, 10)], closed=True)
-    return Scene(name="gas among segments", discs=discs, walls=[box, *walls[:segments]], duration_s=100.0)
+    return staged("gas among segments", *discs, box, *walls[:segments], duration_s=100.0)
 
 
 @each("segments, most, cells", release_after(1, [(25, 50, 1.0), (25, 200, 1.0), (12, 100, 2.5)]))
@@ -44,13 +41,10 @@ def test_gas_among_segments_matches_all_pairs_to_the_bit(segments: int, most: in
 def build_gas_in_polygon(edges: int, radius: float) -> Scene:
     """Return sixteen discs in the middle of a regular polygon, far from its edges."""
     rnd = random.Random(9)
-    discs = [
-        Disc(position_m=(x, y), velocity_m_s=(rnd.gauss(0, 1), rnd.gauss(0, 1)), radius_m=0.4)
-        for x, y in product(range(-2, 2), repeat=2)
-    ]
+    discs = [disc_at(x, y, rnd.gauss(0, 1), rnd.gauss(0, 1), r=0.4) for x, y in product(range(-2, 2), repeat=2)]
     turns = [2 * math.pi * k / edges for k in range(edges)]
     wall = Chain(points_m=[(radius * math.cos(turn), radius * math.sin(turn)) for turn in turns], closed=True)
-    return Scene(name="gas in a polygon", discs=discs, walls=[wall], duration_s=1e3)
+    return staged("gas in a polygon", *discs, wall, duration_s=1e3)
 
 
 @each("options", release_after(1, [{"cells": 3.0}, {"contact_s": 0.01}, {"cells": math.inf}, {}]))
@@ -118,8 +112,6 @@ def test_finite_walls_can_be_given_as_arrays() -> None:
     run.advance_to(10.0)
     # From 0 to 1.25, back to -1.5, and to 1.25 again.
     assert run.log.array()["time_s"].tolist() == [1.25, 4.0, 6.75, 9.5]
-    edges = run.log.edges()
-    assert edges is not None
-    assert edges["edge"].tolist() == [0, -1, 0, -1]
+    assert require_value(run.log.edges())["edge"].tolist() == [0, -1, 0, -1]
     with pytest.raises(InputError, match="must not overlap wall 0"):
         EventDrivenRun(DiscArrays(np.array([[1.5, 0.0]]), *fields, walls=(line,)))

@@ -17,7 +17,7 @@ from tests.unit.solvers.pit.run_forms import (
     start_plain_run,
 )
 
-from carom import Chain, Disc, Scene, Wall, solve_pit
+from carom import Chain, Scene, solve_pit
 from carom.solvers.pit.clock import FrameClock
 from carom.studies.bench.gas import build_gas_scene
 
@@ -64,10 +64,7 @@ def test_parting_discs_that_rounding_brings_together_collide() -> None:
     slide = 0.05 * unit * 0.6 / 0.8 * (1 - 2.0**-20)  # a little less than what would cancel the parting along x
     places = ((far - 0.3, 1.5 * far), (far + 0.3, 1.5 * far + 0.8))
     velocities = ((0.4 * unit, 0.4 * unit), (0.45 * unit, 0.4 * unit - slide))
-    discs = [
-        Disc(position_m=place, velocity_m_s=velocity, radius_m=0.5 + 2.0**-24)
-        for place, velocity in zip(places, velocities, strict=True)
-    ]
+    discs = [disc_at(*at, *velocity, r=0.5 + 2.0**-24) for at, velocity in zip(places, velocities, strict=True)]
     scene = staged("parting", *discs, duration_s=100.0)
     run = assert_identical(scene, FrameClock(rate_hz=1.0))
     assert 0.0 < run.log.array()["time_s"][0] < 50.0
@@ -167,7 +164,7 @@ def test_log_arrays_are_read_only_and_do_not_change() -> None:
 def test_all_forms_agree_with_and_without_cells(count: int) -> None:
     """All forms give the same bits for 1, 36 and 37 discs; from 37 discs on, cells are used."""
     discs = [disc_at(2.0 * (k % 7), 2.0 * (k // 7), k % 5 - 2.5, k % 3 - 1.5, r=0.75) for k in range(count)]
-    walls = [Wall(point_m=(p, p), normal=normal) for p, normal in ((-1, (1, 0)), (-1, (0, 1)), (13, (-1, -1)))]
+    walls = wall_at(-1, -1, 1, 0), wall_at(-1, -1, 0, 1), wall_at(13, 13, -1, -1)
     scene = staged("some", *discs, *walls, duration_s=5.0)
     assert len(assert_identical(scene, FrameClock(rate_hz=24.0)).log) > 0
 

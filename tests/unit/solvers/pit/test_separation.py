@@ -4,11 +4,10 @@ import math
 
 import numpy as np
 from tests.cases import each
-from tests.scene_builders import disc_at, staged, wall_at
+from tests.scene_builders import disc_at, drive_on_legs, staged, wall_at
 from tests.unit.solvers.pit.run_forms import assert_identical
 
-from carom import Chain, Disc, Scene, Wall, solve_pit
-from carom.model.walls import Leg
+from carom import Chain, Scene, solve_pit
 from carom.solvers.pit.clock import FrameClock
 
 CLOCK = FrameClock(rate_hz=60.0)
@@ -23,13 +22,10 @@ def list_struck_bodies(scene: Scene) -> list[int]:
 def test_sliding_into_a_perpendicular_wall_adds_one_impact() -> None:
     """A disc that slides along a driven wall into a perpendicular one has one impact with each wall."""
     # The second impact changes nothing along the normal of the first wall.
-    walls = [
-        Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0), velocity_m_s=(0.0, 0.1)),
-        Wall(point_m=(3.0, 0.0), normal=(-1.0, 0.0), velocity_m_s=(0.3, 0.0)),
-    ]
+    floor, side = wall_at(0, 0, 0, 1, velocity_m_s=(0.0, 0.1)), wall_at(3, 0, -1, 0, velocity_m_s=(0.3, 0.0))
     for k in range(20):
         disc = disc_at(0.0, 1.0, 1.7 + 0.0137 * k, -1.3 - 0.0071 * k, r=0.3)
-        scene = Scene(name="corner", discs=[disc], walls=walls, wall_restitution=0.0, duration_s=6.0)
+        scene = staged("corner", disc, floor, side, wall_restitution=0.0, duration_s=6.0)
         assert list_struck_bodies(scene) == [-1, -2]
 
 
@@ -40,16 +36,13 @@ def test_sliding_along_an_edge_is_one_impact(angle: float) -> None:
     (ux, uy), (nx, ny) = (math.cos(angle), math.sin(angle)), (-math.sin(angle), math.cos(angle))
     edge = Chain(points_m=[(-9.0 * ux, -9.0 * uy), (9.0 * ux, 9.0 * uy)])
     disc = disc_at(-3.0 * ux + 2.0 * nx, -3.0 * uy + 2.0 * ny, 1.3 * ux - 2.0 * nx, 1.3 * uy - 2.0 * ny, r=0.5)
-    scene = Scene(name="slide", discs=[disc], walls=[edge], wall_restitution=0.0, duration_s=3.0)
-    assert list_struck_bodies(scene) == [-1]
+    assert list_struck_bodies(staged("slide", disc, edge, wall_restitution=0.0, duration_s=3.0)) == [-1]
 
 
 def test_disc_meets_the_inside_of_an_arc_repeatedly() -> None:
     """A disc in a half-circle bowl with restitution 0 has over 20 impacts with it in 2 s."""
-    bowl = Chain(points_m=[(-2.0, 0.0), (2.0, 0.0)], bulges=[1.0])
-    disc = disc_at(0.3, 0.0, 0.7, -1.0, r=0.25)
-    scene = Scene(name="bowl", discs=[disc], walls=[bowl], wall_restitution=0.0, duration_s=2.0)
-    assert len(list_struck_bodies(scene)) > 20
+    bodies = disc_at(0.3, 0.0, 0.7, -1.0, r=0.25), Chain(points_m=[(-2.0, 0.0), (2.0, 0.0)], bulges=[1.0])
+    assert len(list_struck_bodies(staged("bowl", *bodies, wall_restitution=0.0, duration_s=2.0))) > 20
 
 
 def test_joined_discs_do_not_collide_again_on_a_floor() -> None:
@@ -76,11 +69,9 @@ def test_disc_sent_back_by_a_wall_strikes_an_overlapped_disc_again(turned: compl
 
 def test_shaken_wall_strikes_a_disc_on_each_approaching_leg() -> None:
     """A shaken wall strikes the disc on it once for each leg on which it approaches: three times in all."""
-    legs = [Leg(from_s=0.5 * k, velocity_m_s=(0.0, speed)) for k, speed in enumerate((0.0, 0.1, 0.3, 0.2))]
-    wall = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0), legs=legs)
-    disc = Disc(position_m=(0.0, 0.6), velocity_m_s=(0.3, -1.0), radius_m=0.5)
-    scene = Scene(name="shaken", discs=[disc], walls=[wall], wall_restitution=0.0, duration_s=2.0)
-    assert list_struck_bodies(scene) == [-1, -1, -1]
+    legs = drive_on_legs(*((0.5 * k, (0.0, speed)) for k, speed in enumerate((0.0, 0.1, 0.3, 0.2))))
+    bodies = disc_at(0.0, 0.6, 0.3, -1.0), wall_at(0.0, 0.0, 0.0, 1.0, **legs)
+    assert list_struck_bodies(staged("shaken", *bodies, wall_restitution=0.0, duration_s=2.0)) == [-1, -1, -1]
 
 
 def test_discs_of_equal_velocity_on_a_table_collide_once() -> None:
