@@ -10,7 +10,7 @@ from tests.checker.small_steps import Ends, run_small_steps
 from tests.scene_builders import disc_at, require_value, staged, wall_at
 from tests.validation import contact_scenes
 
-from carom import Disc, Outcome, Scene, Wall, certify, solve_pic
+from carom import Outcome, Scene, certify, solve_pic
 from carom.catalogue import find_scenes
 
 G = 10.0
@@ -109,18 +109,27 @@ RADIUS_M = 0.5
 SIZES = [10.0**power for power in (-300, -12, -6, -2, -1, 0, 2, 6)]
 
 
-def build_slope_scene(friction: float, resists: float = 0.0, *, tangent: float = 0.0, along: float = 0.0) -> Scene:
-    """Return a disc on the line y = 0 for a second, which slides or rests there; gravity leans by a tangent."""
+def build_slope_scene(
+    friction: float,
+    resists: float = 0.0,
+    *,
+    tangent: float = 0.0,
+    along: float = 0.0,
+    height: float = 0.0,
+    e: float = 0.0,
+    duration_s: float = 1.0,
+) -> Scene:
+    """Return a disc on, or above, the line y = 0, which slides, rests or bounces; gravity leans by a tangent."""
     long = math.hypot(1.0, tangent)
-    return Scene(
-        name="extreme",
-        discs=[Disc(position_m=(0, RADIUS_M), velocity_m_s=(along, 0), radius_m=RADIUS_M)],
-        walls=[Wall(point_m=(0, 0), normal=(0, 1))],
+    return staged(
+        "extreme",
+        disc_at(0, RADIUS_M + height, along, r=RADIUS_M),
+        wall_at(0, 0, 0, 1),
         gravity_m_s2=(G * tangent / long, -G / long),
-        wall_restitution=0.0,
+        wall_restitution=e,
         wall_friction=friction,
         wall_rolling_resistance=resists,
-        duration_s=1.0,
+        duration_s=duration_s,
     )
 
 
@@ -172,13 +181,7 @@ def test_ball_with_high_restitution_rests_at_the_sum_of_its_hops(lost: float) ->
     e, height = 1.0 - lost, 1e-4
     fall = math.sqrt(2.0 * height / G)
     rests = fall * (1.0 + e) / (1.0 - e)
-    scene = build_slope_scene(0.0).model_copy(
-        update={
-            "discs": (Disc(position_m=(0, RADIUS_M + height), radius_m=RADIUS_M),),
-            "wall_restitution": e,
-            "duration_s": 1.1 * rests,
-        }
-    )
+    scene = build_slope_scene(0.0, height=height, e=e, duration_s=1.1 * rests)
     ends = solve_pic(scene, max_impacts=10**7)
     assert ends.outcome is Outcome.COMPLETED
     assert ends.contact_s == pytest.approx(rests, rel=1e-9)
@@ -188,10 +191,7 @@ def test_ball_with_high_restitution_rests_at_the_sum_of_its_hops(lost: float) ->
 def test_ball_with_restitution_1_minus_1e_9_keeps_bouncing() -> None:
     """With e = 1 - 1e-9 a ball bounces as often in a second as without loss, and its speed falls as e^n."""
     e, height = 1.0 - 1e-9, 1e-4
-    scene = build_slope_scene(0.0).model_copy(
-        update={"discs": (Disc(position_m=(0, RADIUS_M + height), radius_m=RADIUS_M),), "wall_restitution": e}
-    )
-    ends = solve_pic(scene)
+    ends = solve_pic(build_slope_scene(0.0, height=height, e=e))
     fall = math.sqrt(2.0 * height / G)
     count = math.floor((1.0 / fall + 1.0) / 2.0)
     assert len(ends.impacts) == count

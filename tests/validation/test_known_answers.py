@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from tests.cases import by_group, each, release_after
 from tests.scene_builders import disc_at, staged
 
-from carom import Outcome, Scene, solve_pic, solve_pic_framewise
+from carom import Outcome, solve_pic, solve_pic_framewise
 from carom.catalogue import CatalogueScene, Tag, catalogue, deviation, find_scenes
 from carom.model.energy import kinetic_energy
 
@@ -88,7 +88,8 @@ def test_three_equal_discs_collapse_below_the_critical_restitution(e: float) -> 
     """Below e = 7 - 4 sqrt(3) three equal discs in line collide without end; above it they separate."""
     # S. McNamara and W. R. Young, Phys. Fluids A 4, 496 (1992). In float64 the collapse ends when the gaps are used up:
     # after more than 30 impacts, with the discs at one velocity. Above it they separate with speeds in order.
-    trace = solve_pic(build_collapse_scene(e))
+    discs = [disc_at(x, 0.0, v, r=0.25) for x, v in ((-1.5, 1.0), (0.0, 0.0), (1.75, -1.0))]
+    trace = solve_pic(staged("collapse", *discs, restitution=e, duration_s=1000.0))
     speeds = trace.final_velocity_m_s[:, 0]
     if e < 7 - 4 * math.sqrt(3):
         assert len(trace.impacts) > 30
@@ -97,9 +98,3 @@ def test_three_equal_discs_collapse_below_the_critical_restitution(e: float) -> 
         assert trace.outcome is Outcome.COMPLETED
         assert len(trace.impacts) < 30
         assert np.all(np.diff(speeds) > 0)
-
-
-def build_collapse_scene(e: float) -> Scene:
-    """Stage three equal discs in line, the outer two closing on the middle one at rest, one of them later."""
-    discs = [disc_at(x, 0.0, v, r=0.25) for x, v in ((-1.5, 1.0), (0.0, 0.0), (1.75, -1.0))]
-    return staged("collapse", *discs, restitution=e, duration_s=1000.0)

@@ -9,9 +9,9 @@ import math
 import numpy as np
 import pytest
 from tests.cases import each
-from tests.scene_builders import staged
+from tests.scene_builders import disc_at, staged
 
-from carom import Chain, Disc, Ring, solve_pic
+from carom import Chain, Ring, solve_pic
 
 
 def build_wedge(degrees: float, side: float = 1e6) -> Chain:
@@ -24,7 +24,7 @@ def count_wedge_impacts(degrees: float, place: complex, velocity: complex, resti
     """Return how many impacts a disc has in a wedge; its place is that of its centre in the wedge left to it."""
     radius = 0.01
     start = place + radius * complex(1.0 / math.tan(math.radians(degrees) / 2.0), 1.0)
-    disc = Disc(position_m=(start.real, start.imag), velocity_m_s=(velocity.real, velocity.imag), radius_m=radius)
+    disc = disc_at(*_pair(start), *_pair(velocity), r=radius)
     scene = staged("wedge", disc, build_wedge(degrees), wall_restitution=restitution, duration_s=1e60)
     return len(solve_pic(scene, max_impacts=most).impacts)
 
@@ -68,7 +68,7 @@ def test_corner_of_pi_over_n_reflects_simultaneous_impacts_exactly(parts: int) -
     apex, middle = radius * complex(1.0 / math.tan(angle / 2.0), 1.0), cmath.exp(0.5j * angle)
     for part in (0.1, 0.3, 0.5, 0.8):
         velocity = -2.0 * cmath.exp(1j * part * angle)
-        disc = Disc(position_m=_pair(apex - velocity), velocity_m_s=_pair(velocity), radius_m=radius)
+        disc = disc_at(*_pair(apex - velocity), *_pair(velocity), r=radius)
         trace = solve_pic(staged("corner", disc, build_wedge(math.degrees(angle), 64.0), duration_s=2.0))
         along = (velocity * middle.conjugate()).real
         after = -velocity if parts % 2 == 0 else velocity - 2.0 * along * middle
@@ -83,7 +83,7 @@ def _pair(z: complex) -> tuple[float, float]:
 @each("angle", [math.tau * 2 / 5, math.tau * 31 / 97, 2e-5, 2e-9, 2e-12])
 def test_impacts_in_a_circle_are_equal_chords_apart(angle: float) -> None:
     """The k-th impact in a ring comes after k equal chords, also for a path of 1e-12 radians to the wall."""
-    disc = Disc(position_m=(1.0, 0.0), velocity_m_s=(-math.sin(angle / 2), math.cos(angle / 2)), radius_m=0.25)
+    disc = disc_at(1.0, 0.0, -math.sin(angle / 2), math.cos(angle / 2), r=0.25)
     scene = staged("star", disc, Ring(centre_m=(0, 0), radius_m=1.25), duration_s=4000.0)
     # A velocity is rounded at each impact, by 1e-16 of it: of a small angle a part, at worst each time the same way.
     impacts, late, rim = (2000, 1e-13, 1e-12) if angle > 1.0 else (500, 1000 * 2.0**-52 / angle, 1e-14)
