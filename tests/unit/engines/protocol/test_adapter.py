@@ -2,8 +2,6 @@
 
 import json
 import math
-import shutil
-import subprocess
 import sys
 from collections.abc import Callable
 from contextlib import suppress
@@ -15,7 +13,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.cases import each
 from tests.processes import PATIENT_S
-from tests.unit.engines.protocol.programs import build_crowd, build_still_scene, write_manifest
+from tests.unit.engines.protocol.programs import (
+    LANGUAGES,
+    TEMPLATES,
+    build_crowd,
+    build_still_scene,
+    build_template,
+    write_manifest,
+)
 
 from carom.engines.api import AdapterError, CuttableWorld
 from carom.engines.protocol import process
@@ -25,16 +30,9 @@ from carom.engines.registry import load_adapter
 from carom.execution.engine_run import observe_run
 from carom.execution.timing import time_run
 
-TEMPLATES = Path(__file__).resolve().parents[4] / "docs" / "templates"
 SESSION = Path(__file__).parent / "session.jsonl"
 #: What a message ends with whose mistake is in an answer.
 REQUESTS = "see docs/reference/engine-protocol.md#the-requests"
-#: Commands that build a template next to its manifest, and the program that each needs; one needs none.
-BUILDS = {
-    "javascript": ("node", []),
-    "cpp": ("g++", ["g++", "-std=c++17", "-O1", "-Wall", "-Wextra", "-Werror", "-o", "engine", "engine.cpp"]),
-    "rust": ("rustc", ["rustc", "-D", "warnings", "-o", "engine", "engine.rs"]),
-}
 
 
 @pytest.fixture(autouse=True)
@@ -228,18 +226,10 @@ def test_any_answer_is_a_value_or_an_adapter_error(told: st.DataObject, echoing_
     assert echoing_world.observe().position_m.tolist() == [[0.0, 0.0]]
 
 
-# Those that are compiled first take long.
-@each("language", [pytest.param(one, marks=[pytest.mark.long] * (one != "javascript")) for one in BUILDS])
+@each("language", LANGUAGES)
 def test_templates_reproduce_pit(language: str, tmp_path: Path) -> None:
     """Each template, built as its manifest describes, finds the impacts of PIT and its final state within 1e-12."""
-    needed, command = BUILDS[language]
-    if shutil.which(needed) is None:
-        pytest.skip(f"{needed} is not on the PATH")
-    folder = tmp_path / language
-    shutil.copytree(TEMPLATES / language, folder)
-    if command:
-        subprocess.run(command, cwd=folder, check=True)
-    adapter = program_adapter(folder / "engine.toml")
+    adapter = program_adapter(build_template(language, tmp_path) / "engine.toml")
     assert not adapter.unavailable()
     scene = build_crowd(1.0)
     found, pit = (observe_run(method, scene, "default", 1 / 60) for method in (adapter, load_adapter("pit")))
