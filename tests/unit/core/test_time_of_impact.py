@@ -32,11 +32,6 @@ def compute_by_scalar(dx: float, dy: float, ux: float, uy: float, contact_distan
     return primitives.pair_time(0.0, 0.0, 0.0, 0.0, half, dx, dy, ux, uy, half)
 
 
-def compute_wall_time(gap: float, velocity: float) -> float:
-    """The scalar form, of a disc of radius 1 above a wall at height -1."""
-    return primitives.wall_time(0.0, gap, 0.0, velocity, 1.0, (0.0, -1.0, 0.0, 1.0))
-
-
 FORMS = [pytest.param(compute_by_scalar, id="scalar"), pytest.param(compute_by_array, id="array")]
 PairTime = Callable[[float, float, float, float, float], float]
 
@@ -154,7 +149,8 @@ def test_time_is_never_negative_or_nan(dx: float, dy: float, ux: float, uy: floa
 )
 def test_wall_time_is_gap_over_speed_for_approaching_discs(gap: float, velocity: float, time: float) -> None:
     """A wall is met after gap over speed, at 0 s if touched or overlapped, and never if not approached."""
-    assert compute_wall_time(gap, velocity) == time
+    # Of a disc of radius 1 above a wall at height -1.
+    assert primitives.wall_time(0.0, gap, 0.0, velocity, 1.0, (0.0, -1.0, 0.0, 1.0)) == time
 
 
 # Arrays ---------------------------------------------------------------------------------------------------------------

@@ -15,12 +15,6 @@ from carom.model.chain_geometry import Edge, Outline, compute_circle
 STADIUM = Outline(((-2.0, -2.0), (2.0, -2.0), (2.0, 2.0), (-2.0, 2.0)), (0.0, 1.0, 0.0, 1.0), 0.0, closed=True)
 
 
-def test_bulge_of_one_is_half_a_circle() -> None:
-    """The circle of an edge with bulge 1 has the edge's chord as its diameter, exactly."""
-    circle = compute_circle(Edge((2.0, -2.0), (2.0, 2.0), 1.0))
-    assert tuple(map(float, circle)) == (2.0, 0.0, 4.0)
-
-
 def test_arc_angle_is_four_times_the_arctangent_of_its_bulge() -> None:
     """On the circle of radius R, the chord 2 R sin(w/2) of the angle w = 4 arctan(bulge) is that of the edge."""
     for bulge in (0.1, 0.5, 2.0, -3.0):

@@ -33,37 +33,29 @@ class Blow(NamedTuple):
         return is_one_instant and self.nx * earlier.nx + self.ny * earlier.ny != 0.0
 
 
+#: Impacts at 1 s, of which the second is known to a quarter of a second.
+AT_ONE, WIDE = Blow(1.0, 0.0, 1.0, 0.0), Blow(1.0, 0.25, 1.0, 0.0)
+
+
 def find_ambiguous(blows: list[Blow]) -> list[bool]:
     return list(map(bool, core_functions.ambiguous(blows)))
 
 
-def test_impacts_at_different_times_are_not_ambiguous() -> None:
-    """Impacts of one disc at five different times are not ambiguous."""
-    assert find_ambiguous([Blow(float(k), 0.0, 1.0, 0.0) for k in range(5)]) == [False] * 5
-
-
 @each(
-    "normals, ambiguous",
+    "blows, ambiguous",
     [
-        pytest.param([(1.0, 0.0), (0.6, 0.8)], [1], id="two at one instant"),
-        pytest.param([(0.6, 0.8), (-0.8, 0.6)], [], id="at right angles neither changes the other"),
-        pytest.param([(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0)], [2], id="the first of three counts as well"),
-        pytest.param([(math.nan, math.nan), (0.0, 1.0)], [1], id="friction has no direction"),
+        pytest.param([Blow(float(k), 0.0, 1.0, 0.0) for k in range(5)], [], id="five at different times"),
+        pytest.param([AT_ONE, Blow(1.0, 0.0, 0.6, 0.8)], [1], id="two at one instant"),
+        pytest.param([AT_ONE, Blow(1.0, 0.0, 0.0, 1.0)], [], id="at right angles neither changes the other"),
+        pytest.param([AT_ONE, Blow(1.0, 0.0, 0.0, 1.0), Blow(1.0, 0.0, -1.0, 0.0)], [2], id="the first of three"),
+        pytest.param([Blow(1.0, 0.0, math.nan, math.nan), AT_ONE], [1], id="friction has no direction"),
+        pytest.param([WIDE, Blow(1.375, 0.125, 0.6, 0.8)], [1], id="as far apart as both resolutions"),
+        pytest.param([WIDE, Blow(1.5, 0.125, 0.6, 0.8)], [], id="further apart than both resolutions"),
     ],
 )
-def test_simultaneous_impacts_that_interfere_are_ambiguous(
-    normals: list[tuple[float, float]], ambiguous: list[int]
-) -> None:
-    """An impact is ambiguous if an earlier one of the same instant changes its result."""
-    found = find_ambiguous([Blow(1.0, 0.0, *normal) for normal in normals])
-    assert [k for k, is_ambiguous in enumerate(found) if is_ambiguous] == ambiguous
-
-
-def test_impacts_within_their_time_resolution_are_ambiguous() -> None:
-    """Two impacts are simultaneous if they are no further apart than the sum of their resolutions."""
-    for gap, ambiguous in ((0.375, True), (0.5, False)):
-        blows = [Blow(1.0, 0.25, 1.0, 0.0), Blow(1.0 + gap, 0.125, 0.6, 0.8)]
-        assert find_ambiguous(blows) == [False, ambiguous]
+def test_simultaneous_impacts_that_interfere_are_ambiguous(blows: list[Blow], ambiguous: list[int]) -> None:
+    """An impact is ambiguous if an earlier one, no further away than their resolutions, changes its result."""
+    assert [k for k, is_ambiguous in enumerate(find_ambiguous(blows)) if is_ambiguous] == ambiguous
 
 
 DIRECTIONS = [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.6, 0.8), (-0.8, 0.6), (0.8, 0.6)]
