@@ -14,10 +14,10 @@ from tests.campaign.feature_checks import Check, CheckedScene, Finding, check_sc
 from tests.campaign.feature_scenes import Law, draw_scene, features_of, law_of
 from tests.campaign.transformation import restore_record, rotate_scene
 from tests.cases import each, release_after
-from tests.scene_builders import require_value
+from tests.scene_builders import alter_impact, disc_at, require_value, staged, wall_at
 from tests.transformed_scenes import turn_by
 
-from carom import Disc, Mode, Outcome, Ring, Scene, Trace, Wall, load_scene, solve_pic
+from carom import Mode, Outcome, Ring, Scene, Trace, load_scene, solve_pic
 from carom.solvers.pic import start_pic_run
 from carom.solvers.run import Run
 
@@ -29,48 +29,29 @@ LAWS = {"compiled": {Law.STRAIGHT, Law.DAMPED}, "all": set(Law)}
 NUMBERS = 60
 
 #: Scenes whose events are all proven, so that nothing hides a fault: rough discs among driven walls, and contact.
-DRIVEN_BOX = Scene(
-    name="driven box",
-    discs=[
-        Disc(position_m=(-1.0, 0.25), velocity_m_s=(2.0, 0.5), radius_m=0.5, spin_rad_s=3.0),
-        Disc(position_m=(1.0, -0.125), velocity_m_s=(-1.0, 0.25), radius_m=0.25, mass_kg=1e-3),
-    ],
-    walls=[
-        Wall(point_m=(-3.0, 0.0), normal=(1.0, 0.0), velocity_m_s=(0.25, 0.0)),
-        Wall(point_m=(3.0, 0.0), normal=(-1.0, 0.0), surface_speed_m_s=0.5),
-        Ring(centre_m=(0.0, 2.5), radius_m=1.0),
-        Ring(centre_m=(0.0, -2.5), radius_m=1.0),
-    ],
+DRIVEN_BOX = staged(
+    "driven box",
+    disc_at(-1.0, 0.25, 2.0, 0.5, spin_rad_s=3.0),
+    disc_at(1.0, -0.125, -1.0, 0.25, r=0.25, m=1e-3),
+    wall_at(-3.0, 0.0, 1.0, 0.0, velocity_m_s=(0.25, 0.0)),
+    wall_at(3.0, 0.0, -1.0, 0.0, surface_speed_m_s=0.5),
+    *(Ring(centre_m=(0.0, y), radius_m=1.0) for y in (2.5, -2.5)),
     restitution=0.8,
     friction=0.3,
     wall_friction=0.2,
     duration_s=3.0,
 )
-SLIDE = Scene(
-    name="slide",
-    discs=[Disc(position_m=(0.0, 0.5), velocity_m_s=(2.0, 0.0), radius_m=0.5)],
-    walls=[Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0)), Wall(point_m=(9.0, 0.0), normal=(-1.0, 0.0))],
-    wall_friction=0.25,
-    gravity_m_s2=(0.0, -10.0),
-    duration_s=2.0,
-)
+DOWN = {"gravity_m_s2": (0.0, -10.0)}
+_WALLS = wall_at(0.0, 0.0, 0.0, 1.0), wall_at(9.0, 0.0, -1.0, 0.0)
+SLIDE = staged("slide", disc_at(0.0, 0.5, 2.0), *_WALLS, wall_friction=0.25, duration_s=2.0, **DOWN)
 #: A disc that comes to rest in a circle, where it bounces until hops are lower than the resolution of the gap.
-BOWL = Scene(
-    name="bowl",
-    discs=[Disc(position_m=(0.5, 0.0), velocity_m_s=(0.5, 0.0), radius_m=0.25)],
-    walls=[Ring(centre_m=(0.0, 0.0), radius_m=2.0)],
-    wall_restitution=0.25,
-    gravity_m_s2=(0.0, -10.0),
-    duration_s=5.0,
-)
+_RING = Ring(centre_m=(0.0, 0.0), radius_m=2.0)
+BOWL = staged("bowl", disc_at(0.5, 0.0, 0.5, r=0.25), _RING, wall_restitution=0.25, duration_s=5.0, **DOWN)
 
 
 @each("laws", release_after(1, LAWS))
 def test_campaign_scenes_have_no_findings(laws: str) -> None:
-    r"""Dozens of campaign scenes match certified runs, and are equal when rotated, in pieces, or by all pairs.
-
-    More than half of the impacts are certified.
-    """
+    """Dozens of campaign scenes match certified runs, and are equal when rotated, in pieces, or by all pairs."""
     scenes = [scene for scene in map(draw_scene, range(NUMBERS)) if law_of(scene) in LAWS[laws]]
     checked = {scene.name: check_scene(scene) for scene in scenes}
     assert {name: found.findings for name, found in checked.items() if found.findings} == {}
@@ -91,28 +72,34 @@ def test_campaign_scenes_have_every_feature() -> None:
 # Planted faults -------------------------------------------------------------------------------------------------------
 
 
-def remove_impact(trace: Trace) -> Trace:
-    spins = None if trace.spins is None else np.delete(trace.spins, 1)
-    edges = None if trace.edges is None else np.delete(trace.edges, 1)
-    return replace(trace, impacts=np.delete(trace.impacts, 1), spins=spins, edges=edges)
+def keep_rows(trace: Trace, rows: Any) -> Trace:
+    """Return the trace with some of its impacts, of which one may come twice."""
+    spins, edges = (None if of_impacts is None else of_impacts[rows] for of_impacts in (trace.spins, trace.edges))
+    return replace(trace, impacts=trace.impacts[rows], spins=spins, edges=edges)
+
+
+def remove_impact(trace: Trace, k: int = 1) -> Trace:
+    return keep_rows(trace, [row for row in range(len(trace.impacts)) if row != k])
 
 
 def add_impact(trace: Trace) -> Trace:
     """Return the trace with the second impact twice, the later one between this and the next."""
-    rows = np.insert(trace.impacts, 2, trace.impacts[1])
-    rows["time_s"][2] = 0.5 * (trace.impacts["time_s"][1] + trace.impacts["time_s"][2])
-    spins = None if trace.spins is None else np.insert(trace.spins, 2, trace.spins[1])
-    edges = None if trace.edges is None else np.insert(trace.edges, 2, trace.edges[1])
-    return replace(trace, impacts=rows, spins=spins, edges=edges)
+    between_s = 0.5 * (trace.impacts["time_s"][1] + trace.impacts["time_s"][2])
+    return alter_impact(keep_rows(trace, [0, 1, *range(1, len(trace.impacts))]), 2, time_s=between_s)
 
 
 def change_field(name: str, part: float) -> Doctor:
     """Return what changes one number of the third impact by a part of itself."""
+    return lambda trace: alter_impact(trace, 2, **{name: trace.impacts[name][2] * (1.0 + part)})
+
+
+def change_mode(row: int, name: str, change: Callable[[Any], Any]) -> Doctor:
+    """Return what changes one field of a change of mode."""
 
     def doctor(trace: Trace) -> Trace:
-        rows = trace.impacts.copy()
-        rows[name][2] *= 1.0 + part
-        return replace(trace, impacts=rows)
+        modes = require_value(trace.modes).copy()
+        modes[name][row] = change(modes[name][row])
+        return replace(trace, modes=modes)
 
     return doctor
 
@@ -123,17 +110,10 @@ def change_spin(trace: Trace) -> Trace:
     return replace(trace, spins=spins)
 
 
-def change_end(trace: Trace) -> Trace:
-    return replace(trace, final_position_m=trace.final_position_m + 1e-12)
-
-
 def end_early(trace: Trace) -> Trace:
     """Return the trace as if its run had ended by name after two impacts."""
     end_s = float(trace.impacts["time_s"][1])
-    spins, edges = require_value(trace.spins)[:2], require_value(trace.edges)[:2]
-    return replace(
-        trace, impacts=trace.impacts[:2], spins=spins, edges=edges, end_time_s=end_s, outcome=Outcome.STANDSTILL
-    )
+    return replace(keep_rows(trace, slice(2)), end_time_s=end_s, outcome=Outcome.STANDSTILL)
 
 
 def end_late(trace: Trace) -> Trace:
@@ -148,7 +128,7 @@ FAULTS: list[tuple[Doctor, Kind]] = [
     (change_field("velocity_first_after", 1e-13), Kind.VELOCITY),
     (change_field("velocity_first_before", 1e-13), Kind.VELOCITY),
     (change_spin, Kind.SPIN),
-    (change_end, Kind.FINAL_STATE),
+    (lambda trace: replace(trace, final_position_m=trace.final_position_m + 1e-12), Kind.FINAL_STATE),
     (end_early, Kind.EARLY_END),
     (end_late, Kind.ENDING),
 ]
@@ -189,30 +169,18 @@ def test_fault_beyond_the_envelope_is_found(doctor: Doctor, kind: Kind, monkeypa
 def test_fault_of_a_contact_mode_is_found() -> None:
     """A mode change is a finding if it is missing, is off by hundreds of roundings, or calls a rolling disc at rest."""
     assert any(isinstance(event, EnvelopeMode) for event in compute_envelope(SLIDE, solve_pic(SLIDE), 9).events)
-
-    def without_mode(trace: Trace) -> Trace:
-        return replace(trace, modes=require_value(trace.modes)[:-1])
-
-    def late(trace: Trace) -> Trace:
-        modes = require_value(trace.modes).copy()
-        modes["time_s"][-1] *= 1.0 + 1e-13
-        return replace(trace, modes=modes)
-
-    def at_rest(trace: Trace) -> Trace:
-        modes = require_value(trace.modes).copy()
-        assert modes["after"][-1] == Mode.ROLL
-        modes["after"][-1] = Mode.REST
-        return replace(trace, modes=modes)
-
-    for doctor in (without_mode, late, at_rest):
+    assert require_value(solve_pic(SLIDE).modes)["after"][-1] == Mode.ROLL
+    doctors: tuple[Doctor, ...] = (
+        lambda trace: replace(trace, modes=require_value(trace.modes)[:-1]),
+        change_mode(-1, "time_s", lambda time_s: time_s * (1.0 + 1e-13)),
+        change_mode(-1, "after", lambda _: Mode.REST),
+    )
+    for doctor in doctors:
         assert list_kinds(check_scene(SLIDE, solve_with(doctor)), Check.CERTIFIED) == {Kind.MODE.value}
 
 
 def test_contact_may_replace_hops_below_the_gap_resolution() -> None:
-    r"""Certified bounces after PIC's contact are no finding if they are lower than the resolution of the gap.
-
-    Higher bounces are one.
-    """
+    """Certified bounces after PIC's contact are no finding if they are lower than the resolution of the gap."""
     checked = check_scene(BOWL)
     assert checked.findings == []
     assert checked.low_hops
@@ -220,38 +188,27 @@ def test_contact_may_replace_hops_below_the_gap_resolution() -> None:
     def sooner(trace: Trace) -> Trace:
         if trace.outcome is not Outcome.AT_REST:
             return trace
-        end_s = float(trace.impacts["time_s"][-3])
-        return replace(trace, impacts=trace.impacts[:-2], edges=require_value(trace.edges)[:-2], end_time_s=end_s)
+        return replace(keep_rows(trace, slice(-2)), end_time_s=float(trace.impacts["time_s"][-3]))
 
     found = check_scene(BOWL, solve_with(sooner))
     assert Kind.EARLY_END.value in list_kinds(found, Check.CERTIFIED)
     assert not found.low_hops
 
 
-@each("number", [26802, 31459, 41057, 43248, 46411, 47302, 57329, 61741, 107541])
+@each("number", [26802, 31459, 41057, 43248, 46411, 47302, 57329, 61741, 107541, 104896, 131771])
 def test_differences_explained_by_rounding_are_no_findings(number: int) -> None:
-    r"""Nine scenes whose differences rounding explains have no findings.
-
-    They have a collapse that may begin after certified events, friction whose result is a float, or a start almost
-    at rest. In scene 46411 a change of mode in contact rounds a position by one unit in the last place before an
-    impact. In scene 61741 the run ends among the last bounces before a landing.
-    In scene 107541 a disc lands at rest, and roundings could make it roll.
-    """
-    assert check_scene(draw_scene(number)).findings == []
-
-
-@each("number", [104896, 131771])
-def test_low_hops_at_the_inside_of_an_arc_are_those_of_the_certified_run(number: int) -> None:
-    """A disc that bounces between its ground and the inside of an arc makes every hop of the certified run."""
+    """Scenes whose differences rounding explains, or that have low hops inside an arc, have no findings."""
+    # They have a collapse that may begin after certified events, friction whose result is a float, or a start almost at
+    # rest. In scene 46411 a change of mode in contact rounds a position by one unit in the last place before an impact.
+    # In scene 61741 the run ends among the last bounces before a landing. In scene 107541 a disc lands at rest, and
+    # roundings could make it roll.
     assert check_scene(draw_scene(number)).findings == []
 
 
 def test_contact_may_continue_where_rounding_decides_a_hop() -> None:
-    r"""Contact that continues where only rounding decides about a hop is counted, and is no finding.
-
-    A missing hop that is certain is a finding, however low it is. In the first scene the normal of an immovable
-    disc is along the wall to rounding.
-    """
+    """Contact that continues where only rounding decides about a hop is counted, and is no finding."""
+    # A missing hop that is certain is a finding, however low it is. In the first scene the normal of an immovable disc
+    # is along the wall to rounding.
     checked = check_scene(draw_scene(23619))
     assert checked.findings == []
     assert checked.kept_contact
@@ -260,8 +217,7 @@ def test_contact_may_continue_where_rounding_decides_a_hop() -> None:
         modes = np.delete(require_value(trace.modes), 44)
         modes["after"][43] = Mode.SLIDE
         modes["impacts"][44:] -= 1
-        spins, edges = np.delete(require_value(trace.spins), 31), np.delete(require_value(trace.edges), 31)
-        return replace(trace, modes=modes, impacts=np.delete(trace.impacts, 31), spins=spins, edges=edges)
+        return replace(remove_impact(trace, 31), modes=modes)
 
     corner = draw_scene(23403)
     assert check_scene(corner).findings == []
@@ -272,50 +228,36 @@ def test_contact_may_continue_where_rounding_decides_a_hop() -> None:
 
 def test_end_of_a_slip_that_is_rounding_is_no_finding() -> None:
     """A slip that exists only by rounding may end at any time; a wrong end of another slip is a finding."""
-    scene = Scene(
-        name="across the slope",
-        discs=[Disc(position_m=(2.01744849513864, 2.4495002648363497), radius_m=0.09769212210352762)],
-        walls=[Wall(point_m=(-1.4810976512154, -2.608898186507903), normal=(0.4936992170718, 0.8696327288359676))],
-        wall_restitution=0.0,
-        gravity_m_s2=(-0.1314417357473424, -0.23152970753906155),
-        duration_s=28.0,
-    )
+    disc = disc_at(2.01744849513864, 2.4495002648363497, r=0.09769212210352762)
+    slope = wall_at(-1.4810976512154, -2.608898186507903, 0.4936992170718, 0.8696327288359676)
+    pull = {"gravity_m_s2": (-0.1314417357473424, -0.23152970753906155)}
+    scene = staged("across the slope", disc, slope, wall_restitution=0.0, duration_s=28.0, **pull)
     assert check_scene(scene).findings == []
-
-    def turned_later(trace: Trace) -> Trace:
-        modes = require_value(trace.modes).copy()
-        modes["time_s"][1] += 0.125
-        return replace(trace, modes=modes)
-
-    slope = SLIDE.model_copy(update={"gravity_m_s2": (-4.0, -10.0)})
-    assert check_scene(slope).findings == []
-    assert Kind.MODE.value in list_kinds(check_scene(slope, solve_with(turned_later)), Check.CERTIFIED)
+    turned_later = change_mode(1, "time_s", lambda time_s: time_s + 0.125)
+    slides = SLIDE.model_copy(update={"gravity_m_s2": (-4.0, -10.0)})
+    assert check_scene(slides).findings == []
+    assert Kind.MODE.value in list_kinds(check_scene(slides, solve_with(turned_later)), Check.CERTIFIED)
 
 
 def test_impact_that_is_rounding_has_its_own_kind() -> None:
     """An extra impact at a rounding's speed is reported as rounding, and not as spurious."""
-    scene = Scene(
-        name="stays",
-        discs=[Disc(position_m=(0.0, 0.0), velocity_m_s=(-1.0, 0.25), radius_m=0.5)],
-        walls=[Wall(point_m=(-2.0, 0.0), normal=(1.0, 0.0), velocity_m_s=(0.125, 0.0))],
-        wall_restitution=0.0,
-        duration_s=4.0,
-    )
+    wall = wall_at(-2.0, 0.0, 1.0, 0.0, velocity_m_s=(0.125, 0.0))
+    scene = staged("stays", disc_at(0.0, 0.0, -1.0, 0.25), wall, wall_restitution=0.0, duration_s=4.0)
 
     def again(trace: Trace) -> Trace:
-        rows = np.repeat(trace.impacts, 2)
-        rows["time_s"][1] += 1.0
-        rows["velocity_first_before"][1] = (0.125 * (1.0 - 2.0**-53), 0.25)
-        return replace(trace, impacts=rows)
+        before = (0.125 * (1.0 - 2.0**-53), 0.25)
+        return alter_impact(
+            keep_rows(trace, [0, 0]), 1, time_s=trace.impacts["time_s"][0] + 1.0, velocity_first_before=before
+        )
 
     assert check_scene(scene).findings == []
     assert list_kinds(check_scene(scene, solve_with(again)), Check.CERTIFIED) == {Kind.ROUNDING.value}
 
 
-@each(
-    "name, check",
-    [("start_pic_run", Check.PIECES), ("all_pairs_run", Check.ALL_PAIRS), ("rotate_scene", Check.ROTATED)],
-)
+OTHER_BITS = [("start_pic_run", Check.PIECES), ("all_pairs_run", Check.ALL_PAIRS), ("rotate_scene", Check.ROTATED)]
+
+
+@each("name, check", OTHER_BITS)
 def test_runs_with_other_bits_are_found(name: str, check: Check, monkeypatch: pytest.MonkeyPatch) -> None:
     """A run in pieces, by all pairs or rotated, whose start differs by one bit, is a finding of that check."""
     calls = []

@@ -211,86 +211,53 @@ class Finding:
     count: int = STARTS
 
 
+def _restitution(told: str, engine: str, profile: str, scene: Scene, right: float = 1.0, **changes: Setting) -> Finding:
+    """Return what is found of the speed at which two discs part, over that at which they closed."""
+    says = f"separation speed / closing speed, {told}"
+    return Finding(says, engine, profile, scene, measure_restitution, right, changes)
+
+
+def _pass(engine: str, profile: str, gap_m: float, rate_hz: int = 60) -> Finding:
+    """Return what is found of discs that pass each other, and do not touch."""
+    says = f"velocity change / speed when discs pass at {1000 * gap_m:g} mm, {rate_hz} Hz"
+    scene = build_passing_scene(gap_m, dt_s=1 / rate_hz)
+    return Finding(says, engine, profile, scene, measure_velocity_change, 0.0)
+
+
 def _findings() -> Iterator[Finding]:
-    for speed in (5.0, 1.0, 0.5, 0.1):
-        yield Finding(
-            f"separation speed / closing speed, {speed:g} m/s",
-            "drake",
-            "default",
-            build_head_on_scene(speed),
-            measure_restitution,
-            1.0,
-        )
-    for speed in (1.0, 0.1, 0.01):
-        yield Finding(
-            f"separation speed / closing speed, {speed:g} m/s",
-            "drake",
-            "tuned",
-            build_head_on_scene(speed),
-            measure_restitution,
-            1.0,
-        )
+    for profile, speeds in {"default": (5.0, 1.0, 0.5, 0.1), "tuned": (1.0, 0.1, 0.01)}.items():
+        for speed in speeds:
+            yield _restitution(f"{speed:g} m/s", "drake", profile, build_head_on_scene(speed))
     for mass in (1.0, 100.0, 10000.0):
-        says = f"separation speed / closing speed, 5 m/s, discs of {mass:g} kg"
-        yield Finding(says, "ode", "default", build_head_on_scene(5.0, mass_kg=mass), measure_restitution, 1.0)
+        heavy = build_head_on_scene(5.0, mass_kg=mass)
+        yield _restitution(f"5 m/s, discs of {mass:g} kg", "ode", "default", heavy)
     plastic = build_head_on_scene(5.0).model_copy(update={"restitution": 0.0})
-    yield Finding(
-        "separation speed / closing speed, 5 m/s, restitution 0", "ode", "default", plastic, measure_restitution, 0.0
-    )
+    yield _restitution("5 m/s, restitution 0", "ode", "default", plastic, 0.0)
     for pixels in (60, 110, 130, 300, 1200):
-        scene = build_head_on_scene(pixels / 128)
-        for name, changes in (("discs can turn", {}), ("discs cannot turn", {"locked": True})):
-            says = f"separation speed / closing speed, {pixels} pixels per second, {name}"
-            yield Finding(says, "matter", "default", scene, measure_restitution, 1.0, changes)
-    yield Finding(
-        "separation speed / closing speed, 110 pixels per second, discs cannot turn, 5 velocity iterations",
-        "matter", "default", build_head_on_scene(110 / 128), measure_restitution, 1.0,
-        {"locked": True, "velocityIterations": 5},
-    )  # fmt: skip
+        scene, told = build_head_on_scene(pixels / 128), f"{pixels} pixels per second"
+        yield _restitution(f"{told}, discs can turn", "matter", "default", scene)
+        yield _restitution(f"{told}, discs cannot turn", "matter", "default", scene, locked=True)
+    told, scene = "110 pixels per second, discs cannot turn, 5 velocity iterations", build_head_on_scene(110 / 128)
+    yield _restitution(told, "matter", "default", scene, locked=True, velocityIterations=5)
     for name in ("rapier", "rapier2d"):
         for gap in (0.001, 0.002, 0.005):
             for rate in (60, 240, 960) if gap == 0.001 else (60,):
-                says = f"velocity change / speed when discs pass at {1000 * gap:g} mm, {rate} Hz"
-                yield Finding(
-                    says, name, "default", build_passing_scene(gap, dt_s=1 / rate), measure_velocity_change, 0.0
-                )
+                yield _pass(name, "default", gap, rate)
     for name in ("box2d3", "jolt", "physx"):
         for gap in (0.001, 0.005):
-            says = f"velocity change / speed when discs pass at {1000 * gap:g} mm, 60 Hz"
-            yield Finding(says, name, "default", build_passing_scene(gap), measure_velocity_change, 0.0)
+            yield _pass(name, "default", gap)
     for closing in (100.0, 160.0, 199.0):
-        yield Finding(
-            f"separation speed / closing speed, {closing:g} m/s, discs of 5 m",
-            "dart",
-            "default",
-            build_large_discs(closing),
-            measure_restitution,
-            1.0,
-        )
-    for name, profiles in {
-        "planck": ("swept", "event-driven"), "jolt": ("swept",), "rapier2d": ("swept",), "rapier": ("swept",),
-    }.items():  # fmt: skip
-        for profile in profiles:
-            yield Finding(
-                "velocity error / speed in engines/film",
-                name,
-                profile,
-                _load_film_scene().scene,
-                measure_film_error,
-                0.0,
-            )
+        yield _restitution(f"{closing:g} m/s, discs of 5 m", "dart", "default", build_large_discs(closing))
+    says, film = "velocity error / speed in engines/film", _load_film_scene().scene
+    swept = (("planck", "swept"), ("planck", "event-driven"), *((n, "swept") for n in ("jolt", "rapier2d", "rapier")))
+    for name, profile in swept:
+        yield Finding(says, name, profile, film, measure_film_error, 0.0)
     for says, seconds in CHAOTIC.items():
         scene = _load_entry(GAS).scene.model_copy(update={"duration_s": seconds})
         yield Finding(says, "mujoco", "default", scene, measure_distance_from_plane, 0.0, count=GAS_STARTS)
     says = "separation speed / closing speed at a paddle of {:g} m/s ({})"
-    yield Finding(
-        says.format(1, "a mocap body"),
-        "mujoco",
-        "default",
-        build_paddle_scene(1.0, disc_m_s=1.0),
-        measure_mocap_restitution,
-        1.0,
-    )
+    scene = build_paddle_scene(1.0, disc_m_s=1.0)
+    yield Finding(says.format(1, "a mocap body"), "mujoco", "default", scene, measure_mocap_restitution, 1.0)
     for drive in (1.0, 5.0):
         scene = build_paddle_scene(drive, disc_m_s=drive)
         yield Finding(says.format(drive, "a box"), "pybullet", "default", scene, measure_box_restitution, 1.0)
@@ -341,7 +308,7 @@ def measure_distance_from_plane(adapter: Adapter, scene: Scene, profile: str) ->
 
 
 def _swept_findings() -> Iterator[Finding]:
-    says = "separation speed / closing speed, discs of radius 5 cm, {} m/s, {}"
+    says = "discs of radius 5 cm, {} m/s, {}"
     for engine, profiles in {
         "planck": ("tuned", "swept", "event-driven"),
         "box2d3": ("swept",),
@@ -356,74 +323,41 @@ def _swept_findings() -> Iterator[Finding]:
     }.items():
         for profile in profiles:
             for both in (False, True):
-                target = "both move" if both else "one at rest"
-                yield Finding(
-                    says.format(100, target),
-                    engine,
-                    profile,
-                    build_head_on_scene(100.0, 0.05, both=both),
-                    measure_restitution,
-                    1.0,
-                )
+                target, scene = "both move" if both else "one at rest", build_head_on_scene(100.0, 0.05, both=both)
+                yield _restitution(says.format(100, target), engine, profile, scene)
             if engine == "planck":
-                yield Finding(
-                    says.format(1000, "one at rest"),
-                    engine,
-                    profile,
-                    build_head_on_scene(1000.0, 0.05),
-                    measure_restitution,
-                    1.0,
-                )
+                yield _restitution(says.format(1000, "one at rest"), engine, profile, build_head_on_scene(1000.0, 0.05))
 
 
 def _far_out_findings() -> Iterator[Finding]:
-    small = "separation speed / closing speed, discs of radius 5 cm"
-    for x in (10.0, 17.0, 30.0, 60.0, 100.0):
-        for speed in (10.0, 100.0):
-            says = f"{small}, {speed:g} m/s, one at rest, {x:g} m from the origin"
-            yield Finding(
-                says, "planck", "event-driven", build_head_on_scene(speed, 0.05, at_m=x), measure_restitution, 1.0
-            )
-    yield Finding(
-        f"{small}, 100 m/s, one at rest, 100 m from the origin", "planck", "swept",
-        build_head_on_scene(100.0, 0.05, at_m=100.0), measure_restitution, 1.0,
-    )  # fmt: skip
+    small, rows = "discs of radius 5 cm", [(x, v) for x in (10.0, 17.0, 30.0, 60.0, 100.0) for v in (10.0, 100.0)]
+    for (x, speed), profile in [*((row, "event-driven") for row in rows), (rows[-1], "swept")]:
+        told = f"{small}, {speed:g} m/s, one at rest, {x:g} m from the origin"
+        yield _restitution(told, "planck", profile, build_head_on_scene(speed, 0.05, at_m=x))
 
 
 def _heavy_findings() -> Iterator[Finding]:
     for profile in ("default", "tuned"):
         for mass_kg in (1e2, 1e4, 1e6):
-            says = f"separation speed / closing speed, 5 m/s, discs of {mass_kg:g} kg"
             for name in ("cannon", "p2"):
-                yield Finding(says, name, profile, build_head_on_scene(5.0, mass_kg=mass_kg), measure_restitution, 1.0)
+                heavy = build_head_on_scene(5.0, mass_kg=mass_kg)
+                yield _restitution(f"5 m/s, discs of {mass_kg:g} kg", name, profile, heavy)
         for rate in (60, 240, 960):
             scene = build_head_on_scene(5.0).model_copy(update={"frame_rate_hz": float(rate)})
-            yield Finding(
-                f"separation speed / closing speed, 5 m/s, {rate} Hz", "p2", profile, scene, measure_restitution, 1.0
-            )
+            yield _restitution(f"5 m/s, {rate} Hz", "p2", profile, scene)
 
 
 def _lost_bounce_findings() -> Iterator[Finding]:
     for speed in (1.99, 2.01):
-        yield Finding(
-            f"separation speed / closing speed, {speed:g} m/s",
-            "physx",
-            "default",
-            build_head_on_scene(speed),
-            measure_restitution,
-            1.0,
-        )
+        yield _restitution(f"{speed:g} m/s", "physx", "default", build_head_on_scene(speed))
     for profile in ("default", "tuned"):
         for rate in (30, 60, 120, 240, 960):
             scene = build_head_on_scene(5.0).model_copy(update={"frame_rate_hz": float(rate)})
-            yield Finding(
-                f"separation speed / closing speed, 5 m/s, {rate} Hz", "havok", profile, scene, measure_restitution, 1.0
-            )
+            yield _restitution(f"5 m/s, {rate} Hz", "havok", profile, scene)
         says = "energy after / before an oblique impact at 5 m/s, 60 Hz"
         yield Finding(says, "havok", profile, _load_entry("classics/oblique-3-4-5").scene, measure_energy_ratio, 1.0)
         for gap in (0.001, 0.005):
-            says = f"velocity change / speed when discs pass at {1000 * gap:g} mm, 60 Hz"
-            yield Finding(says, "havok", profile, build_passing_scene(gap), measure_velocity_change, 0.0)
+            yield _pass("havok", profile, gap)
 
 
 FINDINGS: tuple[Finding, ...] = tuple(_findings())
@@ -466,29 +400,23 @@ def _measure_velocity_error(adapter: Adapter, entry: CatalogueScene, scene: Scen
 def _measure_bounces(adapter: Adapter) -> Iterator[Figure]:
     for profile in list_profiles(adapter, "default", "tuned"):
         for speed in SPEEDS:
-            value = partial(_measure_restitution_of, adapter, profile)
-            yield _build_figure(
-                "bounces", f"{speed:g} m/s", adapter.name, profile, build_head_on_scene(speed), value, 1.0
-            )
-
-
-def _measure_restitution_of(adapter: Adapter, profile: str, scene: Scene) -> float:
-    return measure_restitution(adapter, scene, profile)
+            value = partial(measure_restitution, adapter, profile=profile)
+            scene = build_head_on_scene(speed)
+            yield _build_figure("bounces", f"{speed:g} m/s", adapter.name, profile, scene, value, 1.0)
 
 
 def _measure_gas(adapter: Adapter) -> Iterator[Figure]:
+    def change(profile: str, scene: Scene) -> float:
+        return energy_change(scene, run_to_end(adapter, scene, DT_S, profile))
+
     for profile in list_profiles(adapter, "default", "tuned", "swept"):
         if (adapter.name, profile) not in NO_GAS:
-            value = partial(_measure_energy_change, adapter, profile)
-            yield _build_figure("gas", GAS, adapter.name, profile, _load_entry(GAS).scene, value, 0.0, GAS_STARTS)
-
-
-def _measure_energy_change(adapter: Adapter, profile: str, scene: Scene) -> float:
-    return energy_change(scene, run_to_end(adapter, scene, DT_S, profile))
+            scene, value = _load_entry(GAS).scene, partial(change, profile)
+            yield _build_figure("gas", GAS, adapter.name, profile, scene, value, 0.0, GAS_STARTS)
 
 
 #: What is driven, by columns of the page: a scene, what is read of it, what mechanics says.
-DRIVEN: dict[str, tuple[Scene, Callable[[Adapter, Scene, str], float], float]] = {
+DRIVEN: dict[str, tuple[Scene, Callable[..., float], float]] = {
     "separation / closing speed, paddle of 1 m/s": (
         build_paddle_scene(1.0, disc_m_s=2.0),
         measure_paddle_restitution,
@@ -508,12 +436,8 @@ def _measure_driven(adapter: Adapter) -> Iterator[Figure]:
     for profile in list_profiles(adapter, "default", "tuned"):
         if adapter.capabilities.driven_walls:
             for of, (scene, figure, right) in DRIVEN.items():
-                value = partial(_of_profile, figure, adapter, profile)
+                value = partial(figure, adapter, profile=profile)
                 yield _build_figure("driven", of, adapter.name, profile, scene, value, right)
-
-
-def _of_profile(figure: Callable[[Adapter, Scene, str], float], adapter: Adapter, profile: str, scene: Scene) -> float:
-    return figure(adapter, scene, profile)
 
 
 def _build_figure(
@@ -543,12 +467,13 @@ def measure_engines(
         adapter = load_adapter(name)
         if explain_unavailable_adapter(adapter):
             continue
-        for table, of in (
-            ("group", _measure_group),
-            ("bounces", _measure_bounces),
-            ("driven", _measure_driven),
-            ("gas", _measure_gas),
-        ):
+        measures = {
+            "group": _measure_group,
+            "bounces": _measure_bounces,
+            "driven": _measure_driven,
+            "gas": _measure_gas,
+        }
+        for table, of in measures.items():
             if not tables or table in tables:
                 yield from of(adapter)
         if tables and "findings" not in tables:

@@ -1,6 +1,6 @@
 """The page of hazards, `docs/results/hazards.md`, and the lines that one engine has in its tables."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from operator import itemgetter
@@ -52,34 +52,29 @@ def _build_table(table: str, columns: Sequence[tuple[str, str]], figures: Sequen
     )
 
 
-def _build_findings_table(figures: Sequence[Figure]) -> Table:
-    def said(pick: str) -> Column:
-        return Column(pick, lambda figure: _format_value(getattr(figure.spread, pick)), number=True)
+def _spread_columns(shown: Callable[[float], str]) -> list[Column]:
+    """Return the columns of a spread: numbers, and at how many phases they are wrong."""
 
-    return Table(
-        [
-            Column("method", lambda figure: Method(figure.engine, figure.profile).label),
-            Column("figure", lambda figure: figure.of),
-            Column("correct", lambda figure: _format_value(figure.spread.right), number=True),
-            *map(said, ("least", "median", "most")),
-            Column("phases with an error", lambda figure: figure.spread.share, number=True),
-        ],
-        [figure for figure in figures if figure.table == "findings"],
-    )
+    def said(pick: str) -> Column:
+        return Column(pick, lambda figure: shown(getattr(figure.spread, pick)), number=True)
+
+    off = Column("phases with an error", lambda figure: figure.spread.share, number=True)
+    return [*map(said, ("least", "median", "most")), off]
+
+
+def _build_findings_table(figures: Sequence[Figure]) -> Table:
+    columns = [
+        Column("method", lambda figure: Method(figure.engine, figure.profile).label),
+        Column("figure", lambda figure: figure.of),
+        Column("correct", lambda figure: _format_value(figure.spread.right), number=True),
+    ]
+    rows = [figure for figure in figures if figure.table == "findings"]
+    return Table(columns + _spread_columns(_format_value), rows)
 
 
 def _build_gas_table(figures: Sequence[Figure]) -> Table:
-    def said(pick: str) -> Column:
-        return Column(pick, lambda figure: format_percent(getattr(figure.spread, pick)), number=True)
-
-    return Table(
-        [
-            Column("method", lambda figure: Method(figure.engine, figure.profile).label),
-            *map(said, ("least", "median", "most")),
-            Column("phases with an error", lambda figure: figure.spread.share, number=True),
-        ],
-        [figure for figure in figures if figure.table == "gas"],
-    )
+    method = Column("method", lambda figure: Method(figure.engine, figure.profile).label)
+    return Table([method, *_spread_columns(format_percent)], [figure for figure in figures if figure.table == "gas"])
 
 
 def _build_changes_table(adapters: Sequence[Adapter]) -> Table:

@@ -184,10 +184,8 @@ def test_waiting_process_is_killed_by_clock_time(monkeypatch: pytest.MonkeyPatch
 
 @pytest.mark.release
 def test_looping_process_is_killed_by_processor_time(monkeypatch: pytest.MonkeyPatch) -> None:
-    r"""A process that loops for ever is killed by its processor time and reported as "no end".
-
-    So a process that waits on a busy machine is not killed.
-    """
+    """A process that loops for ever is killed by its processor time and reported as "no end"."""
+    # So a process that waits on a busy machine is not killed.
 
     def forever(*_: object) -> None:
         while True:
@@ -199,10 +197,7 @@ def test_looping_process_is_killed_by_processor_time(monkeypatch: pytest.MonkeyP
 
 
 def test_listed_faults_are_tried_first_and_keep_their_reasons(project: Path) -> None:
-    r"""All faults listed in a document are tried first, then others up to the requested number.
-
-    A row's reason is read, and may be missing.
-    """
+    """All faults listed in a document are tried first, then others up to the requested number."""
     faults = list(enumerate(list_faults(project), start=1))
     last = faults[-1][1]
     row = f"- `{last.path}`: `{last.before}` as `{last.after}`"

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from tests.scene_builders import alter_impact, disc_at, staged
 
 from carom import Trace
-from carom.comparator import Grade, Verdict
+from carom.comparator import Grade, Score, Verdict
 from carom.model.trace import STATE_DTYPE
 
 Array = NDArray[np.float64]
@@ -400,3 +400,14 @@ def before_misstated(reference: Trace, size: float) -> Trace:
     row, speed = reference.impacts[-1], max(math.hypot(*disc.velocity_m_s) for disc in reference.scene.discs)
     before = row["velocity_first_before"] + size * speed * row["normal"]
     return alter_impact(replay_reference(reference), -1, velocity_first_before=before)
+
+
+def drop_impact(trace: Trace, k: int) -> Trace:
+    """Return a trace that does not report one of its impacts, and is otherwise the same."""
+    return dataclasses.replace(trace, impacts=np.delete(trace.impacts, k))
+
+
+def find_reason(score: Score, verdict: Verdict) -> str:
+    """Return the reason of a verdict that is reported exactly once."""
+    (found,) = (finding.reason for finding in score.findings if finding.verdict is verdict)
+    return found

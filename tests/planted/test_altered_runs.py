@@ -145,10 +145,8 @@ KINDS = [
 def test_fault_in_a_gas_has_its_listed_grade(
     where: tuple[str, str], rung: Rung, begins: str, told: bool, bits: int
 ) -> None:
-    r"""A fault in a gas gets a grade between the listed best and worst one, and the listed verdict.
-
-    It starts before or after the horizon, with 64-bit or 32-bit floats, with velocities reported or not.
-    """
+    """A fault in a gas gets a grade between the listed best and worst one, and the listed verdict."""
+    # It starts before or after the horizon, with 64-bit or 32-bit floats, with velocities reported or not.
     score = score_gas_fault(where, rung.size, begins=begins, told=told, bits=bits)
     best = Grade.EXACT if bits == 32 and rung.size < SEEN_32 else rung.best
     assert_grade(score, best, worst_allowed_grade(rung, begins), rung.says, FAULTS[where].why)

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from tests.scene_builders import disc_at, staged, wall_at
 
-from carom.model.scene import Disc, Scene, Wall
+from carom.model.scene import Scene
 from carom.model.trace import Outcome
 from carom.solvers.event_driven.run import EventDrivenRun
 
@@ -31,12 +31,8 @@ def _chunks(scene: Scene, impacts: int) -> Iterator[tuple[EventDrivenRun, NDArra
 
 def build_galperin_scene(k: int) -> Scene:
     """Return Galperin's billiard with masses 1 and 100^k."""
-    return Scene(
-        name=f"stress/galperin-{k}",
-        discs=[disc_at(3.0, 0.0), disc_at(6.0, 0.0, -1.0, 0.0, m=100.0**k)],
-        walls=[Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))],
-        duration_s=25.0,  # the slowest, k = 2, has its last impact at 19.3 s
-    )
+    bodies = disc_at(3.0, 0.0), disc_at(6.0, 0.0, -1.0, 0.0, m=100.0**k), wall_at(0.0, 0.0, 1.0, 0.0)
+    return staged(f"stress/galperin-{k}", *bodies, duration_s=25.0)  # the slowest, k = 2, ends at 19.3 s
 
 
 def measure_galperin_error(scene: Scene) -> float:
@@ -87,12 +83,6 @@ def build_collapse_scene() -> Scene:
 def build_touching_scene() -> Scene:
     """Return a start in which every disc touches its neighbours: a triangle of ten, struck at its tip."""
     radius, apex = 0.25, math.sqrt(3) / 2
-    discs = [Disc(position_m=(0.0, -0.5), velocity_m_s=(0.0, 1.0), radius_m=radius)]
-    for row in range(4):
-        discs += [
-            Disc(position_m=(2 * radius * (k - row / 2), 2 * radius * apex * row), radius_m=radius)
-            for k in range(row + 1)
-        ]
-    return staged(
-        "stress/touching", *discs, description="Ten touching discs, struck by one that touches.", duration_s=1.0
-    )
+    triangle = [(2 * radius * (k - row / 2), 2 * radius * apex * row) for row in range(4) for k in range(row + 1)]
+    discs = disc_at(0.0, -0.5, 0.0, 1.0, r=radius), *(disc_at(x, y, r=radius) for x, y in triangle)
+    return staged("stress/touching", *discs, duration_s=1.0)

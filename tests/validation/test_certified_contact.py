@@ -25,12 +25,6 @@ from carom.solvers.certified.serialisation import enclosures
 NARROW = 1e-14
 
 
-def largest_radius(certified: CertifiedTrace) -> float:
-    radii = [certified.final_position_radius_m, certified.final_velocity_radius_m_s]
-    radii += [] if certified.final_spin_radius_rad_s is None else [certified.final_spin_radius_rad_s]
-    return max(float(radius.max()) for radius in radii)
-
-
 def find_fields_outside_radii(certified: CertifiedTrace, end: contact_runs.End) -> list[str]:
     """Return what of an end is not within its radius of the truth."""
     trace = certified.trace
@@ -61,10 +55,7 @@ ALIKE = {"smooth": (-1.0, 1.0, 0.0, 0.0), "resists": (-0.5, 0.5, 0.5, 0.1)}
 
 @each("name", ALIKE)
 def test_discs_with_equal_acceleration_on_a_slope_never_meet(name: str) -> None:
-    r"""Two discs on a slope that reach the same acceleration separate for ever, so the run is certified to its end.
-
-    PIC's final positions agree to 1e-11 m.
-    """
+    """Two discs on a slope that reach the same acceleration separate for ever, so the run is certified to its end."""
     upper, lower, friction, resistance = ALIKE[name]
     nx, ny = math.sin(0.3), math.cos(0.3)
     discs = [
@@ -89,10 +80,7 @@ def test_friction_off_by_1e_14_exceeds_the_radii() -> None:
 
 @each("first", release_after(1, range(0, 240, 12)))
 def test_pic_matches_certified_ends_of_random_contact_scenes(first: int) -> None:
-    r"""PIC's final positions of one to three discs are within 1e-9 m of each certified run that completes.
-
-    The scenes have edges, slopes and walls on both sides. At least 5 of each 12 runs complete.
-    """
+    """PIC's final positions of one to three discs are within 1e-9 m of each certified run that completes."""
     proven = 0
     for seed in range(first, first + 12):
         scene = contact_scenes.draw_contact_scene(seed)
@@ -106,10 +94,7 @@ def test_pic_matches_certified_ends_of_random_contact_scenes(first: int) -> None
 
 
 def test_more_digits_resolve_more_bounces() -> None:
-    r"""With restitution 1/2, 6 digits resolve 15 to 24 bounces and 30 digits 90 to 110.
-
-    The start of contact is within its radius of the sum of the series in both runs.
-    """
+    """With restitution 1/2, 6 digits resolve 15 to 24 bounces and 30 digits 90 to 110."""
     scene = find_scenes(["contact/drop"])[0].scene
     few, many = certify(scene, digits=6), certify(scene, digits=30)
     assert 15 <= len(few) <= 24
@@ -117,11 +102,8 @@ def test_more_digits_resolve_more_bounces() -> None:
     with mp.workdps(60):
         ends = 3 * mp.sqrt(mpf(2) / 10)
     for certified in (few, many):
-        assert certified.mode_radii is not None
-        assert (
-            abs(mpf(float(require_value(certified.trace.modes)["time_s"][0])) - ends)
-            <= certified.mode_radii["time_s"][0]
-        )
+        begun = float(require_value(certified.trace.modes)["time_s"][0])
+        assert abs(mpf(begun) - ends) <= require_value(certified.mode_radii)["time_s"][0]
 
 
 def test_landing_on_a_slope_conserves_momentum_about_the_wall() -> None:
@@ -138,9 +120,9 @@ def test_sliding_disc_meets_another_vertex_of_its_wall() -> None:
     """A disc that slides at 2 m/s along a hooked chain meets its overhanging end at 1 s: resting contact."""
     hook = Chain(points_m=[(0.0, 0.0), (8.0, 0.0), (8.0, 3.0), (4.0, 0.8)])
     certified = certify(staged("hook", disc_at(1.6, 0.5, 2.0), hook, gravity_m_s2=(0.0, -4.0), duration_s=2.0))
-    assert certified.degeneracy is not None
-    assert (certified.degeneracy.kind, certified.degeneracy.bodies) == (Degenerate.RESTING_CONTACT, (-1, 0))
-    assert certified.degeneracy.latest_s == pytest.approx(1.0, rel=1e-15)
+    found = require_value(certified.degeneracy)
+    assert (found.kind, found.bodies) == (Degenerate.RESTING_CONTACT, (-1, 0))
+    assert found.latest_s == pytest.approx(1.0, rel=1e-15)
 
 
 def test_slow_roll_over_an_edge_ends_as_an_edge_degeneracy() -> None:
@@ -148,24 +130,16 @@ def test_slow_roll_over_an_edge_ends_as_an_edge_degeneracy() -> None:
     (entry,) = find_scenes(["contact/edge"])
     disc = entry.scene.discs[0].model_copy(update={"velocity_m_s": (2.0, 0.0), "spin_rad_s": -4.0})
     certified = certify(Scene(**{**dict(entry.scene), "discs": [disc]}))
-    assert certified.degeneracy is not None
-    assert certified.degeneracy.kind is Degenerate.EDGE
-    assert certified.degeneracy.proven
-    assert certified.degeneracy.earliest_s <= 0.5 <= certified.degeneracy.latest_s
+    found = require_value(certified.degeneracy)
+    assert (found.kind, found.proven) == (Degenerate.EDGE, True)
+    assert found.earliest_s <= 0.5 <= found.latest_s
 
 
 def test_disc_falls_back_onto_the_vertex_it_left() -> None:
     """A disc that rolls off the end of a slope falls back and strikes the end vertex, as in PIC."""
-    disc = disc_at(0.1, 0.7, 2.0, 1.5, spin_rad_s=-5.0)
-    scene = Scene(
-        name="back",
-        discs=[disc],
-        walls=[Chain(points_m=((-1.0, -0.75), (1.0, 0.75)))],
-        gravity_m_s2=(0.0, -6.0),
-        wall_friction=0.9,
-        wall_restitution=0.5,
-        duration_s=0.42,
-    )
+    disc, slope = disc_at(0.1, 0.7, 2.0, 1.5, spin_rad_s=-5.0), Chain(points_m=((-1.0, -0.75), (1.0, 0.75)))
+    laws = {"gravity_m_s2": (0.0, -6.0), "wall_friction": 0.9, "wall_restitution": 0.5}
+    scene = staged("back", disc, slope, **laws, duration_s=0.42)
     certified, trace = certify(scene), solve_pic(scene)
     assert len(trace.impacts) == 1
     assert require_value(certified.trace.modes)["after"].tolist() == [Mode.ROLL, Mode.FLIGHT]
@@ -206,10 +180,7 @@ def test_contact_modes_and_spins_survive_serialisation() -> None:
 @each("seeds", release_after(1, [range(4), *(range(k, k + 20) for k in range(4, 404, 20))]))
 @each("gives_back", [False, True])
 def test_discs_on_slopes_match_60_digit_runs(gives_back: bool, seeds: range) -> None:
-    r"""Certified ends and mode changes of discs on slopes are within their radii of 60-digit runs.
-
-    PIC is within 1e-12 of them. The discs spin and have friction, and rolling resistance or tangential restitution.
-    """
+    """Certified ends and mode changes of discs on slopes are within their radii of 60-digit runs."""
     proven = 0
     with mp.workdps(contact_runs.DIGITS):
         for seed in seeds:
@@ -218,10 +189,11 @@ def test_discs_on_slopes_match_60_digit_runs(gives_back: bool, seeds: range) -> 
             decided = certified.ending is Ending.COMPLETED
             assert (off := measure_pic_error(trace, end, decided=decided)) < 1e-12, f"PIC of {scene.name}: {off}"
             if decided:
-                assert largest_radius(certified) < NARROW
+                radii = certified.final_position_radius_m, certified.final_velocity_radius_m_s
+                spins = certified.final_spin_radius_rad_s
+                assert max(radius.max() for radius in (*radii, spins) if radius is not None) < NARROW
                 assert find_fields_outside_radii(certified, end) == [], scene.name
                 proven += 1
             else:
-                assert certified.degeneracy is not None
-                assert certified.degeneracy.kind is Degenerate.COLLAPSE
+                assert require_value(certified.degeneracy).kind is Degenerate.COLLAPSE
     assert proven >= (0.85 if gives_back else 1.0) * len(seeds)

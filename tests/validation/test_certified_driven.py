@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from mpmath import mp
 from tests.cases import each, release_after
-from tests.scene_builders import build_crushed_rows, disc_at, drive_on_legs, staged, wall_at
+from tests.scene_builders import build_crushed_rows, disc_at, drive_on_legs, require_value, staged, wall_at
 from tests.validation.mpmath_runs import DIGITS, find_contradictions, run_brute_force
 from tests.validation.test_driven import draw_mallets_scene
 
@@ -18,26 +18,15 @@ from carom.model.walls import Ring
 from carom.solvers.certified.result import Degenerate, Ending
 
 
-def build_square_scene(seed: int) -> Scene:
-    """A rough puck among mallets, with walls along the axes, whose normals are unit vectors exactly."""
-    scene = draw_mallets_scene(seed)
-    normals = ((-1.0, 0.0), (0.0, -1.0), (1.0, 0.0), (0.0, 1.0))
-    walls = tuple(
-        wall_at(-6.0 * nx, -6.0 * ny, nx, ny, velocity_m_s=wall.velocity_m_s)
-        for wall, (nx, ny) in zip(scene.walls, normals, strict=True)
-    )
-    return scene.model_copy(update={"walls": walls})
-
-
 @each("first", [0, pytest.param(100, marks=pytest.mark.release)])
 def test_puck_among_mallets_matches_400_digit_runs(first: int) -> None:
-    r"""Certified impacts of a rough puck among driven discs and walls are within their radii of brute force.
-
-    Brute force has 400 digits. Order, times, velocities and spins are compared.
-    """
+    """Certified impacts of a rough puck among driven discs and walls are within their radii of brute force."""
     compared = 0
     for seed in range(first, first + (10 if first == 0 else 300)):
-        scene = build_square_scene(seed)
+        scene = draw_mallets_scene(seed)
+        sides = zip(scene.walls, ((-1.0, 0.0), (0.0, -1.0), (1.0, 0.0), (0.0, 1.0)), strict=True)
+        walls = [wall_at(-6 * nx, -6 * ny, nx, ny, velocity_m_s=wall.velocity_m_s) for wall, (nx, ny) in sides]
+        scene = scene.model_copy(update={"walls": tuple(walls)})  # whose normals are unit vectors exactly
         certified = certify(scene, max_impacts=6)
         with mp.workdps(DIGITS):
             assert find_contradictions(certified, run_brute_force(scene, 6)) == [], seed
@@ -69,10 +58,7 @@ def build_falling_scene(seed: int, *, as_rings: bool) -> Scene:
 
 @each("seeds", release_after(1, [range(3), range(3, 200)]))
 def test_immovable_discs_and_rings_give_the_same_fall(seeds: range) -> None:
-    r"""A disc that falls on immovable discs has the certified impacts of one that falls on rings of equal radius.
-
-    The posts are at rest or driven on legs. PIC agrees to 1e-9.
-    """
+    """A disc that falls on immovable discs has the certified impacts of one that falls on rings of equal radius."""
     compared = 0
     for seed in seeds:
         discs, rings = (build_falling_scene(seed, as_rings=kind) for kind in (False, True))
@@ -88,10 +74,7 @@ def test_immovable_discs_and_rings_give_the_same_fall(seeds: range) -> None:
 
 @each("falls", [False, True])
 def test_body_that_starts_moving_strikes_a_touching_disc_at_once(falls: bool) -> None:
-    r"""A wall, edge or mallet that starts at 1 s at 2 m/s gives the disc it touches 4 m/s at exactly 1 s.
-
-    This holds for certified runs, with radius 0, and for PIC, with gravity and without.
-    """
+    """A wall, edge or mallet that starts at 1 s at 2 m/s gives the disc it touches 4 m/s at exactly 1 s."""
     legs = drive_on_legs((0.0, (0.0, 0.0)), (1.0, (2.0, 0.0)), (1.5, (0.0, 1.0)))
     edge = Chain(points_m=[(0.0, -9.0), (0.0, 9.0)], **legs)
     mallet = disc_at(-0.5, 0.0, m=math.inf, driven=True, **legs)
@@ -112,35 +95,28 @@ def test_body_that_starts_moving_strikes_a_touching_disc_at_once(falls: bool) ->
 
 
 def test_impact_at_the_change_of_a_leg_is_degenerate() -> None:
-    r"""An impact at 2 s, when the wall changes its velocity, ends the certified run as AT_A_TURN.
-
-    Ball arithmetic cannot decide on which side of the change the impact is.
-    """
+    """An impact at 2 s, when the wall changes its velocity, ends the certified run as AT_A_TURN."""
+    # Ball arithmetic cannot decide on which side of the change the impact is.
     slope = Chain(points_m=[(-4.0, -3.0), (4.0, 3.0)])
     puck = disc_at(-25.0, 1.25, 25.0, r=1.0)  # it touches at the origin's (0, 1.25)
-    wall = wall_at(
-        8.0, 0.0, -1.0, 0.0, **drive_on_legs((0.0, (0.0, 0.0)), (2.0, (-1.0, 0.0)))
-    )  # its rim is 7 m from the disc's at the impact
+    legs = drive_on_legs((0.0, (0.0, 0.0)), (2.0, (-1.0, 0.0)))
+    wall = wall_at(8.0, 0.0, -1.0, 0.0, **legs)  # its rim is 7 m from the disc's at the impact
     certified = certify(staged("driven", puck, slope, wall, duration_s=3.0))
+    found = require_value(certified.degeneracy)
     assert certified.trace.impacts["time_s"].tolist() == [1.0]
     assert certified.trace.impacts["velocity_first_after"].tolist() == [[7.0, 24.0]]
-    assert certified.degeneracy is not None
-    assert certified.degeneracy.kind is Degenerate.AT_A_TURN
-    assert certified.degeneracy.bodies == (-2, 0)
-    assert certified.degeneracy.earliest_s <= 2.0 <= certified.degeneracy.latest_s
+    assert (found.kind, found.bodies) == (Degenerate.AT_A_TURN, (-2, 0))
+    assert found.earliest_s <= 2.0 <= found.latest_s
 
 
 def test_disc_between_closing_half_planes_ends_as_a_crush() -> None:
-    r"""A disc between half-planes that close at 0.5 m/s ends the certified run as a crush at 3 s.
-
-    A scene that ends at 2.99 s completes with more than 256 impacts.
-    """
+    """A disc between half-planes that close at 0.5 m/s ends the certified run as a crush at 3 s."""
     walls = [wall_at(0.0, 0.0, 1.0, 0.0), wall_at(2.0, 0.0, -1.0, 0.0, velocity_m_s=(-0.5, 0.0))]
     puck = disc_at(1.0, 0.0, -1.0, 0.25, r=0.25)
     certified = certify(staged("driven", puck, *walls, duration_s=9.0))
-    assert certified.degeneracy is not None
-    assert (certified.degeneracy.kind, certified.degeneracy.bodies) == (Degenerate.CRUSH, (-2, -1, 0))
-    assert certified.degeneracy.earliest_s < 3.0 == certified.degeneracy.latest_s
+    found = require_value(certified.degeneracy)
+    assert (found.kind, found.bodies) == (Degenerate.CRUSH, (-2, -1, 0))
+    assert found.earliest_s < 3.0 == found.latest_s
     assert certified.trace.outcome is Outcome.CRUSHED is solve_pic(certified.trace.scene).outcome
     shorter = certify(certified.trace.scene.model_copy(update={"duration_s": 2.99}))
     assert shorter.degeneracy is None
@@ -167,15 +143,13 @@ ROWS = [(*build_crushed_rows(), *build_oblique_rows())[k] for k in (0, -5, -3, *
 
 @each("scene, crushed_s", release_after(3, ROWS))
 def test_closing_row_of_discs_ends_as_a_crush(scene: Scene, crushed_s: float) -> None:
-    r"""A row of discs with no room left ends the certified run as a crush at the instant its free length is 0.
-
-    PIC also ends as crushed, except in oblique rows, where rounding moves discs off the line.
-    """
+    """A row of discs with no room left ends the certified run as a crush at the instant its free length is 0."""
+    # PIC also ends as crushed, except in oblique rows, where rounding moves discs off the line.
     certified = certify(scene)
-    assert certified.degeneracy is not None
-    assert certified.degeneracy.kind is Degenerate.CRUSH
+    found = require_value(certified.degeneracy)
+    assert found.kind is Degenerate.CRUSH
     assert certified.trace.outcome is Outcome.CRUSHED
-    assert certified.degeneracy.earliest_s <= certified.degeneracy.latest_s == pytest.approx(crushed_s, rel=1e-15)
+    assert found.earliest_s <= found.latest_s == pytest.approx(crushed_s, rel=1e-15)
     if scene.name != "aslant":
         trace, shorter = (solve_pic(scene.model_copy(update={"duration_s": end})) for end in (8.0, crushed_s - 0.125))
         assert trace.outcome is Outcome.CRUSHED

@@ -5,6 +5,7 @@ from typing import Any
 import pytest
 from mpmath import mp
 from tests.cases import each
+from tests.scene_builders import require_value
 from tests.validation.mpmath_runs import DIGITS, draw_lossy_scene, find_contradictions, run_brute_force
 
 import carom
@@ -30,10 +31,7 @@ KINDS: dict[str, tuple[dict[str, Any], int, int]] = {
     ],
 )
 def test_certified_runs_match_400_digit_brute_force(kind: str, seed: int) -> None:
-    r"""Certified runs have the impacts of 400-digit brute force, with all numbers within their radii.
-
-    The scenes are smooth, falling, or rough; spins are compared where discs spin.
-    """
+    """Certified runs have the impacts of 400-digit brute force, with all numbers within their radii."""
     more, impacts, _ = KINDS[kind]
     scene = draw_lossy_scene(seed, **more)
     certified = carom.certify(scene, max_impacts=impacts)
@@ -44,24 +42,15 @@ def test_certified_runs_match_400_digit_brute_force(kind: str, seed: int) -> Non
         assert len(certified) == len(happened)
 
 
-def test_spin_off_by_ten_radii_contradicts_brute_force() -> None:
-    """A spin that is off by ten of its radii gives exactly one contradiction to brute force."""
-    scene = draw_lossy_scene(0, rough=True)
+@each("field, rough", [("time_s", False), ("first_after", True)])
+def test_number_off_by_ten_radii_contradicts_brute_force(field: str, rough: bool) -> None:
+    """A time or spin that is off by ten of its radii gives exactly one contradiction to brute force."""
+    scene = draw_lossy_scene(0, rough=rough)
     certified = carom.certify(scene, max_impacts=5)
-    assert certified.trace.spins is not None
-    assert certified.spin_radii is not None
-    certified.trace.spins.flags.writeable = True
-    k = int(certified.spin_radii["first_after"].argmax())
-    certified.trace.spins["first_after"][k] += 10 * certified.spin_radii["first_after"][k]
-    with mp.workdps(DIGITS):
-        assert len(find_contradictions(certified, run_brute_force(scene, 5))) == 1
-
-
-def test_time_off_by_ten_radii_contradicts_brute_force() -> None:
-    """An impact time that is off by ten of its radii gives exactly one contradiction to brute force."""
-    scene = draw_lossy_scene(0)
-    certified = carom.certify(scene, max_impacts=5)
-    certified.trace.impacts.flags.writeable = True
-    certified.trace.impacts["time_s"][0] += 10 * certified.radii["time_s"][0]
+    spins = (certified.trace.spins, certified.spin_radii)
+    rows, radii = map(require_value, spins if rough else (certified.trace.impacts, certified.radii))
+    rows.flags.writeable = True
+    k = int(radii[field].argmax()) if rough else 0
+    rows[field][k] += 10 * radii[field][k]
     with mp.workdps(DIGITS):
         assert len(find_contradictions(certified, run_brute_force(scene, 5))) == 1

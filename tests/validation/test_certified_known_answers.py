@@ -52,10 +52,7 @@ def assert_times_match(certified: CertifiedTrace, times: list[Any], rounding: fl
 
 @each("entries", by_group("issues", "tables", "driven", "classics"))
 def test_catalogue_scenes_are_certified_with_their_known_answers(entries: list[CatalogueScene]) -> None:
-    r"""Certified runs of catalogue scenes complete, and agree with the known answers to rounding.
-
-    PIC agrees with them to the end. Scenes without a unique answer end with the degeneracy listed in `ENDS`.
-    """
+    """Certified runs of catalogue scenes complete, and agree with the known answers to rounding."""
     for entry in entries:
         scene, known, certified = entry.scene, entry.known, carom.certify(entry.scene)
         bound, ended = BOUNDS.get(entry.group, 1e-13), certified.degeneracy
@@ -113,12 +110,10 @@ def test_cotangents_by_addition_match_mpmath() -> None:
 
 @each("ratio", [1.0, 2.0, 100.0, 12345.0, pytest.param(1e8, marks=pytest.mark.long)])
 def test_galperin_impact_times_are_within_their_radii(ratio: float) -> None:
-    r"""Masses 1 and M at a wall collide at (X - x cot(n theta) / sqrt(M)) / V, theta = atan(1 / sqrt(M)).
-
-    Unfolding: a straight line crosses the rays n theta (G. Galperin, Regular and Chaotic Dynamics 8(4), 2003). For
-    M = 100^4 there are 31415 impacts, and the distance to the wall at the nearest is 1e-4 of that at the first.
-    PIC's times agree to its rounding.
-    """
+    """Masses 1 and M at a wall collide at (X - x cot(n theta) / sqrt(M)) / V, theta = atan(1 / sqrt(M))."""
+    # Unfolding: a straight line crosses the rays n theta (G. Galperin, Regular and Chaotic Dynamics 8(4), 2003). For M
+    # = 100^4 there are 31415 impacts, and the distance to the wall at the nearest is 1e-4 of that at the first. PIC's
+    # times agree to its rounding.
     gap, further = Fraction(1, 2), Fraction(1)
     scene = build_line_scene(
         [float(gap) + 0.125, float(further) + 0.375], [0.0, -1.0], [1.0, ratio], wall_at(0.0, 0.0, 1.0, 0.0)
@@ -156,10 +151,7 @@ def test_equal_masses_on_a_line_collide_at_crossings_of_straight_lines(seed: int
 
 
 def test_disc_in_a_box_follows_the_unfolded_line() -> None:
-    r"""More than 800 bounces in a box are at the crossings of the unfolded line with the lattice of mirror images.
-
-    PIC agrees to 1e-12, with half-planes and with the edges of a chain.
-    """
+    """More than 800 bounces in a box are at the crossings of the unfolded line with the lattice of mirror images."""
     walls = [
         wall_at(0.0, 0.0, 1.0, 0.0),
         wall_at(2.5, 0.0, -1.0, 0.0),
@@ -199,10 +191,8 @@ def test_fixed_disc_deflects_by_pi_minus_twice_the_arcsine(offset: float) -> Non
 
 @each("free_path, rings", [(0.5, False), (2.0, False), (2.0, True)])
 def test_orbit_between_two_fixed_discs_diverges_at_the_known_rate(free_path: float, rings: bool) -> None:
-    r"""An offset from the axis grows by (1 + L/R) + sqrt((1 + L/R)^2 - 1) with each bounce, on discs and on rings.
-
-    It is the larger eigenvalue of a flight and an impact on a circle (Sinai 1970).
-    """
+    """An offset from the axis grows by (1 + L/R) + sqrt((1 + L/R)^2 - 1) with each bounce, on discs and on rings."""
+    # It is the larger eigenvalue of a flight and an impact on a circle (Sinai 1970).
     half = free_path / 2 + 1.0
     ends = (-half, 0.0), (half, 0.0)
     posts = [Ring(centre_m=end, radius_m=0.75) if rings else disc_at(*end, r=0.75, m=math.inf) for end in ends]

@@ -12,25 +12,27 @@ from tests.random_scenes import draw_small_scene
 from tests.scene_builders import disc_at, require_value, staged, wall_at
 from tests.validation.mpmath_runs import find_outside_radii
 
-from carom import CertifiedTrace, Disc, Scene, Wall, certify, solve_pic
+from carom import CertifiedTrace, Scene, certify, solve_pic
 from carom.catalogue import catalogue
 from carom.comparator.horizon import Horizon
 from carom.errors import InputError
 from carom.execution.scene_reference import build_reference
 from carom.solvers.certified.result import Degenerate, Ending
 
-FLOOR = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))
+FLOOR = wall_at(0.0, 0.0, 0.0, 1.0)
 
 
 def load_gravity_scene(name: str, **changes: Any) -> Scene:
     return catalogue()[f"gravity/{name}"].scene.model_copy(update=changes)
 
 
-def find_impacts_outside_radii(certified: CertifiedTrace, field: str, truths: list[Any]) -> list[int]:
-    """Return the impacts of which a component of a field is not within its radius of the truth."""
-    flat = [component for truth in truths for component in truth]
-    off = find_outside_radii(certified.trace.impacts[field], certified.radii[field], flat)
-    return sorted({k * len(truths) // len(flat) for k in off})
+def find_outside(certified: CertifiedTrace, **truths: list[Any]) -> dict[str, list[int]]:
+    """Return by field of impacts, or name of an end, the components that are not within their radii of the truth."""
+    known = {name: (certified.trace.impacts[name], certified.radii[name]) for name in certified.radii.dtype.names or ()}
+    known["place"] = certified.trace.final_position_m, certified.final_position_radius_m
+    known["velocity"] = certified.trace.final_velocity_m_s, certified.final_velocity_radius_m_s
+    found = {name: find_outside_radii(*known[name], np.ravel(truth).tolist()) for name, truth in truths.items()}
+    return {name: outside for name, outside in found.items() if outside}
 
 
 def compute_bounces(scene: Scene, count: int) -> tuple[list[Any], list[Any], list[Any]]:
@@ -53,7 +55,7 @@ def compute_bounces(scene: Scene, count: int) -> tuple[list[Any], list[Any], lis
     for _ in range(count):
         along = velocity + gravity * time
         along -= mp.fdot(along, n) * n
-        times.append([time])
+        times.append(time)
         before.append(list(along - speed * n))
         speed *= e
         after.append(list(along + speed * n))
@@ -72,24 +74,20 @@ def compute_bounces(scene: Scene, count: int) -> tuple[list[Any], list[Any], lis
     ],
 )
 def test_bounces_under_gravity_match_the_closed_form(name: str, changes: dict[str, Any]) -> None:
-    r"""Times and velocities of bounces on a floor and a slope are within their radii of the closed form.
-
-    The closed form has 60 digits. PIC agrees to 1e-13. Times that are off by 2 ulp are outside the radii.
-    """
+    """Times and velocities of bounces on a floor and a slope are within their radii of the closed form."""
     scene = load_gravity_scene(name, **changes)
     certified = certify(scene)
     assert certified.ending is Ending.COMPLETED
     with mp.workdps(60):
         times, before, after = compute_bounces(scene, len(certified) + 1)
-        assert times[-1][0] > scene.duration_s
-        assert find_impacts_outside_radii(certified, "time_s", times[:-1]) == []
-        assert find_impacts_outside_radii(certified, "velocity_first_before", before[:-1]) == []
-        assert find_impacts_outside_radii(certified, "velocity_first_after", after[:-1]) == []
+        assert times[-1] > scene.duration_s
+        velocities = {"velocity_first_before": before[:-1], "velocity_first_after": after[:-1]}
+        assert find_outside(certified, time_s=times[:-1], **velocities) == {}
         found = solve_pic(scene).impacts[: len(certified)]
-        assert found["time_s"] == pytest.approx([float(t) for (t,) in times[:-1]], rel=1e-14)
+        assert found["time_s"] == pytest.approx([float(t) for t in times[:-1]], rel=1e-14)
         assert found["velocity_first_after"].ravel() == pytest.approx(np.array(after[:-1], float).ravel(), abs=1e-13)
-        off_by_two_ulps = [[t + 2 * mpf(math.ulp(float(t)))] for (t,) in times[:-1]]
-        assert find_impacts_outside_radii(certified, "time_s", off_by_two_ulps) == list(range(len(certified)))
+        off_by_two_ulps = [t + 2 * mpf(math.ulp(float(t))) for t in times[:-1]]
+        assert find_outside(certified, time_s=off_by_two_ulps) == {"time_s": list(range(len(certified)))}
 
 
 def test_ball_with_restitution_zero_rests_at_its_first_impact() -> None:
@@ -103,19 +101,14 @@ def test_ball_with_restitution_zero_rests_at_its_first_impact() -> None:
 @each("speed, impacts", [(math.nextafter(2.0, 0.0), 0), (2.0, 0), (math.nextafter(2.0, 3.0), 1)])
 def test_ball_that_turns_back_at_the_ceiling_has_no_impact(speed: float, impacts: int) -> None:
     """At 2 m/s a ball just touches the ceiling at speed 0 without an impact; one ulp more speed is an impact."""
-    ceiling = Wall(point_m=(0.0, 1.25), normal=(0.0, -1.0))
-    disc = Disc(position_m=(0.0, 0.0), velocity_m_s=(0.5, speed), radius_m=0.25)
-    scene = Scene(name="up", discs=[disc], walls=[ceiling], gravity_m_s2=(0.0, -2.0), duration_s=3.0)
-    certified = certify(scene)
+    disc, ceiling = disc_at(0.0, 0.0, 0.5, speed, r=0.25), wall_at(0.0, 1.25, 0.0, -1.0)
+    certified = certify(staged("up", disc, ceiling, gravity_m_s2=(0.0, -2.0), duration_s=3.0))
     assert certified.ending is Ending.COMPLETED
     assert len(certified) == impacts
 
 
 def test_certified_reference_of_a_landing_ball_is_scored_up_to_contact() -> None:
-    r"""The requested reference of a landing ball is a certified run that covers the whole scene.
-
-    Its horizon is the start of contact.
-    """
+    """The requested reference of a landing ball is a certified run that covers the whole scene."""
     trace = solve_pic(load_gravity_scene("ladder", duration_s=5.0))
     reference = build_reference(trace, asked=True, time_budget_s=1e6)  # proven to the end, however slow the machine is
     assert reference.trace.method == "certified"
@@ -140,15 +133,10 @@ def test_damped_bounce_matches_the_closed_form(damping: float) -> None:
             "time_s": [met],
             "velocity_first_before": [-40 * left, 3 * left],
             "velocity_first_after": [40 * e * left, 3 * left],
+            "place": [-1 + 40 * e * (end - s), 3 * end],
+            "velocity": [40 * e * kept, 3 * kept],
         }
-        for name, parts in truth.items():
-            assert find_outside_radii(certified.trace.impacts[name], certified.radii[name], parts) == [], name
-        places, velocities = (-1 + 40 * e * (end - s), 3 * end), (40 * e * kept, 3 * kept)
-        assert find_outside_radii(certified.trace.final_position_m, certified.final_position_radius_m, places) == []
-        assert (
-            find_outside_radii(certified.trace.final_velocity_m_s, certified.final_velocity_radius_m_s, velocities)
-            == []
-        )
+        assert find_outside(certified, **truth) == {}
 
 
 def test_impact_at_the_end_of_a_scene_is_decided_to_the_last_bit() -> None:
@@ -179,14 +167,11 @@ def test_bounce_and_stop_on_a_table_match_the_closed_form() -> None:
         way = mpf(0.75) * mpf(2.5) / 2  # at 2.5 m/s, of which 2 are towards the wall
         left = mp.sqrt(mpf(2.5) ** 2 - 2 * a * way)
         met = (mpf(2.5) - left) / a
-        after = (left * mpf(3) / 5, e * left * 4 / 5)
+        after = [left * mpf(3) / 5, e * left * 4 / 5]
         speed = mp.sqrt(after[0] ** 2 + after[1] ** 2)
         on = speed**2 / (2 * a)
-        place = (way * 3 / 5 + on * after[0] / speed, -mpf(0.75) + on * after[1] / speed)
-        assert find_outside_radii(certified.trace.impacts["time_s"], certified.radii["time_s"], [met]) == []
-        assert find_outside_radii(certified.trace.final_position_m, certified.final_position_radius_m, place) == []
-        name = "velocity_first_after"
-        assert find_outside_radii(certified.trace.impacts[name], certified.radii[name], after) == []
+        place = [way * 3 / 5 + on * after[0] / speed, -mpf(0.75) + on * after[1] / speed]
+        assert find_outside(certified, time_s=[met], place=place, velocity_first_after=after) == {}
     assert certified.trace.final_velocity_m_s.tolist() == [[0.0, 0.0]]
 
 
@@ -198,11 +183,6 @@ def test_disc_that_stops_at_a_wall_is_a_graze() -> None:
 
 
 # With friction --------------------------------------------------------------------------------------------------------
-
-
-def build_floor_scene(velocity: tuple[float, float], **fields: object) -> Scene:
-    disc = Disc(position_m=(0, 2), velocity_m_s=velocity, radius_m=1)
-    return Scene(**{"name": "floor", "discs": [disc], "walls": [FLOOR], "duration_s": 2.0, **fields})
 
 
 def find_differences(one: CertifiedTrace, other: CertifiedTrace) -> list[tuple[int, str]]:
@@ -224,10 +204,7 @@ def find_differences(one: CertifiedTrace, other: CertifiedTrace) -> list[tuple[i
 
 
 def test_runs_of_15_and_50_digits_agree() -> None:
-    r"""In small rough scenes the intervals of default runs overlap those of runs with 50 digits.
-
-    One scene in four has gravity.
-    """
+    """In small rough scenes the intervals of default runs overlap those of runs with 50 digits."""
     impacts = 0
     for number in range(16):
         scene = draw_small_scene(number, rough=True, gravity=(0.25, -1.0) if number % 4 == 3 else (0.0, 0.0))
@@ -243,12 +220,11 @@ def test_runs_of_15_and_50_digits_agree() -> None:
 
 
 def test_exact_tie_of_stick_and_slide_is_certified() -> None:
-    r"""At |s| = 3 f (1 + e) w_n both branches are equal, so the run completes; dyadic numbers make this exact.
-
-    With velocity (9/4, -1), f = 1/2 and e = 1/2 the disc rolls: (3/2, 1/2) with spin -3/2, since T = f (1 + e) w_n
-    = 3/4.
-    """
-    scene = build_floor_scene((2.25, -1.0), wall_friction=0.5, wall_restitution=0.5)
+    """At |s| = 3 f (1 + e) w_n both branches are equal, so the run completes; dyadic numbers make this exact."""
+    # With velocity (9/4, -1), f = 1/2 and e = 1/2 the disc rolls: (3/2, 1/2) with spin -3/2, since T = f (1 + e) w_n =
+    # 3/4.
+    disc, laws = disc_at(0, 2, 2.25, -1.0, r=1), {"wall_friction": 0.5, "wall_restitution": 0.5}
+    scene = staged("floor", disc, FLOOR, **laws, duration_s=2.0)
     found = certify(scene, digits=30)
     assert found.ending is Ending.COMPLETED
     assert found.trace.impacts["velocity_first_after"].tolist() == [[1.5, 0.5]]

@@ -2,11 +2,13 @@
 
 import itertools
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import pytest
 from flint import arb, ctx
 from tests.cases import each, release_after
+from tests.scene_builders import disc_at, require_value, staged, wall_at
 from tests.validation import table_runs
 from tests.validation.random_tables import draw_table
 from tests.validation.table_runs import Table, Walk
@@ -20,10 +22,9 @@ STADIUM = Chain(points_m=[(-2, -2), (2, -2), (2, 2), (-2, 2)], bulges=(0.0, 1.0,
 
 
 def build_table_scene(
-    velocity: tuple[float, float], *walls: AnyWall, place: tuple[float, float] = (0.0, 0.0), **more: object
+    velocity: tuple[float, float], *walls: AnyWall, place: tuple[float, float] = (0.0, 0.0), **more: Any
 ) -> Scene:
-    disc = Disc(position_m=place, velocity_m_s=velocity, radius_m=0.5)
-    return Scene(name="table", discs=(disc,), walls=walls, **{"duration_s": 10.0, **more})
+    return staged("table", disc_at(*place, *velocity), *walls, **{"duration_s": 10.0, **more})
 
 
 def draw_tables(first: int, count: int, *, moves: bool = False) -> Iterator[Table]:
@@ -57,11 +58,9 @@ def find_contradictions(table: Table, impacts: int) -> list[int]:
     release_after(1, [(True, 0, 1, 6), (False, 0, 6, 12), (False, 10**5, 400, 12), (True, 10**5, 200, 12)]),
 )
 def test_certified_runs_match_brute_force_on_random_tables(moves: bool, first: int, count: int, impacts: int) -> None:
-    r"""All impacts on random tables of finite walls are within their radii of 600-bit brute force.
-
-    The tables have bulges of both signs, re-entrant joints, thick bars, islands, cut sides and walls with
-    restitutions of their own; some fall or are driven.
-    """
+    """All impacts on random tables of finite walls are within their radii of 600-bit brute force."""
+    # The tables have bulges of both signs, re-entrant joints, thick bars, islands, cut sides and walls with
+    # restitutions of their own; some fall or are driven.
     tables = draw_tables(first, count, moves=moves)
     assert {k: bad for k, one in enumerate(tables) if (bad := find_contradictions(one, impacts))} == {}
 
@@ -79,10 +78,8 @@ def test_certified_edges_are_those_of_pic() -> None:
     """Certified runs report the same edge numbers and kinds as PIC; a half-plane has none."""
     floor = Chain(points_m=[(-4, -1), (-1, -1), (1, -1), (4, -1)])
     scene = build_table_scene((0.25, -1), floor, Wall(point_m=(0, 3), normal=(0, -1)), duration_s=9.0)
-    certified, exact = certify(scene), solve_pic(scene)
-    assert exact.edges is not None
-    assert certified.trace.edges is not None
-    assert certified.trace.edges.tolist() == exact.edges.tolist() == [(1, EdgeKind.FACE), (-1, -1), (2, EdgeKind.FACE)]
+    for trace in (certify(scene).trace, solve_pic(scene)):
+        assert require_value(trace.edges).tolist() == [(1, EdgeKind.FACE), (-1, -1), (2, EdgeKind.FACE)]
 
 
 def test_impact_on_a_smooth_seam_is_certified() -> None:
@@ -101,75 +98,61 @@ def test_impact_on_a_smooth_seam_is_certified() -> None:
 
 
 def test_right_angled_corner_commutes_and_acute_corner_is_degenerate() -> None:
-    r"""Simultaneous impacts in a right-angled corner commute; in a corner of another angle they end the run.
-
-    The other corner ends as SHARED_INSTANT.
-    """
-    square = certify(
-        build_table_scene((1, 1), Chain(points_m=[(-3, -3), (3, -3), (3, 3), (-3, 3)], closed=True), duration_s=4.0)
-    )
+    """Simultaneous impacts in a right-angled corner commute; in a corner of another angle they end the run."""
+    room = Chain(points_m=[(-3, -3), (3, -3), (3, 3), (-3, 3)], closed=True)
+    square = certify(build_table_scene((1, 1), room, duration_s=4.0))
     assert square.ending is Ending.COMPLETED
     assert square.commuted == ((0, 1),)
     assert square.trace.final_velocity_m_s.tolist() == [[-1.0, -1.0]]
     # Two edges that the axis halves: exactly alike, above and below.
     wedge = certify(build_table_scene((1, 0), Chain(points_m=[(-4, 3), (5, 0), (-4, -3)]), duration_s=9.0))
-    assert wedge.degeneracy is not None
-    assert wedge.degeneracy.kind is Degenerate.SHARED_INSTANT
-    assert wedge.degeneracy.bodies == (-1, 0)
+    found = require_value(wedge.degeneracy)
+    assert (found.kind, found.bodies) == (Degenerate.SHARED_INSTANT, (-1, 0))
+
+
+TOUCHED, GLIDES, OVERLAPS = Degenerate.TOUCHING_START, Degenerate.RESTING_CONTACT, Degenerate.OVERLAPPING_START
 
 
 @each(
     "scene, kind",
     [
-        (build_table_scene((0, -1), Chain(points_m=[(-1, -0.5), (1, -0.5)])), Degenerate.TOUCHING_START),
-        (build_table_scene((0, -1), Ring(centre_m=(0, -1.5), radius_m=1.0)), Degenerate.TOUCHING_START),
-        (build_table_scene((0, -1), Ring(centre_m=(0, 0.5), radius_m=1.0)), Degenerate.TOUCHING_START),
-        (build_table_scene((1, 0), Ring(centre_m=(0, 0.5), radius_m=1.0)), Degenerate.RESTING_CONTACT),
-        (
-            build_table_scene((0, -1), Chain(points_m=[(-1, -0.5 + 2**-54), (1, -0.5 + 2**-54)])),
-            Degenerate.OVERLAPPING_START,
-        ),
+        (build_table_scene((0, -1), Chain(points_m=[(-1, -0.5), (1, -0.5)])), TOUCHED),
+        (build_table_scene((0, -1), Ring(centre_m=(0, -1.5), radius_m=1.0)), TOUCHED),
+        (build_table_scene((0, -1), Ring(centre_m=(0, 0.5), radius_m=1.0)), TOUCHED),
+        (build_table_scene((1, 0), Ring(centre_m=(0, 0.5), radius_m=1.0)), GLIDES),
+        (build_table_scene((0, -1), Chain(points_m=[(-1, -0.5 + 2**-54), (1, -0.5 + 2**-54)])), OVERLAPS),
     ],
 )
 def test_contact_with_a_finite_wall_at_the_start_is_degenerate(scene: Scene, kind: Degenerate) -> None:
-    r"""A disc that touches, overlaps or glides along a finite wall at the start ends the run at once.
-
-    The degeneracy is proven and names the wall and the disc.
-    """
+    """A disc that touches, overlaps or glides along a finite wall at the start ends the run at once."""
     certified = certify(scene)
+    found = require_value(certified.degeneracy)
     assert certified.ending is Ending.DEGENERATE
-    assert certified.degeneracy is not None
-    assert (certified.degeneracy.kind, certified.degeneracy.bodies) == (kind, (-1, 0))
-    assert certified.degeneracy.proven
+    assert (found.kind, found.bodies, found.proven) == (kind, (-1, 0), True)
 
 
-def test_touching_pair_at_the_start_is_degenerate_next_to_a_distant_wall() -> None:
-    """Two discs that touch at the start are reported as degenerate although a finite wall is in the scene."""
-    discs = [Disc(position_m=(x, 0.0), velocity_m_s=(v, 0.0), radius_m=0.5) for x, v in ((0.0, 1.0), (1.0, 0.0))]
-    certified = certify(Scene(name="pair", discs=discs, walls=(Ring(centre_m=(0, 9), radius_m=1.0),), duration_s=1.0))
-    assert certified.degeneracy is not None
-    assert (certified.degeneracy.kind, certified.degeneracy.bodies) == (Degenerate.TOUCHING_START, (0, 1))
-
-
-def test_disc_struck_against_a_touching_arc_is_in_resting_contact() -> None:
-    """A disc that touches a ring from outside and is struck against it ends the run as resting contact."""
-    discs = [Disc(position_m=(x, 0.0), velocity_m_s=(v, 0.0), radius_m=0.5) for x, v in ((-2.0, 1.0), (0.5, 0.0))]
-    certified = certify(Scene(name="row", discs=discs, walls=(Ring(centre_m=(2, 0), radius_m=1.0),), duration_s=9.0))
-    assert certified.trace.impacts["time_s"].tolist() == [1.5]
-    assert certified.degeneracy is not None
-    assert (certified.degeneracy.kind, certified.degeneracy.bodies) == (Degenerate.RESTING_CONTACT, (-1, 0, 1))
-
-
-def test_disc_struck_along_the_inside_of_an_arc_is_in_resting_contact() -> None:
-    """A disc that touches a ring from inside and is struck along its tangent ends the run as resting contact."""
-    discs = (
-        Disc(position_m=(2.5, 0.0), radius_m=0.5),
-        Disc(position_m=(2.5, -1.125), velocity_m_s=(0.0, 1.0), radius_m=0.125),
-    )
-    certified = certify(Scene(name="along", discs=discs, walls=(Ring(centre_m=(0, 0), radius_m=3.0),), duration_s=2.0))
-    assert certified.trace.impacts["time_s"].tolist() == [0.5]
-    assert certified.degeneracy is not None
-    assert (certified.degeneracy.kind, certified.degeneracy.bodies) == (Degenerate.RESTING_CONTACT, (-1, 0, 1))
+@each(
+    "discs, ring, impacts_s, kind, bodies",
+    [
+        ((disc_at(0, 0, 1), disc_at(1, 0)), Ring(centre_m=(0, 9), radius_m=1), [], TOUCHED, (0, 1)),
+        ((disc_at(-2, 0, 1), disc_at(0.5, 0)), Ring(centre_m=(2, 0), radius_m=1), [1.5], GLIDES, (-1, 0, 1)),
+        (
+            (disc_at(2.5, 0), disc_at(2.5, -1.125, 0, 1, r=0.125)),
+            Ring(centre_m=(0, 0), radius_m=3),
+            [0.5],
+            GLIDES,
+            (-1, 0, 1),
+        ),
+    ],
+)
+def test_touching_discs_near_a_ring_are_degenerate(
+    discs: tuple[Disc, Disc], ring: Ring, impacts_s: list[float], kind: Degenerate, bodies: tuple[int, ...]
+) -> None:
+    """Discs that touch far from a ring, or are struck against it from outside or along its inside, end the run."""
+    certified = certify(staged("ring", *discs, ring, duration_s=9.0))
+    found = require_value(certified.degeneracy)
+    assert certified.trace.impacts["time_s"].tolist() == impacts_s
+    assert (found.kind, found.bodies) == (kind, bodies)
 
 
 def test_path_at_distance_r_minus_radius_still_meets_the_arc() -> None:
@@ -196,13 +179,11 @@ def test_exact_graze_of_a_vertex_is_no_impact() -> None:
 
 def test_tie_on_a_half_plane_is_proven_for_any_wall_number() -> None:
     """Two discs that reach a floor at one instant are a proven tie, whether the floor is wall 0 or wall 1."""
-    discs = [Disc(position_m=(x, 1.0), velocity_m_s=(0.0, -1.0), radius_m=0.25) for x in (0.0, 0.5)]
-    floor, far = Wall(point_m=(0, 0), normal=(0, 1)), Chain(points_m=[(50, 50), (51, 50), (51, 51)])
+    discs = [disc_at(x, 1.0, 0.0, -1.0, r=0.25) for x in (0.0, 0.5)]
+    floor, far = wall_at(0, 0, 0, 1), Chain(points_m=[(50, 50), (51, 50), (51, 51)])
     for walls, name in (((floor,), -1), ((far, floor), -2)):
-        certified = certify(Scene(name="tie", discs=discs, walls=walls, duration_s=2.0))
-        assert certified.degeneracy is not None
-        assert certified.degeneracy.proven
-        assert certified.degeneracy.bodies == (name, 0, 1)
+        found = require_value(certify(staged("tie", *discs, *walls, duration_s=2.0)).degeneracy)
+        assert (found.proven, found.bodies) == (True, (name, 0, 1))
 
 
 def test_friction_on_chains_and_rings_matches_pic() -> None:
@@ -216,9 +197,8 @@ def test_friction_on_chains_and_rings_matches_pic() -> None:
         assert certified.trace.impacts["second"].tolist() == exact.impacts["second"].tolist()
         for name in ("time_s", "velocity_first_after"):
             assert np.allclose(certified.trace.impacts[name], exact.impacts[name], rtol=1e-10, atol=1e-10)
-        assert certified.trace.spins is not None
-        assert exact.spins is not None
-        assert np.allclose(certified.trace.spins["first_after"], exact.spins["first_after"], rtol=1e-10, atol=1e-10)
+        spins, right = (require_value(trace.spins)["first_after"] for trace in (certified.trace, exact))
+        assert np.allclose(spins, right, rtol=1e-10, atol=1e-10)
 
 
 def test_half_plane_keeps_its_number_and_restitution_next_to_a_chain() -> None:

@@ -10,7 +10,7 @@ from tests.checker.small_steps import Ends, run_small_steps
 from tests.scene_builders import disc_at, require_value, staged, wall_at
 from tests.validation import contact_scenes
 
-from carom import Disc, Outcome, Scene, Wall, certify, solve_pic
+from carom import Outcome, Scene, certify, solve_pic
 from carom.catalogue import find_scenes
 
 G = 10.0
@@ -18,10 +18,7 @@ G = 10.0
 
 @each("seeds", release_after(1, [range(3), *(range(k, k + 100) for k in range(0, 1000, 100))]))
 def test_pic_agrees_with_small_steps_on_random_contact_scenes(seeds: range) -> None:
-    r"""PIC agrees with small time steps on random scenes of one to three discs in contact.
-
-    No scene gains energy, and no disc sinks into a wall.
-    """
+    """PIC agrees with small time steps on random scenes of one to three discs in contact."""
     assert [
         said
         for seed in seeds
@@ -43,10 +40,8 @@ def test_small_steps_with_less_gravity_are_detected(seed: int, refined: int, mon
 
 @each("regain", [-0.5, 0.0, 0.5, 1.0])
 def test_inelastic_landing_slides_on_with_the_returned_slip(regain: float) -> None:
-    r"""After a landing with restitution 0 the slip -b s that friction returns is slowed at 3 m/s^2.
-
-    The disc loses (1 + b)/3 of its 1 m/s in the impact and ends at 2/3 m/s, in PIC and in certified runs.
-    """
+    """After a landing with restitution 0 the slip -b s that friction returns is slowed at 3 m/s^2."""
+    # The disc loses (1 + b)/3 of its 1 m/s in the impact and ends at 2/3 m/s, in PIC and in certified runs.
     scene = staged(
         "gives back",
         disc_at(0.0, 5.5, 1.0),
@@ -114,27 +109,34 @@ RADIUS_M = 0.5
 SIZES = [10.0**power for power in (-300, -12, -6, -2, -1, 0, 2, 6)]
 
 
-def build_slope_scene(friction: float, resists: float = 0.0, *, tangent: float = 0.0, along: float = 0.0) -> Scene:
-    """Return a disc on the line y = 0 for a second, which slides or rests there; gravity leans by a tangent."""
+def build_slope_scene(
+    friction: float,
+    resists: float = 0.0,
+    *,
+    tangent: float = 0.0,
+    along: float = 0.0,
+    height: float = 0.0,
+    e: float = 0.0,
+    duration_s: float = 1.0,
+) -> Scene:
+    """Return a disc on, or above, the line y = 0, which slides, rests or bounces; gravity leans by a tangent."""
     long = math.hypot(1.0, tangent)
-    return Scene(
-        name="extreme",
-        discs=[Disc(position_m=(0, RADIUS_M), velocity_m_s=(along, 0), radius_m=RADIUS_M)],
-        walls=[Wall(point_m=(0, 0), normal=(0, 1))],
+    return staged(
+        "extreme",
+        disc_at(0, RADIUS_M + height, along, r=RADIUS_M),
+        wall_at(0, 0, 0, 1),
         gravity_m_s2=(G * tangent / long, -G / long),
-        wall_restitution=0.0,
+        wall_restitution=e,
         wall_friction=friction,
         wall_rolling_resistance=resists,
-        duration_s=1.0,
+        duration_s=duration_s,
     )
 
 
 @each("friction, resists", [*product(SIZES, [0.0]), *product([1e-6, 0.3, 1e6], SIZES)])
 def test_slide_to_roll_matches_the_closed_form_for_extreme_friction(friction: float, resists: float) -> None:
-    r"""A disc sliding at 3 m/s matches the closed form to 1e-12 for friction and resistance of 1e-300 to 1e6.
-
-    Without resistance it rolls at 2 m/s after v/(f g (1 + 1/k)). Where resistance exceeds friction it never rolls.
-    """
+    """A disc sliding at 3 m/s matches the closed form to 1e-12 for friction and resistance of 1e-300 to 1e6."""
+    # Without resistance it rolls at 2 m/s after v/(f g (1 + 1/k)). Where resistance exceeds friction it never rolls.
     k = 0.5
     ends = solve_pic(build_slope_scene(friction, resists, along=3.0))
     turned = max(0.0, friction - resists) * G / k  # of the rim, a second
@@ -174,20 +176,12 @@ def test_disc_stays_at_rest_at_the_steepest_holding_slope(resists: float, ulps: 
 
 @each("lost", [1e-2, *(pytest.param(lost, marks=pytest.mark.release) for lost in (1e-3, 1e-4))])
 def test_ball_with_high_restitution_rests_at_the_sum_of_its_hops(lost: float) -> None:
-    r"""A ball with restitution e near 1 comes to rest at the sum of the series of its hops, to 1e-9.
-
-    That is t (1 + e)/(1 - e) for a first fall of t, after thousands of bounces.
-    """
+    """A ball with restitution e near 1 comes to rest at the sum of the series of its hops, to 1e-9."""
+    # That is t (1 + e)/(1 - e) for a first fall of t, after thousands of bounces.
     e, height = 1.0 - lost, 1e-4
     fall = math.sqrt(2.0 * height / G)
     rests = fall * (1.0 + e) / (1.0 - e)
-    scene = build_slope_scene(0.0).model_copy(
-        update={
-            "discs": (Disc(position_m=(0, RADIUS_M + height), radius_m=RADIUS_M),),
-            "wall_restitution": e,
-            "duration_s": 1.1 * rests,
-        }
-    )
+    scene = build_slope_scene(0.0, height=height, e=e, duration_s=1.1 * rests)
     ends = solve_pic(scene, max_impacts=10**7)
     assert ends.outcome is Outcome.COMPLETED
     assert ends.contact_s == pytest.approx(rests, rel=1e-9)
@@ -197,10 +191,7 @@ def test_ball_with_high_restitution_rests_at_the_sum_of_its_hops(lost: float) ->
 def test_ball_with_restitution_1_minus_1e_9_keeps_bouncing() -> None:
     """With e = 1 - 1e-9 a ball bounces as often in a second as without loss, and its speed falls as e^n."""
     e, height = 1.0 - 1e-9, 1e-4
-    scene = build_slope_scene(0.0).model_copy(
-        update={"discs": (Disc(position_m=(0, RADIUS_M + height), radius_m=RADIUS_M),), "wall_restitution": e}
-    )
-    ends = solve_pic(scene)
+    ends = solve_pic(build_slope_scene(0.0, height=height, e=e))
     fall = math.sqrt(2.0 * height / G)
     count = math.floor((1.0 / fall + 1.0) / 2.0)
     assert len(ends.impacts) == count

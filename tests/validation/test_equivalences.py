@@ -145,10 +145,7 @@ DRAWN += [
 
 @each("kind, numbers", release_after(len(TIMES), DRAWN))
 def test_all_forms_of_pic_are_bit_identical(kind: str, numbers: range) -> None:
-    r"""All pairs, cells of any width, runs in pieces and resumed runs give the bits of the kernel.
-
-    Impacts, spins, edges, ambiguities, outcome and end are compared.
-    """
+    """All pairs, cells of any width, runs in pieces and resumed runs give the bits of the kernel."""
     different, impacts = list[str](), 0
     for number in numbers:
         kernel, found = compare_forms(draw_run_request(kind, number), f"{kind} {number}")
@@ -178,10 +175,7 @@ EACH_LAW = [(kind, law) for turn in range(3) for k, kind in enumerate(KINDS) for
 @pytest.mark.parametrize(("kind", "law"), release_after(len(KINDS), EACH_LAW))
 @each_batch
 def test_runs_in_pieces_are_bit_identical_under_every_law(kind: str, law: str, batch: range) -> None:
-    r"""With gravity, damping or table deceleration a run in pieces has the bits of a run without pauses.
-
-    Every other run in pieces tests all pairs.
-    """
+    """With gravity, damping or table deceleration a run in pieces has the bits of one without pauses."""
     for number in scale_range(batch, 1 / 4):
         ask = Asked(draw_scene_with_law(LAWS[law], kind, number), min(number_of_impacts(number), 25), {})
         run = start_pic_run(ask.scene)
@@ -323,10 +317,8 @@ each_symmetric = each("scenes", build_symmetric_scenes())
 @pytest.mark.parametrize("turn", [mirror, turn_quarter])
 @each_symmetric
 def test_mirrored_scene_has_the_mirrored_trace_to_the_bit(scenes: list[Scene], turn: Map, solver: str) -> None:
-    r"""Mirroring a scene or turning it by a quarter does exactly the same to its trace.
-
-    IEEE arithmetic treats signs and axes alike.
-    """
+    """Mirroring a scene or turning it by a quarter does exactly the same to its trace."""
+    # IEEE arithmetic treats signs and axes alike.
     for scene in scenes:
         assert_transformed(SOLVERS[solver](scene), SOLVERS[solver](transform_scene(scene, turn, turn, turn)), turn)
 

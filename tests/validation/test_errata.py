@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.cases import each
-from tests.scene_builders import disc_at, staged
+from tests.scene_builders import disc_at, staged, wall_at
 
 import carom
-from carom import Scene, Wall
+from carom import Scene
 
 U = 2.0**-53
 Vector = tuple[float, float]
@@ -254,10 +254,7 @@ def test_energy_equation_without_primes_allows_any_outcome() -> None:
 
 
 def test_missing_velocity_formulas_follow_from_v_rel() -> None:
-    r"""V1' = V1 + 2 m2/(m1 + m2) V_rel and V2' = V2 - 2 m1/(m1 + m2) V_rel are missing after "Thus,".
-
-    Carom's impact law gives the same velocities to rounding.
-    """
+    """V1' = V1 + 2 m2/(m1 + m2) V_rel and V2' = V2 - 2 m1/(m1 + m2) V_rel are missing after "Thus,"."""
     v1, v2, m1, m2 = np.array([2.0, 0.0]), np.array([0.0, -1.0]), 1.0, 3.0
     n = np.array([0.6, 0.8])
     v_rel = ((v2 - v1) @ n) * n  # as printed; against n while the discs approach
@@ -283,11 +280,8 @@ def test_other_sign_of_v_rel_drives_the_discs_together() -> None:
 
 def build_row_scene(*positions: float, first_speed: float, duration_s: float) -> Scene:
     """Return discs of radius .5 on the x axis, of which the first moves."""
-    return staged(
-        "row",
-        *[disc_at(x, 0, first_speed if k == 0 else 0.0, 0) for k, x in enumerate(positions)],
-        duration_s=duration_s,
-    )
+    first, *others = positions
+    return staged("row", disc_at(first, 0, first_speed), *(disc_at(x, 0) for x in others), duration_s=duration_s)
 
 
 def printed_algorithm_2(scene: Scene, frame_s: float) -> list[tuple[float, int, int]]:
@@ -335,11 +329,9 @@ def test_printed_algorithm_2_lets_discs_overlap() -> None:
 
 
 def test_printed_algorithm_2_compares_a_duration_with_an_instant() -> None:
-    r"""T counts from now, as in equations (1) and (2); compared with an instant it is handled frames too early.
-
-    A disc reaches another at 8 s, with a frame each second. At the frame of 4 s the impact is T = 4 s ahead, and 4
-    < 5, "next frame instant", although it belongs to the frame that begins at 8 s.
-    """
+    """T counts from now, as in equations (1) and (2); compared with an instant it is handled frames too early."""
+    # A disc reaches another at 8 s, with a frame each second. At the frame of 4 s the impact is T = 4 s ahead, and 4 <
+    # 5, "next frame instant", although it belongs to the frame that begins at 8 s.
     scene = build_row_scene(0.0, 9.0, first_speed=1.0, duration_s=10.0)
     spans = [carom_time((float(now), 0), (1, 0), 0.5, (9, 0), (0, 0), 0.5) for now in range(9)]
     assert spans == [8.0, 7.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.0, 0.0]
@@ -389,11 +381,10 @@ def test_pit_uses_the_normal_of_the_frame() -> None:
 
 def test_repeated_impacts_of_one_pair_need_a_wall() -> None:
     """Two discs alone collide once; with a wall that sends one back, a frame has three impacts, two of that pair."""
-    discs = [disc_at(1.5, 0, 2, 0), disc_at(3.5, 0)]
-    walls = [Wall(point_m=(5, 0), normal=(-1, 0))]
-    free = carom.solve_pic_framewise(Scene(name="free", duration_s=3, discs=discs), frame_rate_hz=1 / 3)
-    walled = carom.solve_pic_framewise(
-        Scene(name="walled", duration_s=3, discs=discs, walls=walls), frame_rate_hz=1 / 3
+    discs, wall = (disc_at(1.5, 0, 2, 0), disc_at(3.5, 0)), wall_at(5, 0, -1, 0)
+    free, walled = (
+        carom.solve_pic_framewise(staged("discs", *bodies, duration_s=3), frame_rate_hz=1 / 3)
+        for bodies in (discs, (*discs, wall))
     )
     assert free.impacts["time_s"].tolist() == [0.5]
     # Gap 1 at 2 m/s; disc 1 then has 1 m to the wall and 1 m back to disc 0, all at 2 m/s: exact numbers.

@@ -96,10 +96,7 @@ def collide_on_arrays(start: DiscArrays) -> tuple[np.void, np.void]:
 
 @each("count", release_after(1, [50, 10_000]))
 def test_random_rough_impacts_match_the_rational_law(count: int) -> None:
-    r"""Velocities and surface speeds after random impacts are within 12 ulp of the law in rational numbers.
-
-    This holds for the compiled law and for the law on arrays.
-    """
+    """Velocities and surface speeds after random impacts are within 12 ulp of the law in rational numbers."""
     rng = random.Random(count)
     worst, worst_as_arrays = 0.0, 0.0
     for number in range(count):
@@ -141,10 +138,8 @@ def test_rough_impacts_of_extreme_sizes_match_the_rational_law(count: int) -> No
 @pytest.mark.release
 @each("wall", [False, True])
 def test_stick_and_slide_on_dyadic_numbers_are_exact_to_the_bit(wall: bool) -> None:
-    r"""On a lattice of dyadic numbers full of stick-slide ties the result equals the exact law, bit for bit.
-
-    Along an axis, with k = 1 and both masses 1, all sums and quotients are dyadic: 1 + 1/k is 2.
-    """
+    """On a lattice of dyadic numbers full of stick-slide ties the result equals the exact law, bit for bit."""
+    # Along an axis, with k = 1 and both masses 1, all sums and quotients are dyadic: 1 + 1/k is 2.
     seen = {"stick": 0, "slide": 0, "tie": 0}
     one, two = Body((1, 0), 0, 1, 1, (1, 0)), Body((0, 0), 0, 1, 1, (-1, 0))
     if wall:
@@ -188,10 +183,7 @@ def relative_surface_velocity(one: Body, other: Body, axes: tuple[tuple[Fraction
 
 
 def test_rational_law_conserves_momentum_and_gains_no_energy() -> None:
-    r"""In 200 rational impacts momentum and angular momentum about the contact are conserved.
-
-    Energy never grows, and is conserved without friction at e = 1.
-    """
+    """In 200 rational impacts momentum and angular momentum about the contact are conserved."""
     rng = random.Random(7)
     for _ in range(200):
         normal = rng.choice([(3, 4), (5, -12), (1, 0), (-8, 15)])
@@ -224,10 +216,7 @@ def test_rational_law_conserves_momentum_and_gains_no_energy() -> None:
 
 @each("numbers", release_after(1, [range(1, 2), *(range(k, k + 14) for k in range(0, 98, 14))]))
 def test_each_impact_of_rough_runs_matches_the_rational_law(numbers: range) -> None:
-    r"""Each impact of rough PIC and PIT runs is within 12 ulp of the rational law applied to the state before it.
-
-    That state is the one after the disc's previous impact.
-    """
+    """Each impact of rough PIC and PIT runs is within 12 ulp of the rational law applied to the state before it."""
     for kind, number in product(KINDS, numbers):
         scene = draw_scene(kind, number, rough=True, gravity=(0.25, -1.0) if number % 3 == 1 else (0.0, 0.0))
         if scene.arrays.turns:
@@ -260,10 +249,7 @@ def test_checker_detects_a_spin_off_by_1e_12() -> None:
 
 @each("count", release_after(0, [40]))
 def test_rough_gases_pass_the_campaign_checker(count: int) -> None:
-    r"""Gases of the campaign with friction violate no rule of its checker.
-
-    About sixty impacts per gas match the rational law.
-    """
+    """Gases of the campaign with friction violate no rule of its checker."""
     for number in range(count):
         start = add_friction(draw_gas(number, most_discs=800).start, number)
         run, report = EventDrivenRun(start), Report()

@@ -9,7 +9,7 @@ from tests.cases import each, release_after
 from tests.random_scenes import draw_scene
 from tests.scene_builders import disc_at, drive_on_legs, require_value, staged, wall_at
 
-from carom import Chain, Disc, Outcome, Scene, Wall, compare, solve_pic, solve_pic_framewise, solve_pit
+from carom import Chain, Outcome, Scene, compare, solve_pic, solve_pic_framewise, solve_pit
 from carom.catalogue import catalogue
 from carom.errors import InputError
 from carom.model.trace import Mode
@@ -73,9 +73,8 @@ def test_ball_meets_a_rising_floor_at_the_relative_speed() -> None:
 
 def test_ball_bounces_from_face_to_face_of_a_chain() -> None:
     """After two bounces on the floor of a chain a ball meets its side, and only its speed onto that side reverses."""
-    corner = Chain(points_m=[(-9, 0), (0, 0), (0, 9)])
-    disc = Disc(position_m=(-2.5, 1.75), velocity_m_s=(1, 0), radius_m=0.5)
-    trace = solve_pic(staged("corner", disc, corner, gravity_m_s2=(0.0, -10.0), duration_s=2.25))
+    bodies = disc_at(-2.5, 1.75, 1), Chain(points_m=[(-9, 0), (0, 0), (0, 9)])
+    trace = solve_pic(staged("corner", *bodies, gravity_m_s2=(0.0, -10.0), duration_s=2.25))
     assert trace.impacts["time_s"].tolist() == [0.5, 1.5, 2.0]
     assert trace.impacts["velocity_first_after"].tolist() == [[1.0, 5.0], [1.0, 5.0], [-1.0, 0.0]]
 
@@ -99,10 +98,9 @@ def test_bounces_in_a_wedge_end_with_an_outcome() -> None:
 
 def test_inelastic_stack_ends_at_a_standstill() -> None:
     """A heavy disc that falls on a light one on the floor ends the run as STANDSTILL, with a note that says why."""
-    discs = [Disc(position_m=(0, y), radius_m=0.25, mass_kg=mass) for y, mass in ((0.5, 1.0), (1.25, 100.0))]
-    floor = Wall(point_m=(0, 0), normal=(0, 1))
+    bodies = disc_at(0, 0.5, r=0.25), disc_at(0, 1.25, r=0.25, m=100.0), wall_at(0, 0, 0, 1)
     laws = {"restitution": 0.5, "wall_restitution": 0.5, "gravity_m_s2": (0, -G)}
-    trace = solve_pic(Scene(name="stack", discs=discs, walls=[floor], duration_s=20, **laws), max_impacts=20_000)
+    trace = solve_pic(staged("stack", *bodies, duration_s=20, **laws), max_impacts=20_000)
     assert trace.outcome is Outcome.STANDSTILL
     assert "faster than floats can resolve" in trace.notes[0]
     assert np.all(np.diff(trace.impacts["time_s"]) >= 0)
@@ -192,10 +190,7 @@ def test_pit_runs_all_frames_of_a_resting_ball() -> None:
 @each("velocity_first", [True, False])
 @each("refinement", [1, 4, 16])
 def test_euler_error_in_free_fall_is_half_a_step_of_speed(refinement: int, *, velocity_first: bool) -> None:
-    r"""Euler's rule with the new velocity ends g dt t/2 too low, with the old one as much too high.
-
-    The score has this position error, and no velocity error but rounding.
-    """
+    """Euler's rule with the new velocity ends g dt t/2 too low, with the old one as much too high."""
     scene = catalogue()["gravity/free-fall"].scene
     steps = round(scene.duration_s * scene.frame_rate_hz) * refinement
     dt = scene.duration_s / steps
@@ -217,10 +212,7 @@ def test_euler_error_in_free_fall_is_half_a_step_of_speed(refinement: int, *, ve
 
 
 def test_pit_impact_of_a_falling_pair_is_that_without_gravity() -> None:
-    r"""Gravity acts equally on both discs of a pair, so PIT's impact has the time of a floating pair.
-
-    Its velocities differ by g t.
-    """
+    """Gravity acts equally on both discs of a pair, so PIT's impact has the time of a floating pair."""
     entry = catalogue()["gravity/falling-pair"]
     falling, floating = entry.scene, entry.scene.model_copy(update={"gravity_m_s2": (0.0, 0.0)})
     for rate in (30.0, 60.0, 250.0):

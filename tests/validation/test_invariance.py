@@ -60,11 +60,9 @@ def assert_transformed_answer(
 @FEWER
 @given(angle=st.floats(0, math.tau))
 def test_rotated_scene_has_the_rotated_answer(angle: float) -> None:
-    r"""Rotating a scene by any angle rotates its answer, and no impact is added or lost.
-
-    Scenes along a line that is unstable across it are left out: on an axis no error across the line arises, but in
-    any other direction rounding makes one, and it grows.
-    """
+    """Rotating a scene by any angle rotates its answer, and no impact is added or lost."""
+    # Scenes along a line that is unstable across it are left out: on an axis no error across the line arises, but in
+    # any other direction rounding makes one, and it grows.
     turn = turn_by(angle)
     for entry in STABLE:
         assert_transformed_answer(
@@ -108,10 +106,7 @@ def test_pit_satisfies_every_relation() -> None:
 
 @each("change", [abs, lambda spins: 0.999 * spins])
 def test_relations_detect_wrong_spins(change: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> None:
-    r"""A method with wrong spins violates exactly the relations that depend on spins.
-
-    The spins are all made positive, or reduced by a thousandth at the end.
-    """
+    """A method with wrong spins violates exactly the relations that depend on spins."""
 
     def run(scene: Scene) -> Trace:
         trace = solve_pic(scene)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from tests.cases import by_group, each, release_after
 from tests.scene_builders import disc_at, staged
 
-from carom import Outcome, Scene, solve_pic, solve_pic_framewise
+from carom import Outcome, solve_pic, solve_pic_framewise
 from carom.catalogue import CatalogueScene, Tag, catalogue, deviation, find_scenes
 from carom.model.energy import kinetic_energy
 
@@ -25,12 +25,9 @@ NOT_KEPT = {Tag.INELASTIC, Tag.GRAVITY, Tag.NO_IMPACT}
 
 @each("entries", by_group())
 def test_pic_reproduces_known_answers_of_the_catalogue(entries: list[CatalogueScene]) -> None:
-    r"""PIC agrees with the known answer of every catalogue scene to rounding; each answer names its source.
-
-    Shortly before a crush the position is known to the distance covered in the last digit of the time. An impact is
-    ambiguous only in scenes whose answer is a convention. Where every restitution is 1, PIC conserves kinetic
-    energy.
-    """
+    """PIC agrees with the known answer of every catalogue scene to rounding; each answer names its source."""
+    # Shortly before a crush the position is known to the distance covered in the last digit of the time. An impact is
+    # ambiguous only in scenes whose answer is a convention. Where every restitution is 1, PIC conserves kinetic energy.
     for entry in entries:
         trace, scene = solve_pic(entry.scene), entry.scene
         assert trace.outcome is ENDS.get(entry.name, Outcome.COMPLETED), entry.name
@@ -49,10 +46,7 @@ def test_pic_reproduces_known_answers_of_the_catalogue(entries: list[CatalogueSc
 def test_framewise_pic_is_bit_identical_on_catalogue_scenes(
     entries: list[CatalogueScene], frame_rate_hz: float | None
 ) -> None:
-    r"""Frame-by-frame PIC (the paper's Algorithm 2) has the bits of PIC at any frame rate.
-
-    Impacts, final positions, outcome and ambiguities are compared.
-    """
+    """Frame-by-frame PIC (the paper's Algorithm 2) has the bits of PIC at any frame rate."""
     for entry in entries:
         whole, framewise = solve_pic(entry.scene), solve_pic_framewise(entry.scene, frame_rate_hz=frame_rate_hz)
         assert framewise.impacts.tobytes() == whole.impacts.tobytes(), entry.name
@@ -61,10 +55,7 @@ def test_framewise_pic_is_bit_identical_on_catalogue_scenes(
 
 
 def test_known_answers_of_spin_detect_missing_friction() -> None:
-    r"""Without friction every scene of the group spin deviates from its known answer by more than 1e-3.
-
-    The scene spin/gearing is left out, since friction has no effect in it.
-    """
+    """Without friction every scene of the group spin deviates from its known answer by more than 1e-3."""
     for entry in find_scenes(["spin"]):
         bare = entry.scene.model_copy(update={"friction": 0.0, "wall_friction": 0.0})
         if entry.name != "spin/gearing":  # in which friction does nothing
@@ -82,10 +73,8 @@ def test_known_answers_of_spin_detect_missing_friction() -> None:
 def test_three_masses_on_a_line_collide_a_bounded_number_of_times(
     masses: tuple[float, ...], speeds: tuple[float, ...], gaps: tuple[float, ...]
 ) -> None:
-    r"""Three masses on a line collide at most ceil(pi / acos sqrt(m1 m3 / ((m1 + m2)(m2 + m3)))) times.
-
-    Unfolding of the wedge of that angle; S. Tabachnikov, Geometry and Billiards (2005).
-    """
+    """Three masses on a line collide at most ceil(pi / acos sqrt(m1 m3 / ((m1 + m2)(m2 + m3)))) times."""
+    # Unfolding of the wedge of that angle; S. Tabachnikov, Geometry and Billiards (2005).
     m1, m2, m3 = masses
     angle = math.acos(math.sqrt(m1 * m3 / ((m1 + m2) * (m2 + m3))))
     x = np.cumsum([0.0, gaps[0] + 0.2, gaps[1] + 0.2])
@@ -96,12 +85,11 @@ def test_three_masses_on_a_line_collide_a_bounded_number_of_times(
 
 @each("e", [0.02, 0.05, 0.07, 0.08, 0.1, 0.2, 0.5, 0.9, 1.0])
 def test_three_equal_discs_collapse_below_the_critical_restitution(e: float) -> None:
-    r"""Below e = 7 - 4 sqrt(3) three equal discs in line collide without end; above it they separate.
-
-    S. McNamara and W. R. Young, Phys. Fluids A 4, 496 (1992). In float64 the collapse ends when the gaps are used
-    up: after more than 30 impacts, with the discs at one velocity. Above it they separate with speeds in order.
-    """
-    trace = solve_pic(build_collapse_scene(e))
+    """Below e = 7 - 4 sqrt(3) three equal discs in line collide without end; above it they separate."""
+    # S. McNamara and W. R. Young, Phys. Fluids A 4, 496 (1992). In float64 the collapse ends when the gaps are used up:
+    # after more than 30 impacts, with the discs at one velocity. Above it they separate with speeds in order.
+    discs = [disc_at(x, 0.0, v, r=0.25) for x, v in ((-1.5, 1.0), (0.0, 0.0), (1.75, -1.0))]
+    trace = solve_pic(staged("collapse", *discs, restitution=e, duration_s=1000.0))
     speeds = trace.final_velocity_m_s[:, 0]
     if e < 7 - 4 * math.sqrt(3):
         assert len(trace.impacts) > 30
@@ -110,9 +98,3 @@ def test_three_equal_discs_collapse_below_the_critical_restitution(e: float) -> 
         assert trace.outcome is Outcome.COMPLETED
         assert len(trace.impacts) < 30
         assert np.all(np.diff(speeds) > 0)
-
-
-def build_collapse_scene(e: float) -> Scene:
-    """Stage three equal discs in line, the outer two closing on the middle one at rest, one of them later."""
-    discs = [disc_at(x, 0.0, v, r=0.25) for x, v in ((-1.5, 1.0), (0.0, 0.0), (1.75, -1.0))]
-    return staged("collapse", *discs, restitution=e, duration_s=1000.0)

@@ -29,10 +29,7 @@ def draw_damped_scene(seed: int) -> Scene:
 @each("kind", ["floating", "falling", "damped"])
 @each("seed", release_after(1, range(1, 80)))
 def test_pic_error_is_within_the_condition_of_the_scene(seed: int, kind: str) -> None:
-    r"""PIC's first impacts differ from 50-digit brute force by at most the condition of the scene times rounding.
-
-    The scenes are random: without gravity, falling, or damped.
-    """
+    """PIC's first impacts differ from 50-digit brute force by at most the condition of the scene times rounding."""
     falls = kind == "falling"
     scene = draw_lossy_scene(seed, immovable=not falls, gravity=(0.25, -1.0) if falls else (0.0, 0.0))
     if kind == "damped":

@@ -135,10 +135,8 @@ def test_case_4_pit_misses_some_collisions() -> None:
 
 @each("name", CASES)
 def test_high_frame_rate_makes_pit_acceptable(name: str) -> None:
-    r"""At 256 times the frame rate PIT has PIC's impacts, the first at most one frame late.
-
-    The paper concludes that PIT may be acceptable at a high frame rate.
-    """
+    """At 256 times the frame rate PIT has PIC's impacts, the first at most one frame late."""
+    # The paper concludes that PIT may be acceptable at a high frame rate.
     scene = catalogue()[name].scene
     rate = 256 * scene.frame_rate_hz
     exact, sampled = solve_pic(scene).impacts, solve_pit(scene, frame_rate_hz=rate).impacts

@@ -52,11 +52,9 @@ def sort_commuting_impacts(impacts: list[tuple[int, int]], certified: CertifiedT
 @each("part", release_after(1, range(6)))
 @each("name", LAWS)
 def test_pic_matches_certified_runs_on_random_scenes(name: str, part: int) -> None:
-    r"""PIC has the impacts of certified runs in the same order, as far as ball arithmetic decides.
-
-    Times, velocities and spins agree to the tolerance of each law. Impacts of one instant whose order is proven not
-    to matter may be exchanged.
-    """
+    """PIC has the impacts of certified runs in the same order, as far as ball arithmetic decides."""
+    # Times, velocities and spins agree to the tolerance of each law. Impacts of one instant whose order is proven not
+    # to matter may be exchanged.
     law, proven = LAWS[name], 0
     step = (law.drawn - law.begun) // 5
     numbers = range(law.begun + (part - 1) * step, law.begun + part * step) if part else range(law.begun)

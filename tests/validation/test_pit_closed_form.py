@@ -48,11 +48,9 @@ def test_pit_normal_is_the_line_of_centres_at_its_frame(offset: float, advance: 
 @each("advance", long_until(2, [0.3, 1.7, 0.9, 1.0, 3.0]))
 @each("offset", [0.0, 0.5, 0.9])
 def test_share_of_phases_missed_by_pit_matches_the_closed_form(advance: float, offset: float) -> None:
-    r"""PIT misses a share max(0, 1 - sqrt(1 - b^2) / a) of all phases, b the offset and a the advance a frame.
-
-    Only half the chord counts, because of the approach test. Phases are spread evenly, so the counted share differs
-    from the exact one by less than one phase.
-    """
+    """PIT misses a share max(0, 1 - sqrt(1 - b^2) / a) of all phases, b the offset and a the advance a frame."""
+    # Only half the chord counts, because of the approach test. Phases are spread evenly, so the counted share differs
+    # from the exact one by less than one phase.
     phases = 100
     half_chord = math.sqrt(CONTACT_M**2 - offset**2) / advance
     # Half a spacing off the frames themselves: no phase may decide by rounding.

@@ -2,13 +2,12 @@
 
 import math
 import random
-from collections.abc import Callable
 
 import numpy as np
 import pytest
 from tests.cases import each, release_after
 from tests.random_scenes import draw_table_friction_scene
-from tests.scene_builders import disc_at, staged
+from tests.scene_builders import disc_at, require_value, staged
 
 from carom import Chain, Disc, Outcome, Scene, SceneError, Wall, compare, solve_pic, solve_pit
 from carom.catalogue import CatalogueScene, find_scenes
@@ -29,11 +28,8 @@ def position_at(disc: Disc, time: float) -> tuple[float, float]:
     return disc.position_m[0] + share * disc.velocity_m_s[0], disc.position_m[1] + share * disc.velocity_m_s[1]
 
 
-def gap_of(one: Disc, other: Disc) -> Callable[[float], float]:
-    def gap(time: float) -> float:
-        return math.dist(position_at(one, time), position_at(other, time)) - one.radius_m - other.radius_m
-
-    return gap
+def compute_gap(one: Disc, other: Disc, time: float) -> float:
+    return math.dist(position_at(one, time), position_at(other, time)) - one.radius_m - other.radius_m
 
 
 def test_impact_times_on_a_table_match_bisection() -> None:
@@ -42,21 +38,19 @@ def test_impact_times_on_a_table_match_bisection() -> None:
     for _ in range(60):
         one = disc_at(rng.uniform(-2, 2), rng.uniform(-2, 2), rng.uniform(-4, 4), rng.uniform(-4, 4))
         moves = rng.choice((0.0, 1.0))
-        other = disc_at(
-            rng.uniform(-2, 2), rng.uniform(-2, 2), moves * rng.uniform(-4, 4), moves * rng.uniform(-4, 4), r=0.8
-        )
-        gap = gap_of(one, other)
-        if gap(0.0) <= 0.0:
+        place, velocity = ((rng.uniform(-most, most), rng.uniform(-most, most)) for most in (2, moves * 4))
+        other = disc_at(*place, *velocity, r=0.8)
+        if compute_gap(one, other, 0.0) <= 0.0:
             continue
         scene = staged("pair", one, other, table_deceleration_m_s2=A, duration_s=3.0)
         times = solve_pic(scene, max_impacts=1).impacts["time_s"]
-        grid = next((k for k in range(1500) if gap(0.002 * (k + 1)) < 0.0), None)
+        grid = next((k for k in range(1500) if compute_gap(one, other, 0.002 * (k + 1)) < 0.0), None)
         assert (grid is None) == (len(times) == 0)
         if grid is not None:
             low, high = 0.002 * grid, 0.002 * (grid + 1)
             for _ in range(60):
                 middle = 0.5 * (low + high)
-                low, high = (middle, high) if gap(middle) > 0.0 else (low, middle)
+                low, high = (middle, high) if compute_gap(one, other, middle) > 0.0 else (low, middle)
             assert times[0] == pytest.approx(high, abs=4e-15)
             met += 1
     assert met > 5
@@ -87,10 +81,7 @@ def test_pit_moves_a_disc_on_a_table_along_the_known_path(angle: float) -> None:
 
 
 def test_table_removes_energy_m_a_per_metre() -> None:
-    r"""On 20 random tables the initial energy equals the losses of impacts plus m a times the distances.
-
-    At the end nothing moves.
-    """
+    """On 20 random tables the initial energy equals the losses of impacts plus m a times the distances."""
     met = 0
     for number in range(20):
         scene = draw_table_friction_scene(number).model_copy(update={"duration_s": 60.0})
@@ -155,17 +146,14 @@ ROUNDING = 1e-12
 
 @each("entry", [*SCENES[::2], *release_after(0, SCENES[1::2])])
 def test_pit_of_a_damped_scene_is_graded_sampled(entry: CatalogueScene) -> None:
-    r"""PIT of a damped scene is graded sampled, or exact if there is no impact; damping adds no error.
-
-    PIC compared with itself is graded exact.
-    """
+    """PIT of a damped scene is graded sampled, or exact if there is no impact; damping adds no error."""
     truth, pit = solve_pic(entry.scene), solve_pit(entry.scene, frame_rate_hz=60.0)
     assert compare(truth, truth).grade is Grade.EXACT
     score = compare(truth, pit, sampling=pit)
     assert score.grade is (Grade.SAMPLED if len(truth.impacts) else Grade.EXACT)
-    assert score.consistency is not None
+    consistency = require_value(score.consistency)
     # Of speeds over the scene's; rounding of a few steps.
-    assert max(score.consistency.velocity.size, score.consistency.spin.size) < ROUNDING
+    assert max(consistency.velocity.size, consistency.spin.size) < ROUNDING
 
 
 @each("entry", SCENES)
@@ -182,9 +170,9 @@ def test_drawn_tracks_follow_damped_discs(entry: CatalogueScene) -> None:
     """A drawn track differs from the sampled path by at most twice its sharpness of the largest extent."""
     times = np.linspace(0.0, entry.scene.duration_s, 97).tolist()
     trace = solve_pic(entry.scene, sample_times_s=times)
-    assert trace.samples is not None
-    assert len(trace.samples.time_s) == 97
-    way = np.ptp(np.concatenate([trace.samples.position_m, [trace.final_position_m]]), axis=0).max()
+    samples = require_value(trace.samples)
+    assert len(samples.time_s) == 97
+    way = np.ptp(np.concatenate([samples.position_m, [trace.final_position_m]]), axis=0).max()
     for disc, track in enumerate(build_reference_tracks(trace)):
-        off = np.abs(track.positions_at(trace.samples.time_s) - trace.samples.position_m[:, disc]).max()
+        off = np.abs(track.positions_at(samples.time_s) - samples.position_m[:, disc]).max()
         assert off <= 2.0 * SHARPNESS * way  # of both axes

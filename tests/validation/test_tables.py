@@ -9,8 +9,9 @@ import math
 import numpy as np
 import pytest
 from tests.cases import each
+from tests.scene_builders import disc_at, staged
 
-from carom import Chain, Disc, Ring, Scene, solve_pic
+from carom import Chain, Ring, solve_pic
 
 
 def build_wedge(degrees: float, side: float = 1e6) -> Chain:
@@ -23,10 +24,8 @@ def count_wedge_impacts(degrees: float, place: complex, velocity: complex, resti
     """Return how many impacts a disc has in a wedge; its place is that of its centre in the wedge left to it."""
     radius = 0.01
     start = place + radius * complex(1.0 / math.tan(math.radians(degrees) / 2.0), 1.0)
-    disc = Disc(position_m=(start.real, start.imag), velocity_m_s=(velocity.real, velocity.imag), radius_m=radius)
-    scene = Scene(
-        name="wedge", discs=[disc], walls=[build_wedge(degrees)], wall_restitution=restitution, duration_s=1e60
-    )
+    disc = disc_at(*_pair(start), *_pair(velocity), r=radius)
+    scene = staged("wedge", disc, build_wedge(degrees), wall_restitution=restitution, duration_s=1e60)
     return len(solve_pic(scene, max_impacts=most).impacts)
 
 
@@ -45,12 +44,10 @@ def test_number_of_impacts_in_a_wedge_matches_unfolding(degrees: int) -> None:
 
 @each("degrees", [60, 45, 30])
 def test_wedge_with_losses_collapses_below_the_critical_restitution(degrees: int) -> None:
-    r"""Impacts in a wedge have no end if and only if cos(a) >= 2 sqrt(e)/(1 + e).
-
-    With R = 1 - (1 + e) n n^T of each side, the trace of the product is (1 + e)^2 cos^2(a) - 2 e, its determinant
-    e^2: below that restitution its eigenvalues are real. At 60 degrees e is 7 - 4 sqrt(3), that of three discs on a
-    line (McNamara & Young, Phys. Fluids A 4 (1992) 496).
-    """
+    """Impacts in a wedge have no end if and only if cos(a) >= 2 sqrt(e)/(1 + e)."""
+    # With R = 1 - (1 + e) n n^T of each side, the trace of the product is (1 + e)^2 cos^2(a) - 2 e, its determinant
+    # e^2: below that restitution its eigenvalues are real. At 60 degrees e is 7 - 4 sqrt(3), that of three discs on a
+    # line (McNamara & Young, Phys. Fluids A 4 (1992) 496).
     cosine = math.cos(math.radians(degrees))
     root = (1.0 - math.sqrt(1.0 - cosine**2)) / cosine  # of cos(a) (1 + x^2) = 2 x, with x^2 = e
     critical = root**2
@@ -66,18 +63,13 @@ def test_wedge_with_losses_collapses_below_the_critical_restitution(degrees: int
 
 @each("parts", [2, 3, 4, 5, 6])
 def test_corner_of_pi_over_n_reflects_simultaneous_impacts_exactly(parts: int) -> None:
-    r"""A disc that reaches both sides of a corner of pi/n at once returns, or is mirrored for odd n.
-
-    It has n impacts.
-    """
+    """A disc that reaches both sides of a corner of pi/n at once returns after n impacts, mirrored for odd n."""
     angle, radius = math.pi / parts, 0.25
     apex, middle = radius * complex(1.0 / math.tan(angle / 2.0), 1.0), cmath.exp(0.5j * angle)
     for part in (0.1, 0.3, 0.5, 0.8):
         velocity = -2.0 * cmath.exp(1j * part * angle)
-        disc = Disc(position_m=_pair(apex - velocity), velocity_m_s=_pair(velocity), radius_m=radius)
-        trace = solve_pic(
-            Scene(name="corner", discs=[disc], walls=[build_wedge(math.degrees(angle), 64.0)], duration_s=2.0)
-        )
+        disc = disc_at(*_pair(apex - velocity), *_pair(velocity), r=radius)
+        trace = solve_pic(staged("corner", disc, build_wedge(math.degrees(angle), 64.0), duration_s=2.0))
         along = (velocity * middle.conjugate()).real
         after = -velocity if parts % 2 == 0 else velocity - 2.0 * along * middle
         assert len(trace.impacts) == parts
@@ -90,12 +82,9 @@ def _pair(z: complex) -> tuple[float, float]:
 
 @each("angle", [math.tau * 2 / 5, math.tau * 31 / 97, 2e-5, 2e-9, 2e-12])
 def test_impacts_in_a_circle_are_equal_chords_apart(angle: float) -> None:
-    r"""The k-th impact in a ring comes after k equal chords, also for a path of 1e-12 radians to the wall.
-
-    The disc ends within 1e-12 m of its rim, and no impact is ambiguous.
-    """
-    disc = Disc(position_m=(1.0, 0.0), velocity_m_s=(-math.sin(angle / 2), math.cos(angle / 2)), radius_m=0.25)
-    scene = Scene(name="star", discs=[disc], walls=[Ring(centre_m=(0, 0), radius_m=1.25)], duration_s=4000.0)
+    """The k-th impact in a ring comes after k equal chords, also for a path of 1e-12 radians to the wall."""
+    disc = disc_at(1.0, 0.0, -math.sin(angle / 2), math.cos(angle / 2), r=0.25)
+    scene = staged("star", disc, Ring(centre_m=(0, 0), radius_m=1.25), duration_s=4000.0)
     # A velocity is rounded at each impact, by 1e-16 of it: of a small angle a part, at worst each time the same way.
     impacts, late, rim = (2000, 1e-13, 1e-12) if angle > 1.0 else (500, 1000 * 2.0**-52 / angle, 1e-14)
     trace = solve_pic(scene, max_impacts=impacts)
@@ -103,3 +92,4 @@ def test_impacts_in_a_circle_are_equal_chords_apart(angle: float) -> None:
     assert np.max(np.abs(trace.impacts["time_s"] / times - 1)) < late
     assert abs(math.hypot(*trace.final_position_m[0]) - 1.0) < rim
     assert trace.ambiguous == ()
+    assert trace.counts["epochs"] > 3

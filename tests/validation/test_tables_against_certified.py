@@ -32,11 +32,9 @@ def compare_table(table: Table, solved: Table | None = None) -> tuple[Envelope, 
 @pytest.mark.release
 @each("begun, count, least", [(0, 12, 200), (10**6, 1600, 20_000)])
 def test_pic_matches_certified_runs_on_random_tables(begun: int, count: int, least: int) -> None:
-    r"""PIC agrees with certified runs on random tables up to the impact where rounding has grown too large.
-
-    The tables have bulges of both signs, thick bars, islands and cut sides, some with gravity. Walls, times and
-    velocities are compared.
-    """
+    """PIC agrees with certified runs on random tables up to the impact where rounding has grown too large."""
+    # The tables have bulges of both signs, thick bars, islands and cut sides, some with gravity. Walls, times and
+    # velocities are compared.
     drawn = {number: one for number in range(begun, begun + 2 * count) if (one := draw_table(number)) is not None}
     found = {number: compare_table(drawn[number][1]) for number in list(drawn)[:count]}
     assert {number: said for number, (_, said) in found.items() if said} == {}
@@ -61,10 +59,8 @@ def test_table_parameter_off_by_1e_12_is_detected() -> None:
 
 
 def test_nearly_flat_arc_under_gravity_loses_no_digits() -> None:
-    r"""On an arc with a radius of 14 km the impacts keep the digits of the disc's own position.
-
-    Positions on the arc once had the rounding of 14 km.
-    """
+    """On an arc with a radius of 14 km the impacts keep the digits of the disc's own position."""
+    # Positions on the arc once had the rounding of 14 km.
     _, table = require_value(draw_table(874))
     assert any(0.0 < abs(bulge) < 1e-3 for line in table.lines for bulge in line.bulges)
     envelope, differences = compare_table(table)

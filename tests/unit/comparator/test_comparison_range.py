@@ -5,9 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 from tests.cases import each, release_after
+from tests.planted.faults import drop_impact
 from tests.scene_builders import disc_at, staged, wall_at
 
-from carom import Trace, compare, solve_pic, solve_pit
+from carom import compare, solve_pic, solve_pit
 from carom.comparator import Grade
 from carom.comparator.comparison_range import clip_before_rest
 from carom.comparator.match_impacts import ComparisonRange
@@ -22,11 +23,6 @@ def build_drop_scene(restitution: float, height_m: float, *, duration_s: float =
     """A disc of half a metre falls with 10 m/s^2 on a floor, which is level or falls off to one side."""
     ball, floor = disc_at(0, height_m, 0.4), wall_at(0, 0, tilt, 1)
     return staged("dropped", ball, floor, wall_restitution=restitution, gravity_m_s2=(0, -10), duration_s=duration_s)
-
-
-def drop_impact(trace: Trace, row: int) -> Trace:
-    """Return a trace that does not report one of its impacts."""
-    return replace(trace, impacts=np.delete(trace.impacts, row))
 
 
 @each("heights", release_after(1, [2, 6]))
@@ -58,10 +54,8 @@ def test_pit_of_bounces_cut_short_by_the_end_is_sampled() -> None:
 
 @each("row", [0, 1, 2])
 def test_bounce_that_frames_can_resolve_counts(row: int) -> None:
-    r"""A run without one of the first three bounces of a ball with e = 1/2 is INACCURATE or WRONG.
-
-    Those bounces are 10 frames apart or more.
-    """
+    """A run without one of the first three bounces of a ball with e = 1/2 is INACCURATE or WRONG."""
+    # Those bounces are 10 frames apart or more.
     scene = build_drop_scene(0.5, 1.5)
     pit = solve_pit(scene, frame_rate_hz=240)
     score = compare(solve_pic(scene), drop_impact(pit, row), sampling=pit)
@@ -104,10 +98,8 @@ def test_range_is_not_shortened_without_gravity() -> None:
 
 
 def test_crush_ends_the_range_at_impacts_two_steps_apart() -> None:
-    r"""The range of a crush ends before the first impact that the next one follows within two steps.
-
-    These are at 1.625 and 1.75 s, exactly two steps of 1/16 s apart.
-    """
+    """The range of a crush ends before the first impact that the next one follows within two steps."""
+    # These are at 1.625 and 1.75 s, exactly two steps of 1/16 s apart.
     near, far = wall_at(0.0, 0.0, 1.0, 0.0), wall_at(2.5, 0.0, -1.0, 0.0, velocity_m_s=(-1.0, 0.0))
     scene = staged("crush", disc_at(1.0, 0.0, r=0.25), near, far, duration_s=3.0)
     until_s = clip_before_rest(solve_pic(scene), WHOLE, 1 / 16).until_s

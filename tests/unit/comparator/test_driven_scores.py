@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.cases import each, release_after
-from tests.scene_builders import disc_at, require_value, run_cross_check, staged, wall_at
+from tests.planted.faults import drop_impact
+from tests.scene_builders import alter_impact, disc_at, require_value, run_cross_check, staged, wall_at
 
 from carom import Chain, Disc, Scene, Wall, compare, solve_pic, solve_pit
 from carom.catalogue import find_scenes
@@ -35,10 +36,7 @@ def build_state(time_s: float, places: list[Vector], velocities: list[Vector]) -
 
 @pytest.mark.long
 def test_pit_of_driven_scenes_is_sampled_or_exact_with_exceptions() -> None:
-    r"""PIT is SAMPLED or EXACT in 11 of 14 driven scenes; where it tunnels, in two, it is WRONG.
-
-    The remaining scene, driven/piston, is DIVERGED.
-    """
+    """PIT is SAMPLED or EXACT in 11 of 14 driven scenes; it tunnels in two, and in driven/piston it is DIVERGED."""
     scenes = [entry.scene for entry in find_scenes(["driven"])]
     grades = {row.job.scene.name: row.grade for row in run_cross_check(scenes, ["pit"], dts=[1 / 60]).rows}
     assert grades.pop("driven/swatter") is Grade.WRONG
@@ -52,10 +50,7 @@ def test_pit_of_driven_scenes_is_sampled_or_exact_with_exceptions() -> None:
 
 @each("dt_s", release_after(1, [1 / 11, 1 / 60]))
 def test_pic_with_a_last_step_beyond_the_end_is_exact(dt_s: float) -> None:
-    r"""PIC is EXACT in driven scenes whose last step reaches beyond the scene's end.
-
-    The final state is that after the impacts before the end.
-    """
+    """PIC is EXACT in driven scenes whose last step reaches beyond the scene's end."""
     scenes = [entry.scene for entry in find_scenes(["driven/piston", "driven/paddle-to-and-fro"])]
     rows = run_cross_check(scenes, ["pic"], dts=[dt_s], profiles=["tuned"])
     assert {row.grade for row in rows.rows} == {Grade.EXACT}
@@ -64,28 +59,20 @@ def test_pic_with_a_last_step_beyond_the_end_is_exact(dt_s: float) -> None:
 def test_paddle_treated_as_fixed_has_velocity_and_energy_errors() -> None:
     """A run that treats a moving wall as fixed is off by 2 of 4 m/s, and lacks all energy that the wall gives."""
     truth = solve_pic(build_paddle_scene())
-    impacts = truth.impacts.copy()
-    impacts["velocity_first_after"] = (2.0, 0.0)  # -v, where 2 V - v is right
     wrong = replace(
-        truth,
-        method="stands",
-        impacts=impacts,
+        alter_impact(truth, 0, velocity_first_after=(2.0, 0.0)),  # -v, where 2 V - v is right
         final_velocity_m_s=np.array([(2.0, 0.0)]),
         final_position_m=np.array([(3.5, 0.0)]),
     )
     score = compare(truth, wrong)
     assert math.isclose(score.total.velocity, 0.5)  # 2 of 4 m/s
-    assert math.isclose(
-        score.total.energy, -6.0 / 6.0
-    )  # of 1/2 m (16 - 4): what the paddle gives, 1 m/s times 6 kg m/s
+    # Of 1/2 m (16 - 4): what the paddle gives, 1 m/s times 6 kg m/s.
+    assert math.isclose(score.total.energy, -6.0 / 6.0)
 
 
 def test_energy_error_is_relative_to_the_work_of_a_driven_wall() -> None:
     """If the disc rests at the start, its energy error is relative to the work of the wall that strikes it."""
-    scene = build_paddle_scene()
-    still = scene.model_copy(update={"discs": (scene.discs[0].model_copy(update={"velocity_m_s": (0.0, 0.0)}),)})
-    still = Scene(**{**dict(still), "duration_s": 4.0})
-    truth = solve_pic(still)
+    truth = solve_pic(staged("still", disc_at(3.5, 0.0), *build_paddle_scene().walls, duration_s=4.0))
     slower = replace(truth, method="slower", final_velocity_m_s=np.array([(1.0, 0.0)]))
     assert truth.final_velocity_m_s.tolist() == [[2.0, 0.0]]
     assert math.isclose(compare(truth, slower).total.energy, -1.5 / 2.0)  # of 2 kg m/s at 1 m/s
@@ -94,10 +81,8 @@ def test_energy_error_is_relative_to_the_work_of_a_driven_wall() -> None:
 @each("begins, late", [(1.0, 0.0), (0.5, -0.5 / 0.3)])
 @each("edge", [False, True])
 def test_steps_use_the_leg_of_a_wall_at_their_time(begins: float, late: float, edge: bool) -> None:
-    r"""A wall that starts at 1 s, within a step, strikes a touching disc at that time.
-
-    A disc that is turned at 0.5 s is early by 0.5/0.3 steps.
-    """
+    """A wall that starts at 1 s, within a step, strikes a touching disc at that time."""
+    # A disc that is turned at 0.5 s is early by 0.5/0.3 steps.
     legs = ({"from_s": 0.0, "velocity_m_s": (0.0, 0.0)}, {"from_s": 1.0, "velocity_m_s": (1.5, 0.0)})
     wall = Chain(points_m=((0.0, -1.0), (0.0, 1.0)), legs=legs) if edge else wall_at(0.0, 0.0, 1.0, 0.0, legs=legs)
     disc = disc_at(0.5, 0.0)
@@ -128,8 +113,7 @@ def test_steps_are_compared_with_the_moving_wall(after: tuple[float, float], off
         place = 3.5 - 2.0 * time_s if time_s <= 1.0 else 1.5 + after[0] * (time_s - 1.0)
         watch.add(build_state(time_s, [(place, 0.0)], [velocity]))
     (window,) = watch.finish().windows
-    assert window["due"] == 1
-    assert window["missed"] == 0
+    assert (window["due"], window["missed"]) == (1, 0)
     assert math.isclose(float(window["velocity"]), off, abs_tol=1e-12)
 
 
@@ -152,19 +136,19 @@ def test_moving_edge_that_passes_through_a_disc_is_a_miss() -> None:
 def test_trace_with_a_wrong_wall_velocity_is_refused() -> None:
     """A trace in which a driven wall has another velocity than in the scene raises an InputError."""
     truth = solve_pic(build_paddle_scene())
-    impacts = truth.impacts.copy()
-    impacts["velocity_second_before"] = (0.0, 0.0)
+    wrong = alter_impact(truth, 0, velocity_second_before=(0.0, 0.0))
     with pytest.raises(InputError, match=r"velocity_second_before of impact 0 .* this driven wall has 1, 0"):
-        compare(truth, replace(truth, impacts=impacts))
+        compare(truth, wrong)
 
 
 def test_impact_after_the_end_is_ignored() -> None:
     """An impact after the scene's end, but within the last step, is neither recorded nor in the final state."""
     scene = staged("late", disc_at(1.0, 0.0, 1.0), wall_at(3.505, 0.0, -1.0, 0.0), duration_s=2.004)
     (row,) = run_cross_check([scene], ["pit"], dts=[1 / 60]).rows
-    assert len(require_value(row.trace).impacts) == 0
-    assert np.allclose(require_value(row.trace).final_position_m, [(3.004, 0.0)], rtol=0.0, atol=1e-12)
-    assert require_value(row.trace).final_velocity_m_s.tolist() == [[1.0, 0.0]]
+    trace = require_value(row.trace)
+    assert len(trace.impacts) == 0
+    assert np.allclose(trace.final_position_m, [(3.004, 0.0)], rtol=0.0, atol=1e-12)
+    assert trace.final_velocity_m_s.tolist() == [[1.0, 0.0]]
 
 
 def build_crush_scene() -> Scene:
@@ -224,12 +208,7 @@ def test_stepwise_comparison_runs_no_pic_after_a_crush(
     monkeypatch.setattr(window, "simulate_pic", asked)
     monkeypatch.setattr(window_runs, "MOST_IMPACTS", 50)  # of the window in which it is crushed
     things = [placed(disc_at(1.25, 0.0, -0.5, r=0.25)), placed(build_crush_scene().walls[0]), placed(press)]
-    scene = staged(
-        "crush",
-        *[thing for thing in things if isinstance(thing, Disc)],
-        *[thing for thing in things if not isinstance(thing, Disc)],
-        duration_s=3.0,
-    )
+    scene = staged("crush", *things, duration_s=3.0)
     dt_s = 0.01
     watch = StepWatch(scene, dt_s, 64)
     for step in range(1, 221):
@@ -250,9 +229,7 @@ def test_stepwise_comparison_runs_no_pic_after_a_crush(
 def test_impact_missed_before_a_crush_is_wrong() -> None:
     """A run without the second of its impacts, many steps before a crush, is WRONG."""
     truth = solve_pic(build_crush_scene())
-    kept = np.delete(truth.impacts, 1)
-    seen = replace(truth, impacts=kept, dt_s=1 / 60)
-    assert compare(truth, seen).grade is Grade.WRONG
+    assert compare(truth, replace(drop_impact(truth, 1), dt_s=1 / 60)).grade is Grade.WRONG
 
 
 def test_normals_after_a_crush_are_not_compared() -> None:

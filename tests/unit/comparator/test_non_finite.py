@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from tests.cases import each
 from tests.planted.faults import DT, ROW, replay_reference
 from tests.scene_builders import alter_impact, require_value
@@ -27,56 +26,41 @@ BROKEN = [math.nan, math.inf, -math.inf]
 SAMPLINGS = (None, dataclasses.replace(REFERENCE, dt_s=DT))
 
 
-def add_samples(trace: Trace) -> Trace:
-    """The trace with states for drawing."""
-    samples = Samples(np.array([0.0, 1.0]), np.stack([trace.final_position_m, trace.final_position_m]))
-    return dataclasses.replace(trace, samples=samples)
-
-
-def read_array(trace: Trace, name: str) -> NDArray[np.void]:
-    field, _, part = name.partition(".")
-    whole = getattr(trace, field)
-    return np.asarray(getattr(whole, part) if field == "samples" else whole[part] if part else whole)
-
-
 def replace_field(trace: Trace, field: str, value: Any) -> Trace:
     return dataclasses.replace(trace, **{field: value})
 
 
-def replace_array(trace: Trace, name: str, array: NDArray[np.void]) -> Trace:
-    field, _, part = name.partition(".")
-    whole = getattr(trace, field)
-    if field == "samples":
-        return replace_field(trace, field, dataclasses.replace(whole, **{part: array}))
-    if not part:
-        return replace_field(trace, field, array)
-    changed = whole.copy()
-    changed[part] = array
-    return replace_field(trace, field, changed)
-
-
-def list_fields() -> Iterator[str]:
-    yield from (f"impacts.{name}" for name in IMPACT_DTYPE.names or () if IMPACT_DTYPE[name].base.kind == "f")
-    yield from (f"state_before.{name}" for name in STATE_DTYPE.names or ())
-    yield from ("effective_time_s", "final_position_m", "final_velocity_m_s", "samples.time_s", "samples.position_m")
+#: Every field of numbers, and where a part of one is meant, that part.
+FIELDS = [
+    *(f"impacts.{name}" for name in IMPACT_DTYPE.names or () if IMPACT_DTYPE[name].base.kind == "f"),
+    *(f"state_before.{name}" for name in STATE_DTYPE.names or ()),
+    *("effective_time_s", "final_position_m", "final_velocity_m_s", "samples.time_s", "samples.position_m"),
+]
 
 
 def broken_copies(trace: Trace, name: str) -> Iterator[tuple[Trace, str]]:
     """Yield a copy for each number of a field, with that number replaced by each non-finite value in turn."""
-    whole = read_array(trace, name)
-    for index, value in zip(np.ndindex(whole.shape), itertools.cycle(BROKEN), strict=False):
-        changed = whole.copy()
+    field, _, part = name.partition(".")
+    whole = getattr(trace, field)
+    numbers = getattr(whole, part) if field == "samples" else whole[part] if part else whole
+    for index, value in zip(np.ndindex(numbers.shape), itertools.cycle(BROKEN), strict=False):
+        changed = numbers.copy()
         changed[index] = value
-        yield replace_array(trace, name, changed), f"{name}{index} = {value}"
+        spoilt: Any = changed
+        if field == "samples":
+            spoilt = dataclasses.replace(whole, **{part: changed})
+        elif part:
+            spoilt = whole.copy()
+            spoilt[part] = changed
+        yield replace_field(trace, field, spoilt), f"{name}{index} = {value}"
 
 
-@each("name", list(list_fields()))
+@each("name", FIELDS)
 def test_non_finite_number_in_any_field_is_wrong(name: str) -> None:
-    r"""NaN or infinity in any field of a trace gives NOT_FINITE as first verdict, and the grade WRONG.
-
-    This holds with and without a PIT run to compare with.
-    """
-    trace = add_samples(replay_reference(REFERENCE))
+    """NaN or infinity in any field of a trace gives NOT_FINITE as first verdict, and the grade WRONG."""
+    bare = replay_reference(REFERENCE)
+    samples = Samples(np.array([0.0, 1.0]), np.stack([bare.final_position_m, bare.final_position_m]))
+    trace = dataclasses.replace(bare, samples=samples)
     assert compare(REFERENCE, trace).grade is Grade.EXACT
     broken = itertools.islice(broken_copies(trace, name), 0, None, 5)
     for sampling, (copy, what) in zip(itertools.cycle(SAMPLINGS), broken, strict=False):

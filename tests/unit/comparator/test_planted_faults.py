@@ -6,6 +6,7 @@ What must be said of each fault at which size is the table in `tests/planted`.
 
 import dataclasses
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from tests.planted import faults
 from tests.planted.faults import DT
 from tests.transformed_scenes import in_units
 
-from carom import Trace, compare, solve_pic
+from carom import Scene, Trace, compare, solve_pic, solve_pit
 from carom.catalogue import catalogue
 from carom.comparator import Score, Verdict
 
@@ -31,14 +32,16 @@ SCENES = [
 ]
 
 
-def build_reference(name: str) -> Trace:
-    return solve_pic(catalogue()[name].scene)
-
-
-@pytest.fixture(params=[name for name in SCENES if name in catalogue()])
+@pytest.fixture(params=SCENES)
 def reference(request: pytest.FixtureRequest) -> Trace:
     """The PIC trace of a scene of the catalogue."""
-    return build_reference(request.param)
+    return solve_pic(catalogue()[request.param].scene)
+
+
+def get_inverse_masses(scene: Scene, row: Any) -> tuple[float, float]:
+    """Return the inverse masses of the two bodies of an impact; that of a wall is 0."""
+    first, second = (1 / scene.discs[int(row[name])].mass_kg if row[name] >= 0 else 0.0 for name in ("first", "second"))
+    return first, second
 
 
 def score_against_perfect_pit(reference: Trace, observed: Trace) -> Score:
@@ -52,18 +55,15 @@ def compute_rounding_tolerance(a: float) -> float:
 
 
 def test_normal_turned_by_one_degree_is_measured_exactly(reference: Trace) -> None:
-    r"""An impact along a normal turned by 1° is the only one with a normal error, of 1° to rounding.
-
-    The impulse J along the turned normal leaves errors in the velocities after the impact. Along and across the
-    true normal they are J (1 - cos 1°) and J sin 1° over the mass.
-    """
+    """An impact along a normal turned by 1° is the only one with a normal error, of 1° to rounding."""
+    # The impulse J along the turned normal leaves errors in the velocities after the impact. Along and across the true
+    # normal they are J (1 - cos 1°) and J sin 1° over the mass.
     angle = math.radians(1.0)
     impacts = reference.impacts.copy()
     row = impacts[-1]
     normal = faults.rotate(row["normal"], angle)
     scene = reference.scene
-    w1 = 1 / scene.discs[int(row["first"])].mass_kg
-    w2 = 1 / scene.discs[int(row["second"])].mass_kg if row["second"] >= 0 else 0.0
+    w1, w2 = get_inverse_masses(scene, row)
     e = scene.restitution if row["second"] >= 0 else scene.wall_restitution
     closing = float((row["velocity_first_before"] - row["velocity_second_before"]) @ normal)
     push = (1 + e) * closing / (w1 + w2)
@@ -94,10 +94,9 @@ def test_normal_turned_by_one_degree_is_measured_exactly(reference: Trace) -> No
 
 def test_restitution_lowered_by_a_tenth_is_measured_exactly(reference: Trace) -> None:
     """An impact with a restitution 0.1 too low has a restitution error of -0.1, all along the normal."""
-    impacts, scene = reference.impacts.copy(), reference.scene
+    impacts = reference.impacts.copy()
     row, at = impacts[-1], len(impacts) - 1
-    w1 = 1 / scene.discs[int(row["first"])].mass_kg
-    w2 = 1 / scene.discs[int(row["second"])].mass_kg if row["second"] >= 0 else 0.0
+    w1, w2 = get_inverse_masses(reference.scene, row)
     closing = float((row["velocity_first_before"] - row["velocity_second_before"]) @ row["normal"])
     less = 0.1 * closing / (w1 + w2)
     row["velocity_first_after"] += less * w1 * row["normal"]
@@ -115,20 +114,14 @@ def test_restitution_lowered_by_a_tenth_is_measured_exactly(reference: Trace) ->
 @each("length, time", release_after(1, [(1e-6, 1e3), (1000.0, 1.0), (1.0, 1e-3)]))
 @each("name", ["paper/multiple", "classics/deflection"])
 def test_units_of_a_scene_do_not_change_its_score(name: str, length: float, time: float) -> None:
-    r"""A scene in other units of length and time has the same grade, verdicts and scaled errors.
-
-    Errors agree to 1e-9: the scaled start is rounded again, which affects an impact near a frame's edge most.
-    """
-    from carom import solve_pit
-
+    """A scene in other units of length and time has the same grade, verdicts and scaled errors."""
+    # Errors agree to 1e-9: the scaled start is rounded again, which affects an impact near a frame's edge most.
     scene = catalogue()[name].scene
     other = in_units(scene, length=length, time=time)
     plain, again = (
         compare(solve_pic(s), pit, sampling=pit) for s, pit in ((scene, solve_pit(scene)), (other, solve_pit(other)))
     )
-    assert again.grade is plain.grade
-    assert again.verdicts == plain.verdicts
-    assert again.edits == plain.edits
+    assert (again.grade, again.verdicts, again.edits) == (plain.grade, plain.verdicts, plain.edits)
     for kind in ("velocity", "along_normal", "across_normal", "restitution", "direction_rad", "energy"):
         assert getattr(again.total, kind) == pytest.approx(getattr(plain.total, kind), abs=1e-9, nan_ok=True), kind
     assert again.total.time_s / time == pytest.approx(plain.total.time_s, rel=1e-9, nan_ok=True)

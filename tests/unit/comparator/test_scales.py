@@ -58,10 +58,7 @@ def plant_spin_error(reference: Trace, size: float) -> Trace:
     ],
 )
 def test_unrelated_body_hides_no_error(name: str, plant: Callable[[Trace, float], Trace], verdict: Verdict) -> None:
-    r"""An error of two discs is reported also next to a fast, distant or spinning disc that they never meet.
-
-    Errors from 1e-9 on are not EXACT, and large ones are INACCURATE.
-    """
+    """An error of two discs is reported also next to a fast, distant or spinning disc that they never meet."""
     reference = solve_pic(build_pair_beside(name))
     sampling = solve_pit(reference.scene)
     assert compare(reference, plant(reference, 0.0), sampling=sampling).grade is Grade.EXACT
@@ -73,10 +70,8 @@ def test_unrelated_body_hides_no_error(name: str, plant: Callable[[Trace, float]
 
 
 def test_speed_scale_is_the_largest_speed_that_led_to_an_impact() -> None:
-    r"""The speed scale of an impact is the largest speed that earlier impacts have handed on to its discs.
-
-    A disc at 4 m/s stops where it strikes another and hands its speed on; one at 2 m/s meets it there.
-    """
+    """The speed scale of an impact is the largest speed that earlier impacts have handed on to its discs."""
+    # A disc at 4 m/s stops where it strikes another and hands its speed on; one at 2 m/s meets it there.
     discs = [disc_at(0, 0, 4, 0), disc_at(3, 0), disc_at(-6, 0, 2, 0), disc_at(0, 9, 1, 0), disc_at(3, 9, m=math.inf)]
     reference = solve_pic(staged("handed on", *discs, duration_s=4))
     own = compute_own_scales(reference)
@@ -89,10 +84,8 @@ def test_speed_scale_is_the_largest_speed_that_led_to_an_impact() -> None:
 
 @each("rate_hz", [60, 240, 1000])
 def test_32_bit_run_is_exact_up_to_1_percent_of_a_steps_travel(rate_hz: int) -> None:
-    r"""A 32-bit run is EXACT up to a position error of 1% of a step's travel, and MISPLACED beyond it.
-
-    The travel is that of the greatest speed that led to the disc, 1 m/s here.
-    """
+    """A 32-bit run is EXACT up to a position error of 1% of a step's travel, and MISPLACED beyond it."""
+    # The travel is that of the greatest speed that led to the disc, 1 m/s here.
     reference = solve_pic(staged("long", disc_at(0, 0, 1, 0), disc_at(40, 0.2), duration_s=60))
     run = dataclasses.replace(replay_reference(reference), float_bits=32, dt_s=1 / rate_hz, state_before=None)
     sampling = solve_pit(reference.scene, frame_rate_hz=rate_hz)
@@ -115,10 +108,7 @@ TIE = staged(
 
 
 def test_errors_before_a_tie_decide_the_grade() -> None:
-    r"""A missed or wrong impact before a tie makes a run WRONG or INACCURATE; an exact run is UNGRADED.
-
-    The reason of CONVENTION has the grade until the tie.
-    """
+    """A missed or wrong impact before a tie decides the grade; else the run is UNGRADED, with the grade until then."""
     reference, sampling = solve_pic(TIE), solve_pit(TIE)
     assert min(reference.ambiguous) > 0
     slow = reference.impacts.copy()
@@ -150,11 +140,9 @@ def test_row_of_planted_faults_has_one_speed_scale() -> None:
 
 
 def test_unknown_velocity_between_impacts_of_a_step_is_no_error() -> None:
-    r"""If a disc meets two others in one step, only its last velocity is compared: PIC's states are EXACT.
-
-    A disc strikes the first of two at 1.01 s, and that the next at 1.015 s, both in the step that begins at 1 s. If
-    the last velocity is too small, the verdict is WRONG_VELOCITY.
-    """
+    """If a disc meets two others in one step, only its last velocity is compared: PIC's states are EXACT."""
+    # A disc strikes the first of two at 1.01 s, and that the next at 1.015 s, both in the step that begins at 1 s. If
+    # the last velocity is too small, the verdict is WRONG_VELOCITY.
     scene = staged("chain", disc_at(0, 0, 1, 0), disc_at(2.01, 0), disc_at(3.015, 0), disc_at(9, 9), duration_s=3)
     reference, dt_s = solve_pic(scene), 1 / 30
     ends = [solve_pic(scene, until_s=k * dt_s) for k in range(round(3 / dt_s) + 1)]
@@ -203,11 +191,9 @@ def test_reason_names_a_lucky_phase_of_pit() -> None:
 
 @each("duration_s, fastest", [(0.75, 4.0), (1.25, 6.0)])
 def test_speed_scale_includes_landings_and_the_end(duration_s: float, fastest: float) -> None:
-    r"""The speed scale under gravity is the largest speed at a landing or at the end: 4 or 6 m/s.
-
-    A disc dropped by 1 m at 8 m/s^2 lands after 0.5 s at 4 m/s and leaves at 2 m/s. At 1.25 s another disc, thrown
-    upwards at 4 m/s, falls at 6 m/s.
-    """
+    """The speed scale under gravity is the largest speed at a landing or at the end: 4 or 6 m/s."""
+    # A disc dropped by 1 m at 8 m/s^2 lands after 0.5 s at 4 m/s and leaves at 2 m/s. At 1.25 s another disc, thrown
+    # upwards at 4 m/s, falls at 6 m/s.
     ball, beside = disc_at(0, 1.5), disc_at(9, 9, 0, 4)
     floor = Wall(point_m=(0, 0), normal=(0, 1))
     scene = staged("drop", ball, beside, floor, wall_restitution=0.5, gravity_m_s2=(0, -8), duration_s=duration_s)

@@ -109,10 +109,7 @@ def test_pic_of_a_damped_scene_is_exact(scene: Scene) -> None:
 @each_damped
 @each("factor", release_after(1, [1.01, 0.0, 0.99, 2.0]))
 def test_wrong_damping_rate_is_inaccurate_or_worse(scene: Scene, factor: float) -> None:
-    r"""A run with a wrong damping rate, or none, is inaccurate or worse, with the verdict TURNS.
-
-    The measured slip per step is the difference between the two decay factors, to 1e-6.
-    """
+    """A run with a wrong damping rate, or none, is inaccurate or worse, with the verdict TURNS."""
     score = score_adapter(scene, Otherwise(damping_per_s=factor))
     assert score.grade in {Grade.INACCURATE, Grade.WRONG, Grade.DIVERGED_INACCURATE}
     assert Verdict.TURNS in score.verdicts
@@ -125,10 +122,7 @@ def test_wrong_damping_rate_is_inaccurate_or_worse(scene: Scene, factor: float) 
 @each("factor", release_after(1, [1.01, 0.0, 0.99, 2.0]))
 @each("scene", ON_TABLES)
 def test_wrong_table_deceleration_is_inaccurate_or_worse(scene: Scene, factor: float) -> None:
-    r"""A run with a wrong deceleration of the table is inaccurate or worse, with or without impacts.
-
-    A slip of over 1e-3 per step is measured, or invented impacts.
-    """
+    """A run with a wrong deceleration of the table is inaccurate or worse, with or without impacts."""
     score = score_adapter(scene, Otherwise(table_deceleration_m_s2=factor))
     assert score.grade in {Grade.INACCURATE, Grade.WRONG, Grade.DIVERGED_INACCURATE}
     # At full speed a dt / v is 1.7e-3, and near the stop half of the part; what changes by over 1 % turns by itself.
@@ -149,10 +143,7 @@ def test_first_order_damping_is_inaccurate(scene: Scene) -> None:
 @pytest.mark.long
 @each("seed", range(12))
 def test_pit_on_a_decelerating_table_is_never_inaccurate(seed: int) -> None:
-    r"""PIT on random decelerating tables is never graded INACCURATE or DIVERGED_INACCURATE.
-
-    It is compared with PIT at all phases of its step.
-    """
+    """PIT on random decelerating tables is never graded INACCURATE or DIVERGED_INACCURATE."""
     assert score_adapter(draw_table_friction_scene(seed), load_adapter("pit")).grade not in {
         Grade.INACCURATE,
         Grade.DIVERGED_INACCURATE,
@@ -161,10 +152,7 @@ def test_pit_on_a_decelerating_table_is_never_inaccurate(seed: int) -> None:
 
 @each("scene", [PAIR, *release_after(2, reversed(DAMPED))])
 def test_wrong_restitution_of_a_slowed_run_is_measured(scene: Scene) -> None:
-    r"""A run with 0.9 of the restitution is INACCURATE (or WRONG if damped), with an error of 0.1 e to 1e-9.
-
-    Restitution is not measured in impacts with friction.
-    """
+    """A run with 0.9 of the restitution is INACCURATE (or WRONG if damped), with an error of 0.1 e to 1e-9."""
     score = score_adapter(scene, Otherwise(restitution=0.9, wall_restitution=0.9))
     assert require_value(score.local_truth).grade in {Grade.INACCURATE} | (
         {Grade.WRONG} if scene is not PAIR else set()
@@ -176,10 +164,7 @@ def test_wrong_restitution_of_a_slowed_run_is_measured(scene: Scene) -> None:
 
 @each_damped
 def test_pit_lateness_in_damped_scenes_is_the_rest_of_the_frame(scene: Scene) -> None:
-    r"""PIT finds the first impact of a damped scene late by the rest of its frame, to 1e-7 steps.
-
-    That impact is due at PIC's time, and the lateness of the run is within one step.
-    """
+    """PIT finds the first impact of a damped scene late by the rest of its frame, to 1e-7 steps."""
     reference, found = run_pic_and_pit(scene, DT_S)
     score = score_steps(require_value(found.local_truth), compute_scales(scene, solve_pic(scene, max_impacts=2000)), 64)
     first = reference.impacts["time_s"][0]
@@ -219,10 +204,8 @@ def test_disc_that_stops_after_the_end_still_moves_at_the_end() -> None:
 
 
 def test_start_of_a_table_scene_can_be_shifted() -> None:
-    r"""A table scene that starts 0.1 s earlier has its impact 0.1 s later.
-
-    If discs would meet on the way back, the scene starts 0.1 s later instead.
-    """
+    """A table scene that starts 0.1 s earlier has its impact 0.1 s later."""
+    # If discs would meet on the way back, the scene starts 0.1 s later instead.
     (first,) = solve_pic(PAIR).impacts["time_s"]
     earlier = shift_start(PAIR, 0.1)
     assert earlier.duration_s == pytest.approx(2.1)

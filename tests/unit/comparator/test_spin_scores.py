@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 from tests.cases import each
+from tests.planted.faults import find_reason
 from tests.scene_builders import disc_at, require_value, staged, wall_at
 
 from carom import Scene, Trace, compare, solve_pic, solve_pit
@@ -46,29 +47,19 @@ def score_run(name: str, observed: Trace) -> Score:
     return compare(solve_pic(scene), observed, sampling=pit)
 
 
-def collect_verdicts(result: Score) -> set[Verdict]:
-    return set(result.verdicts)
-
-
-def find_reason(result: Score, verdict: Verdict) -> str:
-    return next(finding.reason for finding in result.findings if finding.verdict is verdict)
-
-
 @each("spin, error, arm", [(-2.002, 0.002, "1.001"), (2.0, 4.0, "-1"), (0.0, 2.0, "0")])
 def test_wrong_spin_is_measured_and_inaccurate(spin: float, error: float, arm: str) -> None:
-    r"""A run of 'grip' with only a wrong spin is INACCURATE, with a spin error of exactly that size.
-
-    The disc comes at 5 m/s and leaves at (2, 2) with -2 rad/s. ANGULAR reports the arm at which friction seems to
-    act.
-    """
+    """A run of 'grip' with only a wrong spin is INACCURATE, with a spin error of exactly that size."""
+    # The disc comes at 5 m/s and leaves at (2, 2) with -2 rad/s. ANGULAR reports the arm at which friction seems to
+    # act.
     result = score_run("grip", build_one_impact_run("grip", (2.0, 2.0), spin))
     assert result.grade is Grade.INACCURATE
     assert result.total.velocity <= 1e-15
     assert result.total.spin == pytest.approx(error / 5.0, rel=1e-12)
     assert result.total.final_spin == pytest.approx(error / 5.0, rel=1e-12)
     assert result.total.energy == pytest.approx(0.25 * (spin**2 - 4.0) / 12.5, abs=1e-14)
-    assert {Verdict.WRONG_SPIN, Verdict.WRONG_LAST_SPIN, Verdict.ANGULAR} <= collect_verdicts(result)
-    assert not collect_verdicts(result) & {Verdict.WRONG_VELOCITY, Verdict.SLID, Verdict.STUCK}
+    assert {Verdict.WRONG_SPIN, Verdict.WRONG_LAST_SPIN, Verdict.ANGULAR} <= set(result.verdicts)
+    assert not set(result.verdicts) & {Verdict.WRONG_VELOCITY, Verdict.SLID, Verdict.STUCK}
     assert f"as if it acted at {arm} times its radius" in find_reason(result, Verdict.ANGULAR)
     assert result.price_paid == math.inf  # on a wall sampling costs PIT nothing
     assert f", spin {error / 5:.3g}" in str(result)
@@ -76,10 +67,8 @@ def test_wrong_spin_is_measured_and_inaccurate(spin: float, error: float, arm: s
 
 @each("spin, said", [(-2.000002, "1e-6 of its radius outside"), (-1.999998, "1e-6 of its radius inside")])
 def test_friction_arm_close_to_the_radius_is_shown_as_difference(spin: float, said: str) -> None:
-    r"""A friction arm that is off by a millionth of the radius is reported as that distance from the rim.
-
-    Friction turns the disc of 'grip' by -2 rad/s.
-    """
+    """A friction arm that is off by a millionth of the radius is reported as that distance from the rim."""
+    # Friction turns the disc of 'grip' by -2 rad/s.
     result = score_run("grip", build_one_impact_run("grip", (2.0, 2.0), spin))
     assert f"as if it acted at {said} its rim" in find_reason(result, Verdict.ANGULAR)
 
@@ -100,26 +89,18 @@ def test_spin_error_that_sampling_does_not_explain_is_inaccurate(part: float) ->
     assert result.grade is Grade.INACCURATE
 
 
-def test_sliding_where_friction_would_hold_is_reported() -> None:
-    r"""A disc that slides where friction would hold it is INACCURATE with the verdict SLID.
-
-    With f = 2 and a push of 6 friction can take 12 m/s, and 1 is enough to hold.
-    """
-    result = score_run("grip", build_one_impact_run("grip", (3.0 - 12.0, 2.0), -24.0))
-    assert Verdict.SLID in collect_verdicts(result)
-    assert Verdict.STUCK not in collect_verdicts(result)
-    assert Verdict.ANGULAR not in collect_verdicts(result)  # as wrong as it is, it keeps that
-    assert result.grade is Grade.INACCURATE
-
-
-def test_sticking_where_friction_is_too_weak_is_reported() -> None:
-    r"""A disc that sticks where friction is too weak to hold it is INACCURATE with the verdict STUCK.
-
-    With f = 0.1 and a push of 3 friction takes 0.3 m/s, and 1 would be needed to hold.
-    """
-    result = score_run("slide", build_one_impact_run("slide", (2.0, 1.0), -2.0))
-    assert Verdict.STUCK in collect_verdicts(result)
-    assert not collect_verdicts(result) & {Verdict.SLID, Verdict.ANGULAR}
+#: With friction of 2 and a push of 6 a disc of 'grip' can lose 12 m/s, and 1 is enough to hold it. With 0.1 and a push
+#: of 3 one of 'slide' loses 0.3 m/s, and 1 would be needed. As wrong as both are, they keep the angular momentum.
+@each(
+    "name, velocity, spin, verdict",
+    [("grip", (3.0 - 12.0, 2.0), -24.0, Verdict.SLID), ("slide", (2.0, 1.0), -2.0, Verdict.STUCK)],
+)
+def test_wrong_branch_of_friction_is_reported(
+    name: str, velocity: tuple[float, float], spin: float, verdict: Verdict
+) -> None:
+    """A disc that slides where friction would hold it, or sticks where it is too weak, is INACCURATE by name."""
+    result = score_run(name, build_one_impact_run(name, velocity, spin))
+    assert set(result.verdicts) & {Verdict.SLID, Verdict.STUCK, Verdict.ANGULAR} == {verdict}
     assert result.grade is Grade.INACCURATE
 
 
@@ -128,22 +109,20 @@ def test_pic_and_pit_take_the_right_branch_of_friction(name: str) -> None:
     """PIC and PIT have no verdict on friction or spin, also exactly between sticking and sliding."""
     for trace in (solve_pic(find_scene(name)), solve_pit(find_scene(name))):
         result = score_run(name, trace)
-        assert not collect_verdicts(result) & {Verdict.SLID, Verdict.STUCK, Verdict.ANGULAR, Verdict.SPINS}
+        assert not set(result.verdicts) & {Verdict.SLID, Verdict.STUCK, Verdict.ANGULAR, Verdict.SPINS}
 
 
 def test_correct_run_of_slide_is_exact() -> None:
     """The correct run of 'slide' is EXACT, and CONFORMS is its only verdict."""
     result = score_run("slide", build_one_impact_run("slide", (2.7, 1.0), -0.6))
     assert result.grade is Grade.EXACT
-    assert collect_verdicts(result) == {Verdict.CONFORMS}
+    assert set(result.verdicts) == {Verdict.CONFORMS}
 
 
 def test_friction_arm_shortened_by_the_overlap_is_explained() -> None:
-    r"""Friction at 0.98 of the radius is reported; the overlap of a step of 1/60 s explains it, of 1/600 s not.
-
-    The disc comes at 13**0.5 m/s: a step of 1/60 s explains an arm shorter by 0.06, one of 1/600 s by 0.006. The
-    run is INACCURATE because PIT, with full arms, has no such error on a wall.
-    """
+    """Friction at 0.98 of the radius is reported; the overlap of a step of 1/60 s explains it, of 1/600 s not."""
+    # The disc comes at 13**0.5 m/s: a step of 1/60 s explains an arm shorter by 0.06, one of 1/600 s by 0.006. The run
+    # is INACCURATE because PIT, with full arms, has no such error on a wall.
     run = build_one_impact_run("slide", (2.7, 1.0), -0.6 * 0.98)
     result = score_run("slide", run)
     assert "as if it acted at 0.98 times its radius" in find_reason(result, Verdict.ANGULAR)
@@ -159,7 +138,7 @@ def test_spin_that_changes_in_flight_is_reported() -> None:
     """A final spin that differs from that after the last impact gives SPINS, WRONG_LAST_SPIN and ENERGY_LOST."""
     run = build_one_impact_run("slide", (2.7, 1.0), -0.6)
     result = score_run("slide", dataclasses.replace(run, final_spin_rad_s=np.array([-0.5])))
-    assert collect_verdicts(result) == {Verdict.SPINS, Verdict.WRONG_LAST_SPIN, Verdict.ENERGY_LOST}
+    assert set(result.verdicts) == {Verdict.SPINS, Verdict.WRONG_LAST_SPIN, Verdict.ENERGY_LOST}
     assert require_value(result.consistency).spin.size == pytest.approx(0.1 / math.hypot(3, 2), rel=1e-12)
     assert result.grade is Grade.INACCURATE
 
@@ -205,10 +184,7 @@ def test_velocity_error_is_relative_to_the_disc_not_its_rim() -> None:
 
 
 def test_rough_corner_has_two_admissible_outcomes() -> None:
-    r"""A rough right-angled corner has two admissible outcomes, and PIC's run matches one of them.
-
-    A run with reversed spins matches neither.
-    """
+    """A rough right-angled corner has two admissible outcomes; PIC matches one, and reversed spins match neither."""
     trace = solve_pic(find_scene("corner"))
     group = require_value(find_first_group(trace))
     outcomes = find_admissible_outcomes(trace.scene, group, math.sqrt(13))
@@ -249,24 +225,17 @@ def test_rough_gas_has_an_estimated_horizon() -> None:
     assert 0.0 < horizon < 60.0
 
 
-@each("name", ["paper/late", "paper/missed", "classics/inelastic-oblique"])
-def test_spin_without_friction_changes_no_other_score(name: str) -> None:
+@each("scene_name", ["paper/late", "paper/missed", "classics/inelastic-oblique"])
+def test_spin_without_friction_changes_no_other_score(scene_name: str) -> None:
     """With spinning discs and no friction, all scores but those of spin and energy equal those without spin."""
-    still = all_scenes()[name].scene
+    still = all_scenes()[scene_name].scene
     discs = [disc if disc.immovable else disc.model_copy(update={"spin_rad_s": 3.0}) for disc in still.discs]
     spinning = Scene(**{**dict(still), "discs": discs})
     one, other = (compare(solve_pic(scene), solve_pit(scene), sampling=solve_pit(scene)) for scene in (still, spinning))
-    turning = {"spin", "final_spin", "energy"}
-    for field in dataclasses.fields(one.total):
-        if field.name not in turning:
-            found = getattr(other.total, field.name)
-            np.testing.assert_equal(found, getattr(one.total, field.name))
-    assert (one.grade, one.price_paid, one.missed, one.edits) == (
-        other.grade,
-        other.price_paid,
-        other.missed,
-        other.edits,
-    )
+    for field in {field.name for field in dataclasses.fields(one.total)} - {"spin", "final_spin", "energy"}:
+        np.testing.assert_equal(getattr(other.total, field), getattr(one.total, field))
+    for name in ("grade", "price_paid", "missed", "edits"):
+        assert getattr(one, name) == getattr(other, name)
     assert math.isnan(one.total.spin)
     assert not other.total.spin > 0.0
     np.testing.assert_array_equal(one.local.velocity, other.local.velocity)
@@ -274,8 +243,6 @@ def test_spin_without_friction_changes_no_other_score(name: str) -> None:
 
 def test_pit_with_friction_compared_with_itself_is_sampled() -> None:
     """PIT of spinning discs with friction, compared with itself, is SAMPLED."""
-    for name in ("throw-slide", "throw-stick", "gearing"):
-        scene = find_scene(name)
+    for scene in map(find_scene, ("throw-slide", "throw-stick", "gearing")):
         trace = solve_pit(scene)
-        score = compare(solve_pic(scene), trace, sampling=trace)
-        assert score.grade is Grade.SAMPLED, name
+        assert compare(solve_pic(scene), trace, sampling=trace).grade is Grade.SAMPLED, scene.name

@@ -16,7 +16,7 @@ from tests.scene_builders import disc_at, require_value, staged, wall_at
 from carom import Scene
 from carom.catalogue.find_scenes import all_scenes
 from carom.comparator import Grade, compute_local_truth
-from carom.comparator.measure.stepwise_score import score_steps
+from carom.comparator.measure.stepwise_score import LocalScore, score_steps
 from carom.comparator.scales import compute_scales
 from carom.comparator.stepwise import StepWatch, step_watch
 from carom.comparator.stepwise.active_pairs import Activity, find_activity
@@ -98,12 +98,13 @@ def compute_states(scene: Scene, dt_s: float) -> States:
     return States(times, np.array(place), np.array(velocity), None)
 
 
+def score_states(scene: Scene, states: States, dt_s: float) -> LocalScore:
+    return score_steps(compute_local_truth(scene, states, dt_s=dt_s), compute_scales(scene, solve_pic(scene)), 64)
+
+
 @each("scenes_of", [*list_named_scenes(), *list_random_scenes()])
 def test_steps_of_pic_are_exact_and_steps_of_pit_pay_its_price(scenes_of: Callable[[], list[Scene]]) -> None:
-    r"""Every step of PIC is exact; steps of PIT miss only what PIT misses there, with errors of at most PIT's.
-
-    At a tie, PIC from a state 1 ulp away may take the other admissible order.
-    """
+    """Every step of PIC is exact; steps of PIT miss only what PIT misses there, with errors of at most PIT's."""
     for scene in scenes_of():
         reference = solve_pic(scene, max_impacts=2000)
         if reference.outcome is Outcome.GLIDES:  # of infinitely many hops
@@ -178,20 +179,16 @@ def test_steps_of_pit_with_a_late_impact_are_sampled() -> None:
 
 
 def test_slow_fall_onto_a_fixed_disc_is_due_at_contact() -> None:
-    r"""A disc that falls 1 m from rest at 0.5 m/s^2 onto a fixed disc is due after exactly 2 s.
-
-    On a straight path it would never arrive.
-    """
+    """A disc that falls 1 m from rest at 0.5 m/s^2 onto a fixed disc is due after exactly 2 s."""
+    # On a straight path it would never arrive.
     bodies = disc_at(0.0, 2.0), disc_at(0.0, 0.0, m=math.inf)
     scene = staged("slow", *bodies, gravity_m_s2=(0.0, -0.5), duration_s=3.0, frame_rate_hz=8.0)
     assert compute_steps(scene, "pic").meetings["due_s"].tolist() == [2.0]
 
 
 def test_push_on_leaving_a_floor_is_an_invented_impact() -> None:
-    r"""A push of 5 m/s in the step in which a disc leaves the floor is an invented impact.
-
-    It is no rest: 2.5 steps of falling are 0.4 m/s.
-    """
+    """A push of 5 m/s in the step in which a disc leaves the floor is an invented impact."""
+    # It is no rest: 2.5 steps of falling are 0.4 m/s.
     dt_s = 1 / 60
     bodies = disc_at(0.0, 0.5, 0.0, 2.0), wall_at(0.0, 0.0, 0.0, 1.0)
     scene = staged("pushed", *bodies, gravity_m_s2=(0.0, -10.0), duration_s=0.25)
@@ -200,8 +197,7 @@ def test_push_on_leaving_a_floor_is_an_invented_impact() -> None:
     heights[1:] += 5.0 * (times[1:] - dt_s)
     speeds[1:] += 5.0
     place, velocity = (np.stack([0.0 * times, part], axis=1)[:, None] for part in (heights, speeds))
-    states = States(times, place, velocity)
-    found = score_steps(compute_local_truth(scene, states, dt_s=dt_s), compute_scales(scene, solve_pic(scene)), 64)
+    found = score_states(scene, States(times, place, velocity), dt_s)
     assert (found.invented, found.missed, found.early) == (1, 0, 0)
 
 
@@ -212,11 +208,7 @@ def test_fall_through_the_floor_is_one_missed_impact() -> None:
     start, gravity = scene.arrays, np.array(scene.gravity_m_s2)
     place = start.position_m + start.velocity_m_s * times[:, None, None] + gravity * (times**2 / 2)[:, None, None]
     velocity = start.velocity_m_s + gravity * times[:, None, None]
-    score = score_steps(
-        compute_local_truth(scene, States(times, place, velocity), dt_s=dt_s),
-        compute_scales(scene, solve_pic(scene)),
-        64,
-    )
+    score = score_states(scene, States(times, place, velocity), dt_s)
     assert score.missed == 1
     assert score.grade is Grade.WRONG
     assert not math.isnan(score.first_missed_s)

@@ -70,10 +70,8 @@ def draw_problems(
 
 @each("count", release_after(1, [150, 20_000]))
 def test_share_frictions_returns_the_unique_exact_solution(count: int) -> None:
-    r"""`share_frictions` returns the only solution of the two friction laws, to 1e-14.
-
-    Exact fractions show that there is only one. A quantity reported as held is exactly 0.
-    """
+    """`share_frictions` returns the only solution of the two friction laws, to 1e-14."""
+    # Exact fractions show that there is only one. A quantity reported as held is exactly 0.
     for s1, q1, most, y, signs in draw_problems(count):
         ((slip, rim),) = find_admitted_solutions(s1, q1, most, y, signs)
         by = core_functions.share_frictions(float(s1), float(q1), tuple(map(float, most)), float(y), signs)
@@ -86,10 +84,8 @@ def test_share_frictions_returns_the_unique_exact_solution(count: int) -> None:
 
 @each("count", release_after(1, [150, 20_000]))
 def test_contact_rates_match_the_exact_friction_laws(count: int) -> None:
-    r"""Contact rates equal the exact solution of both friction laws to 1e-14.
-
-    Sticking or blocking is reported only if the speed and its exact rate are 0.
-    """
+    """Contact rates equal the exact solution of both friction laws to 1e-14."""
+    # Sticking or blocking is reported only if the speed and its exact rate are 0.
     for a, _, most, y, signs in draw_problems(count):
         ((slip, rim),) = find_admitted_solutions(a, Fraction(0), most, y, signs if most[1] else (signs[0], 0))
         press = Press(1.0, float(a), float(most[0]), float(y), float(most[1]))
@@ -132,10 +128,8 @@ def compute_slip_by_stepping(press: Press, slip: float, approach: float, restitu
 
 @each("landings", release_after(1, [20, 150]))
 def test_slip_after_bounces_matches_stepping_at_50_digits(landings: int) -> None:
-    r"""The slip after infinitely many bounces equals that of stepping through them at 50 digits, to 1e-13.
-
-    Where the result is 0, the exact slip is at most what the tangential acceleration adds during the bounces.
-    """
+    """The slip after infinitely many bounces equals that of stepping through them at 50 digits, to 1e-13."""
+    # Where the result is 0, the exact slip is at most what the tangential acceleration adds during the bounces.
     rng, slid = random.Random(2), 0
     for _ in range(landings):
         press = Press(rng.uniform(1, 10), rng.uniform(-5, 5), rng.uniform(0, 0.8), rng.choice([0.0, 1.0, 2.0, 2.5]))

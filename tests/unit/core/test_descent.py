@@ -17,15 +17,6 @@ core_functions = pytest.importorskip("tests.core_functions")
 DIGITS = 80
 
 
-def to_pair(value: float) -> tuple[float, float]:
-    return (value, 0.0)
-
-
-def compute_descent_time(gap: float, speed: float, pull: float) -> float:
-    time: float = core_functions.descent_time(to_pair(gap), to_pair(speed), to_pair(pull))
-    return time
-
-
 def compute_ulp_error(found: float, exact: Any) -> float:
     """Return the distance from the exact value in units of its last place."""
     return float(abs(mpf(found) - exact)) / math.ulp(float(exact))
@@ -45,16 +36,13 @@ def compute_exact_descent_time(gap: Any, speed: Any, pull: Any) -> Any:
 
 @given(st.floats(0.5, 2), st.floats(0.5, 2), st.integers(-(2**20), 2**20).filter(bool))
 def test_descent_time_distinguishes_a_hit_from_a_near_miss(pull: float, speed: float, nudge: int) -> None:
-    r"""Hit or miss is decided correctly for an apex that is off the wall by 2^-80 to 2^-60 of its height.
-
-    The time of a hit is within 8 units in the last place.
-    """
+    """Hit or miss is decided correctly for an apex that is off the wall by 2^-80 to 2^-60 of its height."""
     mp.dps = DIGITS
     apex = Fraction(speed) ** 2 / (2 * Fraction(pull))
     gap = apex * (1 + Fraction(nudge, 2**80))
     high = float(gap)
     low = float(gap - Fraction(high))
-    found = core_functions.descent_time((high, low), to_pair(-speed), to_pair(pull))
+    found = core_functions.descent_time((high, low), (-speed, 0.0), (pull, 0.0))
     exact = compute_exact_descent_time(mpf(high) + mpf(low), -mpf(speed), mpf(pull))
     assert (found == math.inf) == (exact is None)
     if exact is not None:
@@ -83,10 +71,7 @@ def test_descent_time_distinguishes_a_hit_from_a_near_miss(pull: float, speed: f
 )
 def test_descent_time_is_exact_in_degenerate_cases(gap: float, speed: float, pull: float, time: float) -> None:
     """Touching, leaving, grazing and resting paths each have one exact time, without any tolerance."""
-    assert compute_descent_time(gap, speed, pull) == time
-
-
-# An immovable disc ----------------------------------------------------------------------------------------------------
+    assert core_functions.descent_time((gap, 0.0), (speed, 0.0), (pull, 0.0)) == time
 
 
 @each(
@@ -104,9 +89,7 @@ def test_descent_time_is_exact_in_degenerate_cases(gap: float, speed: float, pul
 def test_fall_time_in_contact_with_an_immovable_disc(
     y: float, vx: float, vy: float, leaving: float | None, time: float
 ) -> None:
-    r"""A disc in contact with an immovable one gets the exact time of its next touch: 0, 1 s or infinity.
-
-    The lowest power of the gap that is not zero decides whether the gap opens.
-    """
+    """A disc in contact with an immovable one gets the exact time of its next touch: 0, 1 s or infinity."""
+    # The lowest power of the gap that is not zero decides whether the gap opens.
     found = primitives.disc_fall_time(0, y, vx, vy, 0.5, 0, 0, 1, 0, -8, leaving)
     assert found == time

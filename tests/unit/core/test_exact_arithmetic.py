@@ -19,10 +19,8 @@ def test_every_operation_is_rounded_to_a_double() -> None:
 
 
 def test_error_free_transformations_are_exact() -> None:
-    r"""`two_sum`, `two_diff` and `two_prod` return the rounded result and its exact error.
-
-    A fused multiply-add would break this.
-    """
+    """`two_sum`, `two_diff` and `two_prod` return the rounded result and its exact error."""
+    # A fused multiply-add would break this.
     rng = np.random.default_rng(5)
     for _ in range(2000):
         a, b = (float(x) for x in rng.normal(size=2) * 10.0 ** rng.integers(-20, 20, 2))
@@ -71,28 +69,21 @@ def expand_roots(*roots: int) -> list[int]:
     ],
 )
 def test_find_falls_ignores_rises_and_grazes(roots: tuple[int, ...], times: list[float]) -> None:
-    r"""`find_falls` returns the positive roots at which a polynomial falls through 0, and no rise or graze.
-
-    Only roots of odd multiplicity are crossings.
-    """
+    """`find_falls` returns the positive roots at which a polynomial falls through 0, and no rise or graze."""
     assert list(find_falls(expand_roots(*roots))) == times
 
 
 def test_solve_quartic_counts_closings_from_begin() -> None:
-    r"""`solve_quartic` returns the k-th closing in seconds after `begin`, and infinity after the last one.
-
-    With index -1 it returns the sign of the gap at `begin`.
-    """
+    """`solve_quartic` returns the k-th closing in seconds after `begin`, and infinity after the last one."""
+    # With index -1 it returns the sign of the gap at `begin`.
     powers = [[(float(power), 1.0)] for power in expand_roots(1, 2, 3, 4)]
     assert [solve_quartic(powers, 0.5, False, index) for index in range(3)] == [0.5, 2.5, math.inf]
     assert [solve_quartic(powers, begin, False, -1) for begin in (0.5, 1.0, 1.5)] == [1.0, 0.0, -1.0]
 
 
 def test_solve_quartic_returns_zero_for_a_closed_gap_that_does_not_open() -> None:
-    r"""A gap that is declared closed has a closing time of 0 s unless its powers open it.
-
-    At 1.25 s the gap falls and at 2.5 s it is at a maximum, so the time is 0. At 1.75 s it rises.
-    """
+    """A gap that is declared closed has a closing time of 0 s unless its powers open it."""
+    # At 1.25 s the gap falls and at 2.5 s it is at a maximum, so the time is 0. At 1.75 s it rises.
     powers = [[(float(power), 1.0)] for power in expand_roots(1, 2, 3, 4)]
     assert solve_quartic(powers, 2.5, True, 0) == solve_quartic(powers, 1.25, True, 0) == 0.0
     assert solve_quartic(powers, 1.75, True, 0) > 0.0

@@ -44,10 +44,7 @@ def test_missing_extension_error_names_the_build_command(tmp_path: Path) -> None
 def test_stale_extension_is_reported_after_a_source_edit(
     edited: bool, touched: bool, stale: bool, tmp_path: Path
 ) -> None:
-    r"""A header edited after the build causes a StaleExtensionWarning and a note with the rebuild command.
-
-    A newer file date alone, or no change, causes neither.
-    """
+    """A header edited after the build is reported with the rebuild command; a newer file date alone is not."""
     package = tmp_path / "carom"
     skipped = shutil.ignore_patterns("__pycache__", "*.js", "*.html")
     shutil.copytree(PACKAGE, package, ignore=skipped, copy_function=shutil.copy2)
@@ -94,10 +91,8 @@ def test_sources_digest_changes_with_every_source_change(tmp_path: Path, monkeyp
 
 
 def test_product_and_sum_are_rounded_separately() -> None:
-    r"""The compiled extension rounds a product before it is subtracted: no fused multiply-add.
-
-    (1 + 2^-27)^2 is 1 + 2^-26 + 2^-54. A rounded product loses the last term, so the difference is 0.
-    """
+    """The compiled extension rounds a product before it is subtracted: no fused multiply-add."""
+    # (1 + 2^-27)^2 is 1 + 2^-26 + 2^-54. A rounded product loses the last term, so the difference is 0.
     a = 1.0 + 2.0**-27
     assert built.less_product(1.0 + 2.0**-26, a, a) == 0.0
 

@@ -187,18 +187,13 @@ def compute_exact_fall_time(geometry: Geometry, gravity: Point, x: Any, y: Any, 
                 (gx * gx + gy * gy) / 4,
             )
         ]
-    for time in sorted(_find_real_roots(powers)):
+    ctx.prec = 400
+    roots = acb_poly([acb(fmpq(*_to_ratio(power))) for power in powers]).roots(tol=1e-70)
+    for time in sorted(mpf(root.real.str(DIGITS, radius=False)) for root in roots if root.imag.contains(0)):
         falls = sum(k * power * time ** (k - 1) for k, power in enumerate(powers) if k) < 0
         if time > 0 and falls and geometry.holds(x + time * (ux + gx * time / 2), y + time * (uy + gy * time / 2)):
             return time
     return None
-
-
-def _find_real_roots(powers: list[Any]) -> list[Any]:
-    ctx.prec = 400
-    balls = [acb(fmpq(*_to_ratio(power))) for power in powers]
-    found = acb_poly(balls).roots(tol=1e-70)
-    return [mpf(root.real.str(DIGITS, radius=False)) for root in found if root.imag.contains(0)]
 
 
 def _to_ratio(number: Any) -> tuple[int, int]:
@@ -206,11 +201,6 @@ def _to_ratio(number: Any) -> tuple[int, int]:
     sign, mantissa, exponent, _ = number._mpf_
     mantissa = int(-mantissa if sign else mantissa)
     return (mantissa << exponent, 1) if exponent >= 0 else (mantissa, 1 << -exponent)
-
-
-def gap_unit(geometry: Geometry) -> Any:
-    """Return what a short distance is multiplied by to become a gap: twice the reach where that is of squares."""
-    return 1 if isinstance(geometry.feature, Face) else 2 * geometry.reach
 
 
 def measure_accuracy(seed: int, rounds: int, *, falling: bool) -> dict[str, Found]:
@@ -225,9 +215,9 @@ def measure_accuracy(seed: int, rounds: int, *, falling: bool) -> dict[str, Foun
             if geometry.reach <= 0:
                 continue
             for disc, numbers in draw_movers(rnd, geometry, size, radius):
-                if geometry.gap(*numbers[:2]) <= find_largest_length(geometry, numbers[:2]) * 2.0**-NEAREST * gap_unit(
-                    geometry
-                ):
+                # A gap of squares is a short distance times twice the reach.
+                unit = 1 if isinstance(geometry.feature, Face) else 2 * geometry.reach
+                if geometry.gap(*numbers[:2]) <= find_largest_length(geometry, numbers[:2]) * 2.0**-NEAREST * unit:
                     continue
                 if falling:
                     time = compute_feature_fall_time(disc, geometry.feature, gravity)
@@ -238,35 +228,17 @@ def measure_accuracy(seed: int, rounds: int, *, falling: bool) -> dict[str, Foun
     return found
 
 
-def assert_right(found: dict[str, Found]) -> None:
-    """Each kind was tried and met, no hit is missed or made up, and each time is the nearest float or its neighbour."""
+@each("falling, seed, count", release_after(2, [(False, 7, 75), (True, 11, 30), (False, 7, 4000), (True, 11, 800)]))
+def test_feature_times_match_80_digit_arithmetic(falling: bool, seed: int, count: int) -> None:
+    """Times of impact and of fall onto faces, vertices and arcs are within 1 ulp of 80 digits; no hit is wrong."""
+    # Discs start far away or as near as 2^-50 of the largest length; walls are resting or driven.
+    found = measure_accuracy(seed, count, falling=falling)
     assert set(found) == {"face", "vertex", "arc outside", "arc inside"}
     for name, one in found.items():
         assert one.hits > 5, name
         assert one.wrong == 0, name
         assert 0.0 < one.ulps <= 1.0, (name, one)
 
-
-@each("count", release_after(1, [75, 4000]))
-def test_feature_times_match_80_digit_arithmetic(count: int) -> None:
-    r"""Times of impact with faces, vertices and arcs are within 1 ulp of 80-digit arithmetic; no hit is wrong.
-
-    Discs start far away or as near as 2^-50 of the largest length; walls are resting or driven.
-    """
-    assert_right(measure_accuracy(7, count, falling=False))
-
-
-@each("count", release_after(1, [30, 800]))
-def test_feature_fall_times_match_80_digit_arithmetic(count: int) -> None:
-    r"""Fall times onto faces, vertices and arcs are within 1 ulp of 80-digit arithmetic; no hit is wrong.
-
-    The exact roots come from ball arithmetic.
-    """
-    assert_right(measure_accuracy(11, count, falling=True))
-
-
-# Touching, and next to
-# -------------------------------------------------------------------------------------------------
 
 FLOOR = Face.between((0.0, 0.0), (2.0, 0.0), 0.25)
 HALF = compute_circle(Edge((2.0, -1.0), (2.0, 1.0), 1.0))  # the right half of a circle of radius 1 about (2, 0)
@@ -303,10 +275,7 @@ RING = Arc.on(ExactCircle(Fraction(0), Fraction(0), Fraction(9)), None, 0.5, ins
 def test_feature_time_of_representable_cases_is_exact(
     feature: Feature, place: Point, velocity: Point, time: float
 ) -> None:
-    r"""Times onto faces, vertices and arcs are exact in cases whose numbers are exact in floats.
-
-    The cases cover touches, ends, grazes and approaches from behind.
-    """
+    """Times onto faces, vertices and arcs are exact in cases whose numbers are exact in floats."""
     assert compute_feature_time(Mover.at(place, velocity, 0.25), feature) == (time, False)
 
 
@@ -326,18 +295,13 @@ def test_feature_time_of_representable_cases_is_exact(
     ],
 )
 def test_tangential_contact_inside_an_arc_is_gliding(place: Point, velocity: Point, time: float) -> None:
-    r"""A disc that reaches the inside of an arc along its tangent is reported to glide, at the exact time.
-
-    Contact without approach is neither an impact nor an exit at the arc's end.
-    """
+    """A disc that reaches the inside of an arc along its tangent is reported to glide, at the exact time."""
+    # Contact without approach is neither an impact nor an exit at the arc's end.
     assert compute_feature_time(Mover.at(place, velocity, 0.25), CAP) == (time, time < NEVER)
 
 
 def test_just_left_feature_is_met_again_only_inside_an_arc() -> None:
-    r"""A disc that just left the inside of an arc meets it again after a chord of 4.5 m.
-
-    It does not meet again a face, a vertex or the outside of an arc that it just left.
-    """
+    """A disc that just left the inside of an arc meets it again after a chord of 4.5 m; other features it does not."""
     disc = Mover.at((2.25 + 1e-15, 0.0), (-1.0, 0.0), 0.25)
     assert compute_feature_time(disc, RING, just_left=True) == (2 * (2.25 + 1e-15), False)
     assert compute_feature_time(disc._replace(ux=(0.0, 0.0), uy=(1.0, 0.0)), RING, just_left=True) == (0.0, True)

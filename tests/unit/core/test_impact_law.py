@@ -81,10 +81,7 @@ def test_head_on_impact_is_exact(impact: Impact, after: list[Vector]) -> None:
 
 
 def test_oblique_impact_of_equal_masses() -> None:
-    r"""A disc at 2 m/s that strikes an equal one on the normal (.8, .6) turns by a right angle from it.
-
-    The struck disc leaves along the normal, at 1.6 m/s.
-    """
+    """A disc at 2 m/s that strikes an equal one at (.8, .6) turns by a right angle; the other leaves at 1.6 m/s."""
     tolerance = float(ROUNDINGS * 2 * U)
     found = resolve_impact([2, 0], 1, [0, 0], 1, [4, 3])
     np.testing.assert_allclose(found, [(0.72, -0.96), (1.28, 0.96)], rtol=0, atol=tolerance)
@@ -95,10 +92,7 @@ def test_oblique_impact_of_equal_masses() -> None:
 
 @given(impacts)
 def test_velocities_after_impact_match_the_exact_law(impact: Impact) -> None:
-    r"""Velocities after an impact equal those of the rational law within the derived rounding.
-
-    Exchanging the two bodies changes no bit.
-    """
+    """Velocities after an impact equal those of the rational law within the derived rounding."""
     v1, m1, v2, m2, normal, e = impact
     found = resolve_impact(v1, m1, v2, m2, normal, e)
     smooth = Law(e, 0, 0)

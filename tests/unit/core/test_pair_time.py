@@ -123,11 +123,9 @@ def test_ties_are_decided_as_in_rational_arithmetic(kind: str, rows: int) -> Non
 
 
 def test_ties_of_full_precision_numbers_are_exact() -> None:
-    r"""Touching discs that approach collide at 0 s, and sliding ones never, for numbers that need two floats each.
-
-    Relative positions, velocities and radii are sums of two floats of 53 bits each, h + l and k + m. Head-on, ``d =
-    (h + l, 0)`` and ``R = h + l``; sliding, ``d = (h + l, k + m)`` and ``u = (-k - m, h + l)``.
-    """
+    """Touching discs that approach collide at 0 s, and sliding ones never, for numbers that need two floats each."""
+    # Relative positions, velocities and radii are sums of two floats of 53 bits each, h + l and k + m. Head-on, ``d =
+    # (h + l, 0)`` and ``R = h + l``; sliding, ``d = (h + l, k + m)`` and ``u = (-k - m, h + l)``.
     rng = np.random.default_rng(13)
     for _ in range(500):
         h, k = (float(a) for a in rng.uniform(1, 2, 2))

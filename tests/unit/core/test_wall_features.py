@@ -160,10 +160,7 @@ def test_arc_sector_is_reflex_for_bulges_above_1(a: tuple[float, float], b: tupl
 
 @given(st.fractions(Fraction(1, 10**9), 10**9))
 def test_pairs_of_rationals_and_roots_are_right_to_100_bits(number: Fraction) -> None:
-    r"""A pair is within 2^-104 of its rational number, and the square of a root's pair within 2^-103.
-
-    The first float of a pair is the nearest one.
-    """
+    """A pair is within 2^-104 of its rational number, and the square of a root's pair within 2^-103."""
     assert abs(to_exact(to_pair(number)) / number - 1) <= Fraction(2) ** -104
     assert abs(to_exact(compute_root(number)) ** 2 / number - 1) <= Fraction(2) ** -103
     assert compute_root(number * number)[0] == to_pair(number)[0] == float(number)

@@ -152,10 +152,7 @@ class Guest:
 
 
 def test_adapter_reports_its_version_and_availability() -> None:
-    r"""An adapter's own version and reason are used unless its engine's module has them.
-
-    An engine within its adapter has the version of the adapter's distribution.
-    """
+    """An adapter's own version and reason are used unless its engine's module has them."""
 
     def told(engine: Engine, **own: Callable[[], str]) -> tuple[str, str]:
         guest: Any = Guest(engine, **own)

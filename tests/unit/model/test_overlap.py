@@ -54,10 +54,8 @@ def test_first_ten_overlaps_are_listed(seed: int, spread: float, n: int) -> None
 def test_overlap_within_rounding_is_accepted(
     angle: float, x: float, y: float, radii: tuple[float, float], units: int
 ) -> None:
-    r"""An overlap of up to 3 units in the last place of the largest number is accepted, one of over 9 refused.
-
-    Six units are tolerated, and the computed gap is within 3 units of the exact one.
-    """
+    """An overlap of up to 3 units in the last place of the largest number is accepted, one of over 9 refused."""
+    # Six units are tolerated, and the computed gap is within 3 units of the exact one.
     reach = sum(radii) - units * math.ulp(max(abs(x), abs(y), *radii))
     assume(reach > 0)
     place = (x + reach * math.cos(angle), y + reach * math.sin(angle))

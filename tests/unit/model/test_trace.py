@@ -20,10 +20,7 @@ def test_impact_record_has_the_fields_of_the_array_in_order() -> None:
 
 
 def test_impact_array_holds_every_field_of_every_record() -> None:
-    r"""An array of records has all their fields and is read-only; without records it has the fields, too.
-
-    `wall_index` is the inverse of `wall_body`.
-    """
+    """An array of records has all their fields and is read-only; without records it has the fields, too."""
     array = build_impact_array([RECORD, RECORD._replace(time_s=2.5, second=wall_body(1))])
     assert array.shape == (2,)
     assert array["time_s"].tolist() == [1.5, 2.5]
@@ -46,13 +43,8 @@ def test_every_outcome_has_its_own_sentence() -> None:
 
 def test_kinetic_energy_counts_only_movable_discs() -> None:
     """Masses of 2 and 4 kg at 5 and 1 m/s have 25 J and 2 J; an immovable disc has none."""
-    scene = staged(
-        "energy",
-        disc_at(0, 0, 3, 4, r=1, m=2),
-        disc_at(9, 0, 0, 1, r=1, m=4),
-        disc_at(0, 9, r=1, m=math.inf),
-        duration_s=1,
-    )
+    discs = disc_at(0, 0, 3, 4, r=1, m=2), disc_at(9, 0, 0, 1, r=1, m=4), disc_at(0, 9, r=1, m=math.inf)
+    scene = staged("energy", *discs, duration_s=1)
     velocity = np.array([disc.velocity_m_s for disc in scene.discs])
     assert kinetic_energy(scene, velocity) == 27.0
 

@@ -23,10 +23,8 @@ DOWN = {"gravity_m_s2": (0.0, -10.0)}
 
 def list_modes(trace: Trace, disc: int = 0) -> list[Mode]:
     """Return how a disc moves, in order."""
-    return [
-        Mode(after)
-        for after in require_value(trace.modes)["after"][require_value(trace.modes)["disc"] == disc].tolist()
-    ]
+    modes = require_value(trace.modes)
+    return [Mode(after) for after in modes["after"][modes["disc"] == disc].tolist()]
 
 
 def build_sliding_scene(**fields: float) -> Scene:
@@ -120,10 +118,8 @@ def test_window_keeps_only_the_modes_within_it() -> None:
 
 
 def test_disc_balanced_on_an_immovable_disc_ends_at_rest() -> None:
-    r"""A disc balanced on top of an immovable one ends the run with AT_REST.
-
-    Contact is followed on straight walls only.
-    """
+    """A disc balanced on top of an immovable one ends the run with AT_REST."""
+    # Contact is followed on straight walls only.
     trace = solve_pic(staged("top", disc_at(0.0, 0.0, m=math.inf), disc_at(0.0, 1.0), duration_s=1.0, **DOWN))
     assert trace.outcome is Outcome.AT_REST
 
@@ -150,7 +146,7 @@ def run_over_edge(speed: float, *points: tuple[float, float], **fields: float) -
     """Run a disc that rolls along a line of edges from (0, 0) on."""
     disc = disc_at(0.0, 0.5, speed, spin_rad_s=-2.0 * speed)
     laws = {"wall_friction": 0.5, "wall_restitution": 0.0, "duration_s": 1.0, **DOWN, **fields}
-    return solve_pic(Scene(name="edge", discs=[disc], walls=[Chain(points_m=((-5.0, 0.0), *points))], **laws))
+    return solve_pic(staged("edge", disc, Chain(points_m=((-5.0, 0.0), *points)), **laws))
 
 
 @each("speed, flies", [(3.0, True), (math.sqrt(5.0), True), (2.2, False)])
@@ -217,10 +213,8 @@ def test_slow_disc_comes_to_rest_before_the_end_of_an_edge() -> None:
 
 
 def test_landing_conserves_angular_momentum_about_the_floor() -> None:
-    r"""From a first touch at 1e-9 to 2e-8 m/s until rolling, v - k R w of a disc is constant to 4e-14.
-
-    Friction removes slip from the disc and from its rim in the same ratio, in each bounce and in the landing.
-    """
+    """From a first touch at 1e-9 to 2e-8 m/s until rolling, v - k R w of a disc is constant to 4e-14."""
+    # Friction removes slip from the disc and from its rim in the same ratio, in each bounce and in the landing.
     for resistance, ratio, w, e, spin in itertools.product(
         (0.0, 1e-15), (0.5, 1.0), (1e-9, 2e-8), (0.1, 0.5, 0.999999), (0.5, -1.0 + 1e-10, -1.0 + 1e-7, -3.0)
     ):

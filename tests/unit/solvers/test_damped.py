@@ -13,7 +13,7 @@ from tests.cases import each
 from tests.random_scenes import draw_scene
 from tests.scene_builders import disc_at, require_value, staged, wall_at
 
-from carom import Disc, EventDrivenRun, Outcome, Scene, SceneError, solve_pic, solve_pit
+from carom import EventDrivenRun, Outcome, Scene, SceneError, solve_pic, solve_pit
 from carom.engines.api import Capabilities, Need, unsupported_reason
 from carom.errors import InputError
 from carom.model.flights import free_flights
@@ -28,8 +28,7 @@ SCENES = st.integers(0, 9_999).map(
 def build_box(**more: float) -> Scene:
     """Return two discs that spin, in a box with friction, which meet each other and the walls some times."""
     given = {"duration_s": 3.0, "restitution": 0.9, "wall_restitution": 0.8, "friction": 0.3, "wall_friction": 0.2}
-    one = Disc(position_m=(-1.0, 0.1), velocity_m_s=(3.0, 1.0), radius_m=0.5, spin_rad_s=2.0)
-    two = Disc(position_m=(1.0, -0.2), velocity_m_s=(-1.0, 2.0), radius_m=0.5, mass_kg=2.0)
+    one, two = disc_at(-1.0, 0.1, 3.0, 1.0, spin_rad_s=2.0), disc_at(1.0, -0.2, -1.0, 2.0, m=2.0)
     walls = [wall_at(-3, 0, 1, 0), wall_at(3, 0, -1, 0), wall_at(0, -3, 0, 1), wall_at(0, 3, 0, -1)]
     return staged("box", one, two, *walls, **(given | more))
 
@@ -70,12 +69,7 @@ def test_velocities_decay_exponentially_between_impacts(scene: Scene, rate: floa
 
 def test_spin_decays_like_velocity() -> None:
     """A free disc ends with exp(-c T) of its velocity and spin, in PIC and in PIT."""
-    scene = staged(
-        "alone",
-        Disc(position_m=(0, 0), velocity_m_s=(2, 0), radius_m=1, spin_rad_s=3),
-        duration_s=2.0,
-        damping_per_s=0.7,
-    )
+    scene = staged("alone", disc_at(0, 0, 2, r=1, spin_rad_s=3), duration_s=2.0, damping_per_s=0.7)
     for trace in (solve_pic(scene), solve_pit(scene)):
         assert require_value(trace.final_spin_rad_s)[0] == pytest.approx(3 * math.exp(-1.4), rel=1e-15)
         assert trace.final_velocity_m_s[0].tolist() == pytest.approx([2 * math.exp(-1.4), 0.0], rel=1e-15)
@@ -115,10 +109,7 @@ def test_zero_damping_changes_neither_bits_nor_scene_file() -> None:
 
 
 def test_samples_windows_and_limits_use_scene_time() -> None:
-    r"""Samples, windows and end times of a damped run are at the requested scene times, to the bit.
-
-    Counts of impacts are those of the whole run.
-    """
+    """Samples, windows and end times of a damped run are at the requested scene times, to the bit."""
     scene = build_box(damping_per_s=0.4)
     whole = solve_pic(scene, sample_times_s=[0.5, 1.5])
     times = whole.impacts["time_s"].tolist()

@@ -2,9 +2,9 @@
 
 import math
 from fractions import Fraction
-from typing import Any
 
 from tests.cases import each
+from tests.scene_builders import disc_at, staged, wall_at
 
 from carom import Chain, Disc, Outcome, Scene, solve_pic
 from carom.solvers.event_driven.run import EventDrivenRun
@@ -14,11 +14,9 @@ GRAVITY = {"gravity_m_s2": (0.0, -1.0)}
 
 def build_touching_scene(speed: float) -> Scene:
     """A disc 1,000 m from the origin that touches the floor and goes into it at a speed."""
-    disc = Disc(position_m=(1000.0, 0.5), velocity_m_s=(0.0, -speed), radius_m=0.5)
-    return Scene(name="floor", duration_s=1e-6, discs=[disc], walls=[_FLOOR], restitution=1.0, **GRAVITY)
+    return staged("floor", disc_at(1000.0, 0.5, 0.0, -speed), wall_at(0.0, 0.0, 0.0, 1.0), duration_s=1e-6, **GRAVITY)
 
 
-_FLOOR: Any = {"point_m": (0.0, 0.0), "normal": (0.0, 1.0)}
 #: The speed of a hop as high as the accuracy of its gap; the height is half of its square over 1 m/s^2. The gap is
 #: known to 5 units in the last place of its coordinates and its radius, 1,000 + .5 + .5 m, as `carom.core.resolution`
 #: derives it.
@@ -34,8 +32,8 @@ def test_disc_rests_if_its_hop_is_below_the_accuracy_of_its_gap(part: float, res
 
 def test_300_bounces_on_an_immovable_disc_do_not_drift() -> None:
     """A disc that bounces on top of an immovable one is at the contact distance within 4 ulp at 300 impacts."""
-    discs = [Disc(position_m=(0.1, 0.1), radius_m=0.3, mass_kg=math.inf), Disc(position_m=(0.1, 1.3), radius_m=0.2)]
-    run = EventDrivenRun(Scene(name="top", duration_s=1e3, discs=discs, **GRAVITY))
+    discs = disc_at(0.1, 0.1, r=0.3, m=math.inf), disc_at(0.1, 1.3, r=0.2)
+    run = EventDrivenRun(staged("top", *discs, duration_s=1e3, **GRAVITY))
     worst = 0.0
     for impacts in range(1, 301):
         run.advance_to(1e3, impacts)
@@ -50,9 +48,7 @@ _PLACES = (-0.4, -0.3, -0.2, -0.1, 0.1, 0.2, 0.3, 0.4)
 
 def compute_gap_after_fall(x: float, wall: Chain | Disc, reach: Fraction, height: Fraction) -> Fraction:
     """Return how far a disc's rim is from a wall after its first impact there, whose circle's centre is at a height."""
-    disc = Disc(position_m=(x, 1.7), velocity_m_s=(0.1, 0.4), radius_m=0.25)
-    discs, walls = ([wall, disc], []) if isinstance(wall, Disc) else ([disc], [wall])
-    scene = Scene(name="fall", discs=discs, walls=walls, gravity_m_s2=(0.3, -9.81), duration_s=9.0)
+    scene = staged("fall", wall, disc_at(x, 1.7, 0.1, 0.4, r=0.25), gravity_m_s2=(0.3, -9.81), duration_s=9.0)
     px, py = map(Fraction, solve_pic(scene, max_impacts=1).final_position_m[-1].tolist())
     return abs(px**2 + (py - height) ** 2 - reach**2) / (2 * reach)
 
@@ -71,24 +67,18 @@ def test_gap_at_impact_on_a_500_km_arc_is_that_on_a_floor(inside: bool) -> None:
 def test_gap_at_impact_on_a_1000_km_disc_is_that_on_a_floor() -> None:
     """At an impact with an immovable disc of radius 1000 km the gap is below 2^-52 m, as on a floor."""
     size = 1e6 + 0.7
-    large = Disc(position_m=(0, -size), radius_m=size, mass_kg=math.inf)
-    reach = Fraction(size) + Fraction(1, 4)
+    large, reach = disc_at(0, -size, r=size, m=math.inf), Fraction(size) + Fraction(1, 4)
     assert max(compute_gap_after_fall(x, large, reach, -Fraction(size)) for x in _PLACES) < Fraction(1, 2**52)
 
 
 @each("bulge", [0.25, 1e-3, 1e-6, 1e-9])
 @each("inside", [True, False])
 def test_disc_rests_on_an_arc_at_the_same_time_as_on_a_floor(bulge: float, inside: bool) -> None:
-    r"""A disc with e = 0.5 that falls for half a second rests after 1.5 s on an arc of any radius.
-
-    Only hops below the accuracy of the gap are left out.
-    """
+    """A disc with e = 0.5 that falls for half a second rests after 1.5 s on an arc of any radius."""
     points = [(-1, 0), (1, 0)] if inside else [(1, 0), (-1, 0)]
     middle = -bulge if inside else bulge  # half the chord times the bulge is how far the arc's middle is from it
-    disc = Disc(position_m=(0, middle + 1.25), radius_m=0.25)
-    arc = Chain(points_m=points, bulges=[bulge])
-    scene = Scene(name="arc", discs=[disc], walls=[arc], wall_restitution=0.5, gravity_m_s2=(0, -8), duration_s=9.0)
-    run = EventDrivenRun(scene)
+    bodies = disc_at(0, middle + 1.25, r=0.25), Chain(points_m=points, bulges=[bulge])
+    run = EventDrivenRun(staged("arc", *bodies, wall_restitution=0.5, gravity_m_s2=(0, -8), duration_s=9.0))
     assert run.advance_to(9.0) is Outcome.AT_REST
     # It rests once v^2 <= 2 g gap, with a gap of 5 units in the last place of its coordinates and radius, 3/4 m:
     # the hops that are left out take v / g + v / 2 g + ...

@@ -98,10 +98,8 @@ def build_rough_start(**changes: Any) -> DiscArrays:
     ],
 )
 def test_resuming_from_another_scene_names_the_difference(name: str, value: Any, message: str) -> None:
-    r"""Resuming from the state of another scene raises an InputError with the field and the values that differ.
-
-    Another initial position is allowed: positions are part of the state.
-    """
+    """Resuming from the state of another scene raises an InputError with the field and the values that differ."""
+    # Another initial position is allowed: positions are part of the state.
     run = EventDrivenRun(build_rough_start())
     run.advance_to(1.0)
     with pytest.raises(InputError) as refusal:

@@ -18,19 +18,11 @@ from carom.solvers.pic import solve_pic, start_pic_run
 from carom.solvers.reference.algorithm_2 import solve_pic_framewise
 
 
-def list_pairs(trace: Any) -> list[tuple[int, int]]:
-    """Return the bodies of each impact, in order."""
-    return [(int(impact["first"]), int(impact["second"])) for impact in trace.impacts]
-
-
-# Known answers --------------------------------------------------------------------------------------------------------
-
-
 def test_motion_passes_through_a_row_of_discs() -> None:
     """In a row of equal discs the motion passes from disc to disc at exactly 1, 2 and 3 s."""
     scene = build_line_scene(0.0, 2.0, 4.0, 6.0, velocities=(1.0, 0.0, 0.0, 0.0))
     trace = solve_pic(scene)
-    assert list_pairs(trace) == [(0, 1), (1, 2), (2, 3)]
+    assert trace.impacts[["first", "second"]].tolist() == [(0, 1), (1, 2), (2, 3)]
     assert trace.impacts["time_s"].tolist() == [1.0, 2.0, 3.0]
     np.testing.assert_array_equal(trace.final_velocity_m_s, [[0, 0], [0, 0], [0, 0], [1, 0]])
     np.testing.assert_array_equal(trace.final_position_m[:, 0], [1, 3, 5, 13])
@@ -54,23 +46,15 @@ def test_touching_discs_collide_only_if_they_approach() -> None:
 @each("offset", [0.0, 1e6, 1e9, 16592279964.34414, 1e12])
 @each("depth", [2.0**-51, 2.0**-40, 2.0**-30])
 def test_graze_far_from_the_origin_never_pulls(offset: float, depth: float) -> None:
-    r"""A graze up to 1e12 m from the origin is one unambiguous impact that does not pull the discs together.
-
-    Frame-wise PIC gives the same bits.
-    """
+    """A graze up to 1e12 m from the origin is one unambiguous impact that does not pull the discs together."""
     scene = staged(
         "graze", disc_at(offset, 0, r=1), disc_at(offset + 12.1875, 2.0 - depth, -10.4, 0, r=1), duration_s=100
     )
     trace = solve_pic(scene)
-    assert trace.outcome is Outcome.COMPLETED
-    assert len(trace.impacts) == 1
-    assert trace.ambiguous == ()
+    assert (trace.outcome, len(trace.impacts), trace.ambiguous) == (Outcome.COMPLETED, 1, ())
     change = trace.impacts["velocity_first_after"][0] - trace.impacts["velocity_first_before"][0]
     assert change @ trace.impacts["normal"][0] <= 0.0
     assert solve_pic_framewise(scene, frame_rate_hz=1.0).impacts.tobytes() == trace.impacts.tobytes()
-
-
-# Pausing --------------------------------------------------------------------------------------------------------------
 
 
 def test_advancing_to_an_earlier_time_changes_nothing() -> None:
@@ -79,9 +63,6 @@ def test_advancing_to_an_earlier_time_changes_nothing() -> None:
     run.advance_to(2.0)
     run.advance_to(1.0)
     assert run.time_s == 2.0
-
-
-# Limits ---------------------------------------------------------------------------------------------------------------
 
 
 @each("limit, seen, end", [(0, 0, 0.0), (1, 1, 1.0), (2, 2, 2.0), (3, 3, 10.0), (99, 3, 10.0)])
@@ -101,9 +82,6 @@ def test_until_s_is_limited_by_the_distance_that_discs_fly() -> None:
         solve_pic(scene, until_s=2.0**396)
 
 
-# Inelastic impacts ----------------------------------------------------------------------------------------------------
-
-
 @given(st.integers(0, 10**6), st.integers(-314, 314), st.integers(-80, 80), st.integers(-300, 300))
 def test_perfectly_inelastic_impact_happens_once(offset: int, bearing: int, aside: int, speed: int) -> None:
     """Discs collide once at e = 0: what rounding leaves of their approach causes no further impact."""
@@ -117,8 +95,7 @@ def test_perfectly_inelastic_impact_happens_once(offset: int, bearing: int, asid
         restitution=0.0,
     )
     trace = solve_pic(scene)
-    assert trace.outcome is Outcome.COMPLETED
-    assert len(trace.impacts) == 1
+    assert (trace.outcome, len(trace.impacts)) == (Outcome.COMPLETED, 1)
 
 
 @given(st.integers(0, 10**6), st.integers(-314, 314), st.integers(-300, 300))
@@ -133,8 +110,7 @@ def test_perfectly_inelastic_wall_is_hit_once(offset: int, bearing: int, speed: 
         wall_restitution=0.0,
     )
     trace = solve_pic(scene)
-    assert trace.outcome is Outcome.COMPLETED
-    assert len(trace.impacts) == 1
+    assert (trace.outcome, len(trace.impacts)) == (Outcome.COMPLETED, 1)
 
 
 @each("solve", [solve_pic, solve_pic_framewise])
@@ -150,6 +126,5 @@ def test_inelastic_collapse_at_one_instant_ends_in_standstill(solve: Any) -> Non
         wall_restitution=0.0,
     )
     trace = solve(scene)
-    assert trace.outcome is Outcome.STANDSTILL
-    assert trace.end_time_s == 1.0
+    assert (trace.outcome, trace.end_time_s) == (Outcome.STANDSTILL, 1.0)
     assert trace.impacts["time_s"].tolist() == [1.0] * (compute_standstill_limit(3) + 1)

@@ -32,11 +32,6 @@ def list_members(protocol: type) -> list[str]:
     return [name for name in vars(protocol) if not name.startswith("_")]
 
 
-def start_table_run(scene: Scene) -> Run:
-    """A table whose deceleration changes no impact's time in floats."""
-    return EventDrivenRun(scene.model_copy(update={"table_deceleration_m_s2": 1e-30}))
-
-
 @pytest.fixture(params=[*RUNS, "in units", "damped", "on a table"])
 def run_factory(request: pytest.FixtureRequest) -> Callable[[Scene], Run]:
     name = request.param
@@ -46,10 +41,11 @@ def run_factory(request: pytest.FixtureRequest) -> Callable[[Scene], Run]:
     def in_units(scene: Scene) -> Any:
         return RunInUnits(start_frame_run(scene), choose_units(scene))
 
-    def damped(scene: Scene) -> Run:
-        return DampedRun(EventDrivenRun(scene), Damping(0.0))
+    def on_a_table(scene: Scene) -> Run:  # whose deceleration changes no impact's time in floats
+        return EventDrivenRun(scene.model_copy(update={"table_deceleration_m_s2": 1e-30}))
 
-    return {**RUNS, "in units": in_units, "damped": damped, "on a table": start_table_run}[name]
+    others = {"in units": in_units, "damped": lambda scene: DampedRun(EventDrivenRun(scene), Damping(0.0))}
+    return {**RUNS, **others, "on a table": on_a_table}[name]
 
 
 def test_every_run_has_all_protocol_members(run_factory: Callable[[Scene], Run]) -> None:
@@ -61,10 +57,7 @@ def test_every_run_has_all_protocol_members(run_factory: Callable[[Scene], Run])
 
 @each("scene", [ROW, ROUGH])
 def test_every_run_returns_the_promised_values(run_factory: Callable[[Scene], Run], scene: Scene) -> None:
-    r"""Every kind of run returns times, outcomes, logs, counts and arrays of the promised types and shapes.
-
-    This is checked before the first impact, after two of three, and at the end.
-    """
+    """Every kind of run returns times, outcomes, logs, counts and arrays of the promised types and shapes."""
     run, discs, turns = run_factory(scene), len(scene.discs), scene.arrays.turns
     for time_s, impacts in ((1.0, 0), (5.0, 2)):
         assert run.advance_to(time_s) is Outcome.COMPLETED
@@ -89,10 +82,7 @@ def test_every_run_returns_the_promised_values(run_factory: Callable[[Scene], Ru
 
 
 def test_every_run_stops_at_an_impact_limit_and_continues(run_factory: Callable[[Scene], Run]) -> None:
-    r"""Every kind of run stops at an impact limit within two frames of that impact, and can be continued.
-
-    The limit counts from the start of the scene.
-    """
+    """Every kind of run stops at an impact limit within two frames of that impact, and can be continued."""
     run = run_factory(ROW)
     assert run.advance_to(7.0, 1) is Outcome.MAX_IMPACTS
     assert len(run.log) == 1

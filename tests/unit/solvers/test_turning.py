@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.cases import each
-from tests.scene_builders import disc_at, require_value, with_discs
+from tests.scene_builders import disc_at, require_value, staged, wall_at, with_discs
 
-from carom import Disc, Scene, Wall, solve_pic
+from carom import Scene, solve_pic
 from carom.engines.api import Capabilities, unsupported_reason
 from carom.model.energy import kinetic_energy
 from carom.model.trace import Outcome
@@ -25,7 +25,7 @@ def build_pair(**fields: Any) -> Scene:
 def build_box(**fields: Any) -> Scene:
     """Return a disc that falls into a corner of two walls, and another above."""
     discs = [disc_at(2, 3, -3, -2, spin_rad_s=-1.0), disc_at(4, 3, -4, -2)]
-    walls = [Wall(point_m=(0, 0), normal=(1, 0)), Wall(point_m=(0, 0), normal=(0, 1))]
+    walls = [wall_at(0, 0, 1, 0), wall_at(0, 0, 0, 1)]
     return Scene(**{"name": "box", "discs": discs, "walls": walls, "duration_s": 3.0, **fields})
 
 
@@ -63,14 +63,11 @@ def test_recording_options_change_no_spin() -> None:
 
 
 def test_right_angled_corner_is_ambiguous_only_with_friction() -> None:
-    r"""Simultaneous impacts on perpendicular walls are ambiguous with friction, and not without.
-
-    Into a corner with (-3, -2), friction 1/4: x first gives (22/9, 4/3) and spin -22/9, y first (2, 2) and spin 2.
-    PIC takes the lower body number first, which is the second wall; PIT tests the first wall first.
-    """
-    corner = [Wall(point_m=(-1, 0), normal=(1, 0)), Wall(point_m=(0, -1), normal=(0, 1))]
-    disc = Disc(position_m=(3, 2), velocity_m_s=(-3, -2), radius_m=1)
-    smooth = Scene(name="corner", discs=[disc], walls=corner, duration_s=2.0)
+    """Simultaneous impacts on perpendicular walls are ambiguous with friction, and not without."""
+    # Into a corner with (-3, -2), friction 1/4: x first gives (22/9, 4/3) and spin -22/9, y first (2, 2) and spin 2.
+    # PIC takes the lower body number first, which is the second wall; PIT tests the first wall first.
+    corner = wall_at(-1, 0, 1, 0), wall_at(0, -1, 0, 1)
+    smooth = staged("corner", disc_at(3, 2, -3, -2, r=1), *corner, duration_s=2.0)
     rough = Scene(**{**smooth.model_dump(), "wall_friction": 0.25})
     for solve, expected in ((solve_pic, (2.0, 2.0, 2.0)), (solve_pit, (22 / 9, 4 / 3, -22 / 9))):
         assert solve(smooth).ambiguous == ()
@@ -81,14 +78,9 @@ def test_right_angled_corner_is_ambiguous_only_with_friction() -> None:
 
 
 def test_pit_velocities_on_rough_walls_equal_those_of_pic() -> None:
-    r"""PIT finds impacts with rough walls late, but with exactly PIC's velocities and spins.
-
-    Friction acts at the full radius in PIT too.
-    """
-    walls = [Wall(point_m=(0, 0), normal=(0, 1)), Wall(point_m=(0, 3), normal=(0, -1))]
-    disc = Disc(position_m=(0, 1), velocity_m_s=(3, -2.7), radius_m=0.4, spin_rad_s=1.0)
-    fields = {"wall_friction": 0.2, "wall_restitution": 0.9}
-    scene = Scene(name="strip", discs=[disc], walls=walls, duration_s=4.0, **fields)
+    """PIT finds impacts with rough walls late, but with exactly PIC's velocities and spins."""
+    bodies = disc_at(0, 1, 3, -2.7, r=0.4, spin_rad_s=1.0), wall_at(0, 0, 0, 1), wall_at(0, 3, 0, -1)
+    scene = staged("strip", *bodies, wall_friction=0.2, wall_restitution=0.9, duration_s=4.0)
     late, right = solve_pit(scene, frame_rate_hz=24.0), solve_pic(scene)
     assert len(right.impacts) > 3
     most = min(len(late.impacts), len(right.impacts))
@@ -99,17 +91,11 @@ def test_pit_velocities_on_rough_walls_equal_those_of_pic() -> None:
 
 
 def test_friction_causes_collapse_that_the_tc_model_prevents() -> None:
-    r"""A gas with restitution 0.3 completes without friction, and with friction only in the TC model.
-
-    Without the TC model, friction leads to STANDSTILL.
-    """
+    """A gas with restitution 0.3 completes without friction, and with friction only in the TC model."""
     velocity = np.random.default_rng(1).normal(size=(16, 2)).tolist()
-    discs = [
-        Disc(position_m=(k // 4 + 0.5, k % 4 + 0.5), velocity_m_s=v, radius_m=0.35) for k, v in enumerate(velocity)
-    ]
-    edges = [((0, 0), (1, 0)), ((4, 0), (-1, 0)), ((0, 0), (0, 1)), ((0, 4), (0, -1))]
-    walls = [Wall(point_m=point, normal=normal) for point, normal in edges]
-    smooth = Scene(name="gas", discs=discs, walls=walls, restitution=0.3, duration_s=1e4)
+    discs = [disc_at(k // 4 + 0.5, k % 4 + 0.5, *v, r=0.35) for k, v in enumerate(velocity)]
+    walls = wall_at(0, 0, 1, 0), wall_at(4, 0, -1, 0), wall_at(0, 0, 0, 1), wall_at(0, 4, 0, -1)
+    smooth = staged("gas", *discs, *walls, restitution=0.3, duration_s=1e4)
     rough = Scene(**{**smooth.model_dump(), "friction": 0.5, "wall_friction": 0.5})
     assert solve_pic(smooth).outcome is Outcome.COMPLETED
     assert solve_pic(rough).outcome is Outcome.STANDSTILL
@@ -172,10 +158,7 @@ HELD = with_discs(build_pair(), spin_rad_s=0.0, inertia_factor=math.inf).discs
 def test_skip_reason_names_undeclared_spin_friction_or_turning(
     fields: dict[str, Any], able: Capabilities, reason: str
 ) -> None:
-    r"""The reason to skip a method names the spin, friction or turn per step beyond its declared limits.
-
-    Within those limits there is no reason.
-    """
+    """The reason to skip a method names the spin, friction or turn per step beyond its declared limits."""
     found = unsupported_reason(build_pair(**fields), able, 0.5)
     assert reason in found
     assert bool(reason) == bool(found)

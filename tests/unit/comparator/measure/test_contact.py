@@ -47,6 +47,12 @@ def score_altered_states(change: Callable[[States], States], name: str) -> Score
     return compare(run_reference(name), replace(trace, looks=change(require_value(trace.looks))))
 
 
+def shake_upwards(looks: States, steps: float) -> NDArray[np.float64]:
+    """Return velocities along the normal of a floor, of the fall in some steps, up and down in turn."""
+    speeds = [[[0.0, steps * 10.0 / 60.0 * (-1) ** k]] for k in range(len(looks))]
+    return np.array(speeds, dtype=np.float64)
+
+
 @each("name", [*list(CONTACT)[1::3], *release_after(0, CONTACT)])
 def test_pic_is_exact_in_contact(name: str) -> None:
     """PIC's states in contact equal the closed form to rounding: both grades are EXACT."""
@@ -67,11 +73,9 @@ def test_pit_is_no_worse_than_sampled_in_contact(name: str, dt_s: float) -> None
 
 
 def test_hops_of_two_frames_are_not_hidden_by_skipped_states() -> None:
-    r"""PIT that hops at every other frame is SAMPLED, although only 150 of its 300 states are compared.
-
-    PIT hops on an elastic floor where a ball rests, by g dt. Every second state is correct, so these alone would
-    hide the hops.
-    """
+    """PIT that hops at every other frame is SAMPLED, although only 150 of its 300 states are compared."""
+    # PIT hops on an elastic floor where a ball rests, by g dt. Every second state is correct, so these alone would hide
+    # the hops.
     (entry,) = find_scenes(["issues/brax-151"])
     trace = observe_run(load_adapter("pit"), entry.scene, "tuned", 0.01)
     score = compare(solve_pic(entry.scene), trace, sampling=trace)
@@ -106,11 +110,9 @@ def test_position_error_above_that_of_pit_is_inaccurate() -> None:
 
 def test_disc_that_is_frozen_in_contact_is_wrong() -> None:
     """A run in which a sliding disc has no velocity is WRONG, and the reason says that it stands still."""
-
-    def frozen(looks: States) -> States:
-        return replace(looks, velocity_m_s=np.zeros_like(looks.velocity_m_s))
-
-    score = score_altered_states(frozen, "contact/slide-to-roll")
+    score = score_altered_states(
+        lambda looks: replace(looks, velocity_m_s=np.zeros_like(looks.velocity_m_s)), "contact/slide-to-roll"
+    )
     assert require_value(score.contact).frozen
     assert score.grade is Grade.WRONG
     assert any("a disc that should move stands still" in finding.reason for finding in score.findings)
@@ -119,23 +121,18 @@ def test_disc_that_is_frozen_in_contact_is_wrong() -> None:
 @each("steps, grade", [(2.0, Grade.INACCURATE), (3.0, Grade.WRONG)])
 def test_jitter_of_a_resting_disc_is_inaccurate_or_wrong(steps: float, grade: Grade) -> None:
     """Jitter of a disc that should rest is INACCURATE at two steps' fall, and WRONG at three."""
-
-    def shaken(looks: States) -> States:
-        shake = steps * 10.0 / 60.0 * (-1.0) ** np.arange(len(looks))
-        return replace(looks, velocity_m_s=looks.velocity_m_s + shake[:, None, None] * np.array([0.0, 1.0]))
-
-    score = score_altered_states(shaken, "contact/stops")
+    score = score_altered_states(
+        lambda looks: replace(looks, velocity_m_s=looks.velocity_m_s + shake_upwards(looks, steps)), "contact/stops"
+    )
     assert score.grade is grade
     assert any("that should rest" in finding.reason for finding in score.findings)
 
 
 def test_reduced_spin_is_an_error_of_the_angular_momentum() -> None:
     """A rim that is a tenth too slow is half as much off in the angular momentum u - k R w, for k = 1/2."""
-
-    def slowed(looks: States) -> States:
-        return replace(looks, spin_rad_s=0.9 * require_value(looks.spin_rad_s))
-
-    score = score_altered_states(slowed, "contact/incline-slips")
+    score = score_altered_states(
+        lambda looks: replace(looks, spin_rad_s=0.9 * require_value(looks.spin_rad_s)), "contact/incline-slips"
+    )
     assert require_value(score.contact).momentum_m_s == pytest.approx(0.5 * 0.1 * 3.2, rel=1e-9)
     assert any("angular momentum about the wall" in finding.reason for finding in score.findings)
 
@@ -157,14 +154,10 @@ def move_states(looks: States, where: NDArray[np.bool_], place: float = 0.0, spe
 @each("steps, grade", [(1.0, Grade.SAMPLED), (3.0, Grade.WRONG)])
 def test_hopping_of_a_sliding_disc_is_sampled_or_wrong(steps: float, grade: Grade) -> None:
     """A disc that hops on its floor is SAMPLED at the fall of one step, as PIT is, and WRONG at that of three."""
-
-    def hopping(looks: States) -> States:
-        shake = steps * 10.0 / 60.0 * (-1.0) ** np.arange(len(looks))
-        up = np.array([0.0, 1.0]) * np.where(looks.time_s > 1.4, shake, 0.0)[:, None]
-        return replace(looks, velocity_m_s=looks.velocity_m_s + up[:, None, :])
-
     trace = run_engine("contact/drop", "pic")
-    changed = replace(trace, looks=hopping(require_value(trace.looks)))
+    looks = require_value(trace.looks)
+    hops = shake_upwards(looks, steps) * (looks.time_s > 1.4)[:, None, None]
+    changed = replace(trace, looks=replace(looks, velocity_m_s=looks.velocity_m_s + hops))
     score = compare(solve_pic(trace.scene), changed, sampling=solve_pit(trace.scene, frame_rate_hz=60.0))
     assert require_value(score.contact).grade is grade
     assert require_value(score.contact).quality.hop_m_s == pytest.approx(steps / 6.0)
@@ -186,11 +179,9 @@ def test_constant_gap_or_overlap_in_contact_is_reported(off: float, said: str) -
 @each("until_s, in_time", [(0.5, False), (1.25, True)])
 def test_bounces_that_end_too_early_are_reported(until_s: float, in_time: bool) -> None:
     """Bounces that should end at 1.342 s are reported if they end at 0.5 s, and not if they end at 1.25 s."""
-
-    def dead(looks: States) -> States:
-        return move_states(looks, (looks.time_s > until_s) & (looks.time_s < 1.342), speed=0.0)
-
-    score = score_altered_states(dead, "contact/drop")
+    score = score_altered_states(
+        lambda looks: move_states(looks, (looks.time_s > until_s) & (looks.time_s < 1.342), speed=0.0), "contact/drop"
+    )
     assert require_value(score.contact).ends_in_time is in_time
     assert (require_value(score.contact).grade is Grade.EXACT) is in_time
     assert ("bounces end" in join_reasons(score)) is not in_time
@@ -209,16 +200,10 @@ def test_slip_that_ends_late_is_reported() -> None:
 
 
 def test_half_step_of_an_integrator_is_explained() -> None:
-    r"""A position error of v dt / 2 is reported as an integrator's half step, and is SAMPLED.
-
-    The disc is first seen at 2.9 m/s.
-    """
-
-    def integrated(looks: States) -> States:
-        slower = looks.velocity_m_s - looks.velocity_m_s[0]
-        return replace(looks, position_m=looks.position_m + 0.5 / 60.0 * slower)
-
-    score = score_altered_states(integrated, "contact/stops")
+    """A position error of v dt / 2 is reported as an integrator's half step, and is SAMPLED."""
+    velocity = require_value(run_engine("contact/stops", "pic").looks).velocity_m_s
+    late = 0.5 / 60.0 * (velocity - velocity[0])  # the disc is first seen at 2.9 m/s
+    score = score_altered_states(lambda looks: replace(looks, position_m=looks.position_m + late), "contact/stops")
     assert require_value(score.contact).errors.place_m == pytest.approx(0.5 / 60.0 * 2.9, rel=1e-9)
     assert require_value(score.contact).beyond_m < 1e-12
     assert require_value(score.contact).grade is Grade.SAMPLED
@@ -227,13 +212,9 @@ def test_half_step_of_an_integrator_is_explained() -> None:
 
 def test_creeping_of_a_resting_disc_is_reported() -> None:
     """A disc that creeps at 0.01 m/s where friction holds it is reported with that speed."""
-
-    def creeping(looks: States) -> States:
-        return replace(looks, velocity_m_s=looks.velocity_m_s + np.array([0.008, -0.006]))
-
-    assert "discs that should rest move at 0.01 m/s on average" in join_reasons(
-        score_altered_states(creeping, "contact/holds")
-    )
+    creep = np.array([0.008, -0.006])
+    score = score_altered_states(lambda looks: replace(looks, velocity_m_s=looks.velocity_m_s + creep), "contact/holds")
+    assert "discs that should rest move at 0.01 m/s on average" in join_reasons(score)
 
 
 @each("restitution", release_after(1, [0.2, 0.8, 0.95]))
@@ -286,10 +267,8 @@ def test_impact_before_contact_is_spurious() -> None:
 
 
 def test_contact_in_the_last_state_alone_is_measured() -> None:
-    r"""Contact that only the last of two states shows is measured, here with a gap of 0.25 m.
-
-    A disc falls a metre at 2 m/s^2 and stays there; the states are at 0.5 and 1.25 s.
-    """
+    """Contact that only the last of two states shows is measured, here with a gap of 0.25 m."""
+    # A disc falls a metre at 2 m/s^2 and stays there; the states are at 0.5 and 1.25 s.
     bodies = disc_at(0.0, 1.5), wall_at(0.0, 0.0, 0.0, 1.0)
     truth = solve_pic(staged("drop", *bodies, wall_restitution=0.0, gravity_m_s2=(0.0, -2.0), duration_s=1.25))
     places, speeds = np.array([[[0.0, 1.25]], [[0.0, 0.5]]]), np.array([[[0.0, -1.0]], [[0.0, 0.0]]])

@@ -7,17 +7,19 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from tests.cases import each, release_after
-from tests.in_process_pool import InProcessPool
+from tests.scene_builders import require_value, run_cross_check
 from tests.unit.core.feature_times import build_wall_features
 
 import carom
 from carom import Scene, Trace, compare, solve_pic, solve_pit
 from carom.catalogue import catalogue
-from carom.comparator.measure.local_errors import measure_local_errors
+from carom.comparator.measure.local_errors import find_own_states, measure_local_errors
 from carom.comparator.scales import compute_scales
 from carom.core.wall_features import Arc, Face, Feature, Mover
+from carom.engines.api import Contact, Observation
 from carom.engines.registry import load_adapter
 from carom.execution.engine_run import observe_run
+from carom.execution.impact_collector import ImpactCollector
 from carom.model.chain_geometry import ExactCircle
 
 #: Rounding of positions of order 1 over relative speeds of order 0.1, at paths of a few lengths.
@@ -31,10 +33,7 @@ def build_long_gas(duration_s: float) -> Scene:
 
 
 def test_pic_has_no_local_errors_in_a_long_gas() -> None:
-    r"""Each of over 2000 impacts of PIC in a gas follows from the state before it, to 1e-9.
-
-    Median errors are below 1e-12.
-    """
+    """Each of over 2000 impacts of PIC in a gas follows from the state before it, to 1e-9."""
     trace = solve_pic(build_long_gas(60.0))
     assert len(trace.impacts) > 2000
     local = measure_local_errors(trace, compute_scales(trace.scene, trace))
@@ -50,8 +49,6 @@ def test_local_error_of_a_fault_beyond_the_horizon_is_exact() -> None:
     trace = solve_pic(build_long_gas(30.0))
     at = len(trace.impacts) - 100
     row = trace.impacts[at]
-    from carom.comparator.measure.local_errors import find_own_states
-
     impacts = trace.impacts.copy()
     centre = 0.5 * (row["velocity_first_before"] + row["velocity_second_before"]) if row["second"] >= 0 else 0.0
     for name in ("velocity_first_after", "velocity_second_after"):
@@ -97,12 +94,12 @@ def test_impact_of_discs_that_pass_is_locally_spurious() -> None:
 
 def test_effective_times_equal_the_known_impact_times() -> None:
     """Effective times, from states at step boundaries alone, equal the known impact times to 32 ulp."""
-    from carom.engines.api import Contact, Observation
-    from carom.execution.impact_collector import ImpactCollector
-
-    for name in ("classics/oblique-3-4-5", "classics/inelastic-oblique", "classics/deflection", "classics/one-wall"):
-        if name not in catalogue():
-            continue
+    for name in (
+        "classics/oblique-3-4-5",
+        "classics/inelastic-oblique",
+        "classics/deflection",
+        "classics/slanted-wall",
+    ):
         known, scene = catalogue()[name].known, catalogue()[name].scene
         dt = 1 / 60
         world = load_adapter("pic").prepare(scene, {"dt_s": dt, "form": "event-driven"})
@@ -166,11 +163,8 @@ def test_local_errors_of_pit_at_finite_walls_are_those_of_sampling(name: str) ->
     reference = carom.solve_pic(scene)
     scales = compute_scales(scene, reference)
     assert measure_local_errors(reference, scales).worst("velocity") < 1e-14
-    row = carom.cross_check(
-        [scene], ["pit"], dts=[1 / 60], profiles=["tuned"], timing=False, pool=InProcessPool()
-    ).rows[0]
-    assert row.trace is not None
-    found = measure_local_errors(row.trace, scales)
+    (row,) = run_cross_check([scene], ["pit"], dts=[1 / 60], profiles=["tuned"]).rows
+    found = measure_local_errors(require_value(row.trace), scales)
     assert found.spurious == ()
     assert found.worst("solver_velocity") < 1e-14
     assert (found.worst("sampling_velocity") > 1e-3) is (name != "box-of-edges")  # faces have one normal everywhere

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 from tests.planted.altered_runs import DT, GAS, Run, record_pit, score_run
+from tests.planted.faults import find_reason
 from tests.scene_builders import disc_at, staged, wall_at
 
 from carom.comparator import Grade, Score, Verdict
@@ -21,11 +22,6 @@ TRACE = replace(solve_pic(GAS), dt_s=DT)
 
 def score_reports(run: Run, impacts: np.ndarray) -> Score:
     return score_run(replace(run, impacts=impacts[np.argsort(impacts["time_s"], kind="stable")]))
-
-
-def find_reason(score: Score, verdict: Verdict) -> str:
-    (found,) = (finding.reason for finding in score.findings if finding.verdict is verdict)
-    return found
 
 
 def find_isolated_impact(run: Run) -> int:
@@ -103,10 +99,7 @@ def test_each_window_gets_its_own_report() -> None:
 
 
 def test_extra_and_missing_reports_are_counted() -> None:
-    r"""A window of one impact needs exactly one report, up to two steps away.
-
-    Any other report is counted as not shown.
-    """
+    """A window of one impact needs exactly one report, up to two steps away; any other counts as not shown."""
     assert count_disagreements([(10, 11, False)], [11, 12]) == (1, 0)
     assert count_disagreements([(10, 11, False)], [14]) == (1, 1)
     assert count_disagreements([(10, 11, False)], [13]) == (0, 0)

@@ -107,10 +107,8 @@ def test_price_is_relative_to_the_whole_change_if_pit_misses() -> None:
 
 
 def test_velocity_error_in_a_head_on_impact_costs_infinity() -> None:
-    r"""Head-on, where PIT's velocities are right at every phase, a velocity error has an infinite price.
-
-    PIT is up to 15/16 of a step late at each of two impacts, so its worst lateness is between one and two steps.
-    """
+    """Head-on, where PIT's velocities are right at every phase, a velocity error has an infinite price."""
+    # PIT is up to 15/16 of a step late at each of two impacts, so its worst lateness is between one and two steps.
     reference = solve_pic(ROW)
     right, wrong = score_run(delayed(reference, 0.3)), score_run(faster(reference, 1e-6))
     assert 0.3 / 2 <= right.price_paid <= 0.3 * (1 + 1e-9)
@@ -176,10 +174,8 @@ def test_price_is_nan_without_an_impact_or_pit() -> None:
 
 
 def test_scene_that_cannot_be_shifted_has_one_phase() -> None:
-    r"""If discs touch at the start, PIT is compared with its only phase: its price is 0 or 1.
-
-    They were in contact before, so the scene cannot start earlier.
-    """
+    """If discs touch at the start, PIT is compared with its only phase: its price is 0 or 1."""
+    # They were in contact before, so the scene cannot start earlier.
     scene = OBLIQUE.model_copy(
         update={"discs": (OBLIQUE.discs[0].model_copy(update={"position_m": (START - 0.8, 0.0)}), OBLIQUE.discs[1])}
     )
@@ -190,10 +186,7 @@ def test_scene_that_cannot_be_shifted_has_one_phase() -> None:
 
 
 def test_exact_depends_on_the_declared_width_of_floats() -> None:
-    r"""An error of 32-bit rounding is EXACT for a run that declares 32 bits, and CLOSE for one with 64.
-
-    The reason names 32-bit floats.
-    """
+    """An error of 32-bit rounding is EXACT for a run that declares 32 bits, and CLOSE for one with 64."""
     narrow = dataclasses.replace(delay_impact(REFERENCE, 1e-6), float_bits=32)
     assert (score_run(narrow).grade, score_run(narrow).float_bits) == (Grade.EXACT, 32)
     assert "32-bit floats" in score_run(narrow).findings[0].reason
@@ -209,10 +202,7 @@ def test_32_bit_floats_excuse_no_lateness_beyond_close() -> None:
 
 
 def test_own_velocity_error_excludes_what_sampling_costs() -> None:
-    r"""A run equal to PIT has no velocity error of its own; one that is better has its total error.
-
-    Without a PIT run the error not from sampling is None.
-    """
+    """A run equal to PIT has no velocity error of its own; one that is better has its total error."""
     pit = delay_impact(REFERENCE, 0.5 * DT)
     assert score_run(pit, pit).own_velocity == 0.0
     fine = score_run(delay_impact(REFERENCE, 1e-8), pit)

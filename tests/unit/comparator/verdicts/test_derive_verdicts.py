@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 from tests.cases import each
-from tests.planted.faults import DT, FIRST_S, LAST_S, ROW, replay_impacts, replay_reference
+from tests.planted.faults import DT, FIRST_S, LAST_S, ROW, find_reason, replay_impacts, replay_reference
 from tests.scene_builders import disc_at, staged, wall_at
 
-from carom import Score, Trace, compare, solve_pic, solve_pit
+from carom import Trace, compare, solve_pic, solve_pit
 from carom.comparator import Grade, Verdict
 from carom.comparator.verdicts.stepwise_verdicts import report_polygons
 from carom.model.energy import kinetic_energy
@@ -22,12 +22,6 @@ ROOT = Path(__file__).resolve().parents[4]
 COMPARATOR = ROOT / "src" / "carom" / "comparator"
 PAGE = (ROOT / "docs" / "theory" / "scoring.md").read_text()
 RULES = "".join(path.read_text() for path in (COMPARATOR / "grade_run.py", *COMPARATOR.glob("verdicts/*.py")))
-
-
-def find_reason(score: Score, verdict: Verdict) -> str:
-    """Return the reason of a verdict that is reported exactly once."""
-    (found,) = (finding.reason for finding in score.findings if finding.verdict is verdict)
-    return found
 
 
 def read_first_column(heading: str) -> list[str]:
@@ -81,10 +75,8 @@ def run_rebound(restitution: float) -> Trace:
 
 
 def test_energy_above_the_reference_is_not_described_as_a_gain() -> None:
-    r"""A disc that keeps .36 of its energy instead of .25 has more than the reference, but has gained none.
-
-    The text of ENERGY_GAINED compares final energies.
-    """
+    """A disc that keeps .36 of its energy instead of .25 has more than the reference, but has gained none."""
+    # The text of ENERGY_GAINED compares final energies.
     reference, other = run_rebound(0.5), run_rebound(0.6)
     observed = dataclasses.replace(other, scene=reference.scene, dt_s=DT)
     assert kinetic_energy(reference.scene, observed.final_velocity_m_s) < 0.5 * 4.0**2

@@ -5,14 +5,11 @@ from dataclasses import replace
 
 import pytest
 from tests.cases import each
-from tests.scene_builders import disc_at, require_value, staged
+from tests.scene_builders import disc_at, require_value, staged, wall_at
 
 from carom.engines.api import (
     Capabilities,
-    Disc,
-    Scene,
     StepClock,
-    Wall,
     factored_frictions,
     factored_restitutions,
     flattened,
@@ -27,10 +24,7 @@ from carom.solvers.pic import solve_pic
 
 @each("a, b, pair", [(2, 5, (2, 5)), (5, 2, (2, 5)), (3, -1, (3, -1)), (-4, 0, (0, -4))])
 def test_contact_runs_from_the_lower_disc_to_the_other_body(a: int, b: int, pair: tuple[int, int]) -> None:
-    r"""The disc of the lower number comes first and a wall second, in whichever order an engine names them.
-
-    The normal is reversed if the order is, and the tangential impulse acts on the second body.
-    """
+    """The disc of the lower number comes first and a wall second, in whichever order an engine names them."""
     assert pair_of(a, b) == pair
     contact = oriented_contact(a, b, 0.25, (0.6, -0.8), 2.0, -0.5)
     assert (contact.first, contact.second) == pair
@@ -56,10 +50,7 @@ def test_speed_limits_apply_to_the_fastest_leg() -> None:
 
 
 def test_step_clock_multiplies_steps_instead_of_adding_them() -> None:
-    r"""The time is the number of steps times their length: 1000 steps of 0.1 s end at exactly 100 s.
-
-    `cut` adds one shorter step, and `restart` sets another time.
-    """
+    """The time is the number of steps times their length: 1000 steps of 0.1 s end at exactly 100 s."""
     clock = StepClock(0.1)
     for _ in range(1000):
         clock.count(1)
@@ -75,9 +66,8 @@ def test_step_clock_multiplies_steps_instead_of_adding_them() -> None:
 @each("wall", [0.0, 0.5, 1.0])
 def test_factored_restitutions_multiply_to_those_of_the_scene(pair: float, wall: float) -> None:
     """Disc times disc is the restitution of a pair and disc times wall that of a wall, even if one is zero."""
-    discs = [Disc(position_m=(0.0, 0.0), radius_m=0.5)]
-    walls = [Wall(point_m=(9.0, 0.0), normal=(-1.0, 0.0))]
-    scene = Scene(name="e", discs=discs, walls=walls, restitution=pair, wall_restitution=wall, duration_s=1.0)
+    bodies = disc_at(0, 0), wall_at(9, 0, -1, 0)
+    scene = staged("e", *bodies, restitution=pair, wall_restitution=wall, duration_s=1.0)
     of_disc, of_wall = factored_restitutions(scene)
     assert of_disc * of_disc == pytest.approx(pair, rel=1e-15)
     assert of_disc * of_wall == pytest.approx(wall, rel=1e-15)
@@ -85,8 +75,7 @@ def test_factored_restitutions_multiply_to_those_of_the_scene(pair: float, wall:
 
 def test_struck_light_disc_stays_within_reach() -> None:
     """A light disc struck by a heavy one ends within the radius that `reach` returns for the scene."""
-    discs = [disc_at(0.0, 0.0, 1.0, 0.0, m=100.0), disc_at(2.0, 0.0)]
-    scene = Scene(name="driven", discs=discs, duration_s=10.0)
+    scene = staged("driven", disc_at(0.0, 0.0, 1.0, 0.0, m=100.0), disc_at(2.0, 0.0), duration_s=10.0)
     (x, y), radius = reach(scene, 0.0)
     end = solve_pic(scene).final_position_m[1]
     assert math.hypot(end[0] - x, end[1] - y) + 0.5 <= radius
@@ -94,9 +83,8 @@ def test_struck_light_disc_stays_within_reach() -> None:
 
 def test_reach_includes_rotational_energy() -> None:
     """Friction can set a spinning disc in motion, so `reach` counts the energy of rotation."""
-    spinning = Disc(position_m=(0.0, 1.0), radius_m=1.0, spin_rad_s=6.0)
-    floor = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))
-    scene = Scene(name="top", discs=[spinning], walls=[floor], wall_friction=1.0, duration_s=10.0)
+    bodies = disc_at(0.0, 1.0, r=1.0, spin_rad_s=6.0), wall_at(0.0, 0.0, 0.0, 1.0)
+    scene = staged("top", *bodies, wall_friction=1.0, duration_s=10.0)
     # m v^2 / 2 = k m (R w)^2 / 2 at most, with k = 1/2.
     assert reach(scene, 0.0)[1] == pytest.approx(1.0 + 6.0 * math.sqrt(0.5) * 10.0, rel=1e-15)
 

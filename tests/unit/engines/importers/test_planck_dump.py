@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 from tests.cases import each
+from tests.scene_builders import disc_at, wall_at
 
-from carom import Disc, Wall
 from carom.errors import CaromError, InputError
 from carom.execution.scene_import import import_scene
 
@@ -18,11 +18,10 @@ def test_planck_dump_becomes_a_scene() -> None:
     """A ball, a fixed disc, an edge and a box are imported, and everything else is named as dropped."""
     found = import_scene(DUMP, duration_s=3.0)
     scene = found.scene
-    ball = Disc(
-        position_m=(1, 2), velocity_m_s=(3, 0), radius_m=0.25, mass_kg=2 * math.pi * 0.25**2, spin_rad_s=0.5
-    )  # the density over its area; an even disc's moment of inertia is half of m r^2
-    assert set(scene.discs) == {ball, Disc(position_m=(4, 2), radius_m=0.5, mass_kg=math.inf)}
-    assert set(scene.walls) == {Wall(point_m=(10, 0), normal=(0, 1)), Wall(point_m=(8, 4), normal=(-1, 0))}
+    # The density over its area; an even disc's moment of inertia is half of m r^2.
+    ball = disc_at(1, 2, 3, r=0.25, m=2 * math.pi * 0.25**2, spin_rad_s=0.5)
+    assert set(scene.discs) == {ball, disc_at(4, 2, m=math.inf)}
+    assert set(scene.walls) == {wall_at(10, 0, 0, 1), wall_at(8, 4, -1, 0)}
     assert (scene.gravity_m_s2, scene.duration_s, scene.name) == ((0.0, -10.0), 3.0, "planck-1.5.0")
     assert (scene.restitution, scene.wall_restitution) == (0.5, 0.75)  # the larger of two
     assert (scene.friction, scene.wall_friction) == (0.25, 0.25)  # the root of the product

@@ -2,10 +2,13 @@
 
 import json
 import math
+import shutil
+import subprocess
 import sys
 from pathlib import Path
 from typing import Any
 
+import pytest
 from tests.scene_builders import disc_at, staged, wall_at
 
 from carom import Scene
@@ -48,3 +51,31 @@ def write_manifest(folder: Path, instead: str = "", **fields: object) -> Path:
     path = folder / "engine.toml"
     path.write_text(text + profiles, encoding="utf-8")
     return path
+
+
+def build_still_scene() -> Scene:
+    """Return a scene of one disc at rest."""
+    return staged("still", disc_at(0, 0, r=1), duration_s=1.0)
+
+
+TEMPLATES = Path(__file__).resolve().parents[4] / "docs" / "templates"
+#: Commands that build a template next to its manifest, and the program that each needs; one needs none.
+BUILDS = {
+    "javascript": ("node", []),
+    "cpp": ("g++", ["g++", "-std=c++17", "-O1", "-Wall", "-Wextra", "-Werror", "-o", "engine", "engine.cpp"]),
+    "rust": ("rustc", ["rustc", "-D", "warnings", "-o", "engine", "engine.rs"]),
+}
+#: Templates; those that are compiled first take long.
+LANGUAGES = ["javascript", pytest.param("cpp", marks=pytest.mark.long), pytest.param("rust", marks=pytest.mark.long)]
+
+
+def build_template(language: str, folder: Path) -> Path:
+    """Return a copy of a template, built as its manifest describes; without the program for that, skip the test."""
+    needed, command = BUILDS[language]
+    if shutil.which(needed) is None:
+        pytest.skip(f"{needed} is not on the PATH")
+    built = folder / language
+    shutil.copytree(TEMPLATES / language, built)
+    if command:
+        subprocess.run(command, cwd=built, check=True)
+    return built

@@ -2,8 +2,6 @@
 
 import json
 import math
-import shutil
-import subprocess
 import sys
 from collections.abc import Callable
 from contextlib import suppress
@@ -15,7 +13,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.cases import each
 from tests.processes import PATIENT_S
-from tests.unit.engines.protocol.programs import build_crowd, write_manifest
+from tests.unit.engines.protocol.programs import (
+    LANGUAGES,
+    TEMPLATES,
+    build_crowd,
+    build_still_scene,
+    build_template,
+    write_manifest,
+)
 
 from carom.engines.api import AdapterError, CuttableWorld
 from carom.engines.protocol import process
@@ -24,29 +29,16 @@ from carom.engines.protocol.messages import build_protocol_schema
 from carom.engines.registry import load_adapter
 from carom.execution.engine_run import observe_run
 from carom.execution.timing import time_run
-from carom.model.scene import Disc, Scene
 
-TEMPLATES = Path(__file__).resolve().parents[4] / "docs" / "templates"
 SESSION = Path(__file__).parent / "session.jsonl"
 #: What a message ends with whose mistake is in an answer.
 REQUESTS = "see docs/reference/engine-protocol.md#the-requests"
-#: Commands that build a template next to its manifest, and the program that each needs; one needs none.
-BUILDS = {
-    "javascript": ("node", []),
-    "cpp": ("g++", ["g++", "-std=c++17", "-O1", "-Wall", "-Wextra", "-Werror", "-o", "engine", "engine.cpp"]),
-    "rust": ("rustc", ["rustc", "-D", "warnings", "-o", "engine", "engine.rs"]),
-}
 
 
 @pytest.fixture(autouse=True)
 def _patience(monkeypatch: pytest.MonkeyPatch) -> None:
     """Wait for the end of a program however slow the machine is: only then is it known how it ended."""
     monkeypatch.setattr(process, "GRACE_S", PATIENT_S)
-
-
-def build_still_scene() -> Scene:
-    """Return a scene of one disc at rest."""
-    return Scene(name="still", discs=[Disc(position_m=(0, 0), radius_m=1)], duration_s=1.0)
 
 
 def prepare_world(folder: Path, instead: str = "") -> ProgramWorld:
@@ -174,10 +166,7 @@ def test_other_protocol_version_and_missing_program_are_refused(tmp_path: Path) 
 
 
 def test_file_without_dot_slash_in_a_command_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    r"""For a file next to the manifest that lacks ./ in the command, the error shows the correct spelling.
-
-    The message repeats the program's own error, without the worker's folder.
-    """
+    """If a command lacks the ./ of a file next to the manifest, the error shows the correct spelling."""
     path = write_manifest(tmp_path, command=[sys.executable, "program.py"])
     (tmp_path / "empty").mkdir()
     monkeypatch.chdir(tmp_path / "empty")
@@ -201,8 +190,6 @@ ANYTHING = st.recursive(
     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
     max_leaves=6,
 )
-
-
 #: Answers the request after a `restore` with the bytes that were to be restored.
 ECHO = """
 held, now = (request['state'], '') if do == 'restore' else ('', globals().get('held', ''))
@@ -221,10 +208,7 @@ def echoing_world(tmp_path_factory: pytest.TempPathFactory) -> ProgramWorld:
 
 @given(told=st.data())
 def test_any_answer_is_a_value_or_an_adapter_error(told: st.DataObject, echoing_world: ProgramWorld) -> None:
-    r"""For any line that a program answers with, a request returns or raises an AdapterError.
-
-    A sound answer after that is read as usual.
-    """
+    """Any line as an answer gives a value or an AdapterError, and a sound answer after it is read as usual."""
     keys = st.sampled_from(["seconds", "world", "settings", "position_m", "velocity_m_s", "contacts", "pairs", "error"])
     lines = st.dictionaries(keys, ANYTHING).map(json.dumps).map(str.encode) | st.binary(max_size=40)
     asked: tuple[Callable[[], object], ...] = (
@@ -242,19 +226,10 @@ def test_any_answer_is_a_value_or_an_adapter_error(told: st.DataObject, echoing_
     assert echoing_world.observe().position_m.tolist() == [[0.0, 0.0]]
 
 
-@each(
-    "language", [pytest.param(one, marks=[pytest.mark.long] * (one != "javascript")) for one in BUILDS]
-)  # the others are compiled first
+@each("language", LANGUAGES)
 def test_templates_reproduce_pit(language: str, tmp_path: Path) -> None:
     """Each template, built as its manifest describes, finds the impacts of PIT and its final state within 1e-12."""
-    needed, command = BUILDS[language]
-    if shutil.which(needed) is None:
-        pytest.skip(f"{needed} is not on the PATH")
-    folder = tmp_path / language
-    shutil.copytree(TEMPLATES / language, folder)
-    if command:
-        subprocess.run(command, cwd=folder, check=True)
-    adapter = program_adapter(folder / "engine.toml")
+    adapter = program_adapter(build_template(language, tmp_path) / "engine.toml")
     assert not adapter.unavailable()
     scene = build_crowd(1.0)
     found, pit = (observe_run(method, scene, "default", 1 / 60) for method in (adapter, load_adapter("pit")))

@@ -3,6 +3,7 @@
 import os
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -11,10 +12,10 @@ from tests.command import carom_command, printed_text
 from tests.fake_clock import Clock
 from tests.in_process_pool import InProcessPool
 from tests.processes import read_pid, wait_until_ended
-from tests.unit.engines.protocol.programs import write_manifest
+from tests.unit.engines.protocol.programs import build_still_scene, write_manifest
 
 import carom
-from carom.engines.api import ContactTimes, Stamp
+from carom.engines.api import Capabilities, ContactTimes, Stamp
 from carom.engines.protocol.manifest import load_manifest
 from carom.engines.registry import MANIFESTS, format_engine_argument, list_adapter_points, load_adapter, resolve_engine
 from carom.errors import AdapterError
@@ -22,7 +23,6 @@ from carom.execution.describe_engines import describe_engines
 from carom.execution.engine_run import ObserveTask
 from carom.execution.job import Job, Method, Status
 from carom.execution.pool import Lane
-from carom.model.scene import Disc, Scene
 
 WHOLE = """
 name = "toy"
@@ -57,25 +57,19 @@ def write_manifest_text(folder: Path, text: str) -> Path:
 
 
 def test_manifest_fields_are_loaded(tmp_path: Path) -> None:
-    r"""Capabilities, accuracy, settings and profiles of a manifest are loaded as typed declarations.
-
-    A profile's own capabilities complete those of the engine.
-    """
+    """Capabilities, accuracy, settings and profiles of a manifest are loaded as typed declarations."""
     found = load_manifest(write_manifest_text(tmp_path, WHOLE))
     assert (found.name, found.engine, found.version) == ("toy", "Toy engine", "1.2")
-    assert found.capabilities.contact_times is ContactTimes.SOLVED
-    assert found.capabilities.stamp is Stamp.INSTANT
-    assert found.capabilities.restitution == (0.0, 1.0)
-    assert not found.capabilities.walls
+    able = Capabilities(
+        restitution=(0.0, 1.0), contact_times=ContactTimes.SOLVED, stamp=Stamp.INSTANT, max_speed_m_s=400.0, walls=False
+    )
+    assert found.capabilities == able
     default, tuned = found.profiles["default"], found.profiles["tuned"]
     assert default.settings == {"iterations": 4, "solver": "pgs", "warm": True, "slop": 0.005}
     assert default.accuracy.late_steps == 1.0
-    assert default.changed == {"friction": "the scene's"}
-    assert found.profiles["tuned"].changed == {}
+    assert (default.changed, tuned.changed) == ({"friction": "the scene's"}, {})
     assert tuned.located
-    assert tuned.capabilities is not None
-    assert tuned.capabilities.walls
-    assert tuned.capabilities.max_speed_m_s == 400.0  # what it leaves out is the engine's
+    assert tuned.capabilities == replace(able, walls=True)  # what it leaves out is the engine's
 
 
 def test_relative_files_of_a_command_are_resolved_by_the_manifest(tmp_path: Path) -> None:
@@ -161,10 +155,7 @@ def _environment(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 
 def test_manifest_path_registers_its_engine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    r"""The path of a manifest or of its folder resolves to the engine's name, also for worker processes.
-
-    The name of an installed engine is returned unchanged.
-    """
+    """The path of a manifest or its folder resolves to the engine's name; an installed engine's name stays as it is."""
     path = write_manifest(tmp_path)
     assert resolve_engine("pit") == "pit"
     assert resolve_engine(str(path)) == "toy"
@@ -223,26 +214,21 @@ def test_hanging_program_is_killed_with_its_worker(tmp_path: Path, monkeypatch: 
     pid = tmp_path / "pid"
     hangs = f"if do == 'step': import os, time; print(os.getpid(), file=open({str(pid)!r}, 'w')); time.sleep(3600)"
     name = resolve_engine(str(write_manifest(tmp_path, hangs)))
-    scene = Scene(name="still", discs=[Disc(position_m=(0, 0), radius_m=1)], duration_s=1.0)
     # No time passes until the program hangs: a busy machine may take long to start it.
     monkeypatch.setattr("carom.execution.worker_process.time", Clock(1.0, starts=pid.exists))
     with Lane(1.0) as lane:
-        answer = lane.run(ObserveTask(Job(scene, Method(name, "tuned"), 0.5)))
+        answer = lane.run(ObserveTask(Job(build_still_scene(), Method(name, "tuned"), 0.5)))
     assert answer.status is Status.TIMED_OUT
     assert wait_until_ended(read_pid(pid))
 
 
 @pytest.mark.long
 def test_manifest_path_is_accepted_as_an_engine(tmp_path: Path) -> None:
-    r"""`carom run -e engine.toml` and `carom.run` run the program of a manifest.
-
-    A path without a file gives exit code 2.
-    """
+    """`carom run -e engine.toml` and `carom.run` run a manifest's program; a missing file gives exit code 2."""
     path = write_manifest(tmp_path)
     arguments = ["-p", "tuned", "--dt", "1/60", "--no-timing"]
     result = carom_command("run", "paper/missed", "-e", str(path), *arguments)
     assert "toy" in result.output
     refused = carom_command("run", "-e", str(tmp_path / "no.toml"))
     assert refused.exit_code == 2
-    still = Scene(name="still", discs=[Disc(position_m=(0, 0), radius_m=1)], duration_s=1.0)
-    assert carom.run(still, str(path), dt=0.5).method == "toy"
+    assert carom.run(build_still_scene(), str(path), dt=0.5).method == "toy"

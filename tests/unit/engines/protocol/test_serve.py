@@ -11,13 +11,13 @@ import pytest
 from tests.cases import each, long_until
 from tests.installed_adapters import write_distribution
 from tests.processes import run_command
+from tests.scene_builders import Named
 from tests.unit.engines.protocol.programs import build_crowd
 
-from carom.engines.api import Adapter
 from carom.engines.protocol.adapter import ProgramAdapter, program_adapter
 from carom.engines.protocol.manifest import load_manifest
 from carom.engines.protocol.serve import PROFILE, Server, build_manifest
-from carom.engines.registry import explain_unavailable_adapter, list_adapter_points, load_adapter
+from carom.engines.registry import list_adapter_points, load_adapter
 from carom.execution.adapter_profile import capabilities_of
 from carom.execution.engine_run import observe_run
 from carom.model.trace import Trace
@@ -26,13 +26,6 @@ from carom.model.trace import Trace
 SCENE = build_crowd(1.0, duration_s=2.0)
 #: Those of Carom's adapters whose engine is a Python package.
 PYTHON = ("box2d", "dart", "drake", "mujoco", "newton", "ode", "pybullet", "pymunk", "rapier")
-
-
-def load_available_adapter(name: str) -> Adapter:
-    adapter = load_adapter(name)
-    if reason := explain_unavailable_adapter(adapter):
-        pytest.skip(reason)
-    return adapter
 
 
 def load_served_adapter(folder: Path, name: str) -> ProgramAdapter:
@@ -51,9 +44,9 @@ def strip_method_details(trace: Trace) -> Trace:
 
 
 @each("name", long_until(1, ["pymunk", "mujoco"]))
-def test_served_adapter_gives_bit_identical_runs(name: str, tmp_path: Path) -> None:
+def test_served_adapter_gives_bit_identical_runs(name: str, tmp_path: Path, named: Named) -> None:
     """A run through `carom serve` equals the adapter's own run to the bit, including cut steps and settings."""
-    adapter, behind = load_available_adapter(name), load_served_adapter(tmp_path, name)
+    adapter, behind = named(name), load_served_adapter(tmp_path, name)
     for profile in (name for name in ("default", "tuned", "located") if name in adapter.profiles):
         here, there = (observe_run(one, SCENE, profile, 1 / 60) for one in (adapter, behind))
         assert len(here.impacts) >= 2
@@ -72,15 +65,17 @@ def test_served_manifest_has_the_adapters_declarations(name: str, tmp_path: Path
     for key, profile in adapter.profiles.items():
         told = behind.profiles[key]
         assert capabilities_of(behind, key) == capabilities_of(adapter, key)
-        assert (told.accuracy, told.located, dict(told.changed)) == (
-            profile.accuracy,
-            profile.located,
-            dict(profile.changed),
-        )
+        for name in ("accuracy", "located", "changed"):
+            assert getattr(told, name) == getattr(profile, name)
 
 
 def send_request(server: Server, **request: object) -> dict[str, object]:
     return server.answer(json.dumps(request))
+
+
+def prepare_scene(server: Server, profile: str) -> dict[str, object]:
+    settings = {"profile": profile, "dt_s": 0.5}
+    return send_request(server, do="prepare", scene=SCENE.model_dump(mode="json"), settings=settings)
 
 
 @each(
@@ -105,9 +100,7 @@ def test_invalid_request_is_answered_with_an_error(line: str, kind: str, told: s
 def test_contacts_with_velocities_cannot_be_served() -> None:
     """An observation whose contacts have velocities gets an error, since the protocol has no field for them."""
     server = Server(load_adapter("pit"), "1.0")
-    told = send_request(
-        server, do="prepare", scene=SCENE.model_dump(mode="json"), settings={"profile": "tuned", "dt_s": 0.5}
-    )
+    told = prepare_scene(server, "tuned")
     assert "error" not in told
     seen = []
     for _ in range(4):  # the scene's duration
@@ -121,10 +114,7 @@ def test_contacts_with_velocities_cannot_be_served() -> None:
 def test_unknown_profile_is_refused_by_the_server() -> None:
     """A request to prepare a world with an unknown profile is refused with the profile's name."""
     server = Server(load_adapter("pit"), "1.0")
-    told = send_request(
-        server, do="prepare", scene=SCENE.model_dump(mode="json"), settings={"profile": "best", "dt_s": 0.5}
-    )
-    assert told == {"error": {"kind": "refused", "message": "pit has no profile 'best'"}}
+    assert prepare_scene(server, "best") == {"error": {"kind": "refused", "message": "pit has no profile 'best'"}}
 
 
 TALKATIVE = """

@@ -4,7 +4,6 @@ import copy
 import json
 import random
 import select
-import shutil
 import subprocess
 from collections.abc import Iterator
 from contextlib import closing
@@ -12,7 +11,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.unit.engines.protocol.test_adapter import BUILDS, SESSION, TEMPLATES
+from tests.unit.engines.protocol.programs import LANGUAGES, build_template
+from tests.unit.engines.protocol.test_adapter import SESSION
 
 #: So long may an answer take, in seconds: no request below asks for more than a few steps.
 LIMIT_S = 60.0
@@ -21,26 +21,8 @@ LINES = 250
 REQUESTS: list[dict[str, Any]] = [json.loads(line)[0] for line in SESSION.read_text(encoding="utf-8").splitlines()]
 
 #: What takes the place of any value. No number of steps among them takes long.
-ODD: list[Any] = [
-    None,
-    True,
-    -1,
-    0,
-    3,
-    0.5,
-    1e300,
-    -1e-300,
-    2**40,
-    "",
-    "inf",
-    "é\n",
-    "\ud800",
-    [],
-    [0],
-    [[1], [2]],
-    {},
-    {"do": 1},
-]
+NUMBERS = [-1, 0, 3, 0.5, 1e300, -1e-300, 2**40]
+ODD: list[Any] = [None, True, *NUMBERS, "", "inf", "é\n", "\ud800", [], [0], [[1], [2]], {}, {"do": 1}]
 
 
 class Talk:
@@ -73,16 +55,10 @@ class Talk:
         self._process.wait(LIMIT_S)
 
 
-@pytest.fixture(params=["javascript", *(pytest.param(name, marks=pytest.mark.long) for name in ("cpp", "rust"))])
+@pytest.fixture(params=LANGUAGES)
 def template(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Talk]:
     """A template, built."""
-    needed, command = BUILDS[request.param]
-    if shutil.which(needed) is None:
-        pytest.skip(f"{needed} is not on the PATH")
-    folder = tmp_path / request.param
-    shutil.copytree(TEMPLATES / request.param, folder)
-    if command:
-        subprocess.run(command, cwd=folder, check=True)
+    folder = build_template(request.param, tmp_path)
     started = {"javascript": ["node", "engine.mjs"]}.get(request.param, ["./engine"])
     with closing(Talk(started, folder)) as opened:
         yield opened

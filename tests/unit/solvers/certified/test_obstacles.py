@@ -3,23 +3,23 @@
 from fractions import Fraction
 
 import pytest
-from tests.scene_builders import require_value
+from tests.scene_builders import disc_at, require_value, staged
 from tests.validation.random_tables import draw_table
 from tests.validation.table_runs import build_table_scene
 
-from carom import Chain, Disc, Ring, Scene, Wall
+from carom import Chain, Ring, Wall
 from carom.core.wall_features import build_features
 from carom.model.chain_geometry import Outline
 from carom.model.trace import EdgeKind, wall_index
+from carom.model.walls import AnyWall
 from carom.solvers.certified.obstacles import Obstacle, Plane, Round, obstacles_of
 
 STADIUM = Chain(points_m=[(-2, -2), (2, -2), (2, 2), (-2, 2)], bulges=(0.0, 1.0, 0.0, 1.0), closed=True)
 CLOCKWISE = Chain(points_m=[(-2, 2), (2, 2), (2, -2), (-2, -2)], bulges=(0.0, -1.0, 0.0, -1.0), closed=True)
 
 
-def build_obstacles(*walls: object) -> tuple[Obstacle, ...]:
-    disc = Disc(position_m=(0, 0), radius_m=0.5)
-    return obstacles_of(Scene(name="table", discs=[disc], walls=walls, duration_s=1))
+def build_obstacles(*walls: AnyWall) -> tuple[Obstacle, ...]:
+    return obstacles_of(staged("table", disc_at(0, 0), *walls, duration_s=1))
 
 
 @pytest.mark.long

@@ -39,10 +39,8 @@ def test_displayed_digits_are_right_to_one_unit_in_the_last(value: float, radius
     ],
 )
 def test_proven_decimal_shows_only_proven_digits(value: float, radius: float, text: str) -> None:
-    r"""`proven_decimal` shows the digits that a radius proves, or a bound if it proves none.
-
-    A radius of up to half a unit proves a digit. Below 1e-4 an exponent is used.
-    """
+    """`proven_decimal` shows the digits that a radius proves, or a bound if it proves none."""
+    # A radius of up to half a unit proves a digit. Below 1e-4 an exponent is used.
     assert proven_decimal(value, radius) == text
 
 
@@ -54,10 +52,8 @@ EXACT = tuple(map(arb, (0, 0, 1, 0)))
 
 @each("radius, known", [(1e-5, False), (2e-6, False), (1e-6, True), (0.0, True)])
 def test_impact_is_recorded_only_if_its_digits_are_known(radius: float, known: bool) -> None:
-    r"""With six digits, an impact at 1.5 s is recorded with a time error of 1 us, but not with 2 us.
-
-    Exact velocities do not make up for an uncertain time.
-    """
+    """With six digits, an impact at 1.5 s is recorded with a time error of 1 us, but not with 2 us."""
+    # Exact velocities do not make up for an uncertain time.
     log = Recording(build_line_scene(0.0, 4.0, velocities=(1.0, 0.0)), 6)
     log.add(BallEvent(BallImpact(0, 1, arb(1.5, radius), arb(1), arb(0), arb(1), EXACT)))  # type: ignore[arg-type] # four
     assert log.convert() is known

@@ -5,7 +5,6 @@ from flint import arb, ctx
 from tests.cases import each
 from tests.scene_builders import disc_at, staged
 
-from carom import Disc, Scene
 from carom.solvers.certified.disc_states import BallBodies
 from carom.solvers.certified.meeting_times import meet
 from carom.solvers.certified.result import Degenerate, Undecided
@@ -18,8 +17,8 @@ def build_two_rows(*, last_speed: float) -> BallBodies:
     Row 0: both times are known only to be from 1 s less 2e-6 to 1 s. Row 1: one is 1 s more or less 1e-6, and the other
     is exact.
     """
-    discs = [Disc(position_m=(x, y), radius_m=1.0) for y in (0.0, 1000.0) for x in (0.0, 3.0, 6.0)]
-    bodies = BallBodies(Scene(name="rows", discs=discs, duration_s=2.0))
+    discs = (disc_at(x, y, r=1.0) for y in (0.0, 1000.0) for x in (0.0, 3.0, 6.0))
+    bodies = BallBodies(staged("rows", *discs, duration_s=2.0))
     bodies.vx[0], bodies.vx[2] = arb(1 + 1e-6, 1e-6), -arb(1 + 1e-6, 1e-6)
     bodies.vx[3], bodies.vx[5] = arb(1, 1e-6), arb(-last_speed)
     return bodies
@@ -51,9 +50,7 @@ def test_certainly_later_rival_leaves_the_next_impact_decided() -> None:
 
 @each("speed", [2.0, 0.125])
 def test_touching_discs_that_part_never_meet(speed: float) -> None:
-    r"""Touching discs that part at 2 m/s or 0.125 m/s never meet.
-
-    The root of D is as large as b here (3-4-5).
-    """
+    """Touching discs that part at 2 m/s or 0.125 m/s never meet."""
+    # The root of D is as large as b here (3-4-5).
     discs = disc_at(0.0, 0.0, r=2.5), disc_at(3.0, 4.0, speed, 0.0, r=2.5)
     assert meet(BallBodies(staged("parting", *discs, duration_s=1.0)), 0, 1, 0.0) is None

@@ -76,10 +76,8 @@ def test_zero_gap_at_the_start_is_decided_by_the_next_power() -> None:
 
 
 def test_quartic_without_a_linear_term_is_decided() -> None:
-    r"""t^4 + 3 t^2 + 2 has no fall, and t^4 - 5 t^2 + 4 has one certain fall, at 1.
-
-    Such quartics belong to discs at rest under gravity.
-    """
+    """t^4 + 3 t^2 + 2 has no fall, and t^4 - 5 t^2 + 4 has one certain fall, at 1."""
+    # Such quartics belong to discs at rest under gravity.
     assert list(find_falls([arb(2), arb(0), arb(3), arb(0), arb(1)])) == []
     (fall,) = find_falls([arb(4), arb(0), arb(-5), arb(0), arb(1)])
     assert fall.certain
@@ -87,10 +85,8 @@ def test_quartic_without_a_linear_term_is_decided() -> None:
 
 
 def test_fall_of_an_almost_flat_gap_is_narrow() -> None:
-    r"""The fall of a gap with tiny lowest powers is certain and known to 2^-60 of its time.
-
-    It is that of a disc whose bounces on a circle have left a gap of 1e-25 and a speed of 1e-11 of those to come.
-    """
+    """The fall of a gap with tiny lowest powers is certain and known to 2^-60 of its time."""
+    # It is that of a disc whose bounces on a circle have left a gap of 1e-25 and a speed of 1e-11 of those to come.
     (fall,) = find_falls([arb(2.4e-32), arb(-4.7e-17), arb(-2.2e-7), arb(2.2e-8), arb(-1.3e-8)])
     assert fall.certain
     assert fall.time.rad() < fall.time * arb(2) ** -60
@@ -104,14 +100,7 @@ def test_falls_after_the_given_time_are_not_returned() -> None:
 
 def test_wide_balls_give_few_uncertain_falls() -> None:
     """Where balls decide nothing, fewer than ten falls are returned, and the first is uncertain."""
-    wide = arb(0, 1e-3)
-    falls = list(
-        find_falls(
-            [
-                power + wide
-                for power in squared_gap_powers((arb(0), arb(1)), (arb(1), arb(0)), (arb(0), arb(-1)), arb(1))
-            ]
-        )
-    )
+    powers = squared_gap_powers((arb(0), arb(1)), (arb(1), arb(0)), (arb(0), arb(-1)), arb(1))
+    falls = list(find_falls([power + arb(0, 1e-3) for power in powers]))
     assert 1 <= len(falls) < 10
     assert not falls[0].certain

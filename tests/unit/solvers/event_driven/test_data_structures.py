@@ -1,6 +1,7 @@
 """Rows, queue and grid of the event-driven loop."""
 
 import math
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -132,8 +133,6 @@ def test_cells_hold_any_number_of_discs() -> None:
 @each("angle", release_after(1, [0.3, 0.0, 1.0, 2.5]))
 def test_wall_is_listed_in_each_cell_where_a_disc_touches_it(angle: float, distance: float) -> None:
     """A wall is listed in each cell in which a disc touches it, also if its point is 1e17 m away."""
-    from fractions import Fraction
-
     nx, ny = math.cos(angle), math.sin(angle)
     wall = (6.0 - distance * ny, 7.0 + distance * nx, nx, ny)
     grid = core_functions.Cells(GAS.position_m, GAS.radius_m, np.array([wall]))

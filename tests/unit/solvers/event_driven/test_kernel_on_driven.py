@@ -6,27 +6,24 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.cases import each, release_after
-from tests.scene_builders import disc_at, staged, wall_at
+from tests.scene_builders import disc_at, drive_on_legs, staged, wall_at
 from tests.unit.solvers.run_kinds import assert_same
 
-from carom import Chain, Disc, Outcome, Scene, Wall
+from carom import Chain, Disc, Outcome, Scene
 from carom.solvers.event_driven import run as event_driven
 from carom.solvers.event_driven.run import EventDrivenRun
 
 pytest.importorskip("carom.core.pic")
 
 
-def build_legs(*parts: tuple[float, float]) -> list[dict[str, Any]]:
-    """Return legs along x: when each begins, and its speed."""
-    return [{"from_s": begin, "velocity_m_s": (speed, 0.0)} for begin, speed in parts]
+def build_legs(*parts: tuple[float, float]) -> dict[str, Any]:
+    """Return the drive of a body along x: when each leg begins, and its speed."""
+    return drive_on_legs(*((begin, (speed, 0.0)) for begin, speed in parts))
 
 
-_HELD: dict[str, Any] = {"radius_m": 0.25, "mass_kg": math.inf, "driven": True}
-
-
-def build_mallet(x: float, y: float, speed: float) -> Disc:
+def build_mallet(x: float, y: float, speed: float = 0.0, **legs: Any) -> Disc:
     """Return a disc of radius 1/4 that is driven along x."""
-    return Disc(position_m=(x, y), velocity_m_s=(speed, 0.0), **_HELD)
+    return disc_at(x, y, speed, r=0.25, m=math.inf, driven=True, **legs)
 
 
 PUCK = disc_at(0.0, 0.0, 1.0, r=0.25)
@@ -35,28 +32,28 @@ AT_ONCE: dict[str, tuple[list[Disc], list[Any], int]] = {
     "both edges of a corner": ([PUCK], [Chain(points_m=[(2, -2), (4, 0), (2, 2)], velocity_m_s=(-1.0, 0.0))], 2),
     "an edge as it turns back": (
         [PUCK],
-        [Chain(points_m=[(2.25, -1), (2.25, 1)], legs=build_legs((0, -1), (1, 1)))],
+        [Chain(points_m=[(2.25, -1), (2.25, 1)], **build_legs((0, -1), (1, 1)))],
         0,
     ),
     "an edge as it turns to come": (
         [PUCK],
-        [Chain(points_m=[(1.25, -1), (1.25, 1)], legs=build_legs((0, 0), (1, -1)))],
+        [Chain(points_m=[(1.25, -1), (1.25, 1)], **build_legs((0, 0), (1, -1)))],
         1,
     ),
     "a wall, and one that sets out then": (
         [PUCK.model_copy(update={"velocity_m_s": (1.0, 1.0)})],
         [
             Chain(points_m=[(-3, 1.25), (3, 1.25)]),
-            Chain(points_m=[(1.25, -3), (1.25, 3)], legs=build_legs((0, 0), (1, -1))),
+            Chain(points_m=[(1.25, -3), (1.25, 3)], **build_legs((0, 0), (1, -1))),
         ],
         2,
     ),
     "a mallet that is disc 0": ([build_mallet(1.5, 0.0, -0.5), PUCK], [], 1),
     "two mallets": ([PUCK, build_mallet(1.0, 0.375, -1.0), build_mallet(1.0, -0.375, -1.0)], [], 2),
     "a disc and a mallet": ([PUCK, disc_at(1.0, 0.375, -1.0, r=0.25), build_mallet(1.0, -0.375, -1.0)], [], 2),
-    "a mallet as it turns back": ([PUCK, Disc(position_m=(2.5, 0), **_HELD, legs=build_legs((0, -1), (1, 1)))], [], 0),
+    "a mallet as it turns back": ([PUCK, build_mallet(2.5, 0, **build_legs((0, -1), (1, 1)))], [], 0),
     "a mallet that turns to come": (
-        [PUCK, Disc(position_m=(1.5, 0), **_HELD, legs=build_legs((0, 0), (1, -1)))],
+        [PUCK, build_mallet(1.5, 0, **build_legs((0, 0), (1, -1)))],
         [],
         1,
     ),
@@ -65,10 +62,7 @@ AT_ONCE: dict[str, tuple[list[Disc], list[Any], int]] = {
 
 @each("name", AT_ONCE)
 def test_simultaneous_events_match_all_pairs_to_the_bit(name: str) -> None:
-    r"""Simultaneous impacts with edges, walls, discs and mallets have the order and bits of all pairs.
-
-    Some are at the very instant at which a leg begins.
-    """
+    """Simultaneous impacts with edges, walls, discs and mallets have the order and bits of all pairs."""
     discs, walls, impacts = AT_ONCE[name]
     plain = assert_same(staged("at once", *discs, *walls, duration_s=2.0))
     assert plain.impacts == impacts
@@ -109,10 +103,8 @@ def test_row_of_discs_is_crushed_as_by_all_pairs(discs: int) -> None:
     [(build_row(1, 0.25, 0.125), "wall 0 and disc 1", 8.0), (build_pinched_disc(3.0), "wall 0 and wall 1", 6.0)],
 )
 def test_crush_note_has_the_time_at_which_no_space_is_left(scene: Scene, between: str, time_s: float) -> None:
-    r"""The note of a crush names the bodies and the time at which no space is left, to 1e-14.
-
-    The mallet's rim is 1 m further than the disc is wide, at 1/8 m/s; the piston 3/2 m, at 1/4 m/s.
-    """
+    """The note of a crush names the bodies and the time at which no space is left, to 1e-14."""
+    # The mallet's rim is 1 m further than the disc is wide, at 1/8 m/s; the piston 3/2 m, at 1/4 m/s.
     run = EventDrivenRun(scene)
     assert run.advance_to(20.0) is Outcome.CRUSHED
     begin, _, at = run.notes[0].removesuffix(" s").rpartition(" at ")
@@ -131,10 +123,8 @@ def test_gravity_along_closing_edges_prevents_a_crush(across: float) -> None:
 
 
 def test_crush_after_the_requested_end_does_not_end_the_run() -> None:
-    r"""A run to 7.99 s completes, and one to 8.01 s ends with CRUSHED, for a crush at 8 s.
-
-    The rule decides after 400 impacts, at 7.96 s.
-    """
+    """A run to 7.99 s completes, and one to 8.01 s ends with CRUSHED, for a crush at 8 s."""
+    # The rule decides after 400 impacts, at 7.96 s.
     start = build_row(1, 0.25, 0.125).arrays
     assert EventDrivenRun(start).advance_to(7.99) is Outcome.COMPLETED
     assert EventDrivenRun(start).advance_to(8.01) is Outcome.CRUSHED
@@ -152,7 +142,7 @@ def test_disc_that_hits_another_before_a_crush_is_not_crushed(monkeypatch: pytes
 
 def test_edge_on_a_new_leg_strikes_a_disc_again_after_an_epoch() -> None:
     """An edge strikes a disc at 0.75 s, follows it on its next leg, and strikes it again in a new epoch."""
-    edge = Chain(points_m=[(-1, -1), (-1, 1)], legs=build_legs((0, 0.5), (2, 3)))
+    edge = Chain(points_m=[(-1, -1), (-1, 1)], **build_legs((0, 0.5), (2, 3)))
     busy = [Chain(points_m=[(9, y), (11, y)]) for y in (0.0, 1.0)]
     slow = disc_at(0, 0, -0.5, r=0.25)
     quick = disc_at(10, 0.5, 0, 13.125, r=0.25)
@@ -166,11 +156,7 @@ def test_edge_on_a_new_leg_strikes_a_disc_again_after_an_epoch() -> None:
 def test_legs_of_a_shaken_wall_are_right_across_epochs() -> None:
     """Two discs in a box with a shaken wall have the bits of all pairs over at least four epochs."""
     turns = build_legs(*((0.1 * k, 0.4 * (-1) ** k) for k in range(60)))
-    walls = [
-        wall_at(0, 0, 1, 0.01, legs=turns),
-        *(Wall(point_m=(1, 1), normal=normal) for normal in ((-1, 0), (0, -1))),
-        wall_at(0, 0, 0, 1),
-    ]
+    walls = wall_at(0, 0, 1, 0.01, **turns), wall_at(1, 1, -1, 0), wall_at(1, 1, 0, -1), wall_at(0, 0, 0, 1)
     discs = [disc_at(x, x, 14.0 * x, 22.0 - 18.0 * x, r=0.1) for x in (0.3, 0.7)]
     plain = assert_same(staged("shaken", *discs, *walls, duration_s=6.0), 300)
     assert plain.counts["epochs"] >= 4

@@ -2,15 +2,17 @@
 
 import math
 import random
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import product
 
 import numpy as np
 import pytest
 from tests.cases import each, release_after
+from tests.scene_builders import disc_at, require_value, staged
 from tests.unit.solvers.run_kinds import all_pairs, assert_same
 
-from carom import Chain, Disc, Outcome, Scene
+from carom import Chain, Outcome, Scene
 from carom.errors import InputError
 from carom.model.chain_geometry import Outline
 from carom.model.disc_arrays import DiscArrays
@@ -23,14 +25,11 @@ pytest.importorskip("carom.core.pic")
 def build_gas_among_segments(segments: int) -> Scene:
     """Return a gas in a box with short segments between the discs, so that each cell knows few of them."""
     rnd, discs, walls = random.Random(8), [], []
-    for row in range(5):
-        for column in range(5):
-            x, y = 2.0 * column, 2.0 * row
-            velocity = rnd.gauss(0, 1), rnd.gauss(0, 1)
-            discs.append(Disc(position_m=(x, y), velocity_m_s=velocity, radius_m=0.4))
-            walls.append(Chain(points_m=[(x + 0.9, y + 0.9), (x + 1.1, y + 1.0 + rnd.uniform(-0.2, 0.2))]))
+    for y, x in product(range(0, 10, 2), repeat=2):
+        discs.append(disc_at(x, y, rnd.gauss(0, 1), rnd.gauss(0, 1), r=0.4))
+        walls.append(Chain(points_m=[(x + 0.9, y + 0.9), (x + 1.1, y + 1.0 + rnd.uniform(-0.2, 0.2))]))
     box = Chain(points_m=[(-1, -1), (10, -1), (10, 10), (-1, 10)], closed=True)
-    return Scene(name="gas among segments", discs=discs, walls=[box, *walls[:segments]], duration_s=100.0)
+    return staged("gas among segments", *discs, box, *walls[:segments], duration_s=100.0)
 
 
 @each("segments, most, cells", release_after(1, [(25, 50, 1.0), (25, 200, 1.0), (12, 100, 2.5)]))
@@ -42,13 +41,10 @@ def test_gas_among_segments_matches_all_pairs_to_the_bit(segments: int, most: in
 def build_gas_in_polygon(edges: int, radius: float) -> Scene:
     """Return sixteen discs in the middle of a regular polygon, far from its edges."""
     rnd = random.Random(9)
-    discs = [
-        Disc(position_m=(x, y), velocity_m_s=(rnd.gauss(0, 1), rnd.gauss(0, 1)), radius_m=0.4)
-        for x, y in product(range(-2, 2), repeat=2)
-    ]
+    discs = [disc_at(x, y, rnd.gauss(0, 1), rnd.gauss(0, 1), r=0.4) for x, y in product(range(-2, 2), repeat=2)]
     turns = [2 * math.pi * k / edges for k in range(edges)]
     wall = Chain(points_m=[(radius * math.cos(turn), radius * math.sin(turn)) for turn in turns], closed=True)
-    return Scene(name="gas in a polygon", discs=discs, walls=[wall], duration_s=1e3)
+    return staged("gas in a polygon", *discs, wall, duration_s=1e3)
 
 
 @each("options", release_after(1, [{"cells": 3.0}, {"contact_s": 0.01}, {"cells": math.inf}, {}]))
@@ -74,15 +70,11 @@ def test_few_predictions_test_all_walls_once_cells_are_chosen(radius: float) -> 
 
 
 def test_cells_that_would_crowd_discs_are_not_chosen() -> None:
-    r"""One disc that flies to a distant wall does not make the kernel choose cells that crowd the gas.
-
-    The bits are those of all pairs.
-    """
+    """One disc that flies to a distant wall does not make the kernel choose cells that crowd the gas."""
     box = Chain(points_m=[(-4, -4), (4, -4), (4, 4), (-4, 4)], closed=True)
     far = Chain(points_m=[(5e4, -9), (5e4, 9)])
     gas = build_gas_in_polygon(3, 9.0).discs
-    flier = Disc(position_m=(5, 0), velocity_m_s=(1e5, 0), radius_m=0.4)
-    scene = Scene(name="flier", discs=[*gas, flier], walls=[box, far], duration_s=1e3)
+    scene = staged("flier", *gas, disc_at(5, 0, 1e5, r=0.4), box, far, duration_s=1e3)
     assert_same(scene, 300)
     run = EventDrivenRun(scene)
     run.advance_to(math.inf, 300)
@@ -90,29 +82,25 @@ def test_cells_that_would_crowd_discs_are_not_chosen() -> None:
     assert run.counts["choices"] == 0
 
 
-def test_run_that_ended_in_gliding_stays_ended() -> None:
+@each("form", [EventDrivenRun, all_pairs])
+def test_run_that_ended_in_gliding_stays_ended(form: Callable[[Scene], EventDrivenRun]) -> None:
     """A run that ended with GLIDES returns the same outcome, time and state for any later request."""
-    disc = Disc(position_m=(0, -1.5), velocity_m_s=(1, 0), radius_m=0.5)
     stadium = Chain(points_m=[(-2, -2), (2, -2), (2, 2), (-2, 2)], bulges=[0, 1, 0, 1], closed=True)
-    scene = Scene(name="stadium", discs=[disc], walls=[stadium], duration_s=10.0)
-    for run in (EventDrivenRun(scene), all_pairs(scene)):
-        assert run.advance_to(1.0) is Outcome.COMPLETED
-        for until_s in (10.0, 1.0, math.inf):
-            assert run.advance_to(until_s) is Outcome.GLIDES
-            assert (run.time_s, run.positions().tolist()) == (2.0, [[2.0, -1.5]])
-        assert run.notes == ("disc 0 glides along wall 0 from 2 s on",)
+    run = form(staged("stadium", disc_at(0, -1.5, 1), stadium, duration_s=10.0))
+    assert run.advance_to(1.0) is Outcome.COMPLETED
+    for until_s in (10.0, 1.0, math.inf):
+        assert run.advance_to(until_s) is Outcome.GLIDES
+        assert (run.time_s, run.positions().tolist()) == (2.0, [[2.0, -1.5]])
+    assert run.notes == ("disc 0 glides along wall 0 from 2 s on",)
 
 
 def test_too_many_wall_features_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """More sides and vertices than can be numbered raise an InputError with their number."""
-    triangle = Chain(points_m=[(3, 3), (5, 3), (4, 5)], closed=True)
-    disc = Disc(position_m=(0, 4), velocity_m_s=(1, 0), radius_m=0.5)
-    scene = Scene(name="triangle", discs=[disc], walls=[triangle], duration_s=10.0)
+    scene = staged("triangle", disc_at(0, 4, 1), Chain(points_m=[(3, 3), (5, 3), (4, 5)], closed=True), duration_s=10.0)
     monkeypatch.setattr(event_driven, "MOST_OBSTACLES", 8)  # of nine: three edges with two sides and a vertex each
-    with pytest.raises(InputError, match="walls have 9 sides and vertices: at most 8 can be numbered"):
-        EventDrivenRun(scene)
-    with pytest.raises(InputError, match="walls have 9 sides and vertices: at most 8 can be numbered"):
-        EventDrivenRun(replace(scene.arrays, walls=((0.0, 0.0, 0.0, 1.0),) * 9))
+    for start in (scene, replace(scene.arrays, walls=((0.0, 0.0, 0.0, 1.0),) * 9)):
+        with pytest.raises(InputError, match="walls have 9 sides and vertices: at most 8 can be numbered"):
+            EventDrivenRun(start)
 
 
 def test_finite_walls_can_be_given_as_arrays() -> None:
@@ -124,8 +112,6 @@ def test_finite_walls_can_be_given_as_arrays() -> None:
     run.advance_to(10.0)
     # From 0 to 1.25, back to -1.5, and to 1.25 again.
     assert run.log.array()["time_s"].tolist() == [1.25, 4.0, 6.75, 9.5]
-    edges = run.log.edges()
-    assert edges is not None
-    assert edges["edge"].tolist() == [0, -1, 0, -1]
+    assert require_value(run.log.edges())["edge"].tolist() == [0, -1, 0, -1]
     with pytest.raises(InputError, match="must not overlap wall 0"):
         EventDrivenRun(DiscArrays(np.array([[1.5, 0.0]]), *fields, walls=(line,)))

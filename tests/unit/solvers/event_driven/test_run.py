@@ -12,11 +12,12 @@ from tests.random_scenes import build_scene, draw_jittered_discs
 from tests.scene_builders import build_line_scene, disc_at, require_value, staged, wall_at
 from tests.unit.solvers.run_kinds import all_pairs
 
-from carom import Disc, Outcome, Scene, solve_pic
+from carom import Outcome, Scene, solve_pic
 from carom.errors import InputError
 from carom.model.disc_arrays import DiscArrays
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.pic import start_pic_run
+from carom.solvers.run import Run
 from carom.studies.bench.gas import build_hard_disc_gas
 
 
@@ -96,19 +97,15 @@ def test_simultaneous_impacts_are_ordered_by_disc_number(cell_factor: float) -> 
 def test_recording_options_change_only_the_recorded_impacts() -> None:
     """Recording a window of impacts, or none, changes only the log, not the positions and the counts."""
     start = draw_jittered_discs(np.random.default_rng(11), 40)
-    whole, window, none = (
-        EventDrivenRun(start),
-        EventDrivenRun(start, window_s=(2.0, 3.0)),
-        EventDrivenRun(start, record="none"),
-    )
+    whole, none = EventDrivenRun(start), EventDrivenRun(start, record="none")
+    window = EventDrivenRun(start, window_s=(2.0, 3.0))
     for run in (whole, window, none):
         assert run.advance_to(5.0) is Outcome.COMPLETED
-    times = whole.log.array()["time_s"]
-    assert window.log.array().tobytes() == whole.log.array()[(times >= 2.0) & (times <= 3.0)].tobytes()
-    assert len(none.log) == 0
-    assert none.impacts == len(whole.log)
+    impacts = whole.log.array()
+    times, bodies = impacts["time_s"], np.concatenate([impacts["first"], impacts["second"]])
+    assert window.log.array().tobytes() == impacts[(times >= 2.0) & (times <= 3.0)].tobytes()
+    assert (len(none.log), none.impacts) == (0, len(impacts))
     assert none.positions().tobytes() == whole.positions().tobytes()
-    bodies = np.concatenate([whole.log.array()["first"], whole.log.array()["second"]])
     assert none.impacts_per_disc().tolist() == np.bincount(bodies[bodies >= 0], minlength=40).tolist()
 
 
@@ -145,11 +142,7 @@ def test_run_reports_progress_samples_positions_and_stops() -> None:
 @each("form", [EventDrivenRun, all_pairs])
 def test_impact_without_a_representable_distance_is_an_error(form: Callable[[Scene], EventDrivenRun]) -> None:
     """Discs that meet after 1.8e16 m, where floats are 2 m apart, raise an InputError on their distance."""
-    discs = [
-        Disc(position_m=(0.0, 0.0), velocity_m_s=(1.0, 0.0), radius_m=0.5),
-        Disc(position_m=(3.0, 0.0), velocity_m_s=(1.0 - 2.0**-53, 0.0), radius_m=0.5),
-    ]
-    run = form(Scene(name="far", discs=discs, duration_s=1e17))
+    run = form(staged("far", disc_at(0.0, 0.0, 1.0), disc_at(3.0, 0.0, 1.0 - 2.0**-53), duration_s=1e17))
     with pytest.raises(InputError, match="cannot represent the distance"):
         run.advance_to(1e17)
 
@@ -163,26 +156,20 @@ def test_perpendicular_impacts_are_ambiguous_only_with_friction(
     friction: float, ambiguous: tuple[int, ...], by_all_pairs: bool
 ) -> None:
     """Two simultaneous, perpendicular impacts of a disc are ambiguous with friction, and not without."""
-    discs = [
-        Disc(position_m=(0.0, 0.0), radius_m=0.5),
-        Disc(position_m=(-2.0, 0.0), velocity_m_s=(1.0, 0.0), radius_m=0.5),
-        Disc(position_m=(0.0, -2.0), velocity_m_s=(0.0, 1.0), radius_m=0.5),
-    ]
-    run = start_pic_run(Scene(name="corner", duration_s=3.0, friction=friction, discs=discs), all_pairs=by_all_pairs)
+    discs = disc_at(0.0, 0.0), disc_at(-2.0, 0.0, 1.0, 0.0), disc_at(0.0, -2.0, 0.0, 1.0)
+    run = start_pic_run(staged("corner", *discs, friction=friction, duration_s=3.0), all_pairs=by_all_pairs)
     run.advance_to(3.0)
     assert run.log.array()["time_s"].tolist()[:2] == [1.0, 1.0]
     assert run.log.ambiguous() == ambiguous
 
 
-def test_run_to_infinity_ends_at_the_last_impact() -> None:
+@each("start", [all_pairs, start_pic_run])
+def test_run_to_infinity_ends_at_the_last_impact(start: Callable[[Scene], Run]) -> None:
     """A run that is advanced to infinity ends at its last impact, with finite positions."""
-    for run in (
-        all_pairs(build_line_scene(0.0, 3.0, velocities=(1.0, 0.0))),
-        start_pic_run(build_line_scene(0.0, 3.0, velocities=(1.0, 0.0))),
-    ):
-        run.advance_to(math.inf)
-        assert run.time_s == 2.0
-        np.testing.assert_array_equal(run.positions(), [[2.0, 0.0], [3.0, 0.0]])
+    run = start(build_line_scene(0.0, 3.0, velocities=(1.0, 0.0)))
+    run.advance_to(math.inf)
+    assert run.time_s == 2.0
+    np.testing.assert_array_equal(run.positions(), [[2.0, 0.0], [3.0, 0.0]])
 
 
 def test_wall_that_is_reached_after_1e300_s_is_never_met() -> None:

@@ -4,7 +4,6 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from carom.model.damping import Damping
 from carom.model.scene import Scene
@@ -12,10 +11,6 @@ from carom.solvers.pit.clock import FrameClock
 from carom.solvers.pit.solve import MOST_WASTE, FrameRun, build_edges
 
 Form = Callable[[Scene, FrameClock], FrameRun]
-
-
-def find_edges_function(scene: Scene) -> Callable[[NDArray[np.void]], NDArray[np.void]] | None:
-    return None if scene.arrays.has_half_planes else build_edges
 
 
 def start_plain_run(scene: Scene, clock: FrameClock) -> FrameRun:
@@ -31,7 +26,7 @@ def list_compiled_forms() -> dict[str, Form]:
         return lambda scene, clock: FrameRun(
             FrameLoop(scene.undamped, clock, skips, max_waste, scene.damping_per_s),
             clock,
-            edges_of=find_edges_function(scene),
+            edges_of=None if scene.arrays.has_half_planes else build_edges,
             damping=Damping(scene.damping_per_s),
         )
 

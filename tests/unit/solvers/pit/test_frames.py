@@ -19,11 +19,9 @@ U = 2.0**-53
 
 
 def test_pit_impact_matches_the_hand_calculation() -> None:
-    r"""PIT finds the contact of 0.325 s at the frame of 0.5 s, with a wrong normal and wrong velocities.
-
-    At .5 s the centres are (.45, .6) apart, so the approach speed is 2 * .6 = 1.2 and equal masses exchange it
-    along (.6, .8). None of these numbers is above 2, and each takes fewer than 20 roundings to compute.
-    """
+    """PIT finds the contact of 0.325 s at the frame of 0.5 s, with a wrong normal and wrong velocities."""
+    # At .5 s the centres are (.45, .6) apart, so the approach speed is 2 * .6 = 1.2 and equal masses exchange it along
+    # (.6, .8). None of these numbers is above 2, and each takes fewer than 20 roundings to compute.
     scene = staged("3-4-5", disc_at(0, 0, 2, 0), disc_at(1.45, 0.6), duration_s=1, frame_rate_hz=2)
     trace = solve_pit(scene)
     (impact,) = trace.impacts
@@ -61,10 +59,8 @@ def test_pit_does_not_correct_positions() -> None:
 def test_pit_finds_the_first_frame_between_entry_and_closest_approach(
     contact: int, aside: int, ahead: int, speed: int, rate: float
 ) -> None:
-    r"""Two discs collide at the first frame in [t_enter, t_closest), and not at all if no frame is there.
-
-    All numbers are multiples of 1/64 of at most 20 bits, so that frames, positions and the overlap test are exact.
-    """
+    """Two discs collide at the first frame in [t_enter, t_closest), and not at all if no frame is there."""
+    # All numbers are multiples of 1/64 of at most 20 bits, so that frames, positions and the overlap test are exact.
     closest = ahead / speed
     duration = math.ceil(closest) + 1.0
     scene = staged(
@@ -84,10 +80,7 @@ def test_pit_finds_the_first_frame_between_entry_and_closest_approach(
 
 
 def test_impacts_of_one_frame_are_ordered_by_disc_index() -> None:
-    r"""In one frame pairs are tested by disc index, each with the velocities after the earlier impacts.
-
-    The impacts after the first are reported as ambiguous.
-    """
+    """In one frame pairs are tested by disc index, each with the velocities after the earlier impacts."""
     trace = solve_pit(build_line_scene(0.0, 1.75, 3.0, velocities=(4.0, 0.0, -4.0), duration_s=1.0), frame_rate_hz=4.0)
     # At .25 s: 1.0, 1.75, 2.0, so that (0, 1), (0, 2) and (1, 2) overlap; 0 and 1 exchange, then 1 meets 2.
     now = trace.impacts[trace.impacts["time_s"] == 0.25]
@@ -141,10 +134,7 @@ def test_frame_rate_that_is_not_positive_is_refused(rate: float) -> None:
 
 @each("against", ["wall", "disc", "immovable"])
 def test_inelastic_impact_is_reported_once(against: str) -> None:
-    r"""An impact with restitution 0 is reported once, though rounding leaves an approach of about 1e-17 m/s.
-
-    This is tested at 64 angles, with a wall, a movable and an immovable disc.
-    """
+    """An impact with restitution 0 is reported once, though rounding leaves an approach of about 1e-17 m/s."""
     rng, clock = np.random.default_rng(3), FrameClock(rate_hz=60.0)
     for _ in range(64):
         angle = float(rng.uniform(0.0, math.tau))

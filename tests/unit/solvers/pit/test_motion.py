@@ -15,21 +15,16 @@ from carom.solvers.pit.clock import FrameClock
 FALL = (0.4, -9.81)
 
 
-def draw_rough_fall(number: int) -> Scene:
-    changes = {"wall_rolling_resistance": 0.05, "wall_tangential_restitution": 0.0} if number % 2 else {}
-    return draw_scene("gas", number, rough=True, gravity=FALL).model_copy(update=changes)
-
-
-def draw_fall_on_driven_walls(number: int) -> Scene:
-    return draw_table("driven table", number).model_copy(update={"gravity_m_s2": FALL})
-
-
 #: The scene of a number, of each kind.
 DRAWN: dict[str, Callable[[int], Scene]] = {
     "damped": lambda number: draw_scene("gas", number).model_copy(update={"damping_per_s": (0.3, 20.0)[number % 2]}),
     "driven": lambda number: draw_table("driven table", number),
-    "falling": draw_rough_fall,
-    "falling on driven walls": draw_fall_on_driven_walls,
+    "falling": lambda number: draw_scene("gas", number, rough=True, gravity=FALL).model_copy(
+        update={"wall_rolling_resistance": 0.05, "wall_tangential_restitution": 0.0} if number % 2 else {}
+    ),
+    "falling on driven walls": lambda number: draw_table("driven table", number).model_copy(
+        update={"gravity_m_s2": FALL}
+    ),
     "thrown": draw_slope_scene,
     "table": draw_table_friction_scene,
 }

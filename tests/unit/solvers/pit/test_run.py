@@ -9,11 +9,11 @@ from types import FrameType
 
 import pytest
 from tests.cases import each
-from tests.scene_builders import build_line_scene, disc_at, staged
+from tests.scene_builders import build_line_scene, disc_at, staged, wall_at
 from tests.unit.solvers.pit.run_forms import Form, collect_bits, list_compiled_forms, run_to_end, start_plain_run
 
 from carom.errors import InputError
-from carom.model.scene import Scene, Wall
+from carom.model.scene import Scene
 from carom.model.trace import Outcome
 from carom.solvers.pit.clock import FrameClock
 from carom.studies.bench.gas import build_gas_scene
@@ -37,7 +37,7 @@ def build_billiard() -> Scene:
         disc_at(1.0, 1.0, 9.0, 7.0),
         disc_at(3.0, 1.5, -8.0, 1.0, r=0.4, m=2.0),
         disc_at(2.0, 3.0, 1.0, -9.0, r=0.3),
-        *[Wall(point_m=(p, p), normal=normal) for p, normal in ((0, (1, 0)), (0, (0, 1)), (4, (-1, 0)), (4, (0, -1)))],
+        *[wall_at(p, p, *normal) for p, normal in ((0, (1, 0)), (0, (0, 1)), (4, (-1, 0)), (4, (0, -1)))],
         duration_s=10.0,
     )
 

@@ -23,10 +23,7 @@ def build_falling_scene(**changes: Any) -> Scene:
 
 
 def test_every_kind_of_motion_runs_compiled() -> None:
-    r"""Straight, falling, rough, damped, slowed and driven scenes run in compiled code, without notes.
-
-    This holds with and without frame skipping.
-    """
+    """Straight, falling, rough, damped, slowed and driven scenes run in compiled code, without notes."""
     still = {"gravity_m_s2": (0.0, 0.0)}
     for scene in (
         build_line_scene(0.0, velocities=(1.0,)),
@@ -54,10 +51,7 @@ def test_impact_without_a_representable_normal_raises_an_error() -> None:
 
 @each("rate", [None, 10.0])
 def test_pit_trace_has_method_frame_length_and_counts(rate: float | None) -> None:
-    r"""A PIT trace has the method, outcome, end time, frame length and frame counts of its run.
-
-    The frame rate is the scene's own unless one is given. The impacts are read-only.
-    """
+    """A PIT trace has the method, outcome, end time, frame length and frame counts of its run."""
     scene = build_line_scene(0.0, 3.0, velocities=(1.0, 0.0), duration_s=4.0)
     trace = solve_pit(scene, frame_rate_hz=rate)
     assert (trace.method, trace.outcome, trace.end_time_s) == ("pit", Outcome.COMPLETED, 4.0)
