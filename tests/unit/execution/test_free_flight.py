@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from tests.cases import each
 from tests.scene_builders import disc_at, staged
 
-from carom import Disc, Scene, Wall, solve_pic, time_of_impact
+from carom import Chain, Disc, Scene, Wall, solve_pic, time_of_impact
 from carom.catalogue import find_scenes
 from carom.engines.api import Observation
 from carom.engines.registry import load_adapter
@@ -65,6 +65,9 @@ def build_rounded_states() -> Iterator[tuple[Array, Array]]:
                 "they meet": build_pair(5.0, -1.0),
                 "they pass near": build_pair(5.0, -1.0, aside=1.5),
                 "one reaches a wall": build_pair(0.5, 1.0, walls=(Wall(point_m=(8, 0), normal=(-1, 0)),)),
+                "a slow one reaches a chain": staged(
+                    "slow", disc_at(0, 0, 0.5), Chain(points_m=[(4, -1), (4, 1)]), duration_s=10.0
+                ),
             }.items()
         ),
         pytest.param(PARTING, [(APART / 2, 0.0 * SPEED)] * 10, 64, False, id="they overlap, and may be pushed apart"),

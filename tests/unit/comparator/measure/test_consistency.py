@@ -152,3 +152,10 @@ def test_run_that_ends_early_but_reports_completion_is_cut_short() -> None:
     assert Verdict.CUT_SHORT in score.verdicts
     assert score.grade is Grade.WRONG
     assert math.isnan(score.total.final_position)  # the two ends are not of one time
+
+
+def test_run_without_impacts_contradicts_nothing() -> None:
+    """A run of a disc that meets nothing has no errors of normals and velocities, and an angle of 0."""
+    free = solve_pic(staged("free", disc_at(0.0, 0.0, 1.0), duration_s=1.0))
+    found = measure_consistency(free, free)
+    assert (found.across, found.normal_rad, found.normal_length, found.momentum) == (0.0, 0.0, 0.0, 0.0)
