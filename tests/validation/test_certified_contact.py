@@ -197,3 +197,49 @@ def test_discs_on_slopes_match_60_digit_runs(gives_back: bool, seeds: range) -> 
             else:
                 assert require_value(certified.degeneracy).kind is Degenerate.COLLAPSE
     assert proven >= (0.85 if gives_back else 1.0) * len(seeds)
+
+
+@each(
+    "laws, inertia_factor, along, spin",
+    [
+        pytest.param((0.5, 0.375), 0.75, 3.5, 0.0, id="each bounce is at the limit between sliding and sticking"),
+        pytest.param((0.25, 1.0), 0.5, 0.0, 1.0, id="the bound of the slip is exact"),
+        pytest.param((0.125, 1.0), 0.5, 0.0, 2.0**-20, id="the slip is undecided after the first bounces"),
+    ],
+)
+def test_bounces_that_reverse_slip_end_in_rolling(
+    laws: tuple[float, float], inertia_factor: float, along: float, spin: float
+) -> None:
+    r"""A disc that has bounced on a level floor rolls at ``(u - k R w) / (1 + k)``.
+
+    Friction acts at the contact, so ``u - k R w`` keeps its value. k is the inertia factor. Tangential restitution is
+    1/2, and the bounces end with three digits.
+    """
+    restitution, friction = laws
+    disc = disc_at(0.0, 2.5, along, spin_rad_s=spin, inertia_factor=inertia_factor)
+    law = {"wall_restitution": restitution, "wall_friction": friction, "wall_tangential_restitution": 0.5}
+    floor = wall_at(0.0, 0.0, 0.0, 1.0)
+    certified = certify(staged("rolls", disc, floor, gravity_m_s2=(0.0, -4.0), **law, duration_s=4.0), digits=3)
+    assert certified.ending is Ending.COMPLETED
+    rolls = (along - inertia_factor * 0.5 * spin) / (1.0 + inertia_factor)
+    assert certified.trace.final_velocity_m_s[0] == pytest.approx((rolls, 0.0), rel=1e-14)
+
+
+@each(
+    "bodies, other",
+    [
+        pytest.param((disc_at(0, -5.5, m=1e6), disc_at(0, 4.0 * 2.9**2 - 8.5, m=1e6)), 1, id="a heavy disc falls"),
+        pytest.param((disc_at(0, -5.5, 1.0), wall_at(2.4 + math.sqrt(0.5), -10, -1, 1)), -2, id="a slope is ahead"),
+    ],
+)
+def test_bounces_before_another_impact_are_all_applied(bodies: tuple[Any, ...], other: int) -> None:
+    r"""A disc that bounces at 1, 2, 2.5, 2.75 and 2.875 s, and then meets another body, has these five bounces.
+
+    It meets the other body at about 2.9 s, and its bounces would end at 3 s. With one digit, bounces from 2.75 s on
+    are replaced by their sum if the disc certainly meets nothing else.
+    """
+    floor = wall_at(0.0, -10.0, 0.0, 1.0)
+    law = {"gravity_m_s2": (0.0, -8.0), "wall_restitution": 0.5}
+    impacts = certify(staged("struck", bodies[0], floor, *bodies[1:], **law, duration_s=3.0), digits=1).trace.impacts
+    assert impacts["time_s"][:5].tolist() == [1.0, 2.0, 2.5, 2.75, 2.875]
+    assert impacts["second"][:6].tolist() == [-1] * 5 + [other]

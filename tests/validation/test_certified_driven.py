@@ -110,12 +110,12 @@ def test_impact_at_the_change_of_a_leg_is_degenerate() -> None:
 
 
 def test_disc_between_closing_half_planes_ends_as_a_crush() -> None:
-    """A disc between half-planes that close at 0.5 m/s ends the certified run as a crush at 3 s."""
+    """A disc between half-planes that close at 0.5 m/s ends the certified run as a crush at 3 s, without a proof."""
     walls = [wall_at(0.0, 0.0, 1.0, 0.0), wall_at(2.0, 0.0, -1.0, 0.0, velocity_m_s=(-0.5, 0.0))]
     puck = disc_at(1.0, 0.0, -1.0, 0.25, r=0.25)
     certified = certify(staged("driven", puck, *walls, duration_s=9.0))
     found = require_value(certified.degeneracy)
-    assert (found.kind, found.bodies) == (Degenerate.CRUSH, (-2, -1, 0))
+    assert (found.kind, found.bodies, found.proven) == (Degenerate.CRUSH, (-2, -1, 0), False)
     assert found.earliest_s < 3.0 == found.latest_s
     assert certified.trace.outcome is Outcome.CRUSHED is solve_pic(certified.trace.scene).outcome
     shorter = certify(certified.trace.scene.model_copy(update={"duration_s": 2.99}))

@@ -218,3 +218,36 @@ def test_each_side_of_a_square_has_its_own_normal() -> None:
     certified = certify(build_table_scene((1.0, -2.0), square, duration_s=2.5))
     assert certified.trace.impacts["time_s"].tolist() == [0.75, 1.5, 2.25]
     assert certified.trace.impacts["normal"].tolist() == [[0.0, -1.0], [1.0, 0.0], [0.0, 1.0]]
+
+
+def test_disc_hits_an_arc_of_more_than_half_a_circle_from_any_side() -> None:
+    r"""A disc at 1 m/s hits a round wall after exactly 1 s, at a right angle to where the wall is open.
+
+    The wall is 254 degrees of a circle of 5/16 m, whose centre is at (-3/16, 0).
+    """
+    arc = Chain(points_m=[(0.0, 0.25), (0.0, -0.25)], bulges=(2.0,))
+    for side in (1.0, -1.0):
+        certified = certify(build_table_scene((0.0, -side), arc, place=(-0.1875, 1.8125 * side), duration_s=2.0))
+        assert certified.ending is Ending.COMPLETED
+        assert certified.trace.impacts["time_s"].tolist() == [1.0]
+        assert certified.trace.final_velocity_m_s.tolist() == [[0.0, side]]
+
+
+def test_graze_of_a_vertex_that_only_1000_bits_show_is_no_impact() -> None:
+    """A disc that passes the thick end of a chain at exactly the contact distance is certified without an impact."""
+    thin = 2.0**-480
+    post = Chain(points_m=[(0.0, -thin), (0.0, -1.0)], half_width_m=thin)
+    certified = certify(build_table_scene((1.0, 0.0), post, place=(-2.0, 0.5), duration_s=4.0))
+    assert certified.ending is Ending.COMPLETED
+    assert len(certified.trace.impacts) == 0
+
+
+def test_disc_as_wide_as_a_cup_fills_it_next_to_a_smaller_disc() -> None:
+    """A disc that drops at 1 m/s into a half circle of its own radius returns at 1 m/s, even if another is smaller."""
+    cup = Chain(points_m=[(-0.5, 0.0), (0.5, 0.0)], bulges=(1.0,))
+    small = Disc(position_m=(5.0, 5.0), radius_m=0.25)
+    scene = build_table_scene((0.0, -1.0), cup, place=(0.0, 1.0), duration_s=2.0)
+    certified = certify(scene.model_copy(update={"discs": (*scene.discs, small)}))
+    assert certified.ending is Ending.COMPLETED
+    assert certified.trace.impacts["time_s"].tolist() == [1.0]
+    assert certified.trace.final_velocity_m_s[0].tolist() == [0.0, 1.0]

@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 from tests.cases import each, release_after
 from tests.planted.faults import drop_impact
-from tests.scene_builders import disc_at, staged, wall_at
+from tests.scene_builders import alter_impact, disc_at, staged, wall_at
 
 from carom import compare, solve_pic, solve_pit
 from carom.comparator import Grade
-from carom.comparator.comparison_range import clip_before_rest
+from carom.comparator.comparison_range import _find_falling_back, clip_before_rest
 from carom.comparator.match_impacts import ComparisonRange
 from carom.model.scene import Scene
 from carom.model.trace import Outcome
@@ -104,3 +104,14 @@ def test_crush_ends_the_range_at_impacts_two_steps_apart() -> None:
     scene = staged("crush", disc_at(1.0, 0.0, r=0.25), near, far, duration_s=3.0)
     until_s = clip_before_rest(solve_pic(scene), WHOLE, 1 / 16).until_s
     assert until_s == math.nextafter(1.625, 0.0)
+
+
+@each("parting_m_s, falls_back", [(4.0, True), (5.0, False)])
+def test_disc_gets_out_of_a_floor_if_its_speed_exceeds_that_of_a_fall(parting_m_s: float, *, falls_back: bool) -> None:
+    r"""A disc found 17/16 m deep in a floor, at 8 m/s^2, gets out at 5 m/s and falls back at 4 m/s.
+
+    To rise by this depth takes ``sqrt(2 * 8 * 17 / 16)``, which is 4.12 m/s.
+    """
+    scene = staged("deep", disc_at(0, 4.5), wall_at(0, 0, 0, 1), gravity_m_s2=(0, -8), duration_s=1.25)
+    found = alter_impact(solve_pic(scene), 0, time_s=1.125, velocity_first_after=(0.0, parting_m_s))
+    assert _find_falling_back(found, [0]).tolist() == [falls_back]

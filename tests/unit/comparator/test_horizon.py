@@ -181,3 +181,11 @@ def test_order_of_simultaneous_wall_impacts_ends_no_horizon() -> None:
     reference = solve_pic(build_gas_scene(16, 0.3, duration_s=1.0, touching=True))
     assert (reference.impacts["time_s"] == 0.0).sum() > 1
     assert estimate_horizon(reference) is None
+
+
+def test_no_part_of_a_graze_within_rounding_is_reliable() -> None:
+    """If the only impact is a graze that a change of one unit in the last place removes, the horizon is 0."""
+    offset = math.nextafter(-1.1, 0.0)  # from -0.1: by rounding less than the contact distance of 1
+    reference = solve_pic(staged("graze", disc_at(-3.0, -0.1, 1.0), disc_at(0.0, offset), duration_s=10.0))
+    assert len(reference.impacts) == 1
+    assert estimate_horizon(reference) == 0.0

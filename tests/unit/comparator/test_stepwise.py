@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from tests.cases import each
 from tests.random_scenes import draw_scene, draw_table_friction_scene
-from tests.scene_builders import disc_at, require_value, staged, wall_at
+from tests.scene_builders import disc_at, drive_on_legs, require_value, staged, wall_at
 
-from carom import Scene
+from carom import Chain, Scene
 from carom.catalogue.find_scenes import all_scenes
 from carom.comparator import Grade, compute_local_truth
 from carom.comparator.measure.stepwise_score import LocalScore, score_steps
@@ -225,3 +225,26 @@ def test_state_at_an_unchanged_time_adds_no_step() -> None:
         watch.add(states.select_rows(part))
     found = watch.finish()
     assert (found.steps, found.until_s, found.slip_counts) == (3, 0.75, (0, 0))
+
+
+def test_impact_of_a_floor_that_starts_to_rise_is_not_invented() -> None:
+    """A disc at rest on a floor that begins to rise within a step has one impact in PIT, and it is due."""
+    rises = drive_on_legs((0.0, (0.0, 0.0)), (0.53, (0.0, 1.0)))
+    floor = Chain(points_m=[(9.0, 0.0), (-9.0, 0.0)], **rises)
+    scene = staged("rises", disc_at(0.0, 0.5), floor, gravity_m_s2=(0.0, -4.0), duration_s=1.0, frame_rate_hz=16.0)
+    found = score_steps(compute_steps(scene, "pit"), compute_scales(scene, solve_pic(scene)), 64)
+    assert (found.due, found.invented) == (1, 0)
+
+
+def test_largest_change_of_a_spin_is_relative_to_the_speed() -> None:
+    r"""A disc's largest change of spin is the one that is largest relative to the disc's speed.
+
+    The rim speed of a falling disc changes by 0.002 m/s below 1 m/s, and by 0.004 m/s above 3 m/s.
+    """
+    times = np.arange(17, dtype=np.float64) / 4
+    scene = staged("spins", disc_at(0.0, 0.0, spin_rad_s=1.0), gravity_m_s2=(0.0, -1.0), duration_s=4.0)
+    place, velocity = (np.stack([0.0 * times, part], axis=1)[:, None] for part in (-(times**2) / 2, -times))
+    spins = 1.0 + 0.004 * (times > 0.5) + 0.008 * (times > 3.5)
+    truth = compute_local_truth(scene, States(times, place, velocity, spins[:, None]), dt_s=0.25)
+    assert truth.slips["time_s"].tolist() == [0.5]
+    assert truth.slips["rim"] == pytest.approx([0.002], rel=1e-12)

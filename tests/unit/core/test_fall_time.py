@@ -158,10 +158,13 @@ def to_pairs(powers: list[Fraction]) -> list[Pair]:
 def draw_root(rnd: random.Random, kind: str) -> Fraction:
     if kind == "wide":
         return Fraction(rnd.choice([1, 1, 1, -1]) * 10 ** rnd.uniform(-8, 8))
+    if kind == "halves":  # nearly half way between two floats
+        root = rnd.uniform(0.01, 3)
+        return Fraction(root) + Fraction(math.ulp(root)) * Fraction(rnd.uniform(0.25, 0.75))
     return Fraction(rnd.randint(-40, 80), 2 ** rnd.randint(0, 6)) if kind == "dyadic" else Fraction(rnd.uniform(-1, 3))
 
 
-@each("kind", ["plain", "dyadic", "wide", "near", "complex"])
+@each("kind", ["plain", "dyadic", "wide", "near", "complex", "halves"])
 def test_falls_of_a_polynomial_match_the_exact_solver_to_the_bit(kind: str) -> None:
     """`falls` returns every closing of random polynomials with the bits of the exact solver."""
     rnd = random.Random(7)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from tests.cases import each
 from tests.scene_builders import disc_at, require_value, staged
 
-from carom import Scene, Wall, solve_pic, time_of_impact
+from carom import Chain, Scene, Wall, solve_pic, time_of_impact
 from carom.catalogue import find_scenes
 from carom.engines.api import Observation
 from carom.engines.registry import load_adapter
@@ -64,6 +64,7 @@ NEARING = [
     build_pair(5.0, -1.0),
     build_pair(5.0, -1.0, aside=1.5),
     build_pair(0.5, 1.0, walls=(Wall(point_m=(8, 0), normal=(-1, 0)),)),
+    staged("slow", disc_at(0, 0, 0.5), Chain(points_m=[(4, -1), (4, 1)]), duration_s=10.0),
 ]
 
 

@@ -1,5 +1,6 @@
 import dataclasses
 import math
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -215,10 +216,12 @@ def test_rough_contact_without_tangential_impulse_uses_the_end() -> None:
 G = 9.81
 
 
-def collect_landing(fall_s: float, slid: float = 0.0, restitution: float = 0.0, lasts: int = 1) -> Collected:
+def collect_landing(
+    fall_s: float, slid: float = 0.0, restitution: float = 0.0, lasts: int = 1, rises: float = 0.0
+) -> Collected:
     """A ball that falls onto a floor at `fall_s` at 1 m/s aside, and rests there, or is thrown up after some steps.
 
-    While it rests, friction takes `slid` of its speed aside a step.
+    While it rests, friction takes `slid` of its speed aside a step, and it may rise slowly.
     """
     drop = G * fall_s * fall_s / 2
     disc = disc_at(0.0, 0.1 + drop, 1.0, 0.0, r=0.1)
@@ -232,8 +235,8 @@ def collect_landing(fall_s: float, slid: float = 0.0, restitution: float = 0.0, 
         if not touches:
             y, v = 0.1 + drop - G * t * t / 2, -G * t
         else:
-            y, v = 0.1, restitution * G * fall_s if down > (lasts - 1) * DT else 0.0
-        contact = (Contact(0, -1, t - DT, (0.0, -1.0), impulse_n_s=1.0),) if touches and v == 0.0 else ()
+            y, v = 0.1 + rises * down, restitution * G * fall_s + rises if down > (lasts - 1) * DT else 0.0
+        contact = (Contact(0, -1, t - DT, (0.0, -1.0), impulse_n_s=1.0),) if touches and v in (0.0, rises) else ()
         if touches and v and down <= lasts * DT:
             contact = (Contact(0, -1, t - DT, (0.0, -1.0), impulse_n_s=1.0),)
         seen.append(Observation(np.array([[t, y]]), np.array([[aside, v]]), contact))
@@ -276,3 +279,36 @@ def test_falling_discs_have_the_velocities_of_their_impact(acts_at_end: bool) ->
     assert effective == pytest.approx([0.3], abs=1e-15)
     for field, across in (("first_before", 1.0), ("second_before", -1.0), ("first_after", -1.0), ("second_after", 1.0)):
         assert impacts[0][f"velocity_{field}"] == pytest.approx((across, -0.3 * G), abs=8 * math.ulp(1.0))
+
+
+def test_slow_rise_after_a_landing_does_not_change_its_effective_time() -> None:
+    """If a ball lands and rises at 0.25 m/s, which counts as rest, its effective time is the instant of landing."""
+    assert collect_landing(0.55, rises=0.25).effective == pytest.approx([0.55], abs=8 * math.ulp(1.0))
+
+
+@each(
+    "law, speed, path",
+    [
+        ({"damping_per_s": 2.0}, lambda t: math.exp(-2 * t), lambda t: -math.expm1(-2 * t) / 2),
+        ({"table_deceleration_m_s2": 2.0}, lambda t: 1 - 2 * t, lambda t: t - t * t),
+    ],
+)
+def test_slowed_discs_have_the_time_and_the_velocities_of_their_impact(
+    law: dict[str, float], speed: Callable[[float], float], path: Callable[[float], float]
+) -> None:
+    r"""Time and velocities of an impact between two steps follow from the law that slows the discs down.
+
+    Two equal discs that start at 1 m/s each meet head-on at 0.25 s and exchange their velocities.
+    """
+    meets_s, seen = 0.25, []
+    for k in range(6):
+        gap, turned = path(meets_s) - path(k * DT), k * DT > meets_s
+        x, v = 0.1 + abs(gap), speed(k * DT) if turned else -speed(k * DT)
+        contact = (Contact(0, 1, (k - 1) * DT, ALONG_X, impulse_n_s=1.0),) if k == 3 else ()
+        seen.append(build_state((-x, -v), (x, v), contacts=contact))
+    start = seen[0]
+    discs = [disc_at(*p, *v, r=0.1) for p, v in zip(start.position_m, start.velocity_m_s, strict=True)]
+    impacts, effective, *_ = collect(*seen, scene=staged("pair", *discs, **law, duration_s=1.0))
+    assert effective == pytest.approx([meets_s], abs=1e-14)
+    for field, sign in (("first_before", 1.0), ("second_before", -1.0), ("first_after", -1.0), ("second_after", 1.0)):
+        assert impacts[0][f"velocity_{field}"] == pytest.approx((sign * speed(meets_s), 0.0), abs=1e-14)

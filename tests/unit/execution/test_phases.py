@@ -114,9 +114,11 @@ def test_pit_misses_the_predicted_share_of_phases(offset: float, advance: float,
 
 
 def test_miss_probability_requires_two_discs_that_meet() -> None:
-    """The closed form is NaN for scenes without an impact to miss or with more than two bodies."""
+    """The closed form is NaN for scenes without an impact to miss (also at rest) or with more than two bodies."""
     for name in ("classics/miss", "classics/touching-apart", "classics/sorting", "classics/galperin-100"):
         assert math.isnan(compute_pit_miss_probability(catalogue()[name].scene, 1 / 60)), name
+    at_rest = staged("rest", disc_at(0.0, 0.0), disc_at(2.0, 0.0), duration_s=1.0)
+    assert math.isnan(compute_pit_miss_probability(at_rest, 1 / 60))
 
 
 def test_miss_probability_requires_straight_paths() -> None:

@@ -1,8 +1,9 @@
 import math
 from collections.abc import Mapping
 
+import numpy as np
 import pytest
-from tests.scene_builders import disc_at, staged
+from tests.scene_builders import disc_at, require_value, staged
 from tests.unit.execution.stubs import Makes, Still
 
 from carom.engines.api import Observation, Setting
@@ -87,3 +88,18 @@ def test_world_that_cannot_be_cut_is_refused() -> None:
     scene = staged("one", disc_at(0, 0, r=1), duration_s=1)
     with pytest.raises(AdapterError, match="cut, touching, save and restore"):
         observe_run(Makes(Still()), scene, "located", 0.1)
+
+
+class Seen(Runner):
+    """A runner that is observed: a disc that touches nothing."""
+
+    def observe(self) -> Observation:
+        return Observation(np.array([[self.x, 0.0]]), np.array([[1.0, 0.0]]))
+
+
+def test_located_run_takes_each_step_once() -> None:
+    """In a located run of 1 s at 1 m/s, a disc moves by 1 m, and each step is as long as the step size."""
+    scene = staged("one", disc_at(0, 0, 1.0), duration_s=1.0)
+    trace = observe_run(Makes(Seen()), scene, "located", 0.25, samples=True)
+    assert trace.final_position_m.tolist() == [[1.0, 0.0]]
+    assert require_value(trace.samples).position_m[:2, 0, 0].tolist() == [0.0, 0.25]

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from tests.cases import each
 from tests.scene_builders import disc_at, staged, wall_at
 
-from carom import solve_pic
+from carom import Ring, solve_pic
 from carom.core.resolution import clock_resolution, gap_resolution, size_of
 from carom.solvers.event_driven.run import compute_standstill_limit
 
@@ -139,3 +139,19 @@ def test_resolution_without_approach_is_infinite() -> None:
     """An impact without relative speed, or on a wall without approach, has an infinite time resolution."""
     assert pair_resolution(1.0, 1.0, 0.0, 0.0, 0.0) == math.inf
     assert wall_resolution(1.0, 0.0) == math.inf
+
+
+def test_order_that_one_unit_of_a_thick_wall_reverses_is_ambiguous() -> None:
+    r"""If one unit in the last place of a wall's centre decides which impact is first, one impact is ambiguous.
+
+    A disc reaches a small ring, whose wall is 1 m thick, and another disc reaches the first one 2^-54 s later.
+    """
+    small, gap, first = 2.0**-20, 2.0**-10, []
+    for centre in (-1.0, math.nextafter(-1.0, -2.0)):
+        ring = Ring(centre_m=(centre, 0.0), radius_m=small, half_width_m=1.0 - small)
+        slow = disc_at(small + gap, 0.0, -1.0, r=small)
+        fast = disc_at(3.0 * small + 2.0 * gap + 2.0**-54, 0.0, -2.0, r=small)
+        trace = solve_pic(staged("late", slow, fast, ring, duration_s=2.0 * gap))
+        first.append(int(trace.impacts["second"][0]))
+        assert 1 in trace.ambiguous
+    assert first == [-1, 1]

@@ -12,7 +12,7 @@ from tests.random_scenes import draw_table_friction_scene
 from tests.scene_builders import disc_at, require_value, staged, wall_at
 from tests.unit.solvers.run_kinds import assert_same
 
-from carom import Chain, Disc, Mode, Outcome, Scene, solve_pic
+from carom import Chain, Disc, Mode, Outcome, Ring, Scene, solve_pic
 from carom.model.flights import free_flights
 from carom.model.trace import Trace, build_spin_array
 from carom.report.tracks import build_reference_tracks, compute_turnings
@@ -225,3 +225,32 @@ def test_landing_conserves_angular_momentum_about_the_floor() -> None:
         assert spin != -1.0 + 1e-10 or list_modes(trace) == [Mode.ROLL]  # the first of them takes it
         found = trace.final_velocity_m_s[0, 0] - ratio * require_value(trace.final_spin_rad_s)[0]
         assert found == pytest.approx(1.0 - ratio * spin, abs=4e-14)
+
+
+@each("radius", [0.5, 2.0])
+def test_disc_that_a_post_stops_slides_back_down_its_slope(radius: float) -> None:
+    r"""A disc that slides up a slope at 4 m/s, and that a round post stops without a bounce, slides down again.
+
+    On a slope of 3/4, gravity of 5 m/s^2 accelerates it by 3 m/s^2. The disc reaches the post at 1 s, after 2.5 m, and
+    has slid 6 m down the slope at 3 s. A post of its own radius stops it in one impact.
+    """
+    reach = 2.5 + 2.0 * math.sqrt(0.5 * radius)
+    post = Ring(centre_m=(0.8 * reach - 0.6 * radius, 0.6 * reach + 0.8 * radius), radius_m=radius)
+    bodies = disc_at(-0.3, 0.4, 3.2, 2.4), wall_at(0.0, 0.0, -0.6, 0.8), post
+    scene = staged("stopped", *bodies, gravity_m_s2=(0.0, -5.0), wall_restitution=0.0, duration_s=3.0)
+    trace = solve_pic(scene, max_impacts=100)
+    assert trace.outcome is Outcome.COMPLETED
+    assert trace.impacts["time_s"][0] == pytest.approx(1.0, rel=1e-14)
+    assert trace.final_velocity_m_s[0] == pytest.approx((-4.8, -3.6), rel=1e-6)
+    assert trace.final_position_m[0] == pytest.approx((-0.8 * 3.5 - 0.3, -0.6 * 3.5 + 0.4), rel=1e-6)
+    if radius == 0.5:
+        assert len(trace.impacts) == 1
+
+
+def test_bounces_on_an_arc_of_2_to_the_54_metres_end() -> None:
+    """A disc that falls for 0.354 s onto a huge ring and bounces with e = 1/2 rests after three times as long."""
+    bodies = disc_at(0.0, 0.75, 1.0), Ring(centre_m=(0.0, -(2.0**54)), radius_m=2.0**54)
+    scene = staged("huge", *bodies, gravity_m_s2=(0.0, -4.0), wall_restitution=0.5, duration_s=2.0)
+    trace = solve_pic(scene, max_impacts=200)
+    assert trace.outcome is Outcome.AT_REST
+    assert trace.end_time_s == pytest.approx(3.0 * math.sqrt(2.0 * 0.25 / 4.0), abs=1e-6)

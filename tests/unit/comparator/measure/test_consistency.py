@@ -137,3 +137,10 @@ def test_flights_around_an_unknown_impact_are_unchecked() -> None:
     unknown = dataclasses.replace(trace, state_before=states, effective_time_s=effective)
     assert measure_consistency(unknown).unchecked == 4  # of discs 1 and 2, before and after
     assert compare(REFERENCE, unknown, sampling=dataclasses.replace(REFERENCE, dt_s=DT)).grade is Grade.EXACT
+
+
+def test_run_without_impacts_contradicts_nothing() -> None:
+    """A run of a disc that meets nothing has no errors of normals and velocities, and an angle of 0."""
+    free = solve_pic(staged("free", disc_at(0.0, 0.0, 1.0), duration_s=1.0))
+    found = measure_consistency(free, free)
+    assert (found.across, found.normal_rad, found.normal_length, found.momentum) == (0.0, 0.0, 0.0, 0.0)

@@ -280,3 +280,17 @@ def test_undecidable_end_of_a_contact_mode_stops_the_run_only_then() -> None:
     assert [Mode(after) for after in require_value(certified.trace.modes)["after"]] == [Mode.SLIDE]
     assert before.ending is Ending.COMPLETED
     assert before.trace.final_position_m.tolist() == [[1.5, 0.5]]
+
+
+def test_paths_that_cross_only_before_the_later_impact_have_no_impact() -> None:
+    r"""Two discs that bounce off others within one float of time, and then separate, never meet.
+
+    Their new paths, extended backwards, cross between the two bounces. Before its bounce, the second disc is not on
+    its new path. At the closest, ``(1 - 2^-111)^2 + 2^-104`` exceeds the squared contact distance, which is 1.
+    """
+    aside, late, fixed = 2.0**-111, 2.0**-52, math.inf
+    posts = disc_at(aside, -0.75, r=0.25, m=fixed), disc_at(1.0, 0.75, r=0.25, m=fixed)
+    discs = disc_at(aside, 1.0, 0.0, -1.0, r=0.5), disc_at(1.0, -1.0 - late, 0.0, 1.0, r=0.5)
+    certified = certify(build_scene(*posts, *discs, duration_s=2.0))
+    assert certified.ending is Ending.COMPLETED
+    assert [(row["first"], row["second"]) for row in certified.trace.impacts] == [(0, 2), (1, 3)]

@@ -104,3 +104,10 @@ def test_wide_balls_give_few_uncertain_falls() -> None:
     falls = list(find_falls([power + arb(0, 1e-3) for power in powers]))
     assert 1 <= len(falls) < 10
     assert not falls[0].certain
+
+
+def test_root_of_a_gap_that_may_open_for_ever_is_not_certain() -> None:
+    """A gap of ``1 + t + a t^2`` with a from -0.001 to 0.001 has no fall before 2 s, and no certain one after it."""
+    powers = [arb(1), arb(1), arb(0, 1e-3)]
+    assert list(find_falls(powers, 2.0)) == []
+    assert not any(fall.certain for fall in find_falls(powers, 1e6))

@@ -9,8 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from tests.cases import each, release_after
-from tests.scene_builders import require_value
+from tests.scene_builders import disc_at, require_value, staged
 
+from carom import solve_pic
 from carom.model.trace import IMPACT_DTYPE, SPIN_DTYPE
 from carom.solvers.rows import CONTACT_DTYPE
 from carom.studies.bench.gas import build_hard_disc_gas
@@ -171,3 +172,18 @@ def test_cells_list_the_walls_that_discs_touch_and_few_others() -> None:
             assert set(near.tolist()) <= set(numbers)
     assert touched > len(walls)
     assert sum(not numbers for numbers in known.values()) > len(known) / 3
+
+
+@each("cells", [3, 4, 8])
+def test_discs_that_touch_across_a_cell_meet_in_order_of_time(cells: int) -> None:
+    r"""A disc that touches another one almost a cell away meets it before a third disc does.
+
+    A cell is a thousandth wider than two discs. If it were narrower by 2^-10, these discs would touch across a whole
+    cell. Equal discs exchange their velocities at 0.75 s, 0.75015 s and 0.7503 s.
+    """
+    place = cells * (1.0 - 2.0**-10) + 0.9986
+    moves = [disc_at(place - 0.75, 0.0, 1.0), disc_at(place + 1.0, 0.0), disc_at(place + 2.7503, 0.0, -1.0)]
+    rest = [disc_at(place + 5.0 + 1.2 * k, 0.0) for k in range(9)]
+    impacts = solve_pic(staged("cells", disc_at(0.0, 0.0), *moves, *rest, duration_s=1.0)).impacts
+    assert impacts[["first", "second"]].tolist() == [(1, 2), (2, 3), (1, 2)]
+    assert impacts["time_s"] == pytest.approx([0.75, 0.75015, 0.7503], rel=1e-14)

@@ -223,3 +223,22 @@ def test_distant_wall_is_tested_in_few_frames() -> None:
         assert counts["frames"] == 9000
         assert counts["frames_looked_at"] <= most
     assert run_to_end(scene, clock, start_plain_run).counts["frames_looked_at"] == 9000
+
+
+@each("exponent", [26, 31, 35, 37])
+def test_far_end_of_a_chain_does_not_change_the_edge_that_is_hit(exponent: int) -> None:
+    """A disc that hits a corner of a chain hits the same edge in all forms, however long an edge is."""
+    corner = Chain(points_m=[(-24.0, 7.0), (0.0, 0.0), (-7.0 * 2.0**exponent, -24.0 * 2.0**exponent)])
+    scene = staged("corner", disc_at(0.56, 1.92, -0.28, -0.96), corner, duration_s=1.75)
+    assert len(assert_identical(scene, FrameClock(rate_hz=64.0)).log) == 1
+
+
+@each("gravity_m_s2", [1.0, 1.0 / (1.0 + 2.0**-34)])
+def test_disc_that_starts_to_fall_onto_a_disc_hits_it_at_the_next_frame(gravity_m_s2: float) -> None:
+    r"""A disc at rest on an immovable disc overlaps it at the next frame, 1/8 s later, under any gravity.
+
+    At the second gravity, the largest relative acceleration with its margin is exactly 1 m/s^2.
+    """
+    discs = disc_at(0.0, 0.0, m=math.inf), disc_at(0.0, 1.0)
+    scene = staged("onto", *discs, gravity_m_s2=(0.0, -gravity_m_s2), duration_s=1.0)
+    assert assert_identical(scene, FrameClock(rate_hz=8.0)).log.array()["time_s"][0] == 0.125
