@@ -185,7 +185,9 @@ def join_lead_lines(results: Results) -> str:
     return "\n".join(cross_check_document(results).lead)
 
 
-UNPROVEN = "None of these scenes has a known answer: PIC is the reference, without independent proof."
+WITHOUT_PROOF = "PIC is the reference, without independent proof."
+ALL_UNPROVEN = f"None of these scenes has a known answer: {WITHOUT_PROOF}"
+UNPROVEN = f"This scene has no known answer: {WITHOUT_PROOF}"
 
 
 @each(
@@ -217,8 +219,8 @@ UNPROVEN = "None of these scenes has a known answer: PIC is the reference, witho
                     r"PIC reproduces the one known answer \(largest deviation \S+\)\.",
                 ],
             ),
-            ([MINE, HEAD_ON], ["pit"], [r"PIT misses no impact in 2 scenes\.", UNPROVEN]),
-            ([MINE, HEAD_ON], [], [r"PIC misses no impact in 2 scenes\.", UNPROVEN]),
+            ([MINE, HEAD_ON], ["pit"], [r"PIT misses no impact in 2 scenes\.", ALL_UNPROVEN]),
+            ([MINE, HEAD_ON], [], [r"PIC misses no impact in 2 scenes\.", ALL_UNPROVEN]),
         ],
     ),
 )
