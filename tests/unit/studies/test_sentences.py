@@ -156,7 +156,9 @@ def join_lead_lines(results: Results) -> str:
     return "\n".join(cross_check_document(results).lead)
 
 
-UNPROVEN = "None of these scenes has a known answer: PIC is the reference, without independent proof."
+WITHOUT_PROOF = "PIC is the reference, without independent proof."
+ALL_UNPROVEN = f"None of these scenes has a known answer: {WITHOUT_PROOF}"
+UNPROVEN = f"This scene has no known answer: {WITHOUT_PROOF}"
 OFF = r"mine at 1/24 s: PIT: velocities are wrong by \S+ % of the greatest speed\."
 PROVEN = r"PIC reproduces the one known answer \(largest deviation \S+\)\."
 BY_PHASE = r"PIT: its grade depends on the phase of the step; PIT is equally accurate at \d+ of \d+ phases\."
@@ -171,8 +173,8 @@ BY_PHASE = r"PIT: its grade depends on the phase of the step; PIT is equally acc
             ([HEAD_ON], ["pit"], [r"head-on at 1/24 s: PIT: \S+ ms late\.", UNPROVEN]),
             ([AT_A_FRAME], ["pit"], [r"at-a-frame at 1/24 s: PIT: exact\.", UNPROVEN, BY_PHASE]),
             (find_scenes(["paper/missed"]), ["pit"], [r"paper/missed at 1/24 s: PIT: 1 missed of 1 impact\.", PROVEN]),
-            ([MINE, HEAD_ON], ["pit"], [r"PIT misses no impact in 2 scenes\.", UNPROVEN]),
-            ([MINE, HEAD_ON], [], [r"PIC misses no impact in 2 scenes\.", UNPROVEN]),
+            ([MINE, HEAD_ON], ["pit"], [r"PIT misses no impact in 2 scenes\.", ALL_UNPROVEN]),
+            ([MINE, HEAD_ON], [], [r"PIC misses no impact in 2 scenes\.", ALL_UNPROVEN]),
         ],
     ),
 )

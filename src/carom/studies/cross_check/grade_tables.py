@@ -287,33 +287,47 @@ def build_impacts_section(grid: Grid) -> Section:
     ]
     left_out = len(impacts) - MOST_IMPACTS
     note = f"{left_out} more impacts are not shown" if left_out > 0 else ""
+    full = _format_verdict_lines(grid)
     blocks = (
         Table(columns, impacts[:MOST_IMPACTS], note=note, only=media),
-        Lines(_format_verdict_lines(grid, full=len(methods) == 1), Media.TERMINAL),
-        Lines(_format_verdict_lines(grid, full=True), Media.DETAIL),
+        Lines(full if len(methods) == 1 else _format_short_verdict_lines(grid), Media.TERMINAL),
+        Lines(full, Media.DETAIL),
     )
     return Section("Impacts by method", tuple(block for block in blocks if block.items), level=3)
 
 
-def _format_verdict_lines(grid: Grid, *, full: bool) -> tuple[str, ...]:
-    """Return one line with verdicts for each run that is not exact. The best run is first.
+def _list_inexact_runs(grid: Grid) -> list[GridCell]:
+    return [cell for cell in _list_scored_runs(grid) if cell.mark not in _COUNTED["exact"]]
 
-    Args:
-        grid: The grid.
-        full: Whether to include all step sizes, and the numbers of the verdicts. Otherwise only the runs at the largest
-            step size have lines, without numbers.
+
+def _format_step_after(dt_s: float, grid: Grid) -> str:
+    """Return a step size as the end of a method's name; empty if all runs have the same step size."""
+    has_several = len({cell.line.dt_s for cell in _list_scored_runs(grid)}) > 1
+    return f" at {formatting.format_step(dt_s)}" if has_several else ""
+
+
+def _format_verdict_lines(grid: Grid) -> tuple[str, ...]:
+    """Return one line with verdicts for each run that is not exact, best first."""
+    steps: dict[tuple[str, str], float] = {}
+    for cell in _list_inexact_runs(grid):
+        # equal lines at several steps are shown once
+        steps.setdefault((cell.column.name, "; ".join(cell.reasons)), cell.line.dt_s)
+    return tuple(f"{name}{_format_step_after(dt_s, grid)}: {found}" for (name, found), dt_s in steps.items())
+
+
+def _format_short_verdict_lines(grid: Grid) -> tuple[str, ...]:
+    """Return the verdicts of the inexact runs at the largest step size, without numbers.
+
+    Methods with the same verdicts share a line. The line of the best method is first.
     """
-    runs = _list_scored_runs(grid)
-    coarsest = max((cell.line.dt_s for cell in runs), default=0.0)
-    several = any(cell.line.dt_s != coarsest for cell in runs)
-    step_texts: dict[tuple[str, str], str] = {}
-    for cell in runs:
-        if cell.mark in _COUNTED["exact"] or (cell.line.dt_s != coarsest and not full):
-            continue
-        found = "; ".join(reason if full else reason.partition(" (")[0] for reason in cell.reasons)
-        step = f", {formatting.format_step(cell.line.dt_s)}" if several and full else ""
-        step_texts.setdefault((cell.column.name, found), step)  # equal lines at several steps are shown once
-    return tuple(f"{name}{step}: {found}" for (name, found), step in step_texts.items())
+    coarsest = max((cell.line.dt_s for cell in _list_scored_runs(grid)), default=0.0)
+    names = formatting.group_by(
+        ("; ".join(reason.partition(" (")[0] for reason in cell.reasons), cell.column.name)
+        for cell in _list_inexact_runs(grid)
+        if cell.line.dt_s == coarsest
+    )
+    step = _format_step_after(coarsest, grid)
+    return tuple(f"{formatting.join_words(methods)}{step}: {found}" for found, methods in names.items())
 
 
 class _Impact(NamedTuple):

@@ -122,7 +122,8 @@ def _describe_reference(results: Results) -> str:
         if not results.references:
             return ""
         proven = [n for n, how in results.certified.items() if isinstance(how, Horizon) and how.covers_the_scene]
-        unknown = "None of these scenes has a known answer"
+        alone = len(results.references) == 1
+        unknown = "This scene has no known answer" if alone else "None of these scenes has a known answer"
         if not proven:
             return f"{unknown}: PIC is the reference, without independent proof."
         which = f"{len(proven)} of {formatting.format_count(len(results.references), 'scene')}"
