@@ -462,6 +462,13 @@ def build_corner(
     )
 
 
+@each("kind, other", [("half-plane", "wall 1"), ("edge", "edge 0 of wall 1"), ("disc", "disc 1")])
+def test_note_of_a_corner_names_both_bodies(kind: str, other: str) -> None:
+    """The note of a run that ends in a corner names the slope and the second body."""
+    trace = carom.solve_pic(build_corner(kind, 0.3, 1.7, at=0j, speed=0.5))
+    assert trace.notes == (f"disc 0 is wedged between wall 0 and {other}, after infinitely many impacts",)
+
+
 @each("kind", ["half-plane", "edge", "circle", "point", "disc"])
 @each("restitution", [0.3, 0.6])
 @each("at", [0j, 200.0 - 700.0j])

@@ -84,7 +84,8 @@ class StepWatch:
         self._found_by_pit: dict[Pair, bool] = {}
         self._windows: list[tuple[float | int | bool, ...]] = []
         self._meetings: list[tuple[float | int | bool, ...]] = []
-        self._slips: dict[tuple[int, int], tuple[float | int, ...]] = {}
+        #: The largest unexplained change of each disc and kind, with the size by which changes are compared.
+        self._slips: dict[tuple[int, int], tuple[float, tuple[float | int, ...]]] = {}
         self._scale = np.full(len(scene.discs), self._bodies.fast)
         self._ahead = 0
         self._turned = self._moved = self._steps = self._resting = 0
@@ -131,7 +132,7 @@ class StepWatch:
             steps=self._steps,
             windows=np.array(self._windows, WINDOW_DTYPE),
             meetings=np.array(self._meetings, MEETING_DTYPE),
-            slips=np.array([self._slips[key] for key in sorted(self._slips)], SLIP_DTYPE),
+            slips=np.array([self._slips[key][1] for key in sorted(self._slips)], SLIP_DTYPE),
             ahead=self._ahead,
             slip_counts=(self._turned, self._moved),
             resting_steps=self._resting,
@@ -247,6 +248,7 @@ class StepWatch:
         ):
             for disc in np.flatnonzero(sizes.any(axis=0)).tolist():
                 step, key = int(np.argmax(sizes[:, disc])), (disc, -column)
-                row = (float(block.states.time_s[step]), disc, *(float(of[step, disc]) for of in columns))
-                if key not in self._slips or row[column] > self._slips[key][column]:
-                    self._slips[key] = row
+                size = float(sizes[step, disc])
+                if key not in self._slips or size > self._slips[key][0]:
+                    row = (float(block.states.time_s[step]), disc, *(float(of[step, disc]) for of in columns))
+                    self._slips[key] = (size, row)

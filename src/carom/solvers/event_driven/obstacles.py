@@ -62,9 +62,12 @@ class Obstacles:
         if walls[0] == walls[1] and None not in edges:
             low, high = sorted(edge for edge in edges if edge is not None)
             return f"edges {low} and {high} of {walls[0]}"
-        return " and ".join(
-            wall if edge is None else f"edge {edge} of {wall}" for wall, edge in zip(walls, edges, strict=True)
-        )
+        return f"{self.format_name(one)} and {self.format_name(other)}"
+
+    def format_name(self, number: int) -> str:
+        """Return the name of an obstacle: a wall, or an edge of a finite wall."""
+        wall = f"wall {int(self.rows[number, 1])}"
+        return f"edge {self._finite[number][1].edges[0]} of {wall}" if number in self._finite else wall
 
     def is_order_free(self, one: int, other: int, elastic: bool) -> bool:
         """Return whether impacts of a disc on two features at one instant have the same result in both orders."""

@@ -12,7 +12,7 @@ from carom.core.resolution import too_far_out
 from carom.errors import InputError
 from carom.model.disc_arrays import DiscArrays
 from carom.model.trace import Outcome, body_name
-from carom.solvers.event_driven.obstacles import MOST_OBSTACLES, Obstacles
+from carom.solvers.event_driven.obstacles import MOST_OBSTACLES, NO_OBSTACLE, Obstacles
 from carom.solvers.options import ALWAYS, NO_LIMIT, RunOptions, require_goal
 from carom.solvers.rows import RecordedImpacts
 from carom.support.escaping import format_value
@@ -207,10 +207,11 @@ class EventDrivenRun:
         if ended == _PRESSED:
             return f"disc {disc} stays in touch with {body_name(other)}{why}"
         if ended == _CORNER and self._obstacles is not None:
-            return (
-                f"disc {disc} is wedged between "
-                f"{self._obstacles.format_names(held_by, obstacle) or body_name(other)}{why}"
-            )
+            if obstacle == NO_OBSTACLE:
+                names = f"{self._obstacles.format_name(held_by)} and {body_name(other)}"
+            else:
+                names = self._obstacles.format_names(held_by, obstacle)
+            return f"disc {disc} is wedged between {names}{why}"
         return f"disc {disc} {'comes to rest' if after_bounces else 'rests'} on {body_name(other)}{why}"
 
     def positions(self) -> NDArray[np.float64]:
