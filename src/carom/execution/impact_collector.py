@@ -203,7 +203,7 @@ class ImpactCollector:
         return contact.impulse_n_s is not None and (not rubs or contact.tangential_impulse_n_s is not None)
 
     def _apply_impulse(self, motion: Motion, contact: Contact, body: int, sign: float) -> Motion:
-        """Return a body's velocity and spin after the impulses of a contact, given `motion` before."""
+        """Return a body's velocity and spin after the impulses of a contact. `motion` is that before the impulses."""
         (vx, vy, spin), (nx, ny) = motion, contact.normal
         by_normal = sign * (contact.impulse_n_s or 0.0) * self._inverse_mass[body]
         tangential = contact.tangential_impulse_n_s

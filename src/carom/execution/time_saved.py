@@ -39,7 +39,7 @@ class SceneSkips(NamedTuple):
 
 
 def measure_skips(reference: Trace, dt_s: float) -> SceneSkips:
-    """Measure what PIC and PIT save in the scene of the trace `reference`. PIT runs with the step size `dt_s`."""
+    """Measure how much time PIC and PIT save by skipping, in the scene of `reference` and with the step size `dt_s`."""
     scene = reference.scene
     return SceneSkips(measure_pic_saving(scene, reference), measure_pit_saving(scene, dt_s), dt_s)
 

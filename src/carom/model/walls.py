@@ -213,7 +213,7 @@ class Ring(_Common):
         return Outline((self.centre_m,), (), self.half_width_m, radius=self.radius_m)
 
 
-#: Fields by which the kind of a wall in a file is recognised, with this kind.
+#: The kind of a wall in a scene file, by a field that only this kind has.
 _TELLING: Mapping[str, type[Chain | Ring]] = {"points_m": Chain, "centre_m": Ring, "radius_m": Ring}
 
 

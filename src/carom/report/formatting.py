@@ -47,7 +47,7 @@ def format_percent_or_blank(part: float) -> str:
 
 
 def format_ratio(value: float | None) -> str:
-    """Format a quotient of two run times. None becomes the sign for an absent number."""
+    """Format a quotient of two run times. An absent number (`None`) is shown as a sign."""
     return ABSENT if value is None else f"{format_number(value)} ×"  # noqa: RUF001 - this is the multiplication sign
 
 

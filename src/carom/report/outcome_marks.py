@@ -82,7 +82,7 @@ _OF_GRADE = {grade: Mark[grade.name] for grade in Grade}
 #: The outcomes that are grades, each with its grade.
 GRADED = {mark: grade for grade, mark in _OF_GRADE.items()} | {Mark.EXACT_32: Grade.EXACT}
 _RANKS = {mark: list(Grade).index(grade) for mark, grade in GRADED.items() if grade is not Grade.UNGRADED}
-#: Outcomes of runs that do not have the errors of checking once per step.
+#: Outcomes of runs whose errors are far smaller than those of checking once per step.
 RIGHT = frozenset({Mark.EXACT, Mark.EXACT_32, Mark.CLOSE})
 #: Outcomes of runs in which the engine did not return a complete result.
 BROKEN = frozenset({Mark.CRASHED, Mark.TIMED_OUT, Mark.FAILED})

@@ -203,9 +203,9 @@ def find_pause_time(row: Json, overlap_s: float | None, trace: Trace) -> float:
 
 
 def find_first_fault(rows: list[Json]) -> int | None:
-    """Return the number of the impact at which a replay pauses: the first missed, invented or else least accurate one.
+    """Return the number of the impact at which a replay pauses: the first missed or invented one, or the worst.
 
-    The least accurate impact has the largest velocity error. The first inaccurate impact is not chosen, because its
+    The worst impact has the largest velocity error. The first inaccurate impact is not chosen, because its
     error may be hardly visible.
     """
     for k, row in enumerate(rows):

@@ -135,7 +135,7 @@ def ball2box_10() -> Staged:
     impacts = [build_impact(fall, 0, -1, up), build_impact(3 * fall, 0, -1, up)]
     final = compute_fall(complex(-0.01, radius), up, end - 3 * fall, -1j * pull)
     scene = build_scene([build_disc(start, drift, radius)], walls=[box], pull=pull, duration_s=end)
-    source = "Galileo: rise and fall take equal times; Newton's law on the box"
+    source = "equal times of rise and fall (Galileo); Newton's law of restitution at each bounce"
     return build_staged(scene, impacts, source, final=[final])
 
 

@@ -1,4 +1,4 @@
-"""Comparison of discs that slide, roll and rest with the exact solution of Coulomb's law.
+"""Errors of discs that slide, roll or rest, relative to the exact solution of Coulomb's law.
 
 The run's states are compared with the reference's states at the same instants. PIT has no lasting contact: its discs
 bounce whenever it checks for overlap. Errors of at most PIT's size are allowed, and three further errors. First, an

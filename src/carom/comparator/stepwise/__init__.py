@@ -1,9 +1,9 @@
 """Stepwise accuracy: every few steps of a run are compared with PIC, which starts from the run's own state.
 
 A *window* is a sequence of steps in which some bodies meet, overlap or push. Outside of windows a body flies freely or
-rests. Only the run's states are compared, not the contacts that it reports. There is no horizon, because PIC starts
-from the run's own state at each window's start. `docs/theory/scoring.md` defines the measures. The modules, in the
-order of the calculation:
+rests. Only the run's states are compared, not the contacts that it reports. PIC starts from the run's own state at each
+window's start, so chaos does not limit the compared time. `docs/theory/scoring.md` defines the measures. The modules,
+in the order of the calculation:
 
 1. `active_pairs` finds the active pairs of each step.
 2. `step_chains` joins the active pairs of successive steps to windows.

@@ -346,7 +346,7 @@ def _measure_sampling_cost(window: Window, comparison: Comparison, found: Differ
 
 
 def find_pairs_missed_by_pit(block: Block, chain: StepChain, pairs: Sequence[Pair]) -> set[Pair]:
-    """Return the pairs that PIT misses from the state at a window's start, with checks at the run's step ends."""
+    """Return the pairs that PIT misses if it starts from a window's first state and tests at the end of each step."""
     if not pairs:
         return set()
     dt_s, begin_s = block.dt_s, float(block.states.time_s[chain.begin])

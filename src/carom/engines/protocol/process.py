@@ -26,7 +26,7 @@ SHOWN = 120
 MOST_PRINTED_BYTES = 2**14
 #: Default capacity of a pipe on Linux.
 CHUNK_BYTES = 2**16
-#: Seconds that a program has to end after its input was closed.
+#: Seconds within which a program must end after its input was closed.
 GRACE_S = 2.0
 
 A = TypeVar("A", bound=BaseModel)

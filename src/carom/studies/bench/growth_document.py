@@ -138,9 +138,9 @@ def _build_tables(growth: Growth) -> tuple[Table, ...]:
             title="All runs",
             note=f"The scene is a gas at packing {PACKING:g} in a square box, simulated for {STEPS} steps of "
             f"{formatting.format_step(DT_S)}. Each run has its own process, and only one runs at a time. The time "
-            "per step excludes preparation. 'Over PIT's' is the run time divided by PIT's with the same discs in the "
-            "same session; only this ratio can be compared between machines. Memory is the peak of the process minus "
-            "its memory before the world was built.",
+            "per step excludes preparation. The column over PIT's contains the run time divided by PIT's with the same "
+            "discs in the same session. Only this ratio can be compared between machines. Memory is the peak of the "
+            "process minus its memory before the world was built.",
             only=Media.IN_FULL,
         ),
     )

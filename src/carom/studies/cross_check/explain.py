@@ -117,8 +117,8 @@ def describe_pit(scene: Scene, dt_s: float) -> str:
     plain = counts["frames"] * time_saved.count_tests_per_frame(scene)
     looked_at = f"{counts['frames_looked_at']} of {counts['frames']} frames are tested"
     if counts["frames_looked_at"] < counts["frames"]:
-        looked_at += ", the others skipped because no pair can touch earlier"
-    return f"{looked_at}; {counts['pair_tests']} pair tests instead of {plain} in the plain loop"
+        looked_at += ", because no pair can touch at the others"
+    return f"{looked_at}; {counts['pair_tests']} pairs are tested, and without skipping {plain} would be tested"
 
 
 def _describe_saving(saved: time_saved.SkippedTime | None, plain: str) -> str:

@@ -25,7 +25,7 @@ METHOD_NOTE = (
     "error is divided by PIT's. The error in the table is the median over scenes."
 )
 METHOD_DETAIL = (
-    "The error is the largest velocity or spin error, divided by PIT's largest over the phases of the step. "
+    "The error is the largest velocity or spin error, divided by PIT's largest error at any phase of the step. "
     "1 is the error of checking once per step, and 0 is no error. Scenes without a unique answer have no "
     "error. A cell of a group shows how many of its graded scenes are exact or close, and links to the worst "
     f"one. {Mark.WRONG.symbol} in a corner of a cell means that an impact is missed in at least one scene of the "

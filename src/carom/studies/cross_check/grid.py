@@ -196,7 +196,7 @@ class GridCell:
             side = "late" if self.errors.time_s > 0 else "early"
             return f"{formatting.format_steps(abs(self.errors.time_s), self.line.dt_s)} {side}"
         if math.isfinite(self.cost):
-            return f"{formatting.format_number(self.cost)} of PIT"
+            return f"{formatting.format_number(self.cost)} of PIT's error"
         if spin > velocity:
             return f"{formatting.format_percent(spin)} of greatest rim speed"
         return f"{formatting.format_percent(velocity)} of greatest speed"
@@ -206,7 +206,8 @@ class GridCell:
         """The most important number in short form, for a terminal."""
         if self.missed or self.invented:
             return formatting.format_missed_and_invented(self.missed, self.invented)
-        return re.sub(" (late|early|of greatest.*)$", "", self.figure.replace(" of PIT", "\N{MULTIPLICATION SIGN}"))
+        ratio = self.figure.replace(" of PIT's error", "\N{MULTIPLICATION SIGN}")
+        return re.sub(" (late|early|of greatest.*)$", "", ratio)
 
 
 class GridRow(NamedTuple):

@@ -41,7 +41,7 @@ class EngineCost:
 
     Attributes:
         column: The engine and profile.
-        cells: The runs in scenes in which simultaneous impacts have a unique result, and which PIT also ran.
+        cells: The runs in scenes that PIT also ran. In these scenes simultaneous impacts have a unique result.
     """
 
     column: GridColumn

@@ -25,8 +25,8 @@ MOST_SCENES = 500
 _ACTIONABLE = (Mark.UNAVAILABLE, Mark.CRASHED, Mark.TIMED_OUT, Mark.FAILED)
 
 FIGURE_NOTE = (
-    "'0.5 of PIT' means that the run's largest error is half of PIT's at the same step size. '0.4 steps late' means "
-    "that velocities are correct, but an impact is found 0.4 steps late."
+    "A number of PIT's error is the run's largest error, divided by PIT's largest error at the same step size. If all "
+    "velocities are correct, but an impact is found late or early, a cell shows by how many steps."
 )
 FIGURE_DETAIL = (
     "A cell shows the number of missed or invented impacts. Without such impacts, a cell shows the largest velocity "
