@@ -26,7 +26,7 @@ from carom.core import extension
 from carom.core.built import DIGEST
 from carom.engines.api import Adapter, Observation, Setting, World
 from carom.engines.registry import explain_unavailable_adapter, load_adapter
-from carom.execution.fork_server import PATIENCE_S, ForkServer
+from carom.execution.workers.fork_server import PATIENCE_S, ForkServer
 from carom.web import page
 
 # Hypothesis measures by the clock, which a busy machine stretches: neither an example nor the drawing of some is timed.
@@ -59,8 +59,9 @@ def _template() -> ForkServer:
     ours, its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
     its.set_inheritable(True)
     program = (
-        "import os, socket, sys, carom.execution.describe_engines, carom.execution.engine_run, carom.engines.registry\n"
-        "import carom.execution.worker_main, carom.execution.fork_server as it\n"
+        "import os, socket, sys, carom.execution.describe_engines, carom.engines.registry\n"
+        "import carom.execution.observation.engine_run\n"
+        "import carom.execution.workers.worker_main, carom.execution.workers.fork_server as it\n"
         "carom.engines.registry.list_adapter_points()\n"  # inherited, unless a test changes what is installed
         "it._serve(socket.socket(fileno=int(sys.argv[1])), os.getppid())"
     )

@@ -7,7 +7,7 @@ from typing import TypeVar
 
 from carom.execution.job import Answer, Task
 from carom.execution.pool import Pool, TaskRunner
-from carom.execution.worker_main import carry_out
+from carom.execution.workers.worker_main import carry_out
 
 T = TypeVar("T")
 Item = TypeVar("Item")

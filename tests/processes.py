@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from carom.execution.engine_run import ObserveTask
 from carom.execution.job import AdapterTask
+from carom.execution.observation.engine_run import ObserveTask
 
 #: Only guards against hanging, in seconds: nothing that is waited for takes this long, even on a busy machine.
 PATIENT_S = 120.0

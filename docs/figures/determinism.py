@@ -21,8 +21,8 @@ import numpy as np
 from carom.catalogue import all_scenes
 from carom.engines.registry import explain_unavailable_adapter, list_adapter_points, load_adapter
 from carom.errors import CaromError
-from carom.execution.engine_run import observe_run
 from carom.execution.job import Method
+from carom.execution.observation.engine_run import observe_run
 from carom.model.scene import Scene
 from carom.model.trace import Trace
 

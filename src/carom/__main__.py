@@ -48,7 +48,7 @@ def main() -> None:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         from carom.cli import run_command_line
-        from carom.execution.fork_server import allow_forking
+        from carom.execution.workers.fork_server import allow_forking
 
         allow_forking()
         if CAME:  # the signal was lost, because Python ignores exceptions during its cleanup after an import

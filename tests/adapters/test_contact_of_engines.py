@@ -16,7 +16,7 @@ import carom
 from carom import Chain, Disc, compare, solve_pic, solve_pit
 from carom.comparator.grades import Grade
 from carom.engines.api import Adapter, Setting
-from carom.execution.engine_run import observe_run
+from carom.execution.observation.engine_run import observe_run
 
 pytestmark = pytest.mark.long
 

@@ -14,7 +14,7 @@ from tests.scene_builders import Finish, Named, disc_at, require_value, staged, 
 
 from carom import Disc, Scene
 from carom.engines.api import Adapter, AdapterError
-from carom.execution.engine_run import observe_run
+from carom.execution.observation.engine_run import observe_run
 
 DT_S, STEPS = 1 / 64, 64
 

@@ -12,8 +12,8 @@ from tests.scene_builders import Finish, Named, disc_at, require_value, staged, 
 from carom import Disc, Scene
 from carom.engines.api import Adapter
 from carom.execution.adapter_profile import load_supported_adapter
-from carom.execution.engine_run import observe_run
 from carom.execution.job import Job, Method, UnsupportedError
+from carom.execution.observation.engine_run import observe_run
 
 G = (0.5, -9.81)
 

@@ -20,7 +20,7 @@ from carom import Scene
 from carom.catalogue import all_scenes
 from carom.engines.api import Adapter, AdapterError, Contact, Setting, unsupported_reason
 from carom.execution.adapter_profile import capabilities_of
-from carom.execution.engine_run import observe_run
+from carom.execution.observation.engine_run import observe_run
 from carom.execution.plan import build_plan
 from carom.execution.run_options import Options
 from carom.model.trace import Outcome

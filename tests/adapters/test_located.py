@@ -11,7 +11,7 @@ from tests.scene_builders import Named, disc_at, staged
 from carom import compare, solve_pic
 from carom.catalogue import catalogue
 from carom.engines.api import Adapter, CuttableWorld
-from carom.execution.engine_run import observe_run
+from carom.execution.observation.engine_run import observe_run
 
 #: A time is a position over a speed: the bodies' coordinates (at most 4 m here) are rounded by half an ulp at each of
 #: 90 steps, and the slowest approach is 1 m/s. 64-bit floats: 4e-14. The instants of a path of many impacts add up.

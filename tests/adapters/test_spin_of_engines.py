@@ -15,7 +15,7 @@ from tests.validation.exact_impact import Body, Law, resolve_exact_impact
 
 from carom import Disc, Scene, solve_pit
 from carom.engines.api import Adapter, AdapterError
-from carom.execution.engine_run import observe_run
+from carom.execution.observation.engine_run import observe_run
 
 #: When the bodies of a scene touch, in seconds.
 TOUCH_S = 0.2

@@ -12,8 +12,8 @@ import carom
 from carom import Disc, Scene, compare, solve_pic
 from carom.catalogue import catalogue
 from carom.engines.api import Adapter
-from carom.execution.engine_run import observe_run
 from carom.execution.job import Method
+from carom.execution.observation.engine_run import observe_run
 from carom.execution.plan import explain_missing_profile
 from carom.report.outcome_marks import Mark
 from carom.report.render.markdown import render_markdown

@@ -47,24 +47,14 @@ PACKAGES = {
     "comparator": Package(("src/carom/comparator/**/*.py",), ("tests/unit/comparator", "tests/planted")),
     "execution": Package(
         tuple(
-            f"src/carom/execution/{name}.py"
-            for name in (
-                "free_flight",
-                "impact_collector",
-                "open_contact",
-                "final_state",
-                "step_cutter",
-                "engine_run",
-                "timing",
-                "plan",
-                "journal",
-                "phases",
-            )
+            f"src/carom/execution/{name}.py" for name in ("observation/[a-z]*", "timing", "plan", "journal", "phases")
         ),
         (
-            *(f"tests/unit/execution/test_{name}.py" for name in ("free_flight", "impact_collector", "step_cutter")),
-            *(f"tests/unit/execution/test_{name}.py" for name in ("timing", "engine_run", "plan", "journal")),
-            *(f"tests/unit/execution/test_{name}.py" for name in ("phases", "spin_in_runs")),
+            "tests/unit/execution/observation",
+            *(
+                f"tests/unit/execution/test_{name}.py"
+                for name in ("timing", "plan", "journal", "phases", "spin_in_runs")
+            ),
         ),
     ),
 }

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from carom import Scene, Trace, compare, load_scene, solve_pic, solve_pit
 from carom.comparator import Score
 from carom.engines.api import Capabilities, Contact, ContactTimes, Engine, Observation, Profile, Setting
-from carom.execution.engine_run import observe_run
+from carom.execution.observation.engine_run import observe_run
 from carom.model.step_windows import States
 from carom.model.trace import SPIN_DTYPE
 

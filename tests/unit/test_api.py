@@ -133,8 +133,8 @@ OF_OTHERS = {
     "carom.cli.commands.bench",
 }
 OF_RUNS = {
-    "carom.execution.worker_main",
-    "carom.execution.worker_process",
+    "carom.execution.workers.worker_main",
+    "carom.execution.workers.worker_process",
     "carom.comparator",
     "carom.studies.cross_check.document",
 }

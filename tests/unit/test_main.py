@@ -17,7 +17,8 @@ from carom import __main__, cli
 @pytest.fixture(autouse=True)
 def handlers(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Each is heard, though a shell has what it starts in the background ignore Ctrl-C; and afterwards as before."""
-    monkeypatch.setattr("carom.execution.fork_server.allow_forking", lambda: None)  # the test's process is no command
+    # the test's process is no command
+    monkeypatch.setattr("carom.execution.workers.fork_server.allow_forking", lambda: None)
     there_were = gc.get_threshold()
     __main__.CAME.clear()
     there = {number: signal.getsignal(number) for number in __main__.SIGNALS}

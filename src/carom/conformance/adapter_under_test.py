@@ -18,12 +18,12 @@ from carom.conformance.violation import Setup, Violation
 from carom.engines.api import Adapter, Capabilities, unsupported_reason
 from carom.engines.registry import load_adapter
 from carom.execution.adapter_profile import capabilities_of, prepare_settings
-from carom.execution.engine_run import ObserveTask, observe_run
 from carom.execution.job import Job, Method, Status, Task
+from carom.execution.observation.engine_run import ObserveTask, observe_run
 from carom.execution.pool import Closeable, LocalPool
 from carom.execution.scheduler import TaskRequest, run_tasks
 from carom.execution.shared_options import LimitOptions
-from carom.execution.worker_process import Worker
+from carom.execution.workers.worker_process import Worker
 from carom.model.scene import Scene
 from carom.model.trace import Setting, Trace
 

@@ -14,8 +14,8 @@ from carom.engines.api import Capabilities, ContactTimes
 from carom.engines.registry import EngineInfo
 from carom.errors import InputError, UnknownNameError
 from carom.execution.describe_engines import Methods, describe_engines, list_methods, select_engines
-from carom.execution.engine_run import ObserveTask
 from carom.execution.job import Answer, Job, Status
+from carom.execution.observation.engine_run import ObserveTask
 from carom.execution.pool import Pool, TaskRunner
 from carom.execution.run_options import Options
 from carom.execution.settings_override import resolve_settings

@@ -16,9 +16,9 @@ from typing import Generic, Self, TypeVar
 
 from carom.engines.registry import list_adapter_points
 from carom.errors import AdapterError
-from carom.execution.fork_server import ForkServer
 from carom.execution.job import Answer, Task
-from carom.execution.worker_process import ClosedError, Worker
+from carom.execution.workers.fork_server import ForkServer
+from carom.execution.workers.worker_process import ClosedError, Worker
 from carom.support.limits import DEFAULT_TIME_LIMIT_S, require_megabytes
 from carom.support.system import count_available_cores, measure_available_memory
 

@@ -13,9 +13,9 @@ from typing import Any
 from carom.comparator import Errors, compare
 from carom.execution.adapter_profile import load_supported_adapter
 from carom.execution.cache_key import JobKey, build_job_key
-from carom.execution.engine_run import observe_run
 from carom.execution.job import Answer, Job, JobTask, Progress, no_progress
 from carom.execution.journal import Journal, JournalEntry, MemoryJournal
+from carom.execution.observation.engine_run import observe_run
 from carom.execution.pool import Pool
 from carom.execution.scene_reference import require_reference, shift_to_phase, solve_reference
 from carom.execution.scheduler import TaskRequest, run_tasks

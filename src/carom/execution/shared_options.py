@@ -152,9 +152,9 @@ class LimitOptions(DeclaredOptions):
 def _build_codecs() -> None:
     """Build the codecs of the most frequent tasks now, so that forked workers inherit them."""
     from carom.execution.describe_engines import DescribeTask
-    from carom.execution.engine_run import ObserveTask
+    from carom.execution.observation.engine_run import ObserveTask
     from carom.execution.timing import TimeTask
-    from carom.execution.worker_main import build_codec
+    from carom.execution.workers.worker_main import build_codec
 
     for task in (DescribeTask, ObserveTask, TimeTask):
         build_codec(task)

@@ -21,7 +21,7 @@ from carom.engines.api import Adapter, TimedWorld, World
 from carom.engines.registry import load_adapter
 from carom.execution.adapter_profile import prepare_settings
 from carom.execution.job import JobTask, SettingOverrides, UnsupportedError
-from carom.execution.step_cutter import Cutter
+from carom.execution.observation.step_cutter import Cutter
 from carom.execution.validate_adapter import build_adapter_error
 from carom.model.scene import Scene
 

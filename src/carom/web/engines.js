@@ -98,7 +98,7 @@ function stepped(world, scene, start, dt, early) {
   return { impacts, tracks, warning, end_s: early + steps * dt, stepped: true, step_ms: spent / Math.max(1, steps) };
 }
 // Returns the time at which the free paths before and after the contact are nearest to each other, as in
-// carom/execution/open_contact.py; NaN if the velocities did not change.
+// carom/execution/observation/open_contact.py; NaN if the velocities did not change.
 function effectiveTime({ first, second, began, ended }, pullOf) {
   const lasted = ended.time_s - began.time_s,
     of = (rows, axis) => (second < 0 ? 0 : rows[second][axis]) - rows[first][axis];

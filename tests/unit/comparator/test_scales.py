@@ -14,7 +14,7 @@ from carom import Scene, Trace, Wall, compare, solve_pic, solve_pit
 from carom.comparator import Grade, Verdict
 from carom.comparator.scales import compute_median, compute_own_scales, compute_scales
 from carom.engines.api import Contact, Observation
-from carom.execution.impact_collector import ImpactCollector
+from carom.execution.observation.impact_collector import ImpactCollector
 
 BESIDE = {
     "a flyer": disc_at(0, 50, 0, 1e9),

@@ -22,7 +22,7 @@ from carom.comparator.scales import compute_scales
 from carom.comparator.shifted_scenes import shift_start
 from carom.engines.api import Contact, Observation
 from carom.engines.registry import load_adapter
-from carom.execution.engine_run import observe_run
+from carom.execution.observation.engine_run import observe_run
 from carom_adapters.pic import PicAdapter
 
 if TYPE_CHECKING:

@@ -23,7 +23,7 @@ from carom.comparator.stepwise.active_pairs import Activity, find_activity
 from carom.comparator.stepwise.resting_pairs import RestHistory
 from carom.comparator.stepwise.step_block import Block
 from carom.engines.registry import load_adapter
-from carom.execution.engine_run import observe_run
+from carom.execution.observation.engine_run import observe_run
 from carom.model.scene import Need
 from carom.model.step_windows import LocalTruth, States
 from carom.model.trace import Outcome

@@ -15,11 +15,11 @@ from carom.engines.registry import load_adapter
 from carom.errors import InputError
 from carom.execution.cache_key import JobKey, build_job_key
 from carom.execution.codec import CarriedTrace, Codec
-from carom.execution.engine_run import ObserveTask, observe_run
 from carom.execution.job import Answer, Job, Method, Status
 from carom.execution.journal import Journal, JournalEntry
+from carom.execution.observation.engine_run import ObserveTask, observe_run
 from carom.execution.run_options import Options
-from carom.execution.worker_main import build_codec
+from carom.execution.workers.worker_main import build_codec
 from carom.model.trace import Trace
 from carom.studies.cross_check.run import observed_journal
 

@@ -113,7 +113,7 @@ def test_adapter_that_fails_on_import_is_unavailable(name: str, monkeypatch: pyt
     # An adapter that hangs is ended soon, and one that ends by itself is waited for, however slowly its process starts.
     monkeypatch.setattr(DescribeTask, "min_time_limit_s", 6.0 if "timed out" in LOADING[name][1] else PATIENT_S)
     if "closed" not in LOADING[name][1]:
-        monkeypatch.setattr("carom.execution.worker_process.GRACE_S", PATIENT_S)
+        monkeypatch.setattr("carom.execution.workers.worker_process.GRACE_S", PATIENT_S)
     with LocalPool(1, 6.0) as pool:
         (line,) = describe_engines([name], pool)
     assert LOADING[name][1] in line.unavailable

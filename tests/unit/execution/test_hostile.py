@@ -21,7 +21,7 @@ from carom.execution.plan import build_plan
 from carom.execution.pool import LocalPool
 from carom.execution.results import Row
 from carom.execution.run_options import Options
-from carom.execution.working_folder import _clear_abandoned
+from carom.execution.workers.working_folder import _clear_abandoned
 from carom.studies.cross_check.run import execute
 
 LINUX = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere what leaves its group is not found")
@@ -144,7 +144,7 @@ def forking(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pools fork their workers, as in the command `carom`: no thread and no engine, whatever the runner has."""
     for engine in ("pymunk", "mujoco", "pybullet", "Box2D"):
         monkeypatch.delitem(sys.modules, engine, raising=False)
-    monkeypatch.setattr("carom.execution.fork_server._allowed", True)
+    monkeypatch.setattr("carom.execution.workers.fork_server._allowed", True)
     monkeypatch.setattr("threading.active_count", lambda: 1)
 
 
@@ -161,9 +161,10 @@ def run_acts(
             limit_only(monkeypatch, *hang)
             # An act notes a process when it begins; until then no time passes, however slowly the worker starts.
             clock = Clock(1.0, starts=lambda: any((tmp_path / "here").iterdir()))
-            monkeypatch.setattr("carom.execution.worker_process.time", clock)
+            monkeypatch.setattr("carom.execution.workers.worker_process.time", clock)
         if not any("ran on" in SAYS[name][1] for name in names):
-            monkeypatch.setattr("carom.execution.worker_process.GRACE_S", PATIENT_S)  # each process may end slowly
+            # each process may end slowly
+            monkeypatch.setattr("carom.execution.workers.worker_process.GRACE_S", PATIENT_S)
         with LocalPool(2, LIMIT_S if hang else PATIENT_S, memory_limit_mb=1500) as pool:
             rows = execute_untimed(pool, "pit", *names)
         assert rows["pit"].status is Status.RAN
@@ -317,7 +318,7 @@ def test_killed_parent_ends_its_workers(
         process.kill()
     assert any((tmp_path / "temp").iterdir())
     # As in a new process.
-    monkeypatch.setattr("carom.execution.working_folder._clear_abandoned", _clear_abandoned.__wrapped__)
+    monkeypatch.setattr("carom.execution.workers.working_folder._clear_abandoned", _clear_abandoned.__wrapped__)
     run_acts()
     assert nothing_is_left(tmp_path, noted=1)
 

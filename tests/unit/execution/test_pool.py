@@ -115,7 +115,9 @@ def test_interrupt_while_a_pool_starts_leaves_no_thread(first: int, monkeypatch:
 def test_suspended_machine_causes_no_timeout(monkeypatch: pytest.MonkeyPatch) -> None:
     """An hour between two readings of the clock does not count against the time limit: the run completes."""
     hours = itertools.count()
-    monkeypatch.setattr("carom.execution.worker_process.time", SimpleNamespace(monotonic=lambda: 3600.0 * next(hours)))
+    monkeypatch.setattr(
+        "carom.execution.workers.worker_process.time", SimpleNamespace(monotonic=lambda: 3600.0 * next(hours))
+    )
     with LocalPool(1, PATIENT_S) as pool:
         (row,) = run_engines(pool, "pit").rows
     assert row.status is Status.RAN

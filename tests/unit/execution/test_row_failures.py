@@ -18,9 +18,9 @@ from carom import Scene
 from carom import compare as score
 from carom.comparator import Score, Scorer
 from carom.errors import AdapterError
-from carom.execution.engine_run import ObserveTask
 from carom.execution.exception_text import describe_exception
 from carom.execution.job import Job, Method, Status
+from carom.execution.observation.engine_run import ObserveTask
 from carom.execution.pool import Lane
 from carom.execution.results import Results, Row
 from carom.model.trace import Trace

@@ -12,7 +12,7 @@ from carom import Trace, compare, solve_pic, solve_pit
 from carom.catalogue import all_scenes
 from carom.comparator import Grade, Verdict
 from carom.engines.api import Contact, Observation, Scene, Setting, World
-from carom.execution.engine_run import observe_run
+from carom.execution.observation.engine_run import observe_run
 from carom_adapters.pic import PicAdapter
 
 DT = 1 / 60

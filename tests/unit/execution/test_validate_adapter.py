@@ -16,9 +16,9 @@ from tests.scene_builders import disc_at, staged, wall_at
 
 from carom import Disc, Scene
 from carom.engines.api import AdapterError, Contact, Observation
-from carom.execution.state_rows import StateRows
+from carom.execution.observation.state_rows import StateRows
+from carom.execution.observation.validate_observation import Validator
 from carom.execution.validate_adapter import MOST_CHARACTERS, to_plain_counts, to_plain_settings
-from carom.execution.validate_observation import Validator
 from carom.support.limits import LARGEST
 
 DT = 0.1

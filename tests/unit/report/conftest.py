@@ -9,9 +9,9 @@ from tests.scene_builders import disc_at, staged, wall_at
 from carom.catalogue import KnownAnswer
 from carom.comparator import compare
 from carom.engines.registry import EngineInfo, load_adapter
-from carom.execution.engine_run import observe_run
 from carom.execution.environment import Environment
 from carom.execution.job import Job, Method, Status
+from carom.execution.observation.engine_run import observe_run
 from carom.execution.results import Results, Row
 from carom.execution.timing import Timing
 from carom.model.scene import Scene

@@ -11,7 +11,7 @@ from carom import Scene
 from carom.catalogue import find_scenes
 from carom.engines.registry import load_adapter
 from carom.errors import MissingExtraError
-from carom.execution.engine_run import observe_run
+from carom.execution.observation.engine_run import observe_run
 
 
 def build_scene() -> Scene:

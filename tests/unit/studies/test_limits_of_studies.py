@@ -21,7 +21,7 @@ from carom.execution.pool import LocalPool
 from carom.execution.run_options import Options
 from carom.execution.score_jobs import score_journal
 from carom.execution.shared_options import LimitOptions
-from carom.execution.worker_main import carry_out
+from carom.execution.workers.worker_main import carry_out
 from carom.studies.advise.options import AdviceOptions
 from carom.studies.advise.run import advise
 from carom.studies.bench.growth import growth_journal, measure_growth

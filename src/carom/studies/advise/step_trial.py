@@ -14,8 +14,8 @@ from carom.comparator.scales import compute_scales
 from carom.comparator.shifted_scenes import list_even_phases
 from carom.execution.adapter_profile import load_supported_adapter
 from carom.execution.cache_key import build_job_key
-from carom.execution.engine_run import observe_run
 from carom.execution.job import Answer, Job, JobTask, Method, Status
+from carom.execution.observation.engine_run import observe_run
 from carom.execution.pool import Pool
 from carom.execution.scene_reference import require_reference, shift_to_phase, solve_reference
 from carom.execution.scheduler import TaskRequest, run_tasks

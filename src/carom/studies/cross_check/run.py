@@ -19,11 +19,11 @@ from carom.errors import AdapterError
 from carom.execution.cache_key import JobKey, build_job_key
 from carom.execution.codec import CarriedTrace
 from carom.execution.describe_engines import describe_engines
-from carom.execution.engine_run import ObserveTask
 from carom.execution.environment import describe_environment
 from carom.execution.exception_text import describe_exception
 from carom.execution.job import PIT_METHOD, Answer, Job, Method, Progress, Status, no_progress
 from carom.execution.journal import Journal, JournalEntry, MemoryJournal
+from carom.execution.observation.engine_run import ObserveTask
 from carom.execution.phases import compute_spread, generate_phases
 from carom.execution.plan import Plan, build_plan, check_own_scene, observe_job, select_profiles
 from carom.execution.pool import Pool

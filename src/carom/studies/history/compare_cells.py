@@ -20,9 +20,9 @@ from carom.comparator.grades import EARLIER_WORDS
 from carom.comparator.thresholds import THRESHOLDS
 from carom.execution.adapter_profile import load_supported_adapter
 from carom.execution.cache_key import JobKey
-from carom.execution.engine_run import observe_run, run_pit
 from carom.execution.job import Answer, JobTask
 from carom.execution.journal import Journal, JournalEntry
+from carom.execution.observation.engine_run import observe_run, run_pit
 from carom.execution.scene_reference import build_reference, require_reference, shift_to_phase, solve_reference
 from carom.model.flights import free_flights
 from carom.model.trace import Outcome, Trace

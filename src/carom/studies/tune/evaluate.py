@@ -9,9 +9,9 @@ from functools import lru_cache, partial
 from carom.comparator import Score, compare
 from carom.engines.registry import load_adapter
 from carom.execution.cache_key import JobKey, build_job_key
-from carom.execution.engine_run import observe_run, run_pit
 from carom.execution.job import Job, JobTask, Method
 from carom.execution.journal import Journal, JournalEntry, MemoryJournal
+from carom.execution.observation.engine_run import observe_run, run_pit
 from carom.execution.pool import Pool
 from carom.execution.scene_reference import require_reference, solve_reference
 from carom.execution.scheduler import TaskRequest, run_tasks

@@ -14,7 +14,7 @@ from carom.catalogue import catalogue
 from carom.comparator import Grade, Verdict
 from carom.comparator.measure.consistency import Consistency
 from carom.engines.registry import load_adapter
-from carom.execution.engine_run import observe_run
+from carom.execution.observation.engine_run import observe_run
 
 REFERENCE = solve_pic(ROW)
 

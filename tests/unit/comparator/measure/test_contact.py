@@ -17,7 +17,7 @@ from carom.comparator import Grade, Score, Verdict
 from carom.comparator.measure.contact import compute_states_at
 from carom.comparator.measure.contact_intervals import measure_contact_quality
 from carom.engines.registry import load_adapter
-from carom.execution.engine_run import observe_run
+from carom.execution.observation.engine_run import observe_run
 from carom.model.step_windows import States
 from carom.model.trace import SPIN_DTYPE
 

@@ -18,8 +18,8 @@ from carom.comparator.scales import compute_scales
 from carom.core.wall_features import Arc, Face, Feature, Mover
 from carom.engines.api import Contact, Observation
 from carom.engines.registry import load_adapter
-from carom.execution.engine_run import observe_run
-from carom.execution.impact_collector import ImpactCollector
+from carom.execution.observation.engine_run import observe_run
+from carom.execution.observation.impact_collector import ImpactCollector
 from carom.model.chain_geometry import ExactCircle
 
 #: Rounding of positions of order 1 over relative speeds of order 0.1, at paths of a few lengths.

@@ -27,7 +27,7 @@ from carom.engines.protocol import process
 from carom.engines.protocol.adapter import ProgramWorld, program_adapter
 from carom.engines.protocol.messages import build_protocol_schema
 from carom.engines.registry import load_adapter
-from carom.execution.engine_run import observe_run
+from carom.execution.observation.engine_run import observe_run
 from carom.execution.timing import time_run
 
 SESSION = Path(__file__).parent / "session.jsonl"

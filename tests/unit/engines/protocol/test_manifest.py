@@ -20,8 +20,8 @@ from carom.engines.protocol.manifest import load_manifest
 from carom.engines.registry import MANIFESTS, format_engine_argument, list_adapter_points, load_adapter, resolve_engine
 from carom.errors import AdapterError
 from carom.execution.describe_engines import describe_engines
-from carom.execution.engine_run import ObserveTask
 from carom.execution.job import Job, Method, Status
+from carom.execution.observation.engine_run import ObserveTask
 from carom.execution.pool import Lane
 
 WHOLE = """
@@ -215,7 +215,7 @@ def test_hanging_program_is_killed_with_its_worker(tmp_path: Path, monkeypatch: 
     hangs = f"if do == 'step': import os, time; print(os.getpid(), file=open({str(pid)!r}, 'w')); time.sleep(3600)"
     name = resolve_engine(str(write_manifest(tmp_path, hangs)))
     # No time passes until the program hangs: a busy machine may take long to start it.
-    monkeypatch.setattr("carom.execution.worker_process.time", Clock(1.0, starts=pid.exists))
+    monkeypatch.setattr("carom.execution.workers.worker_process.time", Clock(1.0, starts=pid.exists))
     with Lane(1.0) as lane:
         answer = lane.run(ObserveTask(Job(build_still_scene(), Method(name, "tuned"), 0.5)))
     assert answer.status is Status.TIMED_OUT

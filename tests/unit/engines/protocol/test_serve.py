@@ -19,7 +19,7 @@ from carom.engines.protocol.manifest import load_manifest
 from carom.engines.protocol.serve import PROFILE, Server, build_manifest
 from carom.engines.registry import list_adapter_points, load_adapter
 from carom.execution.adapter_profile import capabilities_of
-from carom.execution.engine_run import observe_run
+from carom.execution.observation.engine_run import observe_run
 from carom.model.trace import Trace
 
 #: Discs that bounce from each other and from a floor.

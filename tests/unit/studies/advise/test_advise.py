@@ -18,8 +18,8 @@ import carom
 from carom import Scene, Trace, resolve_impact, solve_pic, solve_pit
 from carom.comparator.shifted_scenes import shift_start
 from carom.errors import InputError
-from carom.execution.engine_run import observe_run
 from carom.execution.job import PIT_METHOD, Job, Method
+from carom.execution.observation.engine_run import observe_run
 from carom.model.trace import Outcome
 from carom.model.walls import Leg
 from carom.studies.advise import run as adviser

@@ -18,8 +18,8 @@ from carom.catalogue import catalogue
 from carom.comparator import Grade, Verdict
 from carom.errors import AdapterError, InputError, UnknownNameError
 from carom.execution import scene_reference
-from carom.execution.engine_run import ObserveTask
 from carom.execution.job import Answer, Job, Method, Status, Task
+from carom.execution.observation.engine_run import ObserveTask
 from carom.execution.plan import build_plan
 from carom.execution.run_options import Options, compute_default_dts
 from carom.execution.timing import TIMING_RUNS, TimeTask

@@ -12,8 +12,8 @@ from tests.scene_builders import require_value
 
 from carom.catalogue import catalogue
 from carom.execution import scene_reference
-from carom.execution.engine_run import ObserveTask
 from carom.execution.job import Answer, Job, Method, Status, Task
+from carom.execution.observation.engine_run import ObserveTask
 from carom.execution.plan import build_plan
 from carom.execution.run_options import Options
 from carom.execution.time_saved import measure_pic_saving, measure_pit_saving

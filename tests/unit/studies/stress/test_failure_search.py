@@ -13,8 +13,8 @@ from tests.scene_builders import require_value
 
 from carom import Trace, load_scene, solve_pic, solve_pit
 from carom.catalogue import Complaint, Symptom, all_scenes
-from carom.execution.engine_run import ObserveTask
 from carom.execution.job import Answer, Method, Status, Task
+from carom.execution.observation.engine_run import ObserveTask
 from carom.model.scene import Need
 from carom.model.trace import Outcome
 from carom.studies.stress.attack import Attack

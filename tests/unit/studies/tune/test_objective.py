@@ -11,7 +11,7 @@ from tests.cases import each
 from carom.catalogue import find_scenes
 from carom.comparator import Grade, compare
 from carom.engines.registry import load_adapter
-from carom.execution.engine_run import observe_run
+from carom.execution.observation.engine_run import observe_run
 from carom.solvers.pic import solve_pic
 from carom.studies.tune.evaluate import summarise_score
 from carom.studies.tune.objective import Merit, SceneResult, compute_error_on_scale, compute_merit

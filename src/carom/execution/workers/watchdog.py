@@ -1,11 +1,11 @@
 """Watchdog: terminates a worker and all its descendants when the worker ends or the parent exits.
 
-The watchdog does not enforce time limits, which is done by `carom.execution.worker_process`.
+The watchdog does not enforce time limits, which is done by `carom.execution.workers.worker_process`.
 
-The watchdog is run as ``python -m carom.execution.watchdog MEMORY_BYTES`` by `carom.execution.worker_process`, or
-forked by `carom.execution.fork_server`. The watchdog forks before it loads an adapter. The child becomes the worker
-(`carom.execution.worker_main`) and uses standard input, output and error. The watchdog waits until one of these
-happens:
+The watchdog is run as ``python -m carom.execution.workers.watchdog MEMORY_BYTES`` by
+`carom.execution.workers.worker_process`, or forked by `carom.execution.workers.fork_server`. The watchdog forks before
+it loads an adapter. The child becomes the worker (`carom.execution.workers.worker_main`) and uses standard input,
+output and error. The watchdog waits until one of these happens:
 
 - The worker ends.
 - The parent needs no more answers: it sends SIGTERM, or closes its end of standard input.
@@ -67,7 +67,7 @@ def watch_worker(parent: int, memory_bytes: int) -> None:
         os._exit(1)
     os.setsid()
     _limit_memory(memory_bytes)
-    from carom.execution.worker_main import main as work
+    from carom.execution.workers.worker_main import main as work
 
     work()
 

@@ -15,14 +15,15 @@ from carom.engines.api import Adapter, Contact, Observation, QuietWorld, World
 from carom.engines.registry import has_part, load_adapter
 from carom.execution.adapter_profile import load_supported_adapter, prepare_settings
 from carom.execution.codec import CarriedTrace
-from carom.execution.final_state import LastStep
-from carom.execution.free_flight import FreeFlight
-from carom.execution.impact_collector import ImpactCollector
 from carom.execution.job import PIT_METHOD, JobTask, SettingOverrides
-from carom.execution.open_contact import compute_gravity
+from carom.execution.observation.final_state import LastStep
+from carom.execution.observation.free_flight import FreeFlight
+from carom.execution.observation.impact_collector import ImpactCollector
+from carom.execution.observation.open_contact import compute_gravity
+from carom.execution.observation.state_rows import StateRows
+from carom.execution.observation.step_cutter import Cutter
+from carom.execution.observation.validate_observation import Validator
 from carom.execution.phases import generate_phases
-from carom.execution.state_rows import StateRows
-from carom.execution.step_cutter import Cutter
 from carom.execution.validate_adapter import (
     build_adapter_error,
     to_plain_counts,
@@ -30,7 +31,6 @@ from carom.execution.validate_adapter import (
     to_plain_text,
     to_whole_number,
 )
-from carom.execution.validate_observation import Validator
 from carom.model.scene import Scene
 from carom.model.step_windows import States
 from carom.model.trace import Outcome, Samples, Trace, resolve_profile

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from tests.cases import each
 
-from carom.execution.working_folder import Folder, _clear_abandoned
+from carom.execution.workers.working_folder import Folder, _clear_abandoned
 
 
 def replace_with_link(work: Path, outside: Path) -> None:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from carom.comparator.non_finite import find_turned_impacts
 from carom.comparator.slowing import Slowing
 from carom.engines.api import Contact, Observation
-from carom.execution.open_contact import (
+from carom.execution.observation.open_contact import (
     Motion,
     OpenContact,
     Pair,

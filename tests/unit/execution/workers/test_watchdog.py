@@ -12,7 +12,7 @@ from tests.processes import PATIENT_S, read_pid, wait_until_ended
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere what leaves its group is not found")
 
-KEEPER = [sys.executable, "-m", "carom.execution.watchdog", str(2**31)]
+KEEPER = [sys.executable, "-m", "carom.execution.workers.watchdog", str(2**31)]
 
 
 class Starts:

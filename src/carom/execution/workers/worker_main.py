@@ -1,8 +1,8 @@
 """Main program of a worker process: reads tasks from standard input, carries them out, and writes answers.
 
-The program is started only by `carom.execution.watchdog`. An engine that prints, aborts or hangs affects only this
-process. The engine's output is redirected to standard error. The parent process stores the last part of this output,
-and shows it after a failure or a crash.
+The program is started only by `carom.execution.workers.watchdog`. An engine that prints, aborts or hangs affects only
+this process. The engine's output is redirected to standard error. The parent process stores the last part of this
+output, and shows it after a failure or a crash.
 
 A message from Carom is a pickled list of tasks. An answer is a line of JSON, since its content comes from an adapter.
 The line contains the number of the task, counted from the start of the process, and the `Answer`.

@@ -8,9 +8,9 @@ from tests.unit.execution.stubs import Makes, Still
 
 from carom.engines.api import Observation, Setting
 from carom.errors import AdapterError
-from carom.execution import step_cutter
-from carom.execution.engine_run import observe_run
-from carom.execution.step_cutter import Cutter
+from carom.execution.observation import step_cutter
+from carom.execution.observation.engine_run import observe_run
+from carom.execution.observation.step_cutter import Cutter
 
 
 class Runner:

@@ -17,8 +17,8 @@ from carom import Chain, Scene, Wall, solve_pic, time_of_impact
 from carom.catalogue import find_scenes
 from carom.engines.api import Observation
 from carom.engines.registry import load_adapter
-from carom.execution.engine_run import observe_run
-from carom.execution.free_flight import FreeFlight, compute_time_until_near
+from carom.execution.observation.engine_run import observe_run
+from carom.execution.observation.free_flight import FreeFlight, compute_time_until_near
 
 DT = 1 / 60
 

@@ -11,7 +11,7 @@ from tests.scene_builders import disc_at, require_value, staged, wall_at
 
 from carom import Scene
 from carom.engines.api import Contact, Observation
-from carom.execution.impact_collector import ImpactCollector
+from carom.execution.observation.impact_collector import ImpactCollector
 
 DT = 0.1
 ALONG_X = (1.0, 0.0)

@@ -2,8 +2,8 @@
 
 The server is forked from the main thread of the `carom` command, before any other thread starts. Its only open files
 are the null device and its socket. The server loads no adapter and no engine. For each request it forks a watchdog
-(`carom.execution.watchdog`), and sets up its streams, folder, session, limits and environment as in a new process. When
-the command ends, the server and all processes that it forked end too.
+(`carom.execution.workers.watchdog`), and sets up its streams, folder, session, limits and environment as in a new
+process. When the command ends, the server and all processes that it forked end too.
 
 Only the command `carom` starts a fork server, and only on Linux. Another process, such as a notebook, can have threads,
 which a fork does not copy. Without a server, or if it does not answer, each worker starts in a new interpreter.
@@ -76,7 +76,7 @@ class ForkedProcess:
         """
         if self._code is None:
             if not select.select([self._status], [], [], timeout)[0]:
-                raise TimeoutExpired("carom.execution.watchdog", timeout)
+                raise TimeoutExpired("carom.execution.workers.watchdog", timeout)
             status = os.read(self._status, array.array("i", [0]).itemsize)
             # If the server was killed, its watchdogs were killed too, and the pipe is empty.
             self._code = array.array("i", status)[0] if status else -signal.SIGKILL
@@ -173,7 +173,7 @@ def _serve(requests: socket.socket, parent: int) -> NoReturn:
     code = 1
     try:
         _detach(requests.fileno())
-        from carom.execution.watchdog import PR_SET_PDEATHSIG, set_process_option
+        from carom.execution.workers.watchdog import PR_SET_PDEATHSIG, set_process_option
 
         set_process_option(PR_SET_PDEATHSIG, signal.SIGKILL)
         if os.getppid() == parent:
@@ -281,14 +281,14 @@ def _become_watchdog(message: bytes, files: Sequence[int], server_files: Sequenc
         os.environ.clear()
         os.environ.update(environment)
         sys.path[:] = path
-        sys.argv[:] = ["carom.execution.watchdog", str(memory_bytes)]
+        sys.argv[:] = ["carom.execution.workers.watchdog", str(memory_bytes)]
         time.tzset()
         sys.stdin = sys.__stdin__ = open(0, closefd=False)  # type: ignore[misc] # noqa: SIM115 - to the end
         sys.stdout = sys.__stdout__ = open(1, "w", errors="backslashreplace", closefd=False)  # type: ignore[misc] # noqa: SIM115
         sys.stderr = sys.__stderr__ = open(2, "w", 1, errors="backslashreplace", closefd=False)  # type: ignore[misc] # noqa: SIM115
         import gc
 
-        from carom.execution.watchdog import watch_worker
+        from carom.execution.workers.watchdog import watch_worker
 
         gc.enable()
         watch_worker(server, memory_bytes)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from carom.comparator.slowing import Slowing
 from carom.comparator.stepwise.resting_pairs import RESTING_STEPS
 from carom.engines.api import Observation
-from carom.execution.open_contact import compute_gravity
+from carom.execution.observation.open_contact import compute_gravity
 from carom.model.scene import Scene
 
 Array = NDArray[np.float64]

@@ -23,10 +23,10 @@ from pydantic import ValidationError
 
 from carom.errors import AdapterError
 from carom.execution.codec import Codec
-from carom.execution.fork_server import ForkServer, list_search_path
 from carom.execution.job import Answer, Status, Task
-from carom.execution.worker_main import ANSWERS_CLOSED, TASK_END, build_codec
-from carom.execution.working_folder import Folder
+from carom.execution.workers.fork_server import ForkServer, list_search_path
+from carom.execution.workers.worker_main import ANSWERS_CLOSED, TASK_END, build_codec
+from carom.execution.workers.working_folder import Folder
 from carom.support.escaping import find_last_message
 
 #: Longer answers are refused. An answer with half a million impacts is shorter.
@@ -274,7 +274,7 @@ class _Process:
 def _start_watchdog(folder: str, path: str, memory_bytes: int) -> subprocess.Popen[bytes]:
     """Start a watchdog in a new interpreter."""
     return subprocess.Popen(  # noqa: S603 - our own interpreter and our own module
-        [sys.executable, "-m", "carom.execution.watchdog", str(memory_bytes)],
+        [sys.executable, "-m", "carom.execution.workers.watchdog", str(memory_bytes)],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,

@@ -15,7 +15,7 @@ import numpy as np
 
 from carom.engines.api import Contact, Observation
 from carom.engines.api.checks import MANTISSA_BITS
-from carom.execution.state_rows import StateRows
+from carom.execution.observation.state_rows import StateRows
 from carom.execution.validate_adapter import (
     build_adapter_error,
     build_wrong_value_error,

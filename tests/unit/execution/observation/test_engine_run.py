@@ -16,7 +16,7 @@ from carom.catalogue import all_scenes
 from carom.engines.api import Setting
 from carom.engines.registry import load_adapter
 from carom.errors import AdapterError
-from carom.execution.engine_run import observe_run
+from carom.execution.observation.engine_run import observe_run
 from carom.model.scene import Scene, to_scene
 from carom.model.trace import Outcome, Trace
 from carom.support.limits import LARGEST
