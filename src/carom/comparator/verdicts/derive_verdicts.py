@@ -259,7 +259,7 @@ def _report_end_state(judged: JudgedRun) -> Iterator[Finding]:
     )
     for row, (verdict, error, scale) in zip(beyond, rules, strict=True):
         if np.any(row):
-            yield Finding(verdict, f"by up to {format_number(error, 3)} of {scale}")
+            yield Finding(verdict, f"by up to {format_number(error, 3)} times {scale}")
 
 
 def _format_contact(score: ContactScore) -> str:
