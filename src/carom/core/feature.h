@@ -9,7 +9,7 @@
 
 #include "carom/core/arithmetic/double_double.h"
 
-/* `input_rows.py` uses the same numbers. */
+/* The kinds of features. `input_rows.py` uses the same numbers. */
 typedef enum FeatureKind {
     PLANE = 0, /* the whole line of a half-plane */
     FACE = 1,
@@ -21,10 +21,12 @@ typedef enum FeatureKind {
 typedef struct Feature {
     FeatureKind kind;
     int wall;
-    bool whole;  /* whether it has no ends: a whole circle or a vertex */
+    bool whole;  /* whether the feature has no ends, because it is a whole circle or a vertex */
     bool reflex; /* whether an arc is longer than half a circle */
     double half_width;
-    double fits_below; /* discs of smaller radius fit into the arc; they hit its inside, and not its stops */
+    /* only discs with a smaller radius fit into the arc. They hit its inside; larger discs hit its stops instead (see
+       `find_stops` in wall_features.py) */
+    double fits_below;
     double nx;         /* of a half-plane or face: unit normal that points to the free side, rounded to floats */
     double ny;
     DoubleDouble x; /* start of a face, position of a vertex, centre of an arc, or a point of a half-plane */
@@ -39,7 +41,7 @@ typedef struct Feature {
 /* Length of a row of `input_rows.py`. */
 enum { FEATURE_NUMBERS = 22 };
 
-/* A disc relative to a wall. */
+/* Position and velocity of a disc relative to a wall, and the disc's radius. */
 typedef struct Mover {
     DoubleDouble x;
     DoubleDouble y;
