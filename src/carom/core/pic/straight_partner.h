@@ -178,8 +178,8 @@ static inline Candidate earliest_of(const State *s, Index i, Index count, Candid
 /* Return the predicted impact of a disc with another disc as a candidate. */
 static inline Candidate predicted_impact(const Prediction *p) {
     double high = p->impact_time;
-    /* a nonnegative lower bound comes from `bound_times`, so the exact time exceeds it by at most 2 CAROM_ROOT_ERROR of
-       the wait; for a negative bound there is no upper bound */
+    /* a nonnegative lower bound comes from `bound_times`, so the exact time exceeds it by less than 4 CAROM_ROOT_ERROR
+       of the wait; for a negative bound there is no upper bound */
     if (!p->exact)
         high = p->impact_time >= 0.0 ? p->impact_time * (1.0 + 4.0 * CAROM_ROOT_ERROR) : CAROM_INF;
     return (Candidate){p->impact_time, high, p->partner};
