@@ -50,10 +50,11 @@ typedef enum Number {
     NUMBERS,
 } Number;
 
-typedef enum Result { /* addresses and counts of rows, and how the run has ended */
+/* the numbers that a run returns: addresses and counts of rows, the ending, and times of the clock */
+typedef enum Result {
     IMPACTS, /* address of rows of `Impact` */
     IMPACT_COUNT,
-    SPIN_ROWS, /* address; 0 if no disc spins */
+    SPIN_ROWS, /* address of rows of `Spins`; 0 if no disc spins */
     CONTACTS,
     MODES,
     MODE_COUNT,
@@ -65,7 +66,7 @@ typedef enum Result { /* addresses and counts of rows, and how the run has ended
     NOW_LOW,
     EPOCH,
     EPOCH_REST,
-    IS_TOO_FAR, /* whether floats do not resolve the distance of two discs that met far from the origin */
+    IS_TOO_FAR, /* whether two discs have met so far from the origin that the normal cannot be computed */
     RESULTS,
 } Result;
 
@@ -78,7 +79,7 @@ typedef struct Input {
 extern Input carom_input;
 extern double carom_results[RESULTS];
 
-/* The `Resize` of all runs. `begin_input` frees all memory at once. */
+/* The function that all runs use as `Resize`. It never frees memory; `begin_input` frees all memory at once. */
 void *carom_resize(void *memory, size_t used, size_t size);
 
 /* Return the input of a run of either solver. */
