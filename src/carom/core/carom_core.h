@@ -29,9 +29,10 @@
    A RUN OF PIT calls `carom_pit_set_up`, `carom_pit_begin`, `carom_pit_run` and `carom_pit_write_states`.
 
    EVENTS of PIC (`EventKind` in pic/state.h) are of two sorts. An event of the first sort changes predictions only: a
-   disc crosses an edge of its cell; the partner of a predicted impact has changed its path; an impact of which only a
-   lower bound of the time is known may be next; a disc has no prediction yet. An event of the second sort changes a
-   motion: two discs collide; a disc hits an obstacle; a mode of contact, or a motion on a table, ends.
+   disc crosses an edge of its cell, or its predicted partner has changed its path. Computing a missing prediction, or
+   the exact time of an impact of which only a lower bound is known, are also events of the first sort. An event of the
+   second sort changes a motion: two discs collide; a disc hits an obstacle; a mode of contact, or a motion on a table,
+   ends.
 
    Several events may have the same instant. Events that change only predictions are then processed first. The ends of
    motions follow, in the order of the discs' numbers. Impacts are last, in ascending order of the numbers (first,

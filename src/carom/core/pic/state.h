@@ -187,9 +187,9 @@ typedef struct Box {
 
 typedef struct Grid { /* square cells, surrounded by a ring of cells that stay empty */
     Cell *cells;      /* row by row, including the ring */
-    int *chain;       /* for each disc, the next disc in the chain of its cell, or NOBODY */
-    /* for each tile (a block of cells with a common list of obstacles): twice the index in `lists` at which its list
-       begins, plus 1 for a tile at the rim; 0 for a tile far from all obstacles */
+    int *chain;       /* for each disc, the next disc in the chain of its cell, or NOBODY. */
+    /* A tile is a block of cells with a common list of obstacles. Entry of each tile: 2 i, or 2 i + 1 for a tile at the
+       rim, where i is the index in `lists` at which its list begins. 0 if the tile is far from all obstacles */
     unsigned int *list_of;
     /* the lists of all tiles, one after the other. A list contains the numbers of obstacles in ascending order and ends
        with NO_OBSTACLE: see obstacle_lists.h */

@@ -165,7 +165,7 @@ typedef struct State {
     WallMotion *wall_motions; /* one per wall; NULL if no wall and no surface moves */
     Search *searches;         /* one per disc */
     Clearance *clearances;    /* one per disc */
-    /* for each disc, the time before which no impact of it is possible; INF for a disc that never moves */
+    /* due times: no impact of a disc is possible before its due time; INF for a disc that never moves */
     double *due;
     int *due_discs;           /* discs that are due at this frame: they may have an impact */
     /* discs whose searches at this frame are stale, because an impact has changed their paths since */

@@ -165,8 +165,8 @@ static inline bool round_by_halving(double low, double high, const QuarticRoot *
     return true;
 }
 
-/* Of the given roots t > 0, write the times of those that are falls, rounded as the exact solver rounds them. Return
-   their number or QUARTIC_UNDECIDED. */
+/* Write the times of the roots that are falls, rounded as the exact solver rounds them. All given roots must be above
+   0. Return their number or QUARTIC_UNDECIDED. */
 static inline int round_falls(const QuarticRoot *roots, int count, double *times) {
     double low = 0.0, high = 1.0;
     int falls = 0;
