@@ -18,5 +18,5 @@ EVALUATION_METHOD = FLT_EVAL_METHOD
 
 
 def less_product(double c, double a, double b):
-    """Return ``c - a b``. Its bits show whether the compiler fuses both operations into one, with a single rounding."""
+    """Return ``c - a b``. The result shows whether the compiler fuses both operations, with only one rounding."""
     return c - a * b

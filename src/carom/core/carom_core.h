@@ -20,9 +20,9 @@
    A RUN OF PIC calls these functions:
 
    - `carom_set_up` returns the size of the memory that the run needs, and `carom_begin` fills that memory.
-   - `carom_record` chooses which impacts are recorded. They become rows of `Record`.
+   - `carom_record` chooses which impacts are recorded. Recorded impacts become rows of `Record`.
    - `carom_advance` applies impacts until a given time, a given number of impacts or a given number of events is
-     reached. It returns an `Ending`. It may be called any number of times.
+     reached, and returns an `Ending`. `carom_advance` may be called any number of times.
    - `carom_states` and `carom_spins` write the state of all discs at a time.
    - `carom_release` frees the memory that grew during the run.
 
@@ -58,9 +58,9 @@
    - For discs that accelerate, an instant is the sum of two floats, its high and its low part
      (arithmetic/double_double.h). Runs without acceleration begin a new epoch after 32 impacts per disc, so that times
      stay short and precise (clock.h).
-   - Quantities that the physical law makes 0 are set to 0 and not computed. These are the gap and the normal speed of a
-     disc in contact, the slip of a rolling disc, and the normal speed of two bodies that touch after an impact with
-     restitution 0 (touched_bodies.h).
+   - Quantities that the physical law makes 0 are set to 0 and not computed. Such quantities are the gap and the normal
+     speed of a disc in contact, the slip of a rolling disc, and the normal speed of two bodies that touch after an
+     impact with restitution 0 (touched_bodies.h).
 
    FILES. Each header contains the inlined functions of one concept. A header includes the headers of the concepts that
    it uses.

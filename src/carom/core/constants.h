@@ -77,7 +77,7 @@
 
 /* ---- impact_record.h ---- */
 
-/* The distance from 1 to the next float. Its product with a number is at least one unit in the last place of that
+/* The distance from 1 to the next float. A number times CAROM_ULP is at least one unit in the last place of the
    number. */
 #define CAROM_ULP 0x1p-52
 /* Largest allowed sum of the absolute coordinates of two discs at an impact, divided by the sum of their radii. Each
@@ -94,8 +94,8 @@
 #define CAROM_EPOCH_IMPACTS 32
 /* A cell is wider than the largest sum of two radii. The first constant is the difference of the two, as a fraction of
    that sum. Any value larger than the rounding errors of a path and of the cells' edges is correct. The second constant
-   is an additional width, as a fraction of the largest coordinate. It is twice the rounding errors of the positions of
-   two discs: eight roundings (2^-53 each) for each disc. */
+   is an additional width, as a fraction of the largest coordinate. The second constant is twice the rounding errors of
+   the positions of two discs: eight roundings (2^-53 each) for each disc. */
 #define CAROM_CELL_MARGIN 0x1p-10
 #define CAROM_COORDINATE_ERROR 0x1p-48
 /* Largest number of cells per disc, which limits memory. With more cells, each cell contains too few discs to justify
@@ -107,11 +107,12 @@
 #define CAROM_CELLS_PER_FEATURE 0.25
 /* Number of obstacles that can be checked in about the time that one disc's prediction takes. */
 #define CAROM_LOOKS_PER_PREDICTION 16.0
-/* Adding two different waits to one time may give the same rounded time. It does not if the waits differ by more than
+/* The sums of one time and two different waits may round to the same time, but not if the waits differ by more than
    this fraction of the later time. */
 #define CAROM_TIME_ERROR 0x1p-51
-/* Largest relative error of a root that is computed by the plain form (double precision, see pair_time.h). It is
-   guaranteed if each of the three quantities b, c and D is more than CAROM_CERTAIN times as large as its own error. */
+/* Largest relative error of a root that is computed by the plain form (double precision, see pair_time.h). This error
+   bound is valid if each of the three quantities b, c and D is more than CAROM_CERTAIN times as large as its own
+   error. */
 #define CAROM_ROOT_ERROR 0x1p-22
 #define CAROM_CERTAIN 0x1p24
 
@@ -120,9 +121,9 @@
 /* Margin in a test of squared distances that must not exclude a contact. If a rounded distance is R, its square differs
    from R^2 by at most two roundings (2^-53 each). */
 #define CAROM_ROOT_ROOM 0x1p-50
-/* Upper bound of the rounding error of a disc's path, relative to the path's extent. It covers all frames for which a
-   lower bound of a disc's next impact is used, and the rounding error of that lower bound. docs/theory/pit.md derives
-   it. */
+/* Upper bound of the rounding error of a disc's path, relative to the path's extent. The constant covers all frames for
+   which a lower bound of a disc's next impact is used, and the rounding error of that lower bound. docs/theory/pit.md
+   derives the constant. */
 #define CAROM_PATH_MARGIN 0x1p-34
 /* An upper bound of two rounding errors, relative to the times: that of a sum of two times, and that of a frame's
    time. */
@@ -145,8 +146,8 @@
    other discs. Both constants come from measurements at packing fractions from .05 to .6. */
 #define CAROM_LEEWAY_PART 0.2
 #define CAROM_LEAST_LEEWAY_PART 0.25
-/* Relative margin that is added to the reach of a search for near discs. It is many times the sum of the rounding
-   errors of the reach and of a cell's number. */
+/* Relative margin that is added to the reach of a search for near discs. The margin is many times the sum of the
+   rounding errors of the reach and of a cell's number. */
 #define CAROM_REACH_MARGIN 0x1p-20
 /* Cost of a search around a disc, additional cost of each cell in the search, and additional cost of each body in it.
    The unit is the cost of one test of two discs in the loop over all pairs. The values are fitted to the times of about
@@ -172,14 +173,16 @@
 /* ---- falls.h, fall_bounds.h: with u = 2^-53, half a unit in the last place of 1 ---- */
 
 /* Error of a polynomial's coefficient that is computed in pairs of floats, relative to the sum of the magnitudes of its
-   terms. It consists of 20 u^2 for the terms and their sum, and 24 u^2 for each of at most 9 shifts of the origin. */
+   terms. The error consists of 20 u^2 for the terms and their sum, and 24 u^2 for each of at most 9 shifts of the
+   origin. */
 #define CAROM_QUARTIC_PAIR_ERROR 0x1p-98
 /* Error of a Bernstein coefficient (root_isolation.h). For each coefficient, the magnitudes of its terms have a sum;
-   the error is relative to the largest of these sums. It consists of CAROM_ERROR, 10 u for powers, binomials and sums,
-   and 4 u for each of at most 52 halvings. */
+   the error is relative to the largest of these sums. The error consists of CAROM_ERROR, 10 u for powers, binomials and
+   sums, and 4 u for each of at most 52 halvings. */
 #define CAROM_BERNSTEIN_ERROR 0x1p-45
-/* Error of a Bernstein coefficient that is computed in pairs of floats, relative to the same sum. It consists of
-   CAROM_QUARTIC_PAIR_ERROR and, for at most 120 halvings, the roundings above with 3 u^2 instead of u. */
+/* Error of a Bernstein coefficient that is computed in pairs of floats, relative to the same sum. The error consists of
+   CAROM_QUARTIC_PAIR_ERROR and, for at most 120 halvings, the roundings in CAROM_BERNSTEIN_ERROR with 3 u^2 instead of
+   u. */
 #define CAROM_BERNSTEIN_PAIR_ERROR 0x1p-95
 /* Range of time scales for which the terms of a quartic and their underflow errors stay within the range of floats. */
 #define CAROM_LEAST_SCALE 0x1p-90

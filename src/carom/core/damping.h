@@ -29,7 +29,7 @@ static inline double undamped_time(double rate, double time) {
 }
 
 /* Return the time in which a damped disc moves as far as an undamped one does in `undamped`; infinity for never.
-   `anchor` stores a logarithm from an earlier call. It makes calls with successive times fast. */
+   `anchor` stores a logarithm from an earlier call, which makes calls with successive times fast. */
 static inline double damped_time_from(LogAnchor *anchor, double rate, double undamped) {
     double way = rate * undamped;
     if (!(fabs(way) >= CAROM_DAMPING_LEAST)) { /* NaN stays NaN */

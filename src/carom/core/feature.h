@@ -24,8 +24,8 @@ typedef struct Feature {
     bool whole;  /* whether the feature has no ends, because it is a whole circle or a vertex */
     bool reflex; /* whether an arc is longer than half a circle */
     double half_width;
-    /* only discs with a smaller radius fit into the arc. They hit its inside; larger discs hit its stops instead (see
-       `find_stops` in wall_features.py) */
+    /* smallest radius of discs that do not fit into the arc, in metres. Smaller discs hit the inside of the arc; other
+       discs hit the stops of the arc (see `find_stops` in wall_features.py) */
     double fits_below;
     double nx;         /* of a half-plane or face: unit normal that points to the free side, rounded to floats */
     double ny;

@@ -9,8 +9,8 @@
 
 /* Resolution of an impact's time: the uncertainty due to rounding of positions and of the clock.
 
-   `carom.core.resolution` derives the error bound of a gap. This bound divided by the speed of approach is an error
-   bound of the time.
+   `carom.core.resolution` derives the error bound of a gap. The error bound of the gap divided by the speed of approach
+   is an error bound of the time.
 
    In a grazing impact the speed of approach can be arbitrarily small. There the overlap is a parabola in time with the
    curvature u^2 / R, where u is the relative speed and R the contact distance. An error of the gap moves the instant of
@@ -52,8 +52,8 @@ static inline double wall_resolution(double sizes, double speed) {
     return speed > 0.0 ? gap_resolution(sizes) / speed : CAROM_INF;
 }
 
-/* Return the resolution of a time since the start, in seconds. It covers two roundings: that of a root, and that of the
-   sum of a time and this root. */
+/* Return the resolution of a time since the start, in seconds. The resolution covers two roundings: that of a root, and
+   that of the sum of a time and this root. */
 static inline double clock_resolution(double time) {
     return 2.0 * CAROM_ULP * time;
 }
@@ -162,7 +162,8 @@ static inline bool reserve_row(Record *r) {
     return true;
 }
 
-/* Write the impact that was just applied. It becomes the next row, for which `reserve_row` has made room. */
+/* Write the impact that was just applied. The impact becomes the next row, for which `reserve_row` must have reserved
+   memory. */
 static inline void write_impact_row(Record *r, const Impact *impact, const Spins *spins, Contact contact) {
     r->rows[r->count] = *impact;
     if (r->has_spins)

@@ -158,8 +158,8 @@ cdef class WallFeatures:
     def overlap_start(self, int number, disc):
         """Return when a disc began to touch a feature that it now overlaps and approaches, in seconds from now.
 
-        The path is straight, and times are computed in double precision. The result is 0 or negative. It is 0 if the
-        speed of approach is 0 after rounding.
+        The path is straight, and times are computed in double precision. The result is 0 or negative. If the speed of
+        approach is 0 after rounding, the result is 0.
         """
         cdef Mover seen = mover_from(disc)
         cdef const Feature *feature = self.at(number)

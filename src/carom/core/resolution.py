@@ -2,7 +2,7 @@
 
 Each coordinate has an error of at most one unit in the last place: half a unit from a product, and half from a sum. The
 gap between two bodies has an error of at most five units in the last place of the sum of their sizes (`size_of`). This
-includes the rounding of the root and of the radii.
+bound includes the rounding of the root and of the radii.
 
 `core/impact_record.h` has the same bounds for the core, and the bounds of times of impact, which follow from them.
 """
@@ -37,7 +37,7 @@ def gap_resolution(sizes: float) -> float:
 def clock_resolution(time_s: float) -> float:
     """Return the resolution of a time since the start.
 
-    It covers two roundings: that of a root, and that of the sum of a time and this root.
+    The resolution covers two roundings: that of a root, and that of the sum of a time and this root.
     """
     return 2.0 * ULP * time_s
 

@@ -49,8 +49,8 @@ typedef struct RunInput {
 
     /* ---- only for PIC ---- */
     const double *walls;    /* x, y, nx and ny of each wall, if the walls are the obstacles; otherwise NULL */
-    /* a row of FEATURE_NUMBERS floats for each feature, if the features are the obstacles. They always are if discs
-       accelerate */
+    /* a row of FEATURE_NUMBERS floats for each feature, if the features are the obstacles. In runs with acceleration
+       the features are always the obstacles */
     const double *features;
     Index feature_count;
     /* if discs accelerate, a row of four for each feature: whether a disc can slide, roll or rest on it, the numbers of

@@ -1,9 +1,9 @@
 """Public function for times of impact of discs in straight uniform motion, for arrays.
 
 The core computes each time: `core/straight/pair_time.h` describes the method and its guarantee. If numbers are not of
-moderate size, a fourth-degree term of the formulas could exceed the range of floats. Such numbers are first multiplied
-by powers of two, which is exact. If no power of two makes all of them moderate, the time is computed in rational
-numbers.
+moderate size, a fourth-degree term of the formulas could exceed the range of floats. Numbers that are not moderate are
+first multiplied by powers of two, which is exact. If no power of two makes all of them moderate, the time is computed
+in rational numbers.
 
 Whether discs collide is decided by exact signs, such as that of the closing speed. There are no tolerances.
 """

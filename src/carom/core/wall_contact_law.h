@@ -140,9 +140,9 @@ static inline double time_to_zero(double value, double rate) {
    Bounce n has the normal speed w e^n. If the disc slides during the whole bounce, the bounce reduces the slip by C w
    e^n, where C = f (1 + e)(1 + 1/k). The hop after it adds 2 a e w e^n / P. Bounces that slide in one direction
    therefore change the slip by (2 a e / P - C sign(s)) w / (1 - e) in all. If a slip of that sign remains, no bounce
-   stops it. Otherwise one bounce stops it, or a hop reverses it. From there on, the slip is at most proportional to the
-   speeds of the bounces, which tend to 0. So no slip remains at the end. `approach` is w, the normal speed of the disc,
-   and `restitution` is e < 1. */
+   stops it. Otherwise one bounce stops it, or a hop reverses it. After the first bounce that does not slide throughout,
+   the slip is at most proportional to the speeds of the bounces, which tend to 0. So no slip remains at the end.
+   `approach` is w, the normal speed of the disc, and `restitution` is e < 1. */
 static inline double slip_after_bounces(const Press *press, double slip, double approach, double restitution) {
     if (slip == 0.0) {
         return 0.0;
@@ -166,9 +166,9 @@ static inline double slip_after_bounces(const Press *press, double slip, double 
 /* Return the slip and rim speed after infinitely many bounces with rolling resistance. The duration of all these
    bounces is too short for the clock to resolve.
 
-   This is an approximation: the impulses of all bounces, (1 + e) w / (1 - e) in all, are applied as one impulse, after
-   the changes of speed during all hops. The law of impact then gives the result, which may be rest or rolling. The
-   error of the approximation is proportional to the speed w of the first bounce. */
+   The result is an approximation: the impulses of all bounces, (1 + e) w / (1 - e) in all, are applied as one impulse,
+   after the changes of speed during all hops. The law of impact then gives the result, which may be rest or rolling.
+   The error of the approximation is proportional to the speed w of the first bounce. */
 static inline Slips both_after_bounces(const Press *press, Slips now, double approach, double restitution) {
     const double y = press->inverse_inertia_ratio, left = approach / (1.0 - restitution);
     const double pressed = (1.0 + restitution) * left, fallen = 2.0 * restitution * left / press->normal;

@@ -1,13 +1,13 @@
 """Features of finite walls, which the rim of a disc can meet: straight faces, vertices, and both sides of arcs.
 
 A wall consists of all points whose distance from a line of straight edges and arcs is at most a half width. A disc
-touches the wall when the distance of its centre from that line is the half width plus the disc's radius. Such centres
-form a straight line for a face, and a circle for a vertex or for a side of an arc. So a vertex is represented as a
-circle of radius 0. A disc is said to meet a feature when its rim touches it.
+touches the wall when the distance of its centre from that line is the half width plus the disc's radius. The centres of
+discs that touch a face form a straight line. The centres of discs that touch a vertex, or one side of an arc, form a
+circle. So a vertex is represented as a circle of radius 0. A disc is said to meet a feature when its rim touches it.
 
-Features are immutable. They contain all values that are needed to compute times of impact, precomputed from the numbers
-of the scene file. A value with more digits than a float is stored as a pair ``(high, low)`` of floats, whose sum is
-nearest to the value: see `core/arithmetic/double_double.h`.
+Features are immutable. A feature contains all values that are needed to compute times of impact, precomputed from the
+numbers of the scene file. A value with more digits than a float is stored as a pair ``(high, low)`` of floats, whose
+sum is nearest to the value: see `core/arithmetic/double_double.h`.
 
 Neighbouring edges on the same line, or on the same circle, are one feature. A joint has no vertex if the tangents of
 its two edges have the same direction. So a wall that is cut into pieces, at points exactly on it, has the same features
@@ -275,10 +275,10 @@ def build_features(outline: Outline, widest_m: float = math.inf) -> tuple[WallFe
 def are_decidable(one: Feature, other: Feature, *, elastic: bool) -> bool:
     """Whether two simultaneous impacts of a disc, on frictionless features, have the same result in both orders.
 
-    This is true for two faces at an angle of 90 degrees. If both are elastic, it is also true at 60, 45 and 30 degrees.
-    It is even true at all angles pi/n, but only these angles have rational squared cosines, which can be tested
-    exactly. If both features are the same feature, the result is True, because a disc meets a feature again only after
-    it has left it.
+    The result is True for two faces at an angle of 90 degrees. If both are elastic, it is also True at 60, 45 and 30
+    degrees. The orders have the same result at all angles pi/n, but only the named angles have rational squared
+    cosines, which can be tested exactly. If both features are the same feature, the result is True, because a disc
+    meets a feature again only after it has left it.
     """
     if one == other:
         return True

@@ -40,7 +40,7 @@ static inline double greater(double a, double b) {
     return a > b ? a : b;
 }
 
-/* Split a number into two parts of at most 26 bits each. Their sum is exactly the number. */
+/* Split a number into two parts of at most 26 bits each. The sum of the two parts is exactly the number. */
 static inline DoubleDouble split_double(double a) {
     double scaled = CAROM_SPLITTER * a;
     double high = scaled - (scaled - a);

@@ -268,9 +268,9 @@ static inline double approximate_log1p(double x) {
 /* Return the natural logarithm of 1 + x as a pair, for x above -1. `error` is set to an upper bound of the result's
    error. */
 static inline DoubleDouble expand_log1p(double x, double *error) {
-    /* This is one iteration from the approximation `first`: the result is `first` plus the logarithm of 1 + `rest`,
-       where `rest` is (1 + x) / e^first - 1. The magnitude of `rest` is at most 2^-48 of that of `first`. The logarithm
-       of 1 + rest is rest - rest^2 / 2 with an error of less than 2^-120 of the result. */
+    /* The result is computed from the approximation `first`: it is `first` plus the logarithm of 1 + `rest`, where
+       `rest` is (1 + x) / e^first - 1. The magnitude of `rest` is at most 2^-48 of that of `first`. The logarithm of 1
+       + rest is rest - rest^2 / 2 with an error of less than 2^-120 of the result. */
     double first = approximate_log1p(x);
     Exponential inverse = expand_exponential(-first);
     DoubleDouble rest;

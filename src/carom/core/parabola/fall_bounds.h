@@ -1,9 +1,9 @@
 /* Lower bounds of times of impact on a parabola: times before which a disc certainly does not touch a given body.
 
-   Their cost is a small fraction of the cost of fall_time.h. With them, most features near a disc need no exact
-   solution. Each bound is conservative: it subtracts more than all of its rounding errors, which are below
-   CAROM_BOUND_ERROR of its terms. If numbers exceed the range of floats, the bound is 0. Times are in seconds from now.
-   CAROM_INF means never. */
+   Computing a bound costs a small fraction of computing a time by fall_time.h. With them, most features near a disc
+   need no exact solution. Each bound is conservative: it subtracts more than all of its rounding errors, which are
+   below CAROM_BOUND_ERROR of its terms. If numbers exceed the range of floats, the bound is 0. Times are in seconds
+   from now. CAROM_INF means never. */
 
 #pragma once
 

@@ -7,10 +7,11 @@
    contact. Then the time at which the gap closes next is considered.
 
    Times are in seconds from now. The result is 0 for bodies that touch and approach, or that touch, do not separate and
-   accelerate towards each other. It is infinity if there is no impact. If the disc starts its present path with an
-   impact on this obstacle (`has_just_left`), the gap is exactly 0 now, although the rounded value may differ. The gap
-   then opens at the speed `leaving`, 0 or more. The same functions are used for two discs on a decelerating table. In
-   this case the path is that of one disc relative to the other. docs/theory/contact.md derives the formulas. */
+   accelerate towards each other. If there is no impact, the result is infinity. If the disc starts its present path
+   with an impact on this obstacle (`has_just_left`), the gap is exactly 0 now, although the rounded value may differ.
+   The gap then opens at the speed `leaving`, 0 or more. The functions of this file are also used for two discs on a
+   decelerating table. In this case the path is that of one disc relative to the other. docs/theory/contact.md derives
+   the formulas. */
 
 #pragma once
 
@@ -97,8 +98,8 @@ static inline double face_fall_time(const Mover *disc, const Feature *face, doub
     DoubleDouble speed = cross_product(face->ex, face->ey, disc->ux, disc->uy);
     const bool is_on_face = gap.high <= 0.0 && is_before_face(disc, face);
     if (gap.high <= 0.0 && !is_on_face) {
-        /* The disc is behind the face's line or beyond an end of the face. It can hit the face only if it first moves
-           in front of the line and then falls back. */
+        /* The disc is behind the face's line or beyond an end of the face. Such a disc can hit the face only if it
+           first moves in front of the line and then falls back. */
         if (!(speed.high > 0.0 && pull.high < 0.0))
             return CAROM_INF;
         DoubleDouble twice = {2.0 * gap.high, 2.0 * gap.low};

@@ -74,8 +74,8 @@ static inline Instant feature_meeting(const State *s, Index i, Index k, double *
 }
 
 /* Return the feature of a wall at rest that disc `i` hits first. The features have the numbers from `first` to `end` -
-   1. They are compared by their waits on straight paths, and by their times of impact on other paths. In a tie the
-   feature with the lower number is first. */
+   1. On straight paths the features are compared by their waits, and on other paths by their times of impact. In a tie
+      the feature with the lower number is first. */
 static inline NextObstacle first_feature_of(const State *s, Index i, Index first, Index end) {
     NextObstacle found = {NEVER, NO_OBSTACLE};
     double least = CAROM_INF;

@@ -29,8 +29,8 @@ typedef struct Drifts {
 
    Without friction, impacts leave the disc's velocity along the wall unchanged. With friction, there is one velocity u
    and spin w for which the disc slips on neither wall. An impact on either wall changes the velocity and spin in the
-   direction that reduces the slip, at most until the slip is reversed. Consider the kinetic energy of the differences
-   of velocity and spin from u and w. It never grows, and so it bounds the velocity. */
+   direction that reduces the slip, at most until the slip is reversed. The kinetic energy of the differences of
+   velocity and spin from u and w never grows, and so it bounds the velocity. */
 static inline Drifts drifts_along(const State *s, Index i, Index k, Index other, const Leg *leg, const Leg *other_leg) {
     const Disc *a = &s->discs[i];
     double nx = s->to_and_fro[i].nx, ny = s->to_and_fro[i].ny;

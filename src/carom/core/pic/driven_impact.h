@@ -4,8 +4,8 @@
    disc's path changes. Driven walls are also checked when a disc crosses an edge of its cell. A prediction considers
    the legs of the driven body's path one by one, up to the time of the disc's next known event.
 
-   The event loop calls `predict_special` and `apply_special_impact`. They are not inlined, because inlining them would
-   slow down all other runs. */
+   The event loop calls `predict_special` and `apply_special_impact`. These two functions are not inlined, because
+   inlining them would slow down all other runs. */
 
 #pragma once
 

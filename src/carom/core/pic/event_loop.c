@@ -168,9 +168,9 @@ static CAROM_NOINLINE Ending advance(State *s, double until, Index impacts, Inde
 /* Choose new cells for the region where discs have been. Keep the new cells only if they save more checks than they
    cost.
 
-   A disc outside the area of the lists of obstacles must be checked against all features. This happens in a gas that
-   has left its first box, for example. Larger cells avoid these checks, but contain more discs, and a prediction
-   searches nine cells. The choice changes no result. */
+   A disc outside the area of the lists of obstacles must be checked against all features. In a gas that has left its
+   first box, for example, many discs need these checks. Larger cells avoid these checks, but contain more discs, and a
+   prediction searches nine cells. The choice changes no result. */
 static void choose_cells_again(State *s) {
     Grid *g = &s->grid;
     Grid old = *g;

@@ -2,8 +2,8 @@
 
    A disc in contact has a constant acceleration along the wall, so its path is a parabola. So its events are predicted
    by the same functions as those of discs in flight. The law makes some quantities 0: the gap and the normal speed of a
-   disc in contact, and the slip of a rolling disc. They are set to exactly 0 instead of being computed.
-   docs/theory/contact.md derives the law. */
+   disc in contact, and the slip of a rolling disc. Quantities that the law makes 0 are set to exactly 0 instead of
+   being computed. docs/theory/contact.md derives the law. */
 
 #pragma once
 
@@ -235,7 +235,7 @@ static inline ModeRow take_off(State *s, Index i) {
 /* Make a disc at an end of its face fly off. Return false if the disc is too slow to fly off, because PIC does not
    solve its motion around the end.
 
-   A disc that flies off touches the vertex at that end at first. It does not hit the face again on this path. */
+   A disc that flies off touches the vertex at that end at first. The disc does not hit the face again on this path. */
 static inline bool leave_at_face_end(State *s, Index i, ModeRow *row) {
     Disc *a = &s->discs[i];
     Parabola *p = &s->accelerated.paths[i];

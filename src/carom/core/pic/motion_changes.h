@@ -49,8 +49,8 @@ static inline bool begin_contacts(State *s) {
             }
             double pull = -pressing_on(s, i, f).normal, resolution = ground_gap_resolution(s, i, k);
             double approach = ground_approach(s, i, f), gap = ground_gap(s, i, k);
-            /* A gap below -radius belongs to a disc whose centre is behind the face. Such a disc is on the other side
-               of the edge. */
+            /* If the gap is below -radius, the disc's centre is behind the face, and the disc is on the other side of
+               the edge. */
             bool is_slow = approach * approach <= -2.0 * pull * resolution;
             if (-a->radius < gap && gap <= resolution && pull < 0.0 && is_slow) {
                 ModeRow row = land(s, i, k, approach);

@@ -55,7 +55,7 @@ static CAROM_ALWAYS_INLINE EventKind event_of(const State *s, Index i) {
     return order == 0 && i < p->partner ? WALL_IMPACT : PAIR_IMPACT;
 }
 
-/* Return the low part of the instant of a disc's next event. It is 0 if discs do not accelerate: see
+/* Return the low part of the instant of a disc's next event. The low part is 0 if discs do not accelerate: see
    arithmetic/double_double.h. */
 static inline double event_low(const State *s, Event event) {
     if (s->accelerated.paths == NULL)
@@ -162,8 +162,8 @@ static inline Event next_event(State *s, Index i) {
     if (kind == CROSSING || kind == STALE)
         return (Event){kind, i};
     double time = event_time(&s->predictions[i]);
-    /* In most cases this impact is far earlier than all other events. It changes the disc's path, so the queue need not
-       store the exact time of the impact. */
+    /* In most cases this impact is far earlier than all other events. The impact changes the disc's path, so its exact
+       time need not be stored in the queue. */
     if (time < earliest_except(&s->queue, i, other_holder(s, i, time)))
         return (Event){kind, i};
     if (CAROM_UNLIKELY(s->queue.time[i] == time))

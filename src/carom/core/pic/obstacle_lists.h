@@ -6,9 +6,9 @@
    list contains numbers in ascending order and ends with NO_OBSTACLE. Tiles far from all obstacles share the first list
    in the array, which is empty.
 
-   No disc can be in a tile that is completely behind a wall. Such a tile has the list of all obstacles, which is
-   correct for any disc. A tile at the rim extends outwards without limit, but its list is valid only up to OUTWARD cell
-   widths beyond the grid. A disc outside this area checks all obstacles. */
+   No disc can be in a tile that is completely behind a wall. A tile behind a wall has the list of all obstacles, which
+   is correct for any disc. A tile at the rim extends outwards without limit, but its list is valid only up to OUTWARD
+   cell widths beyond the grid. A disc outside this area checks all obstacles. */
 
 #pragma once
 

@@ -143,8 +143,8 @@ static inline bool keeps_touching(const State *s, Index i, Index k, double time)
     return s->accelerated.deceleration > 0.0 || wall_speed(p->ax, p->ay, f->nx, f->ny).high == 0.0;
 }
 
-/* Return how long a disc takes to reach feature k; infinity for never. The other arguments are those of
-   `parabola_feature_wait`. */
+/* Return how long a disc takes to reach feature k; infinity for never. `disc`, `has_just_left` and `touches` are
+   explained at `parabola_feature_wait`. */
 static CAROM_NOINLINE double solve_parabola_feature(const State *s, Index i, Index k, const Mover *disc,
                                                     bool has_just_left, bool touches) {
     const Accelerated *run = &s->accelerated;

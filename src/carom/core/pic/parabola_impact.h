@@ -1,8 +1,8 @@
 /* Impacts of discs that accelerate, contacts that begin at an impact, and contacts that end a run.
 
-   A disc that leaves a flat feature may return to it without another event in between. Its normal speed at the return
-   is then set to exactly the speed at which it left. docs/theory/contact.md explains why a ball on a slope would
-   otherwise never come to rest. */
+   A disc that leaves a flat feature may return to it without another event in between. The normal speed of such a disc
+   at its return is set to exactly the speed at which it left. docs/theory/contact.md explains why a ball on a slope
+   would otherwise never come to rest. */
 
 #pragma once
 
@@ -193,8 +193,9 @@ static inline bool apply_parabola_pair_impact(State *s, Index i, Index j, Instan
 
 /* ---- a disc and a wall ---- */
 
-/* Return whether disc `i`, which hits feature k at a time, returns to it with the speed at which it left it. This is
-   true if its last impact was on this feature, the feature is flat, and the wall has not begun another leg since. */
+/* Return whether disc `i`, which hits feature k at a time, returns to it with the speed at which it left it. The result
+   is true if the disc's last impact was on this feature, the feature is flat, and the wall has not begun another leg
+   since. */
 static inline bool returns_to(const State *s, Index i, Index k, double time) {
     const Disc *a = &s->discs[i];
     const Feature *f = &s->features[k];
@@ -276,8 +277,8 @@ static inline bool begin_contact(State *s, Index i, Index k, Direction n, double
 
 /* Apply the impact of disc `i` on feature k. Return false and set `State.stopped` if the run ends.
 
-   The gap between the disc and the feature should be exactly 0 at the impact. Its rounding error is removed, so that
-   errors do not accumulate over many bounces. */
+   The gap between the disc and the feature should be exactly 0 at the impact. The rounding error of the gap is removed,
+   so that errors do not accumulate over many bounces. */
 static inline bool apply_parabola_feature_impact(State *s, Index i, Index k, Instant at, bool is_wanted) {
     Disc *a = &s->discs[i];
     Parabola *p = &s->accelerated.paths[i];

@@ -49,8 +49,8 @@ static inline Motion motion_at(const State *s, Index i, Instant at) {
     const Parabola *p = &s->accelerated.paths[i];
     Instant own = own_instant(a, p);
     if (s->accelerated.deceleration > 0.0 && !is_before(at, p->ends)) {
-        /* The distance to the point at which the disc stops is computed from the mean speed. This avoids the difference
-           of two large distances. */
+        /* The distance to the point at which the disc stops is computed from the mean speed. The usual formula would be
+           a difference of two large distances. */
         double lasts = seconds_between(own, p->ends);
         return (Motion){a->x + 0.5 * lasts * a->vx, a->y + 0.5 * lasts * a->vy, 0.0, 0.0};
     }

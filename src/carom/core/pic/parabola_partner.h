@@ -2,8 +2,8 @@
 
    Two discs with the same acceleration move straight relative to each other. For such pairs, the search (a scan) has
    the rounds that straight_partner.h describes. For any other pair, a scan first computes only a lower bound of the
-   time of impact (`earliest_meeting`). It computes the exact time of the pair only if no other candidate is earlier
-   than this bound. */
+   time of impact (`earliest_meeting`). The scan computes the exact time of the pair only if no other candidate is
+   earlier than this bound. */
 
 #pragma once
 
@@ -33,9 +33,9 @@ static inline Meeting bound_bent(const State *s, Index i, Index j) {
     return (Meeting){{earliest.high, 0.0}, CAROM_INF, j, !(earliest.high < CAROM_INF)};
 }
 
-/* Round 2 of straight_partner.h: keep the discs that move straight relative to disc `i` and approach it. Their relative
-   motion is computed as in `parabola_pair_time`. Return the number of discs kept. For discs that do not move straight
-   relative to disc `i`, lower bounds are appended to `bent`. */
+/* Round 2 of straight_partner.h: keep the discs that move straight relative to disc `i` and approach it. The relative
+   motion of these discs is computed as in `parabola_pair_time`. Return the number of discs kept. For discs that do not
+   move straight relative to disc `i`, lower bounds are appended to `bent`. */
 static inline Index keep_approaching_alike(State *s, Index i, Index count, Meeting *bent, Index *bent_count) {
     Candidates *c = &s->candidates;
     const Parabola *p = &s->accelerated.paths[i];

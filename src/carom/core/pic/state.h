@@ -2,14 +2,14 @@
    other headers of PIC.
 
    Units are metres, metres per second and kilograms. A `time` is in seconds since the present epoch, unless its comment
-   states "since the start"; see `Clock`. Obstacles are what a disc can hit, except other discs. They are the walls if
-   all of these are half-planes with the same coefficients, no body is driven and no disc accelerates. Otherwise they
-   are the features of the walls (half-planes, faces, vertices and arcs).
+   states "since the start"; see `Clock`. Obstacles are what a disc can hit, except other discs. The obstacles are the
+   walls if all walls are half-planes with the same coefficients, no body is driven and no disc accelerates. Otherwise
+   the obstacles are the features of the walls (half-planes, faces, vertices and arcs).
 
-   `event_loop.c` contains the loop. It takes the next event from the queue (`next_event.h`) and applies it
-   (`straight_impact.h`, `pic/grid.h`). Then it predicts the changed discs again (`straight_partner.h`,
-   `obstacle_lists.h`, `driven_impact.h`). `straight_motion.h` and `parabola_motion.h` contain the functions for the two
-   shapes of a path.
+   `event_loop.c` contains the loop. The loop takes the next event from the queue (`next_event.h`) and applies it
+   (`straight_impact.h`, `pic/grid.h`). Then the loop predicts the events of the changed discs again
+   (`straight_partner.h`, `obstacle_lists.h`, `driven_impact.h`). `straight_motion.h` and `parabola_motion.h` contain
+   the functions for the two shapes of a path.
  */
 
 #pragma once
@@ -106,8 +106,8 @@ typedef struct Disc { /* 64 bytes, one cache line, with all data of the disc tha
     double y;
     double vx; /* velocity */
     double vy;
-    /* time at which the disc's present path began: its last impact in this epoch, or 0 if there was none. It is always
-       0 for a disc that never moves */
+    /* time at which the disc's present path began: its last impact in this epoch, or 0 if there was none. For a disc
+       that never moves, `time` is always 0 */
     double time;
     double radius;
     double inverse_mass; /* 0 for a disc that never moves */

@@ -7,7 +7,7 @@
 #include "carom/core/pic/separation.h"
 
 /* Return whether the present impact of disc `i` follows the disc's last impact within the contact duration of the TC
-   model. Such an impact loses no energy. */
+   model. If so, the impact loses no energy. */
 static inline bool is_one_contact(State *s, Index i) {
     bool found = false;
     if (s->law.contact_duration > 0.0 && s->discs[i].inverse_mass > 0.0) {
@@ -102,7 +102,7 @@ static inline void apply_wall_impact(State *s, Index i, Index k, double time, bo
 
    The disc is at its position at impact, whose coordinates are rounded. `speed` is the normal speed. `returns` is true
    if the disc's last impact was on the same feature, which is then the inside of an arc. The time between the two
-   impacts is that of one chord of the arc. It does not depend on a rounded gap, so the resolution is 0. */
+   impacts is that of one chord of the arc. So this time does not depend on a rounded gap, and the resolution is 0. */
 static inline double feature_resolution(const Feature *f, const Disc *a, double ux, double uy, double speed,
                                         bool returns) {
     Mover disc = mover_of(a);

@@ -1,9 +1,9 @@
 /* Narrow phase: finds the disc with which a given disc collides next.
 
    A scan is the search for the next impact of one disc. The scan computes bounds of the times at which the disc would
-   hit each disc near it (a candidate), with the plain form of pair_time.h. It computes exact times only if the bounds
-   do not decide which candidate is first. The exact time of the first candidate is computed when its impact may be the
-   next event of all discs.
+   hit each disc near it (a candidate), with the plain form of pair_time.h. The scan computes exact times only if the
+   bounds do not decide which candidate is first. The exact time of the first candidate is computed when its impact may
+   be the next event of all discs.
 
    A scan has four rounds. Each round processes the discs that the previous round has kept, with as few branches as
    possible. A processor cannot predict which discs are near and which of them approach, and a misprediction costs as

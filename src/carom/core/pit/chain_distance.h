@@ -135,8 +135,8 @@ static inline Point find_nearest_on_edge(const ChainEdge *e, double x, double y)
 /* Return the point of a chain's line that is nearest to a given point. In a tie, return the point of the edge with the
    lowest number.
 
-   `hint` is the number of an edge that is probably near the point. The nearer it is, the more other edges are
-   skipped. */
+   `hint` is the number of an edge that is probably near the point. The nearer this edge is to the point, the more other
+   edges are skipped. */
 static inline Nearest find_nearest(const Chain *chain, double x, double y, Index hint) {
     Nearest best = {0.0, 0.0, chain->edge_count};
     double slack = distance_slack(chain, x, y);

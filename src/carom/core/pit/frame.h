@@ -1,8 +1,8 @@
 /* One frame of Algorithm 1: all tests of the frame, or only those that can find an impact.
 
    At a frame an impact changes velocities and nothing else. So the bodies that a disc touches at a frame are searched
-   only once. They are tested again after each impact of the disc at this frame. After the last test of the frame, the
-   time at which the disc is due again is computed. */
+   only once. The disc is tested with these bodies again after each of its impacts at this frame. After the last test of
+   the frame, the time at which the disc is due again is computed. */
 
 #pragma once
 

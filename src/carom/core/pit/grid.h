@@ -4,10 +4,10 @@
    cell is mapped to one of a fixed number of lists of discs. Several cells may share a list. A search of a cell then
    also finds discs of other cells, which their distances exclude.
 
-   A disc is put into its cell when the time at which it is due again is computed. It is due again before it has moved
-   farther than the `leeway` of its level. So if two discs can touch, the positions at which they were put into their
-   cells are no farther apart than the sum of their radii and leeways. Cells decide when a pair is tested, and never
-   change a result. */
+   A disc is put into its cell when the time at which it is due again is computed. A disc is due again before it has
+   moved farther than the `leeway` of its level. So if two discs can touch, the positions at which they were put into
+   their cells are no farther apart than the sum of their radii and leeways. Cells decide when a pair is tested, and
+   never change a result. */
 
 #pragma once
 

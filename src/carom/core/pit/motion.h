@@ -1,8 +1,8 @@
 /* Motion of discs and driven bodies from frame to frame.
 
    Discs are advanced frame by frame (x += v dt), and each product and sum is rounded, as Algorithm 1 requires. So one
-   long step cannot replace several short ones. But one disc can be advanced over many frames before the next disc is
-   advanced.
+   long step cannot replace several short ones. However, one disc can be advanced over many frames before the next disc
+   is advanced.
 
    `advance_disc` and `carom_pit_write_states` have a branch for each kind of motion. */
 
@@ -124,8 +124,8 @@ static inline void advance_slowing(double *centre, double *velocity, Slowing *sl
         velocity[1] += slowing->ay * step;
         return;
     }
-    /* The distance to the point at which the disc stops is computed from the mean speed. This avoids the difference of
-       two large distances. */
+    /* The distance to the point at which the disc stops is computed from the mean speed. The usual formula would be a
+       difference of two large distances. */
     double lasts = seconds_between((Instant){from, 0.0}, slowing->stops);
     centre[0] += 0.5 * lasts * velocity[0];
     centre[1] += 0.5 * lasts * velocity[1];

@@ -1,8 +1,8 @@
 /* Pending tests of a frame, in the order of Algorithm 1: all pairs (i, j), i < j, then all pairs of a disc and a wall.
 
    An impact changes the velocities that later tests read, so tests that are not skipped are made in that order. A test
-   is identified by a number that increases in this order. Its upper half is i and its lower half is j. For a wall, the
-   halves are disc_count + i and k. */
+   is identified by a number that increases in this order. For two discs, the upper half of the number is i and the
+   lower half is j. For a wall, the halves are disc_count + i and k. */
 
 #pragma once
 

@@ -1,9 +1,9 @@
 /* Scheduling: for a disc, find the tests that can find an impact at this frame, and the time before which no later test
    can (the time at which the disc is due again).
 
-   `State.due` contains this time for each disc. It is a lower bound of the time at which the disc hits a disc near it
-   or a wall, or has moved farther than its leeway. No impact is missed: for any two discs, whichever was scheduled last
-   was scheduled with the present paths of both. So one of the two discs is due before they can touch. */
+   `State.due` contains this time for each disc: a lower bound of the time at which the disc hits a disc near it or a
+   wall, or has moved farther than its leeway. No impact is missed: for any two discs, whichever was scheduled last was
+   scheduled with the present paths of both. So one of the two discs is due before they can touch. */
 
 #pragma once
 
@@ -14,7 +14,7 @@
 /* ---- work, measured in tests of two discs, and whether skipping tests saves work ---- */
 
 /* A build with CAROM_PLAIN_FRAMES, such as the WebAssembly for the page of `carom play`, leaves out skipping and sweeps
-   to save space. Its results are the same. */
+   to save space. Builds with and without it have the same results. */
 #if defined(CAROM_PLAIN_FRAMES)
 #define CAROM_SKIPS false
 #else
@@ -38,7 +38,7 @@ static inline double frame_work(const State *s) {
    more work than it saved and the excess is not yet recovered.
 
    Skipping must first schedule all discs, and must compute expired bounds again, before it saves work. So skipping is
-   suspended only if the excess is larger than a limit. It resumes when frames without skipping have recovered the
+   suspended only if the excess is larger than a limit. Skipping resumes when frames without it have recovered the
    excess. */
 static inline bool loops_plainly(State *s) {
     if (!CAROM_SKIPS || !s->skips)

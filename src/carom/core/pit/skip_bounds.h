@@ -1,5 +1,5 @@
-/* Bounds that allow skipping: lower bounds of the time until a disc can hit another body. They are valid for PIT's
-   paths, which include rounding errors.
+/* Bounds that allow skipping: lower bounds of the time until a disc can hit another body. The bounds are valid for
+   PIT's paths, which include rounding errors.
 
    `docs/theory/pit.md` derives them. The contact distance is enlarged to allow for rounding errors: by
    `CAROM_PATH_MARGIN` times an upper bound of |x| + |y| of both discs during the time for which a bound is used. If a
@@ -7,7 +7,7 @@
 
    Two bodies interfere at a frame if they overlap and approach; this is an impact. A wait is a number of seconds for
    which two bodies cannot interfere on their present paths. The wait is INF if they never can, and 0 if they may
-   interfere at the next frame. It is CAROM_IN_CONTACT if they may interfere at this frame. */
+   interfere at the next frame. If two bodies may interfere at this frame, the wait is CAROM_IN_CONTACT. */
 
 #pragma once
 
@@ -127,7 +127,7 @@ static inline double bound_touching(const State *s, const Disc *a, const Disc *b
     bool has_rest = s->motion == SLOWING ? a->vx == 0.0 && a->vy == 0.0 : relative_pull(s, a, b) == 0.0;
     if (has_rest && p->ux == 0.0 && p->uy == 0.0)
         return CAROM_INF;
-    /* While two discs separate on straight paths, `along` grows, apart from rounding errors. So they never
+    /* While two discs separate on straight paths, `along` grows, apart from rounding errors. So the discs never
        interfere. */
     return s->motion == STRAIGHT && p->along > p->margin * (fabs(p->ux) + fabs(p->uy)) ? CAROM_INF : 0.0;
 }

@@ -85,8 +85,9 @@ static inline bool keeps_sign(const Polynomial *p, int start, double error) {
 /* With coefficients in pairs of floats, find intervals that contain one of the first `most` roots t > 0 each. Return
    the number of intervals or QUARTIC_UNDECIDED.
 
-   The search begins with the interval from 0 to `end`. It goes on with intervals that begin where the previous one
-   ends; there the polynomial is expanded again, so that it counts time from the beginning of the interval. */
+   The search begins with the interval from 0 to `end`. The search goes on with intervals each of which begins at the
+   end of the previous one. For each, the polynomial is converted so that it counts time from the beginning of the
+   interval. */
 static inline int isolate_roots_of_pairs(const PairPolynomial *p, int start, double end, int most,
                                          Bracket *brackets) {
     PairPolynomial rest = *p;

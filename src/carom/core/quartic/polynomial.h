@@ -55,7 +55,7 @@ typedef struct Gap {
     const void *source;
 } Gap;
 
-/* The caller's function `solve` computes results exactly, for numbers of any size. It must not be NULL.
+/* The caller's function `solve`, which must not be NULL, computes results exactly for numbers of any size.
 
    The gap may close at several instants, which are numbered from 0. `solve` returns the instant with the number
    `index`, in seconds after `from`, or infinity if there is no such instant. In Python, `find_closings` of

@@ -111,12 +111,12 @@ static inline bool round_quartic_root(const QuarticRoot *root, double *time) {
 
 /* ---- the rounding of the exact solver ---- */
 
-/* The exact solver isolates all roots t > 0 in intervals whose ends are binary fractions. It begins with (0, 1] and
-   doubles the end until the interval contains the next root. Then it halves the interval until the interval contains no
-   other root. It continues halving until the ends agree to 55 bits, and rounds the middle. For the first root the
-   result is the nearest float. The interval of a later root begins at the end of the interval before it, so the result
-   may be a neighbour of the nearest float. The functions below find the same result from roots that are known to twice
-   the precision of floats. */
+/* The exact solver isolates all roots t > 0 in intervals whose ends are binary fractions. The solver begins with (0, 1]
+   and doubles the end until the interval contains the next root. Then the solver halves the interval until the interval
+   contains no other root, and further until the ends agree to 55 bits. The result is the rounded middle. For the first
+   root the result is the nearest float. The interval of a later root begins at the end of the interval before it, so
+   the result may be a neighbour of the nearest float. The functions below find the same result from roots that are
+   known to twice the precision of floats. */
 
 /* Return -1 if a root is certainly before an instant, 1 if the root is certainly after the instant, and otherwise 0. */
 static inline int compare_root(const QuarticRoot *root, double t) {

@@ -12,7 +12,7 @@
    In these formulas for the later root, no terms cancel, because c <= 0 inside. For a disc that has just left the
    inside, c is exactly 0, although the rounded value may differ. The next impact is one chord later: t = -2 b / a. Each
    result is one of the two floats next to the exact value. If the disc has no normal speed after the impact, b is 0,
-   too. It then glides along the arc: it stays in contact without an impact.
+   too. The disc then glides along the arc: it stays in contact without an impact.
 
    The disc hits the arc if the point of contact is in the arc's sector. If rounding errors leave this undecided, the
    disc hits the arc. At such a point it touches the arc at the same time as the arc's end or the adjoining edge.
@@ -46,8 +46,8 @@ typedef struct MovedCoordinate {
     double change;
 } MovedCoordinate;
 
-/* Return the distance of a disc's centre from an arc's centre when the disc touches the arc. It is 0 or less if the
-   disc does not fit inside. */
+/* Return the distance of a disc's centre from an arc's centre when the disc touches the arc. If the disc does not fit
+   inside, the result is 0 or less. */
 static inline DoubleDouble reach_of(const Mover *disc, const Feature *arc) {
     DoubleDouble thick = two_sum(disc->radius, arc->half_width);
     if (arc->kind == INNER_ARC)

@@ -1,10 +1,10 @@
 /* Time of impact of a disc in straight uniform motion on the line of a half-plane, or on a face.
 
-   HALF-PLANES. Points p on the free side of the wall have (p - q).n >= 0, with a point q and a unit normal n. Both are
-   used exactly as given in floats. The disc's rim has the gap (p - q).n - r, which closes at the speed -v.n. The time
-   of impact is gap over speed. Offsets and products are pairs of floats without rounding errors, because the gap is a
-   small difference near contact. With plain floats it would have errors of up to 1e14 units in the last place. The time
-   is accurate to 2 units in the last place, for lengths and speeds between 1e-250 and 1e290.
+   HALF-PLANES. Points p on the free side of the wall have (p - q).n >= 0, with a point q and a unit normal n. q and n
+   are used exactly as given in floats. The disc's rim has the gap (p - q).n - r, which closes at the speed -v.n. The
+   time of impact is gap over speed. Offsets and products are pairs of floats without rounding errors, because the gap
+   is a small difference near contact. With plain floats it would have errors of up to 1e14 units in the last place. The
+   time is accurate to 2 units in the last place, for lengths and speeds between 1e-250 and 1e290.
 
    FACES. A face is one side of a straight edge of a finite wall. Let e be the vector from its start to its end, l the
    length of e, d the offset of the disc's centre from the start, and R the half width plus the disc's radius. The gap
@@ -82,7 +82,7 @@ static inline DoubleDouble offset_between(DoubleDouble a, DoubleDouble q) {
     return two_sum(d.high, d.low + (a.low - q.low));
 }
 
-/* Return the cross product e x d. Its sign is exact. */
+/* Return the cross product e x d, whose sign is exact. */
 static inline DoubleDouble cross_product(DoubleDouble ex, DoubleDouble ey, DoubleDouble x, DoubleDouble y) {
     return inner_product(ex, negate(ey), y, x);
 }

@@ -195,7 +195,7 @@ static inline DoubleDouble exact_inner_product(DoubleDouble x, DoubleDouble y, D
     return exact_sum(terms, 16);
 }
 
-/* Return b = d.u. Its sign is exact. */
+/* Return b = d.u, whose sign is exact. */
 static inline DoubleDouble inner_product(DoubleDouble x, DoubleDouble y, DoubleDouble ux, DoubleDouble uy) {
     DoubleDouble b = round_sum(add_pair_product(add_pair_product(empty_sum(), x, ux), y, uy));
     if (fabs(b.high) <= CAROM_DOUBTFUL_SUM * (fabs(x.high * ux.high) + fabs(y.high * uy.high)))
@@ -211,7 +211,7 @@ static inline DoubleDouble exact_excess(DoubleDouble x, DoubleDouble y, DoubleDo
     return exact_sum(terms, 24);
 }
 
-/* Return c = d.d - R^2. Its sign is exact. */
+/* Return c = d.d - R^2, whose sign is exact. */
 static inline DoubleDouble excess(DoubleDouble x, DoubleDouble y, DoubleDouble reach) {
     DoubleDouble c = round_sum(add_square(add_square(add_square(empty_sum(), x, 1.0), y, 1.0), reach, -1.0));
     if (fabs(c.high) <= CAROM_DOUBTFUL_SUM * (reach.high * reach.high))
@@ -219,7 +219,7 @@ static inline DoubleDouble excess(DoubleDouble x, DoubleDouble y, DoubleDouble r
     return c;
 }
 
-/* Return D = (u.u) R^2 - (d x u)^2. Its sign is exact. */
+/* Return D = (u.u) R^2 - (d x u)^2, whose sign is exact. */
 static inline DoubleDouble exact_discriminant(Encounter e) {
     double a[16];
     double cross[16];

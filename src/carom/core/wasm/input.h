@@ -79,7 +79,8 @@ typedef struct Input {
 extern Input carom_input;
 extern double carom_results[RESULTS];
 
-/* The function that all runs use as `Resize`. It never frees memory; `begin_input` frees all memory at once. */
+/* The function that all runs use as `Resize`. `carom_resize` never frees memory; `begin_input` frees all memory at
+   once. */
 void *carom_resize(void *memory, size_t used, size_t size);
 
 /* Return the input of a run of either solver. */
