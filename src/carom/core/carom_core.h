@@ -193,15 +193,15 @@ static inline void *reserve_bytes(Arena *arena, size_t size) {
 
 /* ---- bodies ---- */
 
-typedef struct Wall { /* points p on the free side have (p - q).n >= 0 */
-    double x;         /* q, a point of the surface */
+typedef struct Wall { /* a half-plane: the points p on its free side have (p - q).n >= 0 */
+    double x;         /* q, a point of the surface, in metres */
     double y;
     double nx; /* n, unit normal that points to the free side */
     double ny;
 } Wall;
 
 typedef struct Surface { /* motion of a driven wall, a driven disc, or a conveyor wall */
-    double vx;           /* velocity of the body */
+    double vx;           /* velocity of the body, in metres per second */
     double vy;
     /* speed at which a conveyor's surface moves past the body, positive to the left of the normal, in metres per
        second */
@@ -231,7 +231,7 @@ static inline Point displacement_on(const Leg *leg, double time) {
 }
 
 typedef struct Turning { /* rotation of a disc, in a scene with spin */
-    double spin;         /* radians per second, counterclockwise */
+    double spin;         /* spin of the disc, in radians per second, counterclockwise */
     /* 1/k, where k is the moment of inertia divided by mass times radius squared; 0 if the disc never turns */
     double inverse_inertia_ratio;
 } Turning;
@@ -246,12 +246,12 @@ typedef struct ContactFriction { /* friction between two bodies in contact */
 } ContactFriction;
 
 typedef struct Law {
-    double restitution; /* between two discs */
+    double restitution; /* coefficient of restitution between two discs */
     double wall_restitution;
     /* contact duration of the TC (time of contact) model, in seconds; 0 if the model is not used. If a disc's impact
        follows the previous impact of this disc within the contact duration, it loses no energy */
     double contact_duration;
-    ContactFriction contact; /* between two discs */
+    ContactFriction contact; /* friction between two discs */
     ContactFriction wall_contact;
 } Law;
 
@@ -259,17 +259,17 @@ typedef struct Body {    /* data of a disc for the impact law */
     double *velocity;    /* x and y */
     double inverse_mass; /* 0 for a disc that never moves */
     double radius;
-    Turning *turning; /* used only in a scene with spin */
+    Turning *turning; /* rotation of the disc; used only in a scene with spin */
 } Body;
 
 /* ---- recorded impacts ---- */
 
-typedef struct Impact { /* a row of `carom.model.trace.IMPACT_DTYPE` */
-    double time;        /* since the start of the run */
+typedef struct Impact { /* a recorded impact, a row of `carom.model.trace.IMPACT_DTYPE` */
+    double time;        /* time of the impact, in seconds since the start of the run */
     int64_t first;      /* disc */
     int64_t second;     /* body */
-    double normal[2];   /* unit vector from first to second */
-    double first_before[2]; /* velocities before and after */
+    double normal[2];   /* unit vector from the first body to the second */
+    double first_before[2]; /* velocities of both bodies before and after the impact, in metres per second */
     double second_before[2];
     double first_after[2];
     double second_after[2];
@@ -280,14 +280,14 @@ static inline void write_velocity(double *velocity, double vx, double vy) {
     velocity[1] = vy;
 }
 
-typedef struct Spins { /* a row of `carom.model.trace.SPIN_DTYPE` */
+typedef struct Spins { /* spins of both bodies at an impact, a row of `carom.model.trace.SPIN_DTYPE` */
     double first_before;
     double second_before;
     double first_after;
     double second_after;
 } Spins;
 
-/* where an impact is, in scenes with finite walls; a row of `carom.solvers.rows.CONTACT_DTYPE` */
+/* position of an impact, recorded in scenes with finite walls; a row of `carom.solvers.rows.CONTACT_DTYPE` */
 typedef struct Contact {
     double x;            /* centre of the first disc, in metres; relative to the start position of a driven wall */
     double y;
@@ -320,8 +320,8 @@ typedef struct Corners {
 
 typedef struct Record {
     Impact *rows;
-    Spins *spins;       /* one per row, in a scene with spin */
-    Contact *contacts;  /* one per row, in a scene with finite walls */
+    Spins *spins;       /* spins of the bodies of each impact in `rows`, in a scene with spin */
+    Contact *contacts;  /* position of each impact in `rows`, in a scene with finite walls */
     bool has_spins;
     bool has_contacts;
     Corners corners;
@@ -332,7 +332,7 @@ typedef struct Record {
     Index ambiguous_count;
     Index ambiguous_capacity;
     Index released; /* number of recorded impacts that the caller has already removed from `rows` */
-    Recent *recent; /* one per disc */
+    Recent *recent; /* one `Recent` per disc */
     bool is_wanted;
     double begin; /* only impacts from `begin` to `end` are recorded, in seconds since the start */
     double end;

@@ -11,7 +11,7 @@
 
 /* The kinds of features. `input_rows.py` uses the same numbers. */
 typedef enum FeatureKind {
-    PLANE = 0, /* the whole line of a half-plane */
+    PLANE = 0, /* the line that bounds a half-plane */
     FACE = 1,
     VERTEX = 2,
     OUTER_ARC = 3,
@@ -22,7 +22,7 @@ typedef struct Feature {
     FeatureKind kind;
     int wall;
     bool whole;  /* whether the feature has no ends, because it is a whole circle or a vertex */
-    bool reflex; /* whether an arc is longer than half a circle */
+    bool reflex; /* for an arc: whether it is longer than half a circle */
     double half_width;
     /* smallest radius of discs that do not fit into the arc, in metres. Smaller discs hit the inside of the arc; other
        discs hit the stops of the arc (see `find_stops` in wall_features.py) */
@@ -32,9 +32,10 @@ typedef struct Feature {
     DoubleDouble x; /* start of a face, position of a vertex, centre of an arc, or a point of a half-plane */
     DoubleDouble y;
     DoubleDouble size; /* length of a face, radius of an arc, 0 for a vertex */
-    DoubleDouble ex;   /* face: from start to end; arc: from the centre to the start */
+    /* for a face: vector from its start to its end; for an arc: vector from its centre to its start */
+    DoubleDouble ex;
     DoubleDouble ey;
-    DoubleDouble fx; /* face: its end; arc: from the centre to the end */
+    DoubleDouble fx; /* for a face: its end; for an arc: vector from its centre to its end */
     DoubleDouble fy;
 } Feature;
 

@@ -10,7 +10,7 @@ cdef extern from "carom/core/binding_memory.h":
 
 
 cdef inline array memory_as_array(void *memory, size_t size):
-    """Return allocated memory, shortened to `size` bytes, as an array that frees it."""
+    """Return allocated memory, shortened to `size` bytes, as an array that frees the memory when it is deleted."""
     rows = array((size,), 1, "B", allocate_buffer=False)
     rows.data = <char *>realloc(memory, size)
     rows.callback_free_data = free

@@ -7,7 +7,7 @@
 #include "carom/core/carom_core.h"
 #include "carom/core/quartic/polynomial.h"
 
-enum { /* numbers per row */
+enum { /* numbers in each row of the arrays of a `RunInput` */
     WALL_NUMBERS = 4,
     MATERIAL_NUMBERS = 2,
     DRIVEN_NUMBERS = 3,
@@ -18,7 +18,7 @@ enum { /* numbers per row */
 };
 
 typedef struct RunInput {
-    const double *position; /* x and y of each disc */
+    const double *position; /* x and y of each disc's centre, in metres */
     const double *velocity;
     const double *radius;
     const double *mass;    /* mass of each disc, in kilograms; INF for a disc that no impact moves */
@@ -40,10 +40,10 @@ typedef struct RunInput {
     Index leg_count;
     bool has_spins;
     bool has_finite_walls;
-    bool has_acceleration; /* gravity, or a table that decelerates */
+    bool has_acceleration; /* whether there is gravity or a table that decelerates discs */
     double gravity[2];
-    double deceleration;       /* of the table */
-    double rolling_resistance; /* of discs on walls */
+    double deceleration;       /* deceleration of discs by the table, in metres per second squared */
+    double rolling_resistance; /* coefficient of rolling resistance of discs on walls */
     Law law;
     Resize resize;
 
@@ -77,7 +77,7 @@ typedef struct RunInput {
     /* a row for each edge, chain by chain: the first ten fields of `ChainEdge` in chain_distance.h */
     const double *edges;
     Index edge_count;
-    double step; /* frame k is at k * step / rate */
+    double step; /* frame k is at the time k * step / rate, in seconds since the start */
     double rate;
     double damping;  /* rate at which discs are damped, in 1/s; 0 for none */
     bool skips;      /* whether the run skips tests that cannot find an impact. Skipping changes no result */

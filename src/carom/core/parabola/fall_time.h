@@ -7,11 +7,11 @@
    contact. Then the time at which the gap closes next is considered.
 
    Times are in seconds from now. The result is 0 for bodies that touch and approach, or that touch, do not separate and
-   accelerate towards each other. If there is no impact, the result is infinity. If the disc starts its present path
-   with an impact on this obstacle (`has_just_left`), the gap is exactly 0 now, although the rounded value may differ.
-   The gap then opens at the speed `leaving`, 0 or more. The functions of this file are also used for two discs on a
-   decelerating table. In this case the path is that of one disc relative to the other. docs/theory/contact.md derives
-   the formulas. */
+   accelerate towards each other. If there is no impact, the result is infinity. If the disc's present path begins with
+   an impact on the body in question (`has_just_left`), the gap to it is exactly 0 now, although the rounded value may
+   differ. The gap then opens at the speed `leaving`, 0 or more. The functions of this file are also used for two discs
+   on a decelerating table. In this case the path is that of one disc relative to the other. docs/theory/contact.md
+   derives the formulas. */
 
 #pragma once
 

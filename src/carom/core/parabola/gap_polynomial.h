@@ -23,12 +23,12 @@ typedef struct FallPath {
     DoubleDouble uy;
     double ax;
     double ay;
-    DoubleDouble from_x; /* the fixed point */
+    DoubleDouble from_x; /* coordinates of the fixed point, in metres */
     DoubleDouble from_y;
 } FallPath;
 
 typedef struct CircleGap {
-    FallPath path; /* relative to the circle's centre */
+    FallPath path; /* path of the disc; its fixed point is the circle's centre */
     DoubleDouble reach;
     double from;    /* the instant t = 0 of the gap, in seconds from now */
     double leaving; /* if `has_left`: speed at which the disc has left the circle */

@@ -26,14 +26,14 @@ typedef enum NeverMet { /* which features of a wall a disc never hits on its pre
 } NeverMet;
 
 typedef struct Parabola { /* path of a disc: data that its row `Disc` does not contain */
-    double ax;            /* acceleration */
+    double ax;            /* acceleration, in metres per second squared */
     double ay;
     double time_low;   /* low part of the instant at which the path began; the high part is `Disc.time` */
     /* `impact_low` and `exit_low`: low parts of `impact_time` and `exit_time` in the disc's `Prediction` */
     double impact_low;
     double exit_low;
     double leaving;   /* speed along the normal just after its last impact, in metres per second */
-    double spin_rate; /* radians per second squared */
+    double spin_rate; /* rate of change of the spin, in radians per second squared */
     double entered;   /* time at which the disc entered its present cell */
     /* instant of the last impact of the disc while it was in contact with a ground. The gap to `left_ground` is
        computed from the time since then and from `left_speed` */
@@ -55,7 +55,7 @@ typedef struct Parabola { /* path of a disc: data that its row `Disc` does not c
     /* number of changes of the disc's motion without an impact; `Disc.impacts` includes these changes */
     int changes;
     unsigned char mode;      /* Mode */
-    unsigned char never_met; /* a `NeverMet` */
+    unsigned char never_met; /* value of `NeverMet`: which features the disc certainly does not hit */
     bool ends_at_face_end;   /* whether the contact ends because the disc reaches an end of the face */
     bool slip_ends;          /* whether the slip becomes 0 at the instant `ends` */
     bool rim_ends;           /* whether the spin becomes 0 at the instant `ends` */
@@ -74,8 +74,8 @@ typedef struct Ground { /* data of a half-plane or face for a disc in contact wi
     bool is_ground;
 } Ground;
 
-typedef struct ModeRow { /* a row of `carom.model.trace.MODE_DTYPE` */
-    double time;         /* since the start */
+typedef struct ModeRow { /* a recorded change of mode, a row of `carom.model.trace.MODE_DTYPE` */
+    double time;         /* time of the change, in seconds since the start of the run */
     int64_t impacts;     /* number of impacts recorded before this change */
     int64_t disc;
     int64_t wall; /* body */
@@ -90,21 +90,21 @@ typedef struct ModeRow { /* a row of `carom.model.trace.MODE_DTYPE` */
 
 typedef struct ContactEnd { /* a contact that PIC does not solve, and that has therefore ended the run */
     Index disc;
-    Index other;        /* the other body */
-    int obstacle;       /* obstacle of that body; NO_OBSTACLE for a disc */
+    Index other;        /* number of the body with which the disc is in contact */
+    int obstacle;       /* obstacle of the body `other`; NO_OBSTACLE if that body is a disc */
     int held_by;        /* another feature that the disc was already in contact with, or NO_OBSTACLE */
     bool after_bounces; /* whether infinitely many bounces preceded this contact */
 } ContactEnd;
 
 typedef struct Accelerated {
-    Parabola *paths; /* one per disc; NULL if all discs move straight */
-    Ground *grounds; /* one per feature */
+    Parabola *paths; /* path of each disc; NULL if no disc accelerates */
+    Ground *grounds; /* one `Ground` per feature */
     int *never_lists;
     Index never_length;
     double gx; /* gravity */
     double gy;
     double deceleration;       /* deceleration by a table, opposite to each disc's motion; 0 without a table */
-    double rolling_resistance; /* of discs on walls */
+    double rolling_resistance; /* coefficient of rolling resistance of discs on walls */
     ExactQuartic exact;
     ModeRow *modes; /* recorded changes of mode */
     Index mode_count;

@@ -17,7 +17,7 @@
 typedef struct NextEvent { /* events are ordered by `at`, then by `first`, then by `second` */
     Instant at;
     Index first; /* disc, or -1 for the end of a motion, which comes before all impacts at its instant */
-    Index second; /* disc, or -1 - k for obstacle k */
+    Index second; /* number of a disc, or -1 - k for obstacle k */
 } NextEvent;
 
 static inline bool is_sooner(const NextEvent *one, const NextEvent *other) {

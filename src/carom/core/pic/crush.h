@@ -16,7 +16,7 @@
 
 typedef struct Drift { /* motion of a disc along a wall, to the right of the wall's normal */
     double velocity;
-    double pull; /* acceleration */
+    double pull; /* acceleration along the wall */
 } Drift;
 
 /* lower and upper bound of a drift (`count` 2), the exact drift (`count` 1), or no bounds (`count` 0) */

@@ -48,7 +48,7 @@ static inline bool find_row_side(const State *s, Index i, double nx, double ny, 
             return true;
         disc = side->end.body;
     }
-    return false; /* the discs form a circle */
+    return false; /* the discs hit each other in a circle, without a body at the end */
 }
 
 typedef struct Row { /* a disc and the discs on both sides of it, with the body at each end of the row */

@@ -1,4 +1,5 @@
-/* Prescribed motion: which leg of its path a driven body is on at a time, and its position and velocity at that time.
+/* Prescribed motion: position and velocity of a driven body at a time, and the leg of its path (a part with constant
+   velocity) on which it is at this time.
 
    The coordinates of a driven wall's features are those at the start of the run. To compare a disc with them, the
    disc's position is converted to coordinates that move with the wall. A driven disc moves along its path from its

@@ -1,9 +1,9 @@
 /* Motion of discs that gravity presses against a wall, and the instants at which this motion changes.
 
-   A disc in contact has a constant acceleration along the wall, so its path is a parabola. So its events are predicted
-   by the same functions as those of discs in flight. The law makes some quantities 0: the gap and the normal speed of a
-   disc in contact, and the slip of a rolling disc. Quantities that the law makes 0 are set to exactly 0 instead of
-   being computed. docs/theory/contact.md derives the law. */
+   A disc in contact has a constant acceleration along the wall, so its path is a parabola. So the events of a disc in
+   contact are predicted by the same functions as those of discs in flight. The law makes some quantities 0: the gap and
+   the normal speed of a disc in contact, and the slip of a rolling disc. Quantities that the law makes 0 are set to
+   exactly 0 instead of being computed. docs/theory/contact.md derives the law. */
 
 #pragma once
 

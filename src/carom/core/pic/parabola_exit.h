@@ -39,7 +39,7 @@ static inline AxisExit axis_exit(double place, double v, double a, double width,
         return (AxisExit){greater(wait, since), is_upper};
     }
     bool falls_up = a > 0.0;
-    if (v != 0.0 && (v > 0.0) != falls_up && since < -v / a) { /* before it reverses */
+    if (v != 0.0 && (v > 0.0) != falls_up && since < -v / a) { /* before the velocity reverses */
         double d = falls_up ? -place : width - place;
         double square = v * v + 2.0 * a * d;
         if (square >= 0.0) {

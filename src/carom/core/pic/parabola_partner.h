@@ -61,7 +61,7 @@ static inline Index keep_approaching_alike(State *s, Index i, Index count, Meeti
                        a.vy + p->ay * wait};
         Motion to = {b->x + its_wait * (b->vx + half_x * its_wait), b->y + its_wait * (b->vy + half_y * its_wait),
                      b->vx + p->ax * its_wait, b->vy + p->ay * its_wait};
-        if (CAROM_UNLIKELY(has_table)) { /* the path may have ended */
+        if (CAROM_UNLIKELY(has_table)) { /* one of the discs may have stopped */
             from = motion_at(s, i, start);
             to = motion_at(s, j, start);
         }

@@ -9,7 +9,7 @@
 
 #if defined(__GNUC__)
 /* GCC assumes that a function that only prefetches has no effect, and removes its calls. The empty assembler statement
-   prevents this. */
+   prevents the removal. */
 #define CAROM_PREFETCH(place)      \
     do {                           \
         __builtin_prefetch(place); \

@@ -55,7 +55,7 @@ typedef enum Edge { /* edge of a cell */
 } Edge;
 
 typedef enum EventKind { /* kind of a disc's next event */
-    START = 0,           /* the disc has no prediction in this epoch */
+    START = 0,           /* the disc needs its first prediction in this epoch */
     CROSSING = 1,        /* the disc leaves its cell */
     STALE = 2,           /* impact with a disc whose path has changed since the prediction */
     BOUNDED = 3,         /* impact with a disc; only a lower bound of its time is known */
@@ -79,9 +79,9 @@ typedef enum Ending { /* how a call of the loop ends; solvers/event_driven/run.p
     NOT_ENDED = -1,
     DONE = 0,         /* no impact remains up to the requested time */
     LIMIT = 1,        /* an impact remains, but the requested number of impacts is reached */
-    STANDSTILL = 2,   /* time no longer advances */
-    PAUSE = 3,        /* the requested number of events is processed */
-    NO_MEMORY = 4,    /* no memory for recorded impacts or for cells */
+    STANDSTILL = 2,   /* too many impacts occur while time does not advance */
+    PAUSE = 3,        /* the requested number of events has been processed */
+    NO_MEMORY = 4,    /* there is not enough memory for recorded impacts or for cells */
     GLIDES = 5,       /* a disc begins to glide along an arc: contact without an impact */
     CRUSHED = 6,      /* a disc has no space left before the requested end */
     /* discs have moved outside the grid of cells, so a larger grid may be better: see `choose_cells_again` */
@@ -89,7 +89,7 @@ typedef enum Ending { /* how a call of the loop ends; solvers/event_driven/run.p
     /* a disc rests on a body that does not move. This ending and the next three are due to contacts that PIC does not
        solve */
     AT_REST = 8,
-    PRESSED = 9,      /* two discs stay in contact */
+    PRESSED = 9,      /* two discs stay in contact, pressed together */
     CORNER = 10,      /* a disc is wedged between two walls */
     EDGE = 11,        /* a disc reaches the end of a face too slowly to fly off */
 } Ending;
@@ -133,7 +133,7 @@ typedef struct Prediction { /* 32 bytes: the next impact of a disc, and when it 
 /* ---- driven bodies ---- */
 
 typedef struct Driven { /* a driven body, or a wall with a moving surface */
-    Index body;         /* disc i as i, wall k as -1 - k */
+    Index body;         /* number of the body: i for disc i, -1 - k for wall k */
     Index first_leg;    /* index of the first leg of its path in `Driving.legs` */
     Index leg_count;    /* 0 if only the surface moves */
     Index first_feature; /* of a wall */
@@ -144,28 +144,28 @@ typedef struct Driven { /* a driven body, or a wall with a moving surface */
 } Driven;
 
 typedef struct Driving {
-    Driven *rows; /* walls, then discs, each in ascending order */
+    Driven *rows; /* one row per driven body: walls, then discs, both in ascending order */
     Leg *legs;
-    Index count; /* number of rows */
+    Index count; /* number of entries in `rows` */
     Index leg_count;
 } Driving;
 
 /* a disc that bounces to and fro: how many times in succession it has hit two exactly opposite bodies alternately */
 typedef struct ToAndFro {
-    int last;             /* body that it hit last, or NO_BODY */
-    int last_obstacle;    /* obstacle of that body; NO_OBSTACLE for a disc */
+    int last;             /* body that the disc hit last, or NO_BODY */
+    int last_obstacle;    /* obstacle of the body `last`; NO_OBSTACLE if that body is a disc */
     int across;           /* the same two numbers for the body on the opposite side */
     int across_obstacle;
     double nx; /* unit vector from the last body to the disc */
     double ny;
-    Index row; /* number of such impacts in succession */
+    Index row; /* number of successive impacts on the two bodies */
 } ToAndFro;
 
 typedef struct Crush { /* a disc that two approaching bodies crush */
     Index disc;
     /* numbers of the two bodies that approach each other, with the disc, or a row of touching discs, between them */
     Index between[2];
-    double time;      /* time at which no space is left between them */
+    double time;      /* time at which no space is left between the two bodies */
 } Crush;
 
 /* ---- cells ---- */
@@ -186,7 +186,7 @@ typedef struct Box {
 } Box;
 
 typedef struct Grid { /* square cells, surrounded by a ring of cells that stay empty */
-    Cell *cells;      /* row by row, including the ring */
+    Cell *cells;      /* all cells, row by row, including the ring of empty cells */
     int *chain;       /* for each disc, the next disc in the chain of its cell, or NOBODY. */
     /* A tile is a block of cells with a common list of obstacles. Entry of each tile: 2 i, or 2 i + 1 for a tile at the
        rim, where i is the index in `lists` at which its list begins. 0 if the tile is far from all obstacles */
@@ -208,8 +208,8 @@ typedef struct Grid { /* square cells, surrounded by a ring of cells that stay e
     double reach;      /* the largest sum of two radii */
     double factor;     /* the width of a cell is multiplied by this factor */
     double extent;     /* upper bound of the absolute coordinates of all obstacles, in metres */
-    Index predictions; /* `Counts.predictions` when the cells were chosen */
-    Index beyond;      /* `Counts.beyond` when the cells were chosen */
+    Index predictions; /* value of `Counts.predictions` when the present cells were chosen */
+    Index beyond;      /* value of `Counts.beyond` when the present cells were chosen */
     Index beyond_limit; /* if `Counts.beyond` has increased by more than this, new cells are chosen */
     Index columns;      /* number of columns, without the ring of empty cells */
     Index rows;
@@ -221,8 +221,8 @@ typedef struct Grid { /* square cells, surrounded by a ring of cells that stay e
 typedef struct Block { /* cells in which a scan searches for discs: lines of three cells */
     Index first;
     Index lines;
-    Index to_line; /* step from a line to the next */
-    Index to_cell; /* step from a cell of a line to the next */
+    Index to_line; /* step of the index from a line to the next line */
+    Index to_cell; /* step of the index from a cell of a line to the next cell */
 } Block;
 
 /* ---- scan for a disc's next impact ---- */
@@ -266,7 +266,7 @@ typedef struct Queue {
 
 /* a time t since the present epoch is the time epoch + (epoch_rest + t) since the start of the run */
 typedef struct Clock {
-    double now;        /* time of the last impact */
+    double now;        /* time of the last impact, in seconds since the present epoch */
     double now_low;    /* if discs accelerate: low part of the instant `now`; see arithmetic/double_double.h */
     double epoch;
     double epoch_rest;
@@ -274,7 +274,7 @@ typedef struct Clock {
 } Clock;
 
 typedef struct Counts {
-    Index impacts; /* since the start */
+    Index impacts; /* number of impacts since the start of the run */
     Index wall_impacts;
     /* number of predictions that impacts have made necessary: one for each movable disc in an impact */
     Index predictions;
@@ -284,9 +284,9 @@ typedef struct Counts {
        valid */
     Index beyond;
     Index choices;       /* how often new cells were chosen during the run */
-    Index epochs;        /* epochs begun */
-    Index epoch_impacts; /* in this epoch */
-    Index at_instant;    /* impacts since time last advanced */
+    Index epochs;        /* number of epochs that have begun during the run */
+    Index epoch_impacts; /* number of impacts in this epoch */
+    Index at_instant;    /* number of impacts since time last advanced */
     Index still_impacts; /* number of impacts in the last successive epochs in which no disc has moved */
     Index ambiguous_in_row; /* if discs accelerate: number of ambiguous impacts in succession */
     /* if discs accelerate: 1 after the contacts of discs that touch walls at the start have begun, otherwise 0 */
@@ -317,7 +317,7 @@ typedef struct State { /* all data of a run */
     bool needs_prefetch;      /* whether the run is so large that prefetching saves time: see prefetch.h */
     /* whether there are features or driven bodies, so that `predict_special` must predict events */
     bool has_special_paths;
-    bool solves_all_pairs;    /* whether `all_pairs.h` advances the run */
+    bool solves_all_pairs;    /* whether the all-pairs loop (all_pairs.h) advances the run */
     /* whether there are spins, features or driven bodies, so that `apply_special_impact` must apply impacts */
     bool has_special_impacts;
     Clock clock;
@@ -329,7 +329,7 @@ typedef struct State { /* all data of a run */
     Record record;
     Box visited; /* box around the start positions and around all impacts on features */
     Driving driving;
-    ToAndFro *to_and_fro; /* of each disc; NULL if no body is driven */
+    ToAndFro *to_and_fro; /* successive impacts of each disc; NULL if no body is driven */
     TouchedBodies *touched; /* of each disc; NULL unless some impact has restitution 0 */
     Accelerated accelerated;
     Resize resize;  /* the caller's function that allocates `Grid.lists` and `Grid.own_memory` */

@@ -117,7 +117,7 @@ static CAROM_ALWAYS_INLINE void bound_times(Candidates *c, Index count, bool has
             double least = wait * (1.0 - CAROM_ROOT_ERROR);
             double most = wait * (1.0 + CAROM_ROOT_ERROR);
             if (has_low) {
-                double open = CAROM_ULP * fabs(c->start_low[k]); /* rounding error of the next two sums */
+                double open = CAROM_ULP * fabs(c->start_low[k]); /* bound of the rounding errors of the next two sums */
                 least += c->start_low[k] - open;
                 most += c->start_low[k] + open;
             }

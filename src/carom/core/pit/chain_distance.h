@@ -17,7 +17,7 @@ typedef struct ChainEdge { /* an edge of a chain, or a circle */
     double cy;
     double radius;
     bool is_arc;
-    bool is_whole; /* whether it is a whole circle or a point */
+    bool is_whole; /* whether the edge is a whole circle or a point */
     double mx;     /* `mx`, `my` and `extent`: centre and radius of a circle that encloses the edge */
     double my;
     double extent;
@@ -27,7 +27,7 @@ typedef struct Chain { /* a finite wall; a half-plane has no edges */
     ChainEdge *edges;
     Index edge_count;
     double half_width;
-    double size; /* an upper bound of all its coordinates and radii */
+    double size; /* an upper bound of all coordinates and radii of the chain, in metres */
 } Chain;
 
 typedef struct Nearest { /* point of a chain */

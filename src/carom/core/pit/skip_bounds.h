@@ -5,8 +5,8 @@
    `CAROM_PATH_MARGIN` times an upper bound of |x| + |y| of both discs during the time for which a bound is used. If a
    number overflows or underflows, the comparisons are false and the wait is 0, so that no test is skipped.
 
-   Two bodies interfere at a frame if they overlap and approach; this is an impact. A wait is a number of seconds for
-   which two bodies cannot interfere on their present paths. The wait is INF if they never can, and 0 if they may
+   Two bodies interfere at a frame if they overlap and approach; they then have an impact. A wait is a number of seconds
+   for which two bodies cannot interfere on their present paths. The wait is INF if they never can, and 0 if they may
    interfere at the next frame. If two bodies may interfere at this frame, the wait is CAROM_IN_CONTACT. */
 
 #pragma once
@@ -80,9 +80,9 @@ static inline bool stays_open(double gap, double speed, double pull, double time
 /* ---- two discs ---- */
 
 typedef struct Approach { /* motion of disc b relative to disc a */
-    double dx;            /* centre */
+    double dx;            /* centre of b minus centre of a, in metres */
     double dy;
-    double ux; /* velocity */
+    double ux; /* velocity of b minus velocity of a, in metres per second */
     double uy;
     /* inner product of (dx, dy) and (ux, uy), negative if the discs approach. The interference test of PIT computes
        exactly this number */

@@ -40,24 +40,24 @@ typedef struct Disc { /* 64 bytes, one cache line, with all data of the disc tha
 } Disc;
 
 typedef struct ChainHit { /* the part of a chain that a disc hit last */
-    double nx;            /* unit vector from the chain to the disc */
+    double nx;            /* unit vector from the chain to the disc at the impact */
     double ny;
     Index feature; /* number of a part of an edge in `State.edges`: see `feature_at` in pit/separation.h */
 } ChainHit;
 
 typedef enum MotionKind { /* motion of all movable discs between impacts */
     STRAIGHT = 0,
-    FALLING = 1, /* under gravity, along parabolas */
-    SLOWING = 2, /* on a table that slows each disc down until it stops */
+    FALLING = 1, /* discs fall under gravity, along parabolas */
+    SLOWING = 2, /* discs are on a table that slows each of them down until it stops */
 } MotionKind;
 
 /* ---- driven bodies ---- */
 
 typedef struct Path { /* path of a driven body */
-    Index body;       /* disc i as i, wall k as -1 - k */
+    Index body;       /* number of the body: i for disc i, -1 - k for wall k */
     const Leg *legs;
     Index leg_count;
-    Index leg; /* the leg at the present frame */
+    Index leg; /* number of the leg at the present frame */
     double x;  /* for a disc: centre at the start of the run, in metres */
     double y;
     double fastest; /* greatest speed on any leg of the path */
@@ -65,7 +65,7 @@ typedef struct Path { /* path of a driven body */
 
 typedef struct WallMotion { /* motion of a wall at the present frame */
     int path;               /* NO_PATH if it does not move */
-    double moved_x;         /* displacement from its start position */
+    double moved_x;         /* displacement of the wall from its start position, in metres */
     double moved_y;
     Surface surface;
 } WallMotion;
@@ -139,12 +139,12 @@ typedef struct Clock {
 typedef struct Damping {
     double rate;         /* damping rate, per second; 0 for no damping */
     Index frame;         /* the last frame whose undamped time was computed */
-    double time;         /* undamped time of that frame */
+    double time;         /* undamped time of the frame with the number `frame` */
 } Damping;
 
 typedef struct Counts {
-    Index frames; /* number of frames passed */
-    Index tested; /* number of frames at which anything was tested */
+    Index frames; /* number of frames computed or skipped so far */
+    Index tested; /* number of frames so far at which a test was made */
     Index pair_tests;
 } Counts;
 
@@ -153,18 +153,19 @@ typedef struct State {
     Wall *walls;              /* half-planes */
     Law *wall_laws;           /* the law of each wall */
     Chain *chains;            /* one per wall; NULL if all walls are half-planes */
-    ChainEdge *edges;         /* of all chains */
-    ChainHit *hits;           /* one per disc, if there are chains */
-    TouchedBodies *touched;   /* one per disc; NULL if no impact has restitution 0 */
-    Turning *turning;         /* one per disc, if discs spin */
-    Slowing *slowing;         /* one per disc, on a table */
-    Path *paths;              /* of driven bodies */
-    Leg *legs;                /* of all paths */
+    ChainEdge *edges;         /* edges of all chains, chain by chain */
+    ChainHit *hits;           /* part of a chain that each disc hit last; used only if there are chains */
+    /* bodies that each disc touches without normal speed; NULL if no impact has restitution 0 */
+    TouchedBodies *touched;
+    Turning *turning;         /* rotation of each disc; used only if discs spin */
+    Slowing *slowing;         /* deceleration of each disc; used only on a table */
+    Path *paths;              /* paths of all driven bodies */
+    Leg *legs;                /* legs of all paths, path by path */
     /* number of each disc's path in `paths`; NO_PATH for a disc that is not driven. NULL if no disc is driven */
     int *disc_paths;
-    WallMotion *wall_motions; /* one per wall; NULL if no wall and no surface moves */
-    Search *searches;         /* one per disc */
-    Clearance *clearances;    /* one per disc */
+    WallMotion *wall_motions; /* motion of each wall; NULL if no wall and no surface moves */
+    Search *searches;         /* last search of each disc */
+    Clearance *clearances;    /* clearance of each disc */
     /* due times: no impact of a disc is possible before its due time; INF for a disc that never moves */
     double *due;
     int *due_discs;           /* discs that are due at this frame: they may have an impact */
@@ -177,7 +178,7 @@ typedef struct State {
     MotionKind motion;
     double gx; /* gravity */
     double gy;
-    double rolling_resistance; /* of discs on walls, under gravity */
+    double rolling_resistance; /* coefficient of rolling resistance of discs on walls; used only under gravity */
     double deceleration;       /* deceleration of discs by the table, in metres per second squared */
     Damping damping;
     Clock clock;

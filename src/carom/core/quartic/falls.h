@@ -46,7 +46,7 @@ typedef struct Falls {
     bool is_closed; /* whether the gap is exactly 0 now, although its rounded coefficients may give another value */
     bool needs_exact;
     bool has_times;
-    int index; /* number of the next fall */
+    int index; /* number of the fall that `next_fall` returns next, from 0 */
     int count; /* number of entries in `times` */
     double times[MOST_FALLS];
 } Falls;
@@ -116,7 +116,7 @@ static inline int isolate_roots_of_pairs(const PairPolynomial *p, int start, dou
 }
 
 /* Find intervals that contain one root each, with floats or, if that fails, with pairs of floats. If there is a root,
-   `falls->pairs` is set in any case. */
+   `falls->pairs` is set, even if floats were sufficient. */
 static inline int isolate_in_stages(Falls *falls, int most, Bracket *brackets) {
     double scale = time_scale(&falls->floats, falls->start), doubt;
     int count = isolate_roots(&falls->floats, falls->start, scale, most, brackets, &doubt);

@@ -4,11 +4,12 @@
    The half line t >= 0 is mapped to 0 <= s <= 1 by t = c s / (1 - s), so that s = 1/2 is the instant c. The polynomial,
    of degree n, is multiplied by (1 - s)^n. The result is a polynomial in s with Bernstein coefficients b. By Descartes'
    rule, the polynomial has no root in the interval if all b have one sign, and exactly one if they change sign once.
-   Otherwise the interval is halved by de Casteljau's algorithm, which computes means of neighbouring coefficients. A
-   sign counts only if the coefficient exceeds its error bound. If a sign that matters is uncertain, the result is
-   QUARTIC_UNDECIDED. The result is correct for any c. If c is near a minimum of the polynomial, few halvings are
-   needed. The search in pairs of floats uses finite intervals instead of the half line, and falls.h proceeds from one
-   interval to the next. So that search also succeeds for roots that differ by many orders of magnitude.
+   Otherwise the interval is halved by de Casteljau's algorithm, which computes means of neighbouring coefficients. The
+   sign of a coefficient is certain only if its magnitude exceeds its error bound. If a sign that matters is uncertain,
+   the result is QUARTIC_UNDECIDED. The result is correct for any c. If c is near a minimum of the polynomial, few
+   halvings are needed. The search in pairs of floats uses finite intervals instead of the half line, and falls.h
+   proceeds from one interval to the next. So that search also succeeds for roots that differ by many orders of
+   magnitude.
 
    Source: R. T. Farouki, "The Bernstein polynomial basis: a centennial retrospective", Comput. Aided Geom. Des. 29
    (2012), sections 4.3 and 5.2. */

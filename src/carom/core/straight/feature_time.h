@@ -29,7 +29,7 @@
 /* ---- arcs and vertices ---- */
 
 typedef struct Touch {
-    double time; /* seconds from now; CAROM_INF for never */
+    double time; /* seconds until the disc touches the feature; CAROM_INF for never */
     bool glides; /* whether the disc then glides along the tangent: contact without an impact */
 } Touch;
 

@@ -130,15 +130,14 @@ static inline Bounded foot_beyond(const Mover *disc, const Feature *face, double
                      2.0 * CAROM_ERROR * terms + CAROM_NEGLIGIBLE};
 }
 
-/* Return whether a disc that approaches a face's line certainly has its foot outside of the edge when it touches the
-   line. */
+/* Return whether a disc that approaches a face's line certainly touches the line beyond an end of the edge. */
 static inline bool is_certainly_beside(const Mover *disc, const Feature *face) {
     Bounded from_start = foot_beyond(disc, face, face->x.high, face->y.high);
     Bounded from_end = foot_beyond(disc, face, face->fx.high, face->fy.high);
     return from_start.value < -from_start.error || from_end.value > from_end.error;
 }
 
-/* Return whether a disc that approaches a face's line has its foot on the edge when it touches the line. */
+/* Return whether a disc that approaches a face's line touches the line between the ends of the edge. */
 static inline bool is_between_ends(const Mover *disc, const Feature *face) {
     Bounded near_start = foot_beyond(disc, face, face->x.high, face->y.high);
     Bounded near_end = foot_beyond(disc, face, face->fx.high, face->fy.high);

@@ -19,9 +19,9 @@ typedef enum Array { /* the arrays of `RunInput` */
     MASSES,
     SPINS,
     INERTIAS,
-    WALLS,     /* if the walls are the obstacles */
-    FEATURES,  /* if the features are the obstacles */
-    MATERIALS, /* if there are features */
+    WALLS,     /* used if the walls are the obstacles */
+    FEATURES,  /* used if the features are the obstacles */
+    MATERIALS, /* used if there are features */
     DRIVEN,
     LEGS,
     GROUNDS,
@@ -60,7 +60,7 @@ typedef enum Result {
     MODE_COUNT,
     AMBIGUOUS,
     AMBIGUOUS_COUNT,
-    ENDING, /* of PIC: `Ending` in pic/state.h */
+    ENDING, /* how a run of PIC has ended: `Ending` in pic/state.h */
     REPORTED,
     NOW,
     NOW_LOW,
