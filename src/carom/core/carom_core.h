@@ -81,9 +81,9 @@
    straight/: times of impact in straight motion
      straight/pair_time.h         two discs
      straight/line_time.h         a disc and the line of a half-plane, or a face
-     straight/feature_time.h      a disc and an arc, a vertex or any feature; the gap to a feature and its normal
+     straight/feature_time.h      a disc and an arc, a vertex or any feature; the gap to a feature, and the normal
    parabola/ and quartic/: times of impact on parabolas
-     parabola/fall_time.h         any feature, a fixed disc, or a disc with another acceleration
+     parabola/fall_time.h         times of impact on any feature, a fixed disc, or a disc with another acceleration
      parabola/fall_bounds.h       lower bounds of these times
      parabola/gap_polynomial.h    the gap as a polynomial in time
      quartic/falls.h              instants at which such a polynomial becomes negative, in three stages
@@ -107,7 +107,7 @@
      Straight motion and parabolas have a file for each of four questions:
      pic/straight_motion.h        where a disc is, and when it reaches another body
      pic/parabola_motion.h
-     pic/straight_partner.h       which disc it collides with next
+     pic/straight_partner.h       with which disc it collides next
      pic/parabola_partner.h
      pic/straight_exit.h          when it leaves its cell, or hits an obstacle before that
      pic/parabola_exit.h
@@ -117,34 +117,34 @@
      pic/lasting_contact.h        discs in contact with a wall: modes, and when they change
      pic/driven_path.h            positions of driven bodies
      pic/driven_impact.h          impacts with driven bodies; runs with features or spins
-     pic/crush.h                  discs between two closing bodies, and when they are crushed
-     pic/crush_bodies.h           bodies in the rule of crush.h
+     pic/crush.h                  discs between two approaching bodies, and when they are crushed
+     pic/crush_bodies.h           functions on bodies for the rule of crush.h
      pic/crushed_row.h            the rule of crush.h for a row of discs
    pit/: the frame-sampled solver
      pit/state.h                  state of a run, functions for bindings; read it first
      pit/frame_loop.c             the frame loop, and the functions for bindings
      pit/set_up.h                 memory of a run, filled from its input
-     pit/frame.h                  one frame: all its tests, or only those that can find something
-     pit/pending_tests.h          tests of a frame that remain, in the order of Algorithm 1
+     pit/frame.h                  one frame: all its tests, or only those that can find an impact
+     pit/pending_tests.h          remaining tests of a frame, in the order of Algorithm 1
      pit/motion.h                 motion between frames; driven bodies
      pit/impacts.h                interference tests and impacts
      pit/separation.h             bodies that a disc cannot approach on its present path
-     pit/schedule.h               which tests a disc needs now, when it needs the next ones, and whether this saves work
-     pit/skip_bounds.h            lower bounds of the time until a disc can hit something
+     pit/schedule.h               which tests a disc needs at a frame and when it needs the next; whether this saves work
+     pit/skip_bounds.h            lower bounds of the time until a disc can hit another body
      pit/grid.h                   cells for discs of any sizes
-     pit/sweep.h                  all tests of a frame at once, if searches cost too much
+     pit/sweep.h                  all tests of a frame at once, if scheduling costs too much
      pit/chain_distance.h         the point of a chain nearest to a disc
    Bindings for Python: a .pyx file is a module, a .pyi file has its types, a .pxd file has declarations
      pic.pyx, .pxd, .pyi          runs of PIC
      pit.pyx, .pyi                runs of PIT
      primitives.pyx, .pyi         single formulas
      damped_time.pyx, .pyi        damping
-     built.pyx, .pyi              a digest of the sources that the extension was built from
+     built.pyx, .pyi              a digest of the sources from which the extension was built
      carom_core.pxd               declarations of this file
      formulas.pxd                 declarations of formulas
      run_input.pxd                declarations of run_input.h; conversion of Python arrays
      record_rows.pxd              recorded impacts as arrays
-     exact_quartic.pxd            the third stage of quartics: exact integers, in Python
+     exact_quartic.pxd            the third stage of quartic/falls.h: exact integers, in Python
      binding_memory.h             `Resize` for Python
    wasm/: the interface for the page of `carom play`; `make generated` compiles it with the core to carom/web/core.wasm
      wasm/input.h                 input and output of a run as arrays
@@ -218,13 +218,13 @@ typedef struct Leg { /* part of a driven body's path with constant velocity */
     double end;      /* end of the leg, in seconds since the present epoch; INF for the last leg */
     double begins;   /* start and end of the leg, in seconds since the start of the run */
     double ends;
-    double moved_x; /* displacement of the body at the start of the leg, in metres */
+    double moved_x; /* displacement of the body from its start position at the start of the leg, in metres */
     double moved_y;
     double vx;
     double vy;
 } Leg;
 
-/* Return the displacement of a driven body at a time within a leg of its path. */
+/* Return the displacement of a driven body from its start position at a time within a leg of its path. */
 static inline Point displacement_on(const Leg *leg, double time) {
     double lasted = time - leg->begin;
     return (Point){leg->moved_x + leg->vx * lasted, leg->moved_y + leg->vy * lasted};
@@ -294,7 +294,7 @@ typedef struct Contact {
     int64_t feature; /* number of the feature, or NO_FEATURE if the second body is a disc */
 } Contact;
 
-typedef struct LastContact { /* data of a disc's impact, for comparison with its next impact */
+typedef struct LastContact { /* data of a disc's impact, with which its later impacts are compared */
     /* upper bound of the impact's time, in seconds since the start; -INF if there was no impact */
     double latest;
     double nx;
@@ -309,8 +309,7 @@ typedef struct Recent {
     LastContact across;
 } Recent;
 
-/* Return whether a disc that hits two features at one instant moves on in the same way for either order of the
-   impacts. */
+/* Return whether two impacts of a disc on two features at the same instant have the same result in both orders. */
 typedef bool (*IsOrderFree)(void *context, int one, int other, bool elastic);
 
 typedef struct Corners {

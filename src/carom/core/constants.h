@@ -11,8 +11,8 @@
 
 /* ---- compilers ---- */
 
-/* Branch hints. CAROM_NOINLINE marks functions that are rarely called in a hot loop: if they were inlined, they would
-   occupy the loop's registers. CAROM_ALWAYS_INLINE marks functions that are specialised for a constant argument. */
+/* Branch hints. CAROM_NOINLINE marks functions that a hot loop calls rarely: if they were inlined, they would occupy
+   the loop's registers. CAROM_ALWAYS_INLINE marks functions that are specialised for a constant argument. */
 #if defined(__GNUC__)
 #define CAROM_LIKELY(condition) __builtin_expect(!!(condition), 1)
 #define CAROM_UNLIKELY(condition) __builtin_expect(!!(condition), 0)
@@ -61,10 +61,11 @@
 /* An upper bound of the relative error of the cross product of two vectors: the direction to an end of an arc, and a
    position. Both vectors consist of rounded pairs of floats. */
 #define CAROM_PAIR_ERROR 0x1p-100
-/* Returned instead of a time of impact if the error-free form must be used. A time of impact is never negative. */
+/* Value that functions return instead of a time of impact if the error-free form must be used. A time of impact is
+   never negative. */
 #define CAROM_UNCERTAIN (-1.0)
-/* Range of relative positions, relative velocities and sums of radii for which terms of fourth degree stay within the
-   range of floats. `math.frexp` returns exponents from -100 to 100 for them. */
+/* Range of the magnitudes of relative positions, relative velocities and sums of radii for which terms of fourth degree
+   stay within the range of floats. `math.frexp` returns exponents from -100 to 100 for them. */
 #define CAROM_PAIR_LEAST 0x1p-101
 #define CAROM_PAIR_MOST 0x1p100
 
@@ -90,7 +91,7 @@
 
 /* ---- event_loop.c ---- */
 
-/* Impacts per disc after which a new time epoch begins: see clock.h. */
+/* Number of impacts per disc after which a new epoch begins, in which time is counted from 0 again: see clock.h. */
 #define CAROM_EPOCH_IMPACTS 32
 /* A cell is wider than the largest sum of two radii. The first constant is the difference of the two, as a fraction of
    that sum. Any value larger than the rounding errors of a path and of the cells' edges is correct. The second constant
@@ -105,7 +106,7 @@
    grid of m by m cells. Then a cell at the rim has about n / 4m features in its list. For m^2 = n / 4, this number
    equals m, which is about the number of cells that a disc crosses on its way to the rim. */
 #define CAROM_CELLS_PER_FEATURE 0.25
-/* Number of obstacles that can be checked in about the time that one disc's prediction takes. */
+/* Number of obstacles that can be checked in about the time that the prediction of one disc's next event takes. */
 #define CAROM_LOOKS_PER_PREDICTION 16.0
 /* The sums of one time and two different waits may round to the same time, but not if the waits differ by more than
    this fraction of the later time. */
@@ -184,7 +185,8 @@
    CAROM_QUARTIC_PAIR_ERROR and, for at most 120 halvings, the roundings in CAROM_BERNSTEIN_ERROR with 3 u^2 instead of
    u. */
 #define CAROM_BERNSTEIN_PAIR_ERROR 0x1p-95
-/* Range of time scales for which the terms of a quartic and their underflow errors stay within the range of floats. */
+/* Range of the instants c (root_isolation.h) for which the terms of a quartic and their underflow errors stay within
+   the range of floats. */
 #define CAROM_LEAST_SCALE 0x1p-90
 #define CAROM_MOST_SCALE 0x1p90
 /* Least sum of the magnitudes of the terms of a polynomial's constant coefficient. For larger sums, the underflow error
@@ -225,7 +227,7 @@
 /* 1 plus 32 CAROM_ROUNDOFF: a factor that enlarges an error bound by more than the rounding errors of its
    computation. */
 #define CAROM_WIDER (1.0 + 0x1p-48)
-/* Smallest error that is assumed for a coordinate or a velocity component. */
+/* Lower limit of the error bounds of coordinates and velocity components. */
 #define CAROM_TINY 0x1p-500
 /* An upper bound of the underflow error in two products. */
 #define CAROM_FLOOR 0x1p-1060

@@ -98,7 +98,7 @@ static inline Slowing slowing_by(double deceleration, double vx, double vy, Inst
     double speed = nearest_length(vx, vy);
     if (speed == 0.0)
         return (Slowing){0.0, 0.0, NEVER};
-    /* multiplied by a unit vector below, because `a / speed` could be infinite for a tiny speed */
+    /* `a` is multiplied by a unit vector, because the quotient `a / speed` could be infinite for a tiny speed */
     double a = -deceleration;
     return (Slowing){a * (vx / speed), a * (vy / speed), instant_after(now, speed / deceleration)};
 }

@@ -98,7 +98,7 @@ def find_falls(polynomial: Sequence[int]) -> Iterator[float]:
 
 
 def _bisect(p: Polynomial, low: int, high: int, scale: int) -> float:
-    """Return the only root between two instants, to about the nearest float.
+    """Return the only root between two instants, rounded to the nearest float or a neighbour of it.
 
     The polynomial turns negative at this root.
     """

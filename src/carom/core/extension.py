@@ -79,7 +79,7 @@ def _is_installed(package: Path) -> bool:
 def _find_staleness() -> str:
     """Return a message if the extension was not built from the sources next to it, otherwise an empty text.
 
-    The digest of the sources is computed only if one of them is newer than the extension.
+    To save time, the digest of the sources is computed only if a source is newer than the extension.
     """
     package = Path(__file__).parents[1]
     if _is_installed(package):

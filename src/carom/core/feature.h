@@ -1,4 +1,4 @@
-/* Features of walls, one struct for all kinds, and a disc relative to a wall.
+/* Features of walls (one struct for all kinds of features), and a struct for a disc relative to a wall.
 
    A feature is a part of a wall that a disc can hit: the line of a half-plane, a face, a vertex, or the outside or
    inside of an arc. A face is one side of a straight edge of a finite wall. `carom/core/input_rows.py` writes a feature
@@ -27,7 +27,7 @@ typedef struct Feature {
     /* smallest radius of discs that do not fit into the arc, in metres. Smaller discs hit the inside of the arc; other
        discs hit the stops of the arc (see `find_stops` in wall_features.py) */
     double fits_below;
-    double nx;         /* of a half-plane or face: unit normal that points to the free side, rounded to floats */
+    double nx;         /* for a half-plane or face: unit normal that points to the free side, rounded to floats */
     double ny;
     DoubleDouble x; /* start of a face, position of a vertex, centre of an arc, or a point of a half-plane */
     DoubleDouble y;

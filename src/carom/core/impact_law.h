@@ -1,4 +1,4 @@
-/* The impact law: restitution along the normal, friction across it.
+/* The impact law: restitution along the normal, friction along the tangent.
 
    - Each function applies one impact and changes velocities and spins in place. The solvers have different structs for
      a disc, so the functions take a pointer to the velocity, and nothing is copied.
@@ -9,8 +9,8 @@
      turned by +90 degrees).
    - An impact never pulls the bodies together. If rounding turns a very weak graze into a separation, the impulse is 0.
      There are no tolerances.
-   - `has_spins` is a constant at each call, so spin costs nothing in a scene without it. The functions are inlined,
-     because calls through a pointer slow the event loop down by a tenth.
+   - `has_spins` is a constant at each call, so the code for spins costs no time in a scene without spins. The functions
+     are inlined, because calls through a pointer slow the event loop down by a tenth.
 
    Let n be the unit normal from body 1 to body 2, and t = n turned by +90 degrees. Spins w are counterclockwise, and
    moments of inertia are k m R^2. The normal impulse is J = (1 + e) (v1 - v2).n / (1/m1 + 1/m2). The surface of body 1
@@ -28,7 +28,8 @@
    This is the three-parameter law (e, f, b) of Walton, Mech. Mater. 16 (1993) 239, and Foerster, Louge, Chang and
    Allia, Phys. Fluids 6 (1994) 1108. b = 0 is Coulomb's law alone; b = 1 with enough friction is Garwin's superball
    (Am. J. Phys. 37 (1969) 88). A wall, or an immovable disc, has 1/m = 0. docs/theory/pic.md and
-   docs/theory/friction.md derive both impulses. Tests compare bits, so no operation may be reordered or fused. */
+   docs/theory/friction.md derive both impulses. Tests compare results bit by bit, so no operation may be reordered or
+   fused. */
 
 #pragma once
 

@@ -8,7 +8,8 @@ The impulse acts along the line of centres only. With unit normal ``n`` from fir
     J = (1 + e) w / (1/m1 + 1/m2),   v1' = v1 - (J/m1) n,   v2' = v2 + (J/m2) n,
 
 This conserves momentum and multiplies the normal relative velocity by ``-e``. For ``e = 1`` it also conserves kinetic
-energy. An infinite mass has ``1/m = 0``. The source paper leaves this formula out; see ``docs/theory/pic.md``.
+energy. An infinite mass has ``1/m = 0``. The paper on which Carom is based does not contain this formula; see
+``docs/theory/pic.md``.
 
 With friction, the law is that of `core/impact_law.h`. Spins are given as speeds of rims, ``R w`` in metres per second,
 since the law adds them to velocities.

@@ -1,4 +1,4 @@
-/* Recorded impacts: how well their times are known, which of them are ambiguous, and their rows. */
+/* Recorded impacts: the uncertainty of their times, which of them are ambiguous, and the arrays that contain them. */
 
 #pragma once
 
@@ -12,10 +12,10 @@
    `carom.core.resolution` derives the error bound of a gap. The error bound of the gap divided by the speed of approach
    is an error bound of the time.
 
-   In a grazing impact the speed of approach can be arbitrarily small. There the overlap is a parabola in time with the
-   curvature u^2 / R, where u is the relative speed and R the contact distance. An error of the gap moves the instant of
-   contact by at most half the width of the parabola at a depth of that error: sqrt(2 R error) / u. The resolution is
-   the smaller of these two error bounds. */
+   In a grazing impact the speed of approach can be arbitrarily small. Near such an impact, the gap is a parabola in
+   time with the curvature u^2 / R, where u is the relative speed and R the sum of the radii. An error of the gap
+   changes the instant of contact by at most half the width of the parabola at a depth equal to the error: sqrt(2 R
+   error) / u. The resolution is the smaller of these two error bounds. */
 
 /* Return whether two discs in contact are near enough to the origin. Farther out, their coordinates are too coarse to
    compute the normal of their impact. */
@@ -63,17 +63,18 @@ static inline double clock_resolution(double time) {
 /* Ambiguous impacts: the result of an ambiguous impact depends on the order of simultaneous impacts, which physics does
    not decide.
 
-   An impact is ambiguous if it may have the same instant as an earlier recorded one that shares a movable disc with it.
-   The resolution of an impact's time tells which impacts may have the same instant. Two impacts with exactly orthogonal
+   An impact is ambiguous if it may have the same instant as an earlier recorded impact of the same movable disc. The
+   resolution of an impact's time tells which impacts may have the same instant. Two impacts with exactly orthogonal
    normals are not ambiguous, because neither impulse changes the result of the other impact. By convention, impacts are
    applied in the order of (time, first, second). Friction also acts perpendicular to the normal. So the normal of an
    impact with friction is stored as NaN: NaN is not orthogonal to any normal. For some pairs of faces of finite walls,
    the order also changes nothing: see `are_decidable` in `carom.core.wall_features`.
 
    Two earlier impacts of each disc are sufficient for this decision. `Recent.furthest` is the impact whose interval of
-   possible times ends last. If the interval of a new impact begins before that end, and the two normals are not
-   orthogonal, the new impact is ambiguous. If the two normals are orthogonal, any earlier impact whose normal is not
-   parallel to that of `furthest` matters, too. `Recent.across` is the one of these impacts whose interval ends last. */
+   possible times ends last. If the interval of a new impact begins before the interval of `furthest` ends, and the two
+   normals are not orthogonal, the new impact is ambiguous. If the two normals are orthogonal, any earlier impact whose
+   normal is not parallel to that of `furthest` matters, too. `Recent.across` is the one of these impacts whose interval
+   ends last. */
 
 /* Return whether an earlier impact may be simultaneous with a later one, and change the result of the later one.
    `begin` is a lower bound of the later impact's time. */

@@ -16,7 +16,7 @@ DISC_DTYPE = np.asarray(<Disc[:1]>&_disc).dtype
 
 
 cdef c_bool is_order_free(void *context, int one, int other, c_bool elastic) noexcept with gil:
-    """Call Python to decide whether a disc continues in the same way for either order of impacts on two features."""
+    """Call Python to decide whether two simultaneous impacts on two features have the same result in both orders."""
     return (<object>context)(one, other, elastic)
 
 

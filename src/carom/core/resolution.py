@@ -24,7 +24,7 @@ FARTHEST = 2.0**49
 def size_of(x: float, y: float, radius: float) -> float:
     """Return ``|x| + |y| + radius`` of a disc.
 
-    For a wall, the coordinates are the coordinates of the point on the wall.
+    For a wall, (x, y) is the point of its surface that defines the wall.
     """
     return abs(x) + abs(y) + radius
 

@@ -187,7 +187,7 @@ def compute_root(square: Fraction) -> Pair:
 
 
 def _compute_smallest_unfit(centre: tuple[Pair, Pair], radius: Pair, half_width: float) -> float:
-    """Return the smallest radius of discs that have no room in a circle, or less room than floats can resolve."""
+    """Return the smallest radius of discs that have no room in a circle, or less than floats can resolve."""
     return radius[0] - half_width - _PLACES * (abs(centre[0][0]) + abs(centre[1][0]) + radius[0])
 
 
@@ -361,11 +361,11 @@ def rotate_by_quarters(way: Exact) -> list[Exact]:
 def find_stops(runs: list[JoinedEdges], k: int, *, closed: bool) -> list[Exact]:
     """Return the vectors from an arc's centre to its stops: the points that stop discs too wide to fit inside.
 
-    A disc exactly as wide as an arc touches the whole arc at once, so a few points can represent the arc. A whole
+    A disc with exactly the arc's radius touches the whole arc at once, so a few points can represent the arc. A whole
     circle has four stops, a quarter turn apart. An arc of more than half a circle, which such a disc can't leave, has
     two stops, a quarter turn from each end. Exactly half a circle has one stop, in the middle. A disc touches an end of
-    a shorter arc no later than the arc itself. So a shorter arc has stops only at its smooth ends, where rounding may
-    place the point of contact beyond the edge.
+    a shorter arc no later than the arc itself. So a shorter arc has stops only at ends at which the wall continues
+    smoothly, where rounding may place the point of contact beyond the edge.
     """
     run = runs[k]
     if run.circle is None:

@@ -1,8 +1,8 @@
 /* Lower bounds of times of impact on a parabola: times before which a disc certainly does not touch a given body.
 
-   Computing a bound costs a small fraction of computing a time by fall_time.h. With them, most features near a disc
-   need no exact solution. Each bound is conservative: it subtracts more than all of its rounding errors, which are
-   below CAROM_BOUND_ERROR of its terms. If numbers exceed the range of floats, the bound is 0. Times are in seconds
+   Computing a bound costs a small fraction of computing a time by fall_time.h. For most features near a disc, a bound
+   makes the exact solution unnecessary. Each bound is decreased by more than the sum of its rounding errors, which are
+   below CAROM_BOUND_ERROR times its terms. If numbers exceed the range of floats, the bound is 0. Times are in seconds
    from now. CAROM_INF means never. */
 
 #pragma once
@@ -163,7 +163,7 @@ static inline bool fall_misses_feature(const Mover *disc, const Feature *f, doub
         return true;
     const double error = CAROM_BOUND_ERROR * place_size;
     if (f->kind == VERTEX || f->kind == OUTER_ARC) {
-        /* The path differs from a straight one by at most `fallen` * `within` / 2. */
+        /* The path deviates from a straight path by at most `fallen` * `within` / 2. */
         double touch = f->size.high + thick + (0.5 + CAROM_BOUND_ERROR) * fallen * within + error;
         Bounded apart = separation(x, y, touch);
         if (apart.value > apart.error && is_passed(x, y, ux, uy, touch, within))

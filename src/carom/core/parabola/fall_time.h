@@ -1,9 +1,9 @@
 /* Times of impact of a disc that moves on a parabola, on a fixed disc, the line of a half-plane, a face, a vertex or an
    arc.
 
-   The gap to a line is a quadratic in time, w + s t + a t^2/2, and an impact is the root at which it closes. The three
-   coefficients are pairs of floats, so that their signs are accurate enough to select the right root. The gap to a
-   circle is a quartic: see falls.h. If the gap to an arc's circle closes outside of the arc's sector, there is no
+   The gap to a line is a quadratic in time, w + s t + a t^2/2. The time of impact is the root at which the gap closes.
+   The three coefficients are pairs of floats, so that their signs are accurate enough to select the right root. The gap
+   to a circle is a quartic: see falls.h. If the gap to an arc's circle closes outside of the arc's sector, there is no
    contact. Then the time at which the gap closes next is considered.
 
    Times are in seconds from now. The result is 0 for bodies that touch and approach, or that touch, do not separate and
@@ -49,8 +49,8 @@ static inline double descent_time(DoubleDouble gap, DoubleDouble speed, DoubleDo
     DoubleDouble twice = {2.0 * gap.high, 2.0 * gap.low};
     DoubleDouble d = discriminant_from_gap(speed, twice, pull);
     if (!(d.high > 0.0)) {
-        /* Either the disc is pulled back before it reaches the wall, or rounding places the disc inside the wall and it
-           is pulled back before it leaves the wall. */
+        /* There are two cases: the disc is pulled back before it reaches the wall; or rounding places the disc inside
+           the wall, and it is pulled back before it has left the wall. */
         return a > 0.0 ? CAROM_INF : linear_root(speed, pull);
     }
     if (w > 0.0 && !(s > 0.0))

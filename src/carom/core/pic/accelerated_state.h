@@ -39,7 +39,8 @@ typedef struct Parabola { /* path of a disc: data that its row `Disc` does not c
        computed from the time since then and from `left_speed` */
     Instant left;
     double left_speed; /* speed at which the gap to `left_ground` opened at the instant `left` */
-    double corner_way; /* signed distance along `corner_ground` from the point where the disc also touches `corner` */
+    /* signed distance of the disc, along `corner_ground`, from the point at which it also touches `corner` */
+    double corner_way;
     /* instant at which this motion ends without an impact: a mode of contact ends, or the disc stops on a table */
     Instant ends;
     int ground;       /* feature that the disc is in contact with, or NO_OBSTACLE */

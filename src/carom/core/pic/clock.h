@@ -73,9 +73,9 @@ static inline bool has_stood_still(const State *s) {
 /* Count the impacts of successive epochs in which no disc has moved. If there are more than `State.standstill`, make
    the run end with `STANDSTILL`.
 
-   Discs that are crushed between walls collide faster and faster. Soon after the start of an epoch, the clock's time is
-   small and resolves smaller differences than the time since the start of the run. So each impact seems to be later
-   than the previous one, and the count of impacts at one instant does not grow. */
+   Discs that are crushed between walls collide at shorter and shorter intervals. Soon after the start of an epoch, the
+   clock's time is small and resolves smaller differences than the time since the start of the run. So each impact seems
+   to be later than the previous one, and the count of impacts at one instant does not grow. */
 static inline void count_still_impacts(State *s) {
     s->counts.still_impacts = has_stood_still(s) ? s->counts.still_impacts + s->counts.epoch_impacts : 0;
     if (s->counts.still_impacts > s->standstill)

@@ -83,8 +83,8 @@ static inline double component_across(double x, double y, double nx) {
 /* For a given time, find the point at which the line of a row meets the surface of the body at one end of the row, and
    the velocity of that body. Return whether the rule for rows applies to this end.
 
-   The result is false if the body is a wall that moves across the line, or if the wall's surface at that point is not
-   perpendicular to the line. */
+   The result is false if the body is a wall that moves perpendicularly to the line, or if the wall's surface at that
+   point is not perpendicular to the line. */
 static inline bool find_row_end(const State *s, const RowSide *side, double nx, double ny, double time, Motion *end) {
     Index body = side->end.body;
     if (body >= 0) {
@@ -152,8 +152,8 @@ static inline bool row_slips(const State *s, const Row *row) {
     return rubs && slips;
 }
 
-/* Return the sum of the diameters of a row's discs. The sum is error-free, so the order of the discs does not
-   matter. */
+/* Return the sum of the diameters of a row's discs. The sum is accurate to more digits than a float, so the order of
+   the discs does not matter. */
 static inline double row_length(const State *s, const Row *row) {
     DoubleDouble sum = {2.0 * s->discs[row->disc].radius, 0.0};
     for (int n = 0; n < 2; n++) {

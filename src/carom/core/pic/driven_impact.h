@@ -1,4 +1,4 @@
-/* Driven bodies: when a disc hits one, and how impacts are applied in runs with driven bodies, features or spins.
+/* Driven bodies: the times at which discs hit them. Also applies impacts in runs with driven bodies, features or spins.
 
    Driven bodies are not in the grid's cells or lists of obstacles. There are few of them, so all are checked when a
    disc's path changes. Driven walls are also checked when a disc crosses an edge of its cell. A prediction considers
@@ -24,7 +24,7 @@ typedef struct FeatureImpact { /* impact of a disc with one of a wall's features
 } FeatureImpact;
 
 /* Return the feature of a wall that a disc hits first. `seen` is the disc relative to the wall, and `leg` is the
-   present leg of the wall's path. Impacts that are certainly later than `wait` are left out.
+   present leg of the wall's path. Impacts that are certainly later than `wait` are ignored.
 
    In a tie the feature with the lower number is first. `is_on_path` is true if neither the disc nor the wall has
    changed its path since the disc hit `seen->last`. */

@@ -38,7 +38,8 @@ static inline Index leg_at(const Driving *d, const Driven *row, double time) {
     return low;
 }
 
-/* Return a disc at a time on its present path, relative to a wall. `leg` is the leg of the wall's path at that time. */
+/* Return the position and velocity of a disc on its present path at a time, relative to a wall. `leg` is the leg of the
+   wall's path at that time. */
 static inline Disc seen_from_leg(const Disc *a, const Leg *leg, double time) {
     Disc seen = *a;
     Point centre = position_at(a, time);
@@ -100,7 +101,8 @@ static inline void count_legs_from_epoch(State *s) {
     }
 }
 
-/* Allow disc `i` to hit again the driven body that it hit last, if the body has begun another leg since then. */
+/* If the driven body that disc `i` hit last has begun another leg since, clear `Disc.last`, so that the disc may hit
+   this body again. */
 static inline void clear_last_of_ended_leg(State *s, Index i) {
     Disc *a = &s->discs[i];
     if (a->last == NO_BODY)

@@ -1,6 +1,7 @@
 /* Event-driven loop (PIC), and the functions that bindings call.
 
-   Read `pic/state.h` first. No result depends on the cells, on prefetching, or on how many calls advance a run. */
+   Read `pic/state.h` first. Results do not depend on the cells, on prefetching, or on the number of calls that advance
+   a run. */
 
 #include "carom/core/pic/all_pairs.h"
 #include "carom/core/pic/clock.h"
@@ -149,8 +150,8 @@ static CAROM_NOINLINE Ending advance(State *s, double until, Index impacts, Inde
             changed.change = apply_other_event(s, event);
         }
 
-        /* Predict the changed discs again. A disc that never moves has no predictions: other discs predict their
-           impacts with it. */
+        /* Predict the changed discs again. A disc that never moves has no predictions, because the predictions of other
+           discs contain its impacts. */
         for (const Index *i = changed.disc; i < changed.disc + 2; i++) {
             if (*i != NOBODY && s->discs[*i].inverse_mass > 0.0) {
                 predict(s, *i, changed.change);

@@ -1,7 +1,7 @@
 /* Event queue: a tournament tree of the times of all discs' next events. A match compares eight times.
 
-   The eight times of a match share a cache line. The smallest of them moves up one level, together with the number of
-   its disc. Unlike in a heap, entries are not moved or deleted: a disc's new time replaces its old time. */
+   The eight times of a match share a cache line. The smallest of the eight times moves up one level, together with the
+   number of its disc. Unlike in a heap, entries are not moved or deleted: a disc's new time replaces its old time. */
 
 #pragma once
 

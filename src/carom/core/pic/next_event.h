@@ -119,9 +119,9 @@ static inline Index other_holder(const State *s, Index i, double time) {
 
 /* Return the event to process first if several discs have events at `time`.
 
-   Events that only change predictions come first. Then the impact with the smallest (first, second) follows. A disc's
-   prediction contains only the first of its simultaneous impacts, so the first of all impacts is among the predicted
-   impacts. */
+   Events that only change predictions come first. If there is no such event, return the impact with the smallest
+   (first, second). A disc's prediction contains only the first of its simultaneous impacts, so the first of all impacts
+   is among the predicted impacts. */
 static inline Event first_of_tie(State *s, double time) {
     Event event;
     Event first = {POSTPONED, NOBODY};

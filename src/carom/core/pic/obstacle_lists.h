@@ -52,8 +52,8 @@ static inline Box box_of(const Grid *g, const Tiles *tiles) {
 /* Return the position of a box of tiles relative to a wall. The result is NEARBY if the distance between the middle of
    the box and the wall is at most the largest radius plus half a diagonal of the box.
 
-   The code uses half the sum of the sides instead of half the diagonal. For a tile the difference is .29 of its width,
-   which is more than the roundings of a path. */
+   The code uses half the sum of the sides instead of half the diagonal. For a tile this adds .29 of its width to the
+   distance, which is more than the rounding errors of a path. */
 static inline Side side_of_wall(const Grid *g, const Wall *wall, const Box *box) {
     double reach = g->radius + 0.5 * ((box->right - box->left) + (box->high - box->low));
     double dx = 0.5 * (box->left + box->right) - wall->x;
@@ -75,7 +75,7 @@ static inline bool may_be_in_sector(const Feature *arc, double x, double y) {
 
 /* Return the distance of a point from a feature that is not a half-plane.
 
-   The error bound covers about twenty roundings of the lengths involved. If it is undecided because of rounding whether
+   The error bound is larger than the sum of all roundings, about twenty. If it is undecided because of rounding whether
    the point is in an arc's sector, the arc's circle and its end have nearly the same distance from the point, so either
    distance may be used. */
 static inline Bounded distance_to(const Feature *f, double x, double y) {

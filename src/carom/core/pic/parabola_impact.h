@@ -249,7 +249,7 @@ static inline void leave_wall(State *s, Index i, Index k, Direction n, double sp
     s->accelerated.paths[i].leaving = speed;
 }
 
-/* Apply friction and rolling resistance on a wall to a disc. `seen` is its motion relative to the wall. */
+/* Apply friction and rolling resistance to a disc in an impact on a wall. `seen` is its motion relative to the wall. */
 static inline void slide_on_wall(State *s, Index i, const Law *law, double belt, Direction n, const Motion *seen,
                                  double pressed) {
     Body body = body_of(s, i, true);

@@ -165,8 +165,9 @@ static inline bool is_in_corner_with(const Parabola *p, Index body) {
     return p->corner == body && p->ground == p->corner_ground;
 }
 
-/* Return whether a disc is just landing on the ground of its corner, and `body` is the other body of that corner. The
-   disc does not hit `body` before it has landed, although the rounded gap may be 0. */
+/* Return whether a disc has just hit the ground of its corner without leaving it again, and `body` is the other body of
+   that corner. Such a disc does not hit `body` before its contact with the ground has begun, although the rounded gap
+   to `body` may be 0. */
 static inline bool lands_at_corner_of(const State *s, Index i, Index body) {
     const Parabola *p = &s->accelerated.paths[i];
     return p->corner == body && p->ground == NO_OBSTACLE && s->discs[i].last == -1 - p->corner_ground &&

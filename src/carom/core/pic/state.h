@@ -117,7 +117,8 @@ typedef struct Disc { /* 64 bytes, one cache line, with all data of the disc tha
     int last;            /* the last body hit: the number of a disc, -1 - k for obstacle k, or NO_BODY */
 } Disc;
 
-typedef struct Prediction { /* 32 bytes: the next impact of a disc, and when it leaves its cell */
+/* the predicted next impact of a disc with another disc, and when the disc leaves its cell; 32 bytes */
+typedef struct Prediction {
     /* time at which the disc hits `partner`: exact, or a lower bound if `exact` is false; INF for never */
     double impact_time;
     double exit_time;       /* time at which the disc crosses `edge` of its cell, or hits `obstacle` before that */
@@ -185,7 +186,7 @@ typedef struct Box {
     double high;
 } Box;
 
-typedef struct Grid { /* square cells, surrounded by a ring of cells that stay empty */
+typedef struct Grid { /* a grid of square cells, surrounded by a ring of cells that stay empty */
     Cell *cells;      /* all cells, row by row, including the ring of empty cells */
     int *chain;       /* for each disc, the next disc in the chain of its cell, or NOBODY. */
     /* A tile is a block of cells with a common list of obstacles. Entry of each tile: 2 i, or 2 i + 1 for a tile at the
@@ -362,11 +363,11 @@ void carom_record(State *s, Recent *recent, double begin, double end);
    are made again. */
 void carom_resume(State *s);
 
-/* Write x, y, vx and vy of each disc at a time since the epoch. If discs accelerate, the time is `time` +
+/* Write x, y, vx and vy of each disc at a time since the present epoch. If discs accelerate, the time is `time` +
    `time_low`. */
 void carom_states(const State *s, double time, double time_low, double *states);
 
-/* Write the spin of each disc at a time since the epoch. The function must be called only if discs spin or
+/* Write the spin of each disc at a time since the present epoch. The function must be called only if discs spin or
    accelerate. */
 void carom_spins(const State *s, double time, double time_low, double *spins);
 

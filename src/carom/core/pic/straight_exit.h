@@ -27,9 +27,11 @@ static inline CellExit cell_exit(const Grid *g, const Disc *a, Index row, Index 
     return (CellExit){lesser(along, across), (Edge)(LEFT + right + is_vertical * (DOWN + up - LEFT - right))};
 }
 
-/* Return whether a disc is in the area of the lists now and after a wait, and therefore at all times in between. */
+/* Return whether a disc is in the area in which the lists of obstacles are valid, now and after a wait, and therefore
+   also in between. */
 static inline bool stays_in_area(const Grid *g, const Disc *a, double wait) {
-    Point end = position_after(a, wait); /* if the wait is infinite, this is NaN, which counts as outside */
+    /* if the wait is infinite, a coordinate is NaN, and the comparisons below are false */
+    Point end = position_after(a, wait);
     bool is_inside = (g->area.left <= a->x) & (a->x <= g->area.right) & (g->area.low <= a->y) & (a->y <= g->area.high);
     return is_inside & (g->area.left <= end.x) & (end.x <= g->area.right) & (g->area.low <= end.y) &
            (end.y <= g->area.high);

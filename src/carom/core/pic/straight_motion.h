@@ -81,10 +81,10 @@ static inline double wall_impact_wait(const Disc *a, const Wall *w, double wait)
     return wall_time(a->x, a->y, a->vx, a->vy, a->radius, w->x, w->y, w->nx, w->ny);
 }
 
-/* Return whether a disc certainly does not reach a feature within a wait, whatever the roundings are.
+/* Return whether a disc certainly does not reach a feature within `wait` seconds, in spite of rounding errors.
 
    The result is also true if the centre is behind the line of a face, because the disc can then hit only the other side
-   of the edge. The error bounds cover eight roundings of a term, or sixteen roundings of a distance. */
+   of the edge. The error bounds are larger than eight roundings of a term, or sixteen roundings of a distance. */
 static inline bool is_out_of_reach(const Disc *a, const Mover *mover, const Feature *f, double wait) {
     double reach = a->radius + f->half_width;
     if (f->kind <= FACE) {

@@ -1,6 +1,6 @@
 /* Distance from a chain in PIT: the point of a finite wall's centre line that is nearest to a disc's centre.
 
-   Operations and their order are those of `carom.model.chain_geometry`. */
+   The functions have the same floating-point operations, in the same order, as `carom.model.chain_geometry`. */
 
 #pragma once
 
@@ -113,8 +113,8 @@ static inline void enclose_edge(ChainEdge *e) {
     e->extent = e->is_arc ? e->radius : 0.5 * length;
 }
 
-/* Return whether the distance of an edge from a point certainly exceeds `distance`. `slack`, in metres, is larger than
-   the sum of all rounding errors. */
+/* Return whether the distance of an edge from a point certainly exceeds `distance`. `slack` must be an upper bound of
+   the sum of all rounding errors, in metres. */
 static inline bool is_farther(const ChainEdge *e, double x, double y, double distance, double slack) {
     double dx = x - e->mx;
     double dy = y - e->my;

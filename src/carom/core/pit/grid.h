@@ -86,7 +86,7 @@ static inline int halvings_of(double radius, double largest) {
     return halvings < MAX_LEVELS - 1 ? halvings : MAX_LEVELS - 1;
 }
 
-/* Choose the levels of cells for the present discs, and put each disc into its cell. */
+/* Choose the levels of cells from the radii and positions of all discs, and put each disc into its cell. */
 static inline void choose_levels(State *s) {
     Grid *g = &s->grid;
     Index counts[MAX_LEVELS] = {0};

@@ -90,8 +90,8 @@ static inline Body body_of(const State *s, Index i) {
     return (Body){&a->vx, a->inverse_mass, a->radius, &s->turning[s->record.has_spins ? i : 0]};
 }
 
-/* Record an impact that was just applied at this frame. With damping, the recorded velocities and spins are the damped
-   ones. */
+/* Record an impact that was just applied at this frame. With damping, the undamped velocities and spins are converted
+   to damped ones. */
 static inline void record_at_frame(State *s, const Impact *impact, const Spins *spins, Contact contact,
                                    const Ambiguity *ambiguity) {
     Record *r = &s->record;

@@ -41,7 +41,8 @@ static inline double extent_of_paths(const State *s) {
     return 4.0 * extent;
 }
 
-/* Set the longest time for which a bound is used, and the length that gravity and driven paths add to extents. */
+/* At the start of a run, set the longest time for which a bound is used, and the length that `extent_of` adds for
+   gravity and for driven bodies. */
 static inline void begin_bounds(State *s) {
     Index frames = s->motion == STRAIGHT ? MAX_BOUND_FRAMES : MAX_CURVED_BOUND_FRAMES;
     s->frame_span = (double)frames * (s->clock.step / s->clock.rate);
@@ -60,7 +61,7 @@ static inline void limit_bounds(State *s) {
 
 /* ---- waits ---- */
 
-/* Return a wait minus its own rounding error; 0 if the wait is not a finite positive number. */
+/* Return a wait, decreased by an upper bound of its rounding error; 0 if the wait is not a finite positive number. */
 static inline double shorten_wait(double wait) {
     return 0.0 < wait && wait < CAROM_INF ? wait * (1.0 - CAROM_PATH_MARGIN) : 0.0;
 }

@@ -5,9 +5,9 @@
    of degree n, is multiplied by (1 - s)^n. The result is a polynomial in s with Bernstein coefficients b. By Descartes'
    rule, the polynomial has no root in the interval if all b have one sign, and exactly one if they change sign once.
    Otherwise the interval is halved by de Casteljau's algorithm, which computes means of neighbouring coefficients. The
-   sign of a coefficient is certain only if its magnitude exceeds its error bound. If a sign that matters is uncertain,
-   the result is QUARTIC_UNDECIDED. The result is correct for any c. If c is near a minimum of the polynomial, few
-   halvings are needed. The search in pairs of floats uses finite intervals instead of the half line, and falls.h
+   sign of a coefficient is certain only if its magnitude exceeds its error bound. If an uncertain sign prevents a
+   decision, the result is QUARTIC_UNDECIDED. The result is correct for any c. If c is near a minimum of the polynomial,
+   few halvings are needed. The search in pairs of floats uses finite intervals instead of the half line, and falls.h
    proceeds from one interval to the next. So that search also succeeds for roots that differ by many orders of
    magnitude.
 

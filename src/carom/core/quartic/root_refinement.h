@@ -55,7 +55,8 @@ static inline double approximate_root(const Polynomial *p, const Bracket *bracke
 static inline bool refine_quartic_root(const PairPolynomial *p, const Polynomial *floats, const Bracket *bracket,
                                        QuarticRoot *root) {
     const int n = p->degree;
-    /* The ends of a bracket are rounded instants. A root found next to an end may therefore be a different root. */
+    /* The ends of a bracket are rounded instants. A root found very near to an end may therefore be the root of a
+       neighbouring bracket. */
     const double least = bracket->begin * (1.0 + 0x1p-48), most = bracket->end * (1.0 - 0x1p-48);
     double begin = bracket->begin, end = bracket->end;
     double t = approximate_root(floats, bracket);

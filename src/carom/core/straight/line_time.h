@@ -46,7 +46,7 @@ static inline DoubleDouble wall_gap(double x, double y, double radius, double qx
     return round_sum(add_term(total, -radius));
 }
 
-/* Return the velocity along a wall's normal, negative towards the wall. */
+/* Return the component of a velocity along a wall's normal, negative towards the wall. */
 static inline DoubleDouble wall_speed(double vx, double vy, double nx, double ny) {
     return round_sum(add_along(add_along(empty_sum(), vx, nx), vy, ny));
 }

@@ -29,7 +29,7 @@
 /* Every finite float is less than 2 to the power LARGEST_EXPONENT. */
 enum { LARGEST_EXPONENT = 1024 };
 
-/* A value of the plain form, and a bound of its rounding error. */
+/* A value computed in double precision, and a bound of its rounding error. */
 typedef struct Bounded {
     double value;
     double error;
@@ -247,7 +247,7 @@ static inline DoubleDouble accurate_discriminant(Encounter e, DoubleDouble b, Do
     return c.high > 0.0 && is_doubtful ? exact_discriminant(e) : d;
 }
 
-/* Return the time of impact by the error-free form, for numbers of any size. */
+/* Return the time of impact of two discs, computed by the error-free form for numbers of any size. */
 static inline double exact_pair_time(Encounter e) {
     double ux = e.ux.high;
     double uy = e.uy.high;

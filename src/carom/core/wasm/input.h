@@ -1,8 +1,8 @@
 /* Input and output of a run in WebAssembly: arrays of floats, identified by kind, and single numbers, identified by
    name.
 
-   JavaScript has the same names in the same order (`carom/web/wasm_core.js`). Only one run exists at a time:
-   `begin_input` frees the memory of the previous run. */
+   `carom/web/wasm_core.js` has the names of these enums in the same order. Only one run exists at a time: `begin_input`
+   frees the memory of the previous run. */
 
 #pragma once
 

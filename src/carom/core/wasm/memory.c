@@ -103,7 +103,8 @@ double frexp(double x, int *exponent) {
     return x;
 }
 
-/* This function is exported because JavaScript would round results below 2^-1022 twice. */
+/* JavaScript calls this function instead of multiplying by powers of two, which would round results below 2^-1022
+   twice. */
 CAROM_EXPORT("times_power") double times_power(double x, int exponent) {
     return ldexp(x, exponent);
 }
