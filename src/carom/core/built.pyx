@@ -11,7 +11,7 @@ cdef extern from *:
 cdef extern from "float.h":
     int FLT_EVAL_METHOD
 
-#: `carom.core.extension.compute_sources_digest` at the time of the build.
+#: Result of `carom.core.extension.compute_sources_digest` at the time of the build.
 DIGEST = SOURCES.decode("ascii")
 #: 0 if every operation is rounded to the type of its operands, as IEEE 754 requires.
 EVALUATION_METHOD = FLT_EVAL_METHOD

@@ -129,7 +129,7 @@
      pit/motion.h                 motion between frames; driven bodies
      pit/impacts.h                interference tests and impacts
      pit/separation.h             bodies that a disc cannot approach on its present path
-     pit/schedule.h               which tests a disc needs at a frame and when it needs the next; whether this saves work
+     pit/schedule.h               which tests a disc needs at a frame, and when it needs the next tests
      pit/skip_bounds.h            lower bounds of the time until a disc can hit another body
      pit/grid.h                   cells for discs of any sizes
      pit/sweep.h                  all tests of a frame at once, if scheduling costs too much

@@ -43,8 +43,8 @@
    2^-53. Before the last sum, the terms of b accumulate 4 roundings, those of c 5, and those of D fewer than 8,
    including the factor 2 in the bound of D's error. */
 #define CAROM_ERROR 0x1p-50
-/* Products smaller than this may have underflow errors (at most 2^-1075 each) that are not negligible. The error-free
-   form of pair_time.h is used for them. */
+/* Products smaller than this may have underflow errors (at most 2^-1075 each) that are not negligible. For such
+   products, the error-free form of pair_time.h is used. */
 #define CAROM_NEGLIGIBLE 0x1p-900
 /* Adding 2^28 R to a number and subtracting it again rounds the number to a grid. The spacing of the grid is 2^-25 R to
    2^-24 R, so a coordinate up to R keeps about 25 bits. */

@@ -71,7 +71,7 @@ def _list_sources(package: Path) -> list[Path]:
 
 
 def _is_installed(package: Path) -> bool:
-    """Whether a package is an installed copy and not a source tree. Nobody edits installed copies."""
+    """Whether a package is an installed copy, whose sources nobody edits, and not a source tree."""
     return bool({"site-packages", "dist-packages"} & set(package.parts))
 
 

@@ -1,10 +1,10 @@
 /* Lists of obstacles: for each cell, all obstacles that a disc in the cell may hit, and few others.
 
-   A tile is four cells, or one cell if there are features. Each tile has a list. To build the lists, the grid is halved
-   recursively. Each half is compared only with the obstacles near the part that was halved. So an obstacle causes work
-   only for the tiles near it. All lists are in one array, and each tile has the index at which its list begins. Each
-   list contains numbers in ascending order and ends with NO_OBSTACLE. Tiles far from all obstacles share the first list
-   in the array, which is empty.
+   A tile is a block of 2 by 2 cells, or one cell if the obstacles are features. Each tile has a list. To build the
+   lists, the grid is halved recursively. Each half is compared only with the obstacles near the part that was halved.
+   So an obstacle causes work only for the tiles near it. All lists are in one array, and each tile has the index at
+   which its list begins. Each list contains numbers in ascending order and ends with NO_OBSTACLE. Tiles far from all
+   obstacles share the first list in the array, which is empty.
 
    No disc can be in a tile that is completely behind a wall. A tile behind a wall has the list of all obstacles, which
    is correct for any disc. A tile at the rim extends outwards without limit, but its list is valid only up to OUTWARD

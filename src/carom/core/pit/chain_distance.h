@@ -103,7 +103,7 @@ static inline Point find_nearest_on_segment(const ChainEdge *e, double x, double
     return part <= 0.0 ? (Point){e->ax, e->ay} : (Point){e->bx, e->by};
 }
 
-/* Set the circle that encloses an edge. */
+/* Compute the circle that encloses an edge: `mx`, `my` and `extent`. */
 static inline void enclose_edge(ChainEdge *e) {
     double ex = e->bx - e->ax;
     double ey = e->by - e->ay;
@@ -192,7 +192,7 @@ static inline double bound_edge_distance(const ChainEdge *e, double x, double y)
 }
 
 /* Return a lower bound of the distance of a point from a chain's line, except for rounding errors. `edge` is the number
-   of an edge that is probably near. It is set to the edge with the smallest bound. */
+   of an edge that is probably near. `edge` is set to the edge with the smallest bound. */
 static inline double bound_distance(const Chain *chain, double x, double y, Index *edge) {
     double slack = distance_slack(chain, x, y);
     double least = bound_edge_distance(&chain->edges[*edge], x, y);
