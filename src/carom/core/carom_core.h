@@ -188,7 +188,7 @@ static inline void *reserve_bytes(Arena *arena, size_t size) {
     return begin;
 }
 
-/* Reserve memory for a number of rows of a type. */
+/* Reserve memory in an arena for `count` rows of type `type`. */
 #define RESERVE_ROWS(arena, type, count) ((type *)reserve_bytes((arena), (size_t)(count) * sizeof(type)))
 
 /* ---- bodies ---- */

@@ -184,7 +184,7 @@ typedef struct Ambiguity {
     bool elastic; /* whether an impact on that wall loses no energy */
 } Ambiguity;
 
-/* Store an impact for comparison with later ones. Return whether it is ambiguous itself. */
+/* Store an impact for comparison with later ones. Return whether this impact is ambiguous. */
 static inline bool note_impact(const Record *r, const Impact *impact, const Ambiguity *a) {
     double time = impact->time, nx = impact->normal[0], ny = impact->normal[1];
     int feature = a->feature;

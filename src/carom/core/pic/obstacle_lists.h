@@ -39,7 +39,7 @@ static inline double line_between(double begin, double width, Index count, Index
     return begin + (double)(k <= count ? k - 1 : count + OUTWARD) * width;
 }
 
-/* Return the box of some tiles. */
+/* Return the box that a block of tiles covers. */
 static inline Box box_of(const Grid *g, const Tiles *tiles) {
     return (Box){
         line_between(g->x0, g->width, g->columns, tiles->left << g->tile_bits),

@@ -67,12 +67,12 @@ typedef enum EventKind { /* kind of a disc's next event */
 } EventKind;
 
 typedef enum Change { /* which predictions of a disc must be computed again after an event */
-    OF_PATH = 0,      /* all of them, because the disc's path has changed */
+    OF_PATH = 0,      /* all predictions, because the disc's path has changed */
     OF_PARTNER = 1,   /* only its next impact with a disc, because the partner's path has changed */
     /* the time at which it leaves its cell, and impacts with discs in three more cells, because it has entered another
        cell */
     OF_CELL = 2,
-    OF_TIME = 3,      /* none; only the disc's time in the queue must be updated */
+    OF_TIME = 3,      /* no prediction; only the disc's time in the queue must be updated */
 } Change;
 
 typedef enum Ending { /* how a call of the loop ends; solvers/event_driven/run.py uses the same numbers */

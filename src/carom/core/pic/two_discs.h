@@ -20,7 +20,7 @@ typedef struct FreeDisc {
 
 typedef struct TwoDiscsResult {
     Impact impact;
-    double position[4]; /* at the end: x and y of the first disc, then of the second */
+    double position[4]; /* centres at the end, in metres: x and y of the first disc, then of the second */
     double velocity[4];
     bool has_impact;
 } TwoDiscsResult;
