@@ -10,9 +10,9 @@
 
 /* Enlarge memory as `realloc` does, and keep its first `used` bytes. Size 0 frees the memory.
 
-   Fresh memory in small pages costs as much time as the rest of recording, and `realloc` never moves memory to large
-   pages. So from a few megabytes on, the rows are copied to new memory in large pages. From a gigabyte on, memory is
-   too scarce for a second copy. */
+   If recorded rows are written to new memory in small pages, the page faults double the time of recording, and
+   `realloc` never moves memory to large pages. So sizes from 4 megabytes to a gigabyte are allocated in large pages,
+   and the rows are copied there. For larger sizes, memory may not suffice for two copies. */
 static void *carom_enlarge(void *memory, size_t used, size_t size) {
 #if defined(__linux__)
     void *fresh;

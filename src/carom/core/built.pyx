@@ -11,12 +11,12 @@ cdef extern from *:
 cdef extern from "float.h":
     int FLT_EVAL_METHOD
 
-#: `carom.core.extension.compute_sources_digest` at the time of the build.
+#: Result of `carom.core.extension.compute_sources_digest` at the time of the build.
 DIGEST = SOURCES.decode("ascii")
 #: 0 if every operation is rounded to the type of its operands, as IEEE 754 requires.
 EVALUATION_METHOD = FLT_EVAL_METHOD
 
 
 def less_product(double c, double a, double b):
-    """Return ``c - a b``. Its bits show whether the compiler fuses both operations into one, with a single rounding."""
+    """Return ``c - a b``. The result shows whether the compiler fuses both operations, with only one rounding."""
     return c - a * b

@@ -1,65 +1,69 @@
 /* The core of Carom: discs and walls in a plane, in C11 without dependencies. Start here.
 
-   The core has two solvers. PIC (`event_loop.c`) computes the exact instant of every impact and goes from one impact
-   to the next. PIT (`frame_loop.c`) advances all discs frame by frame and checks for contact once per frame, as most
-   physics engines do. Python uses both through the .pyx files, and the page of `carom play` through wasm/.
-   This header has the structs that both solvers share; pic/state.h has those of PIC, and pit/state.h those of PIT.
+   The core has two solvers. PIC (`event_loop.c`) computes the exact instant of every impact and goes from one impact to
+   the next. PIT (`frame_loop.c`) advances all discs frame by frame and checks for contact once per frame, as most
+   physics engines do. Python uses both through the .pyx files, and the page of `carom play` through wasm/. This header
+   defines the structs that both solvers share. pic/state.h defines the structs of PIC, and pit/state.h those of PIT.
    docs/theory/pic.md derives the formulas and explains the algorithms.
 
    UNITS are metres, seconds, kilograms and radians. Each time is counted from one of three instants: the start of the
-   run, the start of the present epoch (clock.h), or now. The comment next to the time states which.
+   run, the start of the present epoch, or now. The comment of each time field states which. An epoch is a part of a run
+   in which PIC counts time from 0 again (clock.h).
 
    BODIES are numbered as in `carom.model.trace`: disc i has the number i, and wall k the number -1 - k. A wall is a
    half-plane, a circle, or a chain of edges and arcs. The parts of a wall that a disc can hit are its features:
-   half-planes, faces, vertices, and the outside or inside of arcs. If features are the obstacles, obstacle k also has
-   the number -1 - k. A driven body follows a given path. The ground of a disc is the half-plane or face on which it
-   slides, rolls or rests.
+   half-planes, faces, vertices, and the outside or inside of arcs. An obstacle is what PIC tests a disc against: a wall
+   in simple scenes, and otherwise a feature (pic/state.h states when). Obstacle k also has the number -1 - k. A driven
+   body moves on a prescribed path, whatever it hits. The ground of a disc is the half-plane or face on which it slides,
+   rolls or rests.
 
    A RUN OF PIC calls these functions:
 
    - `carom_set_up` returns the size of the memory that the run needs, and `carom_begin` fills that memory.
-   - `carom_record` chooses which impacts are recorded. They become rows of `Record`.
-   - `carom_advance` applies impacts up to a time, a number of impacts or a number of events, and returns an `Ending`.
-     It may be called any number of times.
+   - `carom_record` chooses which impacts are recorded. Recorded impacts become rows of `Record`.
+   - `carom_advance` applies impacts until a given time, a given number of impacts or a given number of events is
+     reached, and returns an `Ending`. `carom_advance` may be called any number of times.
    - `carom_states` and `carom_spins` write the state of all discs at a time.
    - `carom_release` frees the memory that grew during the run.
 
    A RUN OF PIT calls `carom_pit_set_up`, `carom_pit_begin`, `carom_pit_run` and `carom_pit_write_states`.
 
-   EVENTS of PIC (`EventKind` in pic/state.h) are of two sorts. The first sort changes predictions only: a disc crosses
-   an edge of its cell; the partner of a predicted impact has changed its path; only a lower bound of an impact's time
-   is known; a disc has no prediction yet. The second sort changes a motion: two discs collide; a disc hits an obstacle;
-   a mode of contact, or a motion on a table, ends.
+   EVENTS of PIC (`EventKind` in pic/state.h) are of two sorts. An event of the first sort changes predictions only: a
+   disc crosses an edge of its cell, or its predicted partner has changed its path. Computing a missing prediction, or
+   the exact time of an impact of which only a lower bound is known, are also events of the first sort. An event of the
+   second sort changes a motion: two discs collide; a disc hits an obstacle; a mode of contact, or a motion on a table,
+   ends.
 
-   Several events may have the same instant. Then events that change predictions come first. The ends of motions come
-   next, in the order of the discs' numbers. Impacts come last, in the order of (first, second). `first` is the lower
-   number of two discs, or the number of a disc at a wall. For the same `first`, walls come before discs, because their
-   numbers are negative. `Trace.ambiguous` lists the impacts whose result depends on this order.
+   Several events may have the same instant. Events that change only predictions are then processed first. The ends of
+   motions follow, in the order of the discs' numbers. Impacts are last, in ascending order of the numbers (first,
+   second) of their two bodies. For two discs, `first` is the lower number. For a disc and a wall, `first` is the disc.
+   For the same `first`, walls come before discs, because the numbers of walls are negative. `Trace.ambiguous` lists the
+   impacts whose result depends on this order.
 
    INVARIANTS, which every change must keep:
 
-   - Each disc has a prediction. For any two discs, the later of their two predictions uses the present paths of both.
-     The smaller of their two predicted times is therefore never later than their impact. A prediction is stale if the
-     partner's path has changed since the prediction was made.
-   - The time of impact of two discs depends on their two paths only. It is counted from the later of the times at which
-     these paths began.
+   - Each disc has a prediction. For any two discs A and B, whichever of the two was predicted last was predicted from
+     the present paths of both. The smaller of the times predicted for A and for B is therefore never later than the
+     impact of A on B. A prediction is stale if the partner's path has changed since the prediction was made.
+   - The computed time of impact of two discs depends on their two paths only, and not on when it is computed. To
+     compute it, both discs are moved to the later of the two times at which their paths began.
    - Cells, bounds, prefetching, skipped frames and pauses decide when something is computed, and never change a result.
-     The all-pairs loop (all_pairs.h) has none of them and returns the same bits.
-   - A bound includes its own rounding errors. If bounds do not decide a question, it is computed exactly. There are no
-     tolerances.
+     The all-pairs loop (all_pairs.h) uses none of them and returns bit-identical results.
+   - A bound includes its own rounding errors. If bounds do not decide a comparison, the compared numbers are computed
+     exactly. There are no tolerances.
    - Floating-point operations are neither reordered nor fused, and only correctly rounded operations are used. Results
-     have the same bits on every machine and in WebAssembly.
-   - The core does not call an allocator. Rows whose number is fixed are in one arena, and the function `Resize`
-     supplies memory that grows. There is no global state, no input and no output.
-   - Instants of discs that accelerate are pairs of floats (arithmetic/double_double.h). Runs without acceleration begin
-     a new epoch after 32 impacts per disc, so that times stay short and precise (clock.h).
-   - Quantities that the physical law makes 0 are stored as facts and not computed. These are the gap and the normal
+     are therefore bit-identical on every machine and in WebAssembly.
+   - The core does not call an allocator. Arrays of fixed length are in one block of memory, the arena. The caller's
+     function `Resize` supplies memory for arrays that grow. There is no global state, no input and no output.
+   - For discs that accelerate, an instant is the sum of two floats, its high and its low part
+     (arithmetic/double_double.h). Runs without acceleration begin a new epoch after 32 impacts per disc, so that times
+     stay short and precise (clock.h).
+   - Quantities that the physical law makes 0 are set to 0 and not computed. Such quantities are the gap and the normal
      speed of a disc in contact, the slip of a rolling disc, and the normal speed of two bodies that touch after an
      impact with restitution 0 (touched_bodies.h).
 
    FILES. Each header contains the inlined functions of one concept. A header includes the headers of the concepts that
-   it uses, and these include others: constants.h includes the C library, and pic/state.h and pit/state.h include the
-   shared structs.
+   it uses.
 
    Shared by both solvers
      constants.h                  constants, each with its unit and reason; macros for compilers
@@ -77,9 +81,9 @@
    straight/: times of impact in straight motion
      straight/pair_time.h         two discs
      straight/line_time.h         a disc and the line of a half-plane, or a face
-     straight/feature_time.h      a disc and an arc, a vertex or any feature; the gap to a feature and its normal
+     straight/feature_time.h      a disc and an arc, a vertex or any feature; the gap to a feature, and the normal
    parabola/ and quartic/: times of impact on parabolas
-     parabola/fall_time.h         any feature, a fixed disc, or a disc with another acceleration
+     parabola/fall_time.h         times of impact on any feature, a fixed disc, or a disc with another acceleration
      parabola/fall_bounds.h       lower bounds of these times
      parabola/gap_polynomial.h    the gap as a polynomial in time
      quartic/falls.h              instants at which such a polynomial becomes negative, in three stages
@@ -103,7 +107,7 @@
      Straight motion and parabolas have a file for each of four questions:
      pic/straight_motion.h        where a disc is, and when it reaches another body
      pic/parabola_motion.h
-     pic/straight_partner.h       which disc it collides with next
+     pic/straight_partner.h       with which disc it collides next
      pic/parabola_partner.h
      pic/straight_exit.h          when it leaves its cell, or hits an obstacle before that
      pic/parabola_exit.h
@@ -113,34 +117,34 @@
      pic/lasting_contact.h        discs in contact with a wall: modes, and when they change
      pic/driven_path.h            positions of driven bodies
      pic/driven_impact.h          impacts with driven bodies; runs with features or spins
-     pic/crush.h                  discs between two closing bodies, and when they are crushed
-     pic/crush_bodies.h           bodies in the rule of crush.h
+     pic/crush.h                  discs between two approaching bodies, and when they are crushed
+     pic/crush_bodies.h           functions on bodies for the rule of crush.h
      pic/crushed_row.h            the rule of crush.h for a row of discs
    pit/: the frame-sampled solver
      pit/state.h                  state of a run, functions for bindings; read it first
      pit/frame_loop.c             the frame loop, and the functions for bindings
      pit/set_up.h                 memory of a run, filled from its input
-     pit/frame.h                  one frame: all its tests, or only those that can find something
-     pit/pending_tests.h          tests of a frame that remain, in the order of Algorithm 1
+     pit/frame.h                  one frame: all its tests, or only those that can find an impact
+     pit/pending_tests.h          remaining tests of a frame, in the order of Algorithm 1
      pit/motion.h                 motion between frames; driven bodies
      pit/impacts.h                interference tests and impacts
      pit/separation.h             bodies that a disc cannot approach on its present path
-     pit/schedule.h               which tests a disc needs now, when it needs the next ones, and whether this saves work
-     pit/skip_bounds.h            lower bounds of the time until a disc can hit something
+     pit/schedule.h               which tests a disc needs at a frame, and when it needs the next tests
+     pit/skip_bounds.h            lower bounds of the time until a disc can hit another body
      pit/grid.h                   cells for discs of any sizes
-     pit/sweep.h                  all tests of a frame at once, if searches cost too much
+     pit/sweep.h                  all tests of a frame at once, if scheduling costs too much
      pit/chain_distance.h         the point of a chain nearest to a disc
    Bindings for Python: a .pyx file is a module, a .pyi file has its types, a .pxd file has declarations
      pic.pyx, .pxd, .pyi          runs of PIC
      pit.pyx, .pyi                runs of PIT
      primitives.pyx, .pyi         single formulas
      damped_time.pyx, .pyi        damping
-     built.pyx, .pyi              a digest of the sources that the extension was built from
+     built.pyx, .pyi              a digest of the sources from which the extension was built
      carom_core.pxd               declarations of this file
      formulas.pxd                 declarations of formulas
      run_input.pxd                declarations of run_input.h; conversion of Python arrays
      record_rows.pxd              recorded impacts as arrays
-     exact_quartic.pxd            the third stage of quartics: exact integers, in Python
+     exact_quartic.pxd            the third stage of quartic/falls.h: exact integers, in Python
      binding_memory.h             `Resize` for Python
    wasm/: the interface for the page of `carom play`; `make generated` compiles it with the core to carom/web/core.wasm
      wasm/input.h                 input and output of a run as arrays
@@ -160,21 +164,21 @@ typedef ptrdiff_t Index;
 
 enum {
     NOBODY = -1,     /* an empty place, or no partner */
-    NO_FEATURE = -1, /* no feature of a wall, or none that matters */
+    NO_FEATURE = -1, /* the number of a feature if there is none, or if it does not matter which one */
 };
 
 /* ---- memory ---- */
 
-/* Resize a block of memory to `size` bytes and keep its first `used` bytes. Return NULL if there is no more memory; the
-   old block is then unchanged. `memory` is NULL for a new block. With size 0 the block is freed and NULL is
-   returned. */
+/* Resize a block of memory to `size` bytes and keep its first `used` bytes. If there is not enough memory, return NULL
+   and leave the old block unchanged. If `memory` is NULL, allocate a new block. If `size` is 0, free the block and
+   return NULL. */
 typedef void *(*Resize)(void *memory, size_t used, size_t size);
 
-typedef struct Arena { /* one block of memory for all rows whose number is fixed */
-    /* NULL while the size is computed. A `lay_out` function runs twice: first it computes the size, then it places the
-       rows */
+typedef struct Arena { /* one block of memory for all arrays of fixed length */
+    /* start of the block; NULL while its size is computed. A `lay_out` function runs twice: first to compute the size
+       of the block, and then to assign the addresses of the arrays */
     char *memory;
-    size_t used; /* bytes */
+    size_t used; /* number of bytes reserved so far */
 } Arena;
 
 /* Reserve `size` bytes for rows. Return the address of the first byte, which is the start of a cache line. */
@@ -184,22 +188,24 @@ static inline void *reserve_bytes(Arena *arena, size_t size) {
     return begin;
 }
 
-/* Reserve memory for a number of rows of a type. */
+/* Reserve memory in an arena for `count` rows of type `type`. */
 #define RESERVE_ROWS(arena, type, count) ((type *)reserve_bytes((arena), (size_t)(count) * sizeof(type)))
 
 /* ---- bodies ---- */
 
-typedef struct Wall { /* points p on the free side have (p - q).n >= 0 */
-    double x;         /* q, a point of the surface */
+typedef struct Wall { /* a half-plane: the points p on its free side have (p - q).n >= 0 */
+    double x;         /* q, a point of the surface, in metres */
     double y;
     double nx; /* n, unit normal that points to the free side */
     double ny;
 } Wall;
 
 typedef struct Surface { /* motion of a driven wall, a driven disc, or a conveyor wall */
-    double vx;           /* velocity of the body */
+    double vx;           /* velocity of the body, in metres per second */
     double vy;
-    double belt; /* speed of a conveyor's surface, to the left of the normal, in metres per second */
+    /* speed at which a conveyor's surface moves past the body, positive to the left of the normal, in metres per
+       second */
+    double belt;
 } Surface;
 
 typedef struct Point {
@@ -208,24 +214,24 @@ typedef struct Point {
 } Point;
 
 typedef struct Leg { /* part of a driven body's path with constant velocity */
-    double begin;    /* seconds since the epoch */
-    double end;      /* INF for the last leg */
-    double begins;   /* `begin` and `end`, counted from the start of the run */
+    double begin;    /* start of the leg, in seconds since the present epoch */
+    double end;      /* end of the leg, in seconds since the present epoch; INF for the last leg */
+    double begins;   /* start and end of the leg, in seconds since the start of the run */
     double ends;
-    double moved_x; /* displacement of the body at the start of the leg, in metres */
+    double moved_x; /* displacement of the body from its start position at the start of the leg, in metres */
     double moved_y;
     double vx;
     double vy;
 } Leg;
 
-/* Return the displacement of a driven body at a time within a leg of its path. */
+/* Return the displacement of a driven body from its start position at a time within a leg of its path. */
 static inline Point displacement_on(const Leg *leg, double time) {
     double lasted = time - leg->begin;
     return (Point){leg->moved_x + leg->vx * lasted, leg->moved_y + leg->vy * lasted};
 }
 
 typedef struct Turning { /* rotation of a disc, in a scene with spin */
-    double spin;         /* radians per second, counterclockwise */
+    double spin;         /* spin of the disc, in radians per second, counterclockwise */
     /* 1/k, where k is the moment of inertia divided by mass times radius squared; 0 if the disc never turns */
     double inverse_inertia_ratio;
 } Turning;
@@ -234,17 +240,18 @@ typedef struct Turning { /* rotation of a disc, in a scene with spin */
 
 typedef struct ContactFriction { /* friction between two bodies in contact */
     double friction;             /* Coulomb's coefficient f, 0 or more */
-    /* tangential restitution b, -1 to 1: the slip after an impact without sliding is -b times the slip before */
+    /* tangential restitution b, -1 to 1: if friction is large enough to stop the sliding, the slip after the impact is
+       -b times the slip before */
     double restitution;
 } ContactFriction;
 
 typedef struct Law {
-    double restitution; /* between two discs */
+    double restitution; /* coefficient of restitution between two discs */
     double wall_restitution;
-    /* contact duration of the TC model, in seconds; 0 if unused. An impact that follows the disc's last one within this
-       time loses no energy */
+    /* contact duration of the TC (time of contact) model, in seconds; 0 if the model is not used. If a disc's impact
+       follows the previous impact of this disc within the contact duration, it loses no energy */
     double contact_duration;
-    ContactFriction contact; /* between two discs */
+    ContactFriction contact; /* friction between two discs */
     ContactFriction wall_contact;
 } Law;
 
@@ -252,17 +259,17 @@ typedef struct Body {    /* data of a disc for the impact law */
     double *velocity;    /* x and y */
     double inverse_mass; /* 0 for a disc that never moves */
     double radius;
-    Turning *turning; /* used only in a scene with spin */
+    Turning *turning; /* rotation of the disc; used only in a scene with spin */
 } Body;
 
 /* ---- recorded impacts ---- */
 
-typedef struct Impact { /* a row of `carom.model.trace.IMPACT_DTYPE` */
-    double time;        /* since the start of the run */
+typedef struct Impact { /* a recorded impact, a row of `carom.model.trace.IMPACT_DTYPE` */
+    double time;        /* time of the impact, in seconds since the start of the run */
     int64_t first;      /* disc */
     int64_t second;     /* body */
-    double normal[2];   /* unit vector from first to second */
-    double first_before[2]; /* velocities before and after */
+    double normal[2];   /* unit vector from the first body to the second */
+    double first_before[2]; /* velocities of both bodies before and after the impact, in metres per second */
     double second_before[2];
     double first_after[2];
     double second_after[2];
@@ -273,59 +280,59 @@ static inline void write_velocity(double *velocity, double vx, double vy) {
     velocity[1] = vy;
 }
 
-typedef struct Spins { /* a row of `carom.model.trace.SPIN_DTYPE` */
+typedef struct Spins { /* spins of both bodies at an impact, a row of `carom.model.trace.SPIN_DTYPE` */
     double first_before;
     double second_before;
     double first_after;
     double second_after;
 } Spins;
 
-/* where an impact is, in scenes with finite walls; a row of `carom.solvers.rows.CONTACT_DTYPE` */
+/* position of an impact, recorded in scenes with finite walls; a row of `carom.solvers.rows.CONTACT_DTYPE` */
 typedef struct Contact {
-    double x;            /* centre of the first disc */
+    double x;            /* centre of the first disc, in metres; relative to the start position of a driven wall */
     double y;
     int64_t feature; /* number of the feature, or NO_FEATURE if the second body is a disc */
 } Contact;
 
-typedef struct LastContact { /* data of a disc's impact, for comparison with its next impact */
-    double latest;           /* upper bound of its time since the start; -INF for none */
+typedef struct LastContact { /* data of a disc's impact, with which its later impacts are compared */
+    /* upper bound of the impact's time, in seconds since the start; -INF if there was no impact */
+    double latest;
     double nx;
     double ny;
-    int feature;  /* feature of a finite wall without friction; NO_FEATURE otherwise */
-    bool elastic; /* whether the wall loses no energy */
+    int feature;  /* the feature that was hit, if it belongs to a finite wall without friction; otherwise NO_FEATURE */
+    bool elastic; /* whether an impact on this wall loses no energy */
 } LastContact;
 
-/* earlier impacts of a disc that decide whether its next one is ambiguous: see impact_record.h */
+/* the two earlier impacts of a disc that decide whether its next impact is ambiguous: see impact_record.h */
 typedef struct Recent {
     LastContact furthest;
     LastContact across;
 } Recent;
 
-/* Return whether a disc that hits two features at one instant moves on in the same way for either order of the
-   impacts. */
+/* Return whether two impacts of a disc on two features at the same instant have the same result in both orders. */
 typedef bool (*IsOrderFree)(void *context, int one, int other, bool elastic);
 
 typedef struct Corners {
-    IsOrderFree is_order_free; /* called with numbers of features only */
+    IsOrderFree is_order_free; /* the function; both numbers passed to it are numbers of features */
     void *context;
 } Corners;
 
 typedef struct Record {
     Impact *rows;
-    Spins *spins;       /* one per row, in a scene with spin */
-    Contact *contacts;  /* one per row, in a scene with finite walls */
+    Spins *spins;       /* spins of the bodies of each impact in `rows`, in a scene with spin */
+    Contact *contacts;  /* position of each impact in `rows`, in a scene with finite walls */
     bool has_spins;
     bool has_contacts;
     Corners corners;
-    Resize resize; /* resizes rows, spins, contacts and ambiguous; the caller frees them */
+    Resize resize; /* resizes the arrays `rows`, `spins`, `contacts` and `ambiguous`, which the caller frees */
     Index count;
     Index capacity;
-    int64_t *ambiguous; /* numbers of ambiguous rows; row 0 is the first of the run */
+    int64_t *ambiguous; /* numbers of the ambiguous impacts, counted from the first recorded impact of the run */
     Index ambiguous_count;
     Index ambiguous_capacity;
-    Index released; /* number of rows that the caller has already taken */
-    Recent *recent; /* one per disc */
+    Index released; /* number of recorded impacts that the caller has already removed from `rows` */
+    Recent *recent; /* one `Recent` per disc */
     bool is_wanted;
-    double begin; /* impacts from `begin` to `end` are recorded; times since the start */
+    double begin; /* only impacts from `begin` to `end` are recorded, in seconds since the start */
     double end;
 } Record;

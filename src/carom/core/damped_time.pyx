@@ -19,12 +19,12 @@ cdef extern from "carom/core/damping.h" nogil:
 
 
 def kept(double rate, double seconds):
-    """Return the factor by which damping multiplies a speed during some seconds."""
+    """Return the factor by which damping multiplies a speed during `seconds`."""
     return remaining_velocity(rate, seconds)
 
 
 def undamped(double rate, double seconds):
-    """Return the time in which an undamped disc moves as far as a damped one does in some seconds."""
+    """Return the time in which an undamped disc moves as far as a damped disc does in `seconds`."""
     return undamped_time(rate, seconds)
 
 
@@ -34,12 +34,12 @@ def damped(double rate, double undamped_s):
 
 
 def latest_undamped(double rate, double seconds):
-    """Return the greatest undamped time t for which ``damped(rate, t)`` is at most `seconds`."""
+    """Return the greatest undamped time t such that ``damped(rate, t)`` is at most `seconds`."""
     return latest_undamped_time(rate, seconds)
 
 
 def all_damped(double rate, undamped_s):
-    """Return `damped` of each time of an array, shape ``(n,)``."""
+    """Return the result of `damped` for each time of an array, shape ``(n,)``."""
     cdef const double[::1] times = np.ascontiguousarray(undamped_s, np.float64)
     found = np.empty(times.shape[0])
     cdef double[::1] rows = found

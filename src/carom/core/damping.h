@@ -1,9 +1,9 @@
-/* Discs that slow down: linear damping, and a table that decelerates them.
+/* Discs that slow down, because of linear damping or on a table that decelerates them.
 
    Linear damping v' = -c v is equivalent to a substitution of the time, which docs/theory/damping.md derives.
 
-   A damped disc moves like an undamped one in the undamped time s = (1 - e^(-c t)) / c. Its velocity is 1 - c s times
-   the undamped one. Rates c are per second, 0 or more; times are in seconds. */
+   A damped disc moves like an undamped one in the undamped time s = (1 - e^(-c t)) / c. The velocity of the damped disc
+   is 1 - c s times that of the undamped disc. Rates c are per second, 0 or more; times are in seconds. */
 
 #pragma once
 
@@ -13,8 +13,8 @@
 #include "carom/core/arithmetic/exponentials.h"
 #include "carom/core/carom_core.h"
 
-/* Return the factor by which damping multiplies a velocity during a time. For a negative time it is more than 1, up to
-   infinity. */
+/* Return the factor by which damping multiplies a velocity during a time. For a negative time the factor is greater
+   than 1, possibly infinity. */
 static inline double remaining_velocity(double rate, double time) {
     return nearest_exp(-rate * time);
 }
@@ -29,7 +29,7 @@ static inline double undamped_time(double rate, double time) {
 }
 
 /* Return the time in which a damped disc moves as far as an undamped one does in `undamped`; infinity for never.
-   `anchor` makes calls with successive times fast. */
+   `anchor` stores a logarithm from an earlier call, which makes calls with successive times fast. */
 static inline double damped_time_from(LogAnchor *anchor, double rate, double undamped) {
     double way = rate * undamped;
     if (!(fabs(way) >= CAROM_DAMPING_LEAST)) { /* NaN stays NaN */
@@ -43,8 +43,8 @@ static inline double damped_time(double rate, double undamped) {
     return damped_time_from(&anchor, rate, undamped);
 }
 
-/* Return the next float after a time of 0 or more (`step` 1), or before it (-1). The result is at most infinity and at
-   least 0. */
+/* Return the next float after a time of 0 or more (if `step` is 1), or the float before it (if `step` is -1). The
+   result is at most infinity and at least 0. */
 static inline double neighbouring_time(double time, int step) {
     if (step > 0 ? time == CAROM_INF : time == 0.0) {
         return time;
@@ -58,10 +58,11 @@ static inline double neighbouring_time(double time, int step) {
 
 /* Return the greatest undamped time t >= 0 with `damped_time(t)` <= `time`. `time` must be 0 or more.
 
-   An event before the returned time is therefore never later than `time`. The result is within a few floats of
-   `undamped_time`, since both functions round. */
+   So an event of the undamped run at the returned time or earlier is never later than `time` in the damped run. The
+   search begins at `undamped_time`, which differs by at most a few floats, because both functions round. */
 static inline double latest_undamped_time(double rate, double time) {
-    /* an event that never happens has the damped time infinity, and must stay later than `time` */
+    /* if `time` is infinite, use the largest float, because an event that never happens has the damped time infinity
+       and must not count as an event before `time` */
     if (time > DBL_MAX) {
         time = DBL_MAX;
     }
@@ -87,9 +88,9 @@ static inline double latest_undamped_time(double rate, double time) {
 /* ---- a table ---- */
 
 typedef struct Slowing { /* deceleration of a disc on a table */
-    double ax;           /* acceleration */
+    double ax;           /* acceleration, in metres per second squared */
     double ay;
-    Instant stops; /* when the disc stops; NEVER if it does not move */
+    Instant stops; /* instant at which the disc stops; NEVER if it does not move */
 } Slowing;
 
 /* Return the deceleration of a disc on a table that has the velocity (vx, vy) at the instant `now`. */
@@ -97,7 +98,7 @@ static inline Slowing slowing_by(double deceleration, double vx, double vy, Inst
     double speed = nearest_length(vx, vy);
     if (speed == 0.0)
         return (Slowing){0.0, 0.0, NEVER};
-    /* multiplied by a unit vector below, because `a / speed` could be infinite for a tiny speed */
+    /* `a` is multiplied by a unit vector, because the quotient `a / speed` could be infinite for a tiny speed */
     double a = -deceleration;
     return (Slowing){a * (vx / speed), a * (vy / speed), instant_after(now, speed / deceleration)};
 }

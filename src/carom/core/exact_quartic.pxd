@@ -22,7 +22,7 @@ cdef extern from "carom/core/quartic/polynomial.h" nogil:
 
 
 cdef inline double solve_quartic(void *context, const Products *gap, int index) noexcept with gil:
-    """Return an instant at which a gap closes, if floats and pairs do not determine it."""
+    """Return an instant at which a gap closes, by exact arithmetic."""
     from carom.core import exact_quartic
 
     powers = [

@@ -1,9 +1,9 @@
-"""Exact instants at which a gap that is a polynomial in time closes, for cases that the core cannot decide in floats.
+"""Exact instants at which a gap, a polynomial in time, closes. Used for cases that the core cannot decide in floats.
 
 Every float is a fraction whose denominator is a power of two. So a polynomial with float coefficients is a polynomial
 with integer coefficients, divided by a power of two. Sturm's theorem counts the roots in an interval. Intervals are
-halved until each contains a single root at which the polynomial turns negative, and until floats cannot distinguish the
-ends of an interval. A root at which the polynomial only touches zero is a graze of zero depth, not an impact.
+halved until each contains a single root. An interval in which the polynomial turns negative is then halved until floats
+cannot distinguish its ends. A root at which the polynomial only touches zero is a graze of zero depth, not an impact.
 
 Source: J. C. F. Sturm's theorem with pseudo-remainders: D. E. Knuth, TAOCP vol. 2, 4.6.1, exercise 22.
 """
@@ -30,8 +30,9 @@ def solve_quartic(powers: Sequence[Sequence[tuple[float, float]]], begin: float,
     Args:
         powers: Pairs of numbers for each power of time, lowest power first. The coefficient of a power is the sum of
             its pairs' products.
-        begin: Start of the search, in seconds.
-        is_closed: Whether the gap is 0 at `begin`. If so, the polynomial's value at this time is ignored.
+        begin: Instant at which the search starts, in seconds.
+        is_closed: Whether the gap is exactly 0 at `begin`. If so, the value of the polynomial at this time is replaced
+            by 0.
         index: Number of the instant, from 0. With -1 the sign of the gap at `begin` is returned instead.
     """
     gap = [sum((Fraction(a) * Fraction(b) for a, b in products), Fraction(0)) for products in powers]
@@ -50,13 +51,13 @@ def solve_quartic(powers: Sequence[Sequence[tuple[float, float]]], begin: float,
 
 
 def find_closings(gap: Sequence[Fraction]) -> Iterator[float]:
-    """Yield the times, from 0 on, at which a gap closes; also 0, if the gap is closed at 0 and does not open.
+    """Yield the times t > 0 at which a gap closes. Before them, yield 0 if the gap is 0 at t = 0 and becomes negative.
 
-    The gap is a polynomial in time, lowest power first. The denominators are powers of two. A gap below 0 must open
-    before it can close.
+    The gap is a polynomial in time, lowest power first. The denominators of its coefficients must be powers of two. A
+    gap that is negative at first must open before it can close.
     """
     powers = list(gap)
-    while powers and powers[0] == 0:  # for bodies in contact, the first power that is not 0 decides if the gap opens
+    while powers and powers[0] == 0:  # the sign of the lowest nonzero coefficient decides if a gap of 0 opens
         del powers[0]
     if not powers:
         return
@@ -97,7 +98,7 @@ def find_falls(polynomial: Sequence[int]) -> Iterator[float]:
 
 
 def _bisect(p: Polynomial, low: int, high: int, scale: int) -> float:
-    """Return the only root between two instants, to about the nearest float.
+    """Return the only root between two instants, rounded to the nearest float or a neighbour of it.
 
     The polynomial turns negative at this root.
     """
@@ -112,7 +113,7 @@ def _bisect(p: Polynomial, low: int, high: int, scale: int) -> float:
 
 
 def _compute_value(p: Polynomial, t: int, scale: int) -> int:
-    """Return a positive multiple of the polynomial at ``t / 2^scale``."""
+    """Return the polynomial's value at ``t / 2^scale``, multiplied by a power of two that makes it an integer."""
     value, shift = p[-1], 0
     for coefficient in p[-2::-1]:
         shift += scale

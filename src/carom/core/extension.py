@@ -36,9 +36,9 @@ def require_extension() -> None:
 
 
 def find_extension_notes() -> tuple[str, ...]:
-    """Return notes on the extension for a result: one note if the extension is stale, otherwise none.
+    """Return notes for a result: one note if the extension was not built from the present sources, otherwise none.
 
-    If the extension is stale, also warn once per process.
+    In the first case, also issue a warning once per process.
     """
     stale = _find_staleness()
     if not stale:
@@ -64,22 +64,22 @@ def compute_sources_digest() -> str:
 
 def _list_sources(package: Path) -> list[Path]:
     """Return all sources of the extension."""
-    kinds = (".pyx", ".pxd", ".h", ".c")  # one walk only, since each process that runs a scene calls this
+    kinds = (".pyx", ".pxd", ".h", ".c")  # one walk for all kinds, because each process that runs a scene calls this
     found = [Path(folder, name) for folder, _, names in os.walk(package) for name in names if name.endswith(kinds)]
-    # core/wasm has the sources of the page's core.wasm.
+    # core/wasm contains the sources of core.wasm, which is not part of the extension.
     return sorted(path for path in found if not path.is_relative_to(package / "core/wasm"))
 
 
 def _is_installed(package: Path) -> bool:
-    """Whether a package is an installed copy, which nobody edits, and not a source tree."""
+    """Whether a package is an installed copy, whose sources nobody edits, and not a source tree."""
     return bool({"site-packages", "dist-packages"} & set(package.parts))
 
 
 @functools.cache
 def _find_staleness() -> str:
-    """Return how the extension differs from the sources next to it, and the remedy; an empty text if nothing differs.
+    """Return a message if the extension was not built from the sources next to it, otherwise an empty text.
 
-    The digest of the sources is computed only if one of them is newer than the extension.
+    To save time, the digest of the sources is computed only if a source is newer than the extension.
     """
     package = Path(__file__).parents[1]
     if _is_installed(package):

@@ -1,4 +1,4 @@
-/* Features of walls, one struct for all kinds, and a disc relative to a wall.
+/* Features of walls (one struct for all kinds of features), and a struct for a disc relative to a wall.
 
    A feature is a part of a wall that a disc can hit: the line of a half-plane, a face, a vertex, or the outside or
    inside of an arc. A face is one side of a straight edge of a finite wall. `carom/core/input_rows.py` writes a feature
@@ -9,9 +9,9 @@
 
 #include "carom/core/arithmetic/double_double.h"
 
-/* `input_rows.py` uses the same numbers. */
+/* The kinds of features. `input_rows.py` uses the same numbers. */
 typedef enum FeatureKind {
-    PLANE = 0, /* the whole line of a half-plane */
+    PLANE = 0, /* the line that bounds a half-plane */
     FACE = 1,
     VERTEX = 2,
     OUTER_ARC = 3,
@@ -21,25 +21,28 @@ typedef enum FeatureKind {
 typedef struct Feature {
     FeatureKind kind;
     int wall;
-    bool whole;  /* whether it has no ends: a whole circle or a vertex */
-    bool reflex; /* whether an arc is longer than half a circle */
+    bool whole;  /* whether the feature has no ends, because it is a whole circle or a vertex */
+    bool reflex; /* for an arc: whether it is longer than half a circle */
     double half_width;
-    double fits_below; /* discs of smaller radius fit into the arc; they hit its inside, and not its stops */
-    double nx;         /* of a half-plane or face: unit normal that points to the free side, rounded to floats */
+    /* smallest radius of discs that do not fit into the arc, in metres. Smaller discs hit the inside of the arc; other
+       discs hit the stops of the arc (see `find_stops` in wall_features.py) */
+    double fits_below;
+    double nx;         /* for a half-plane or face: unit normal that points to the free side, rounded to floats */
     double ny;
     DoubleDouble x; /* start of a face, position of a vertex, centre of an arc, or a point of a half-plane */
     DoubleDouble y;
     DoubleDouble size; /* length of a face, radius of an arc, 0 for a vertex */
-    DoubleDouble ex;   /* face: from start to end; arc: from the centre to the start */
+    /* for a face: vector from its start to its end; for an arc: vector from its centre to its start */
+    DoubleDouble ex;
     DoubleDouble ey;
-    DoubleDouble fx; /* face: its end; arc: from the centre to the end */
+    DoubleDouble fx; /* for a face: its end; for an arc: vector from its centre to its end */
     DoubleDouble fy;
 } Feature;
 
 /* Length of a row of `input_rows.py`. */
 enum { FEATURE_NUMBERS = 22 };
 
-/* A disc relative to a wall. */
+/* Position and velocity of a disc relative to a wall, and the disc's radius. */
 typedef struct Mover {
     DoubleDouble x;
     DoubleDouble y;

@@ -1,15 +1,16 @@
-/* The impact law: restitution along the normal, friction across it.
+/* The impact law: restitution along the normal, friction along the tangent.
 
    - Each function applies one impact and changes velocities and spins in place. The solvers have different structs for
      a disc, so the functions take a pointer to the velocity, and nothing is copied.
-   - The caller decides whether and when bodies collide, and whether energy is lost (the TC model, `elastic`).
+   - The caller decides whether and when bodies collide. In the TC model, the caller also decides whether the impact
+     loses energy (`elastic`).
    - No unit vector is used. Let d point from centre to centre, and u be the velocity of the second body relative to the
      first. The normal impulse is g d, so rounding of the length of d adds no energy. The tangential impulse is h (d
      turned by +90 degrees).
    - An impact never pulls the bodies together. If rounding turns a very weak graze into a separation, the impulse is 0.
      There are no tolerances.
-   - `has_spins` is a constant at each call, so spin costs nothing in a scene without it. The functions are inlined,
-     because calls through a pointer slow the event loop down by a tenth.
+   - `has_spins` is a constant at each call, so the code for spins costs no time in a scene without spins. The functions
+     are inlined, because calls through a pointer slow the event loop down by a tenth.
 
    Let n be the unit normal from body 1 to body 2, and t = n turned by +90 degrees. Spins w are counterclockwise, and
    moments of inertia are k m R^2. The normal impulse is J = (1 + e) (v1 - v2).n / (1/m1 + 1/m2). The surface of body 1
@@ -27,7 +28,8 @@
    This is the three-parameter law (e, f, b) of Walton, Mech. Mater. 16 (1993) 239, and Foerster, Louge, Chang and
    Allia, Phys. Fluids 6 (1994) 1108. b = 0 is Coulomb's law alone; b = 1 with enough friction is Garwin's superball
    (Am. J. Phys. 37 (1969) 88). A wall, or an immovable disc, has 1/m = 0. docs/theory/pic.md and
-   docs/theory/friction.md derive both impulses. Tests compare bits, so no operation may be reordered or fused. */
+   docs/theory/friction.md derive both impulses. Tests compare results bit by bit, so no operation may be reordered or
+   fused. */
 
 #pragma once
 
@@ -37,7 +39,8 @@
 
 /* ---- impulses ---- */
 
-/* Return g <= 0. The first disc receives the impulse g d, and the second -g d. */
+/* Return the factor g of the normal impulse, 0 or less. The first disc receives the impulse g d, and the second -g
+   d. */
 static inline double normal_impulse(double dx, double dy, double ux, double uy, double inverse_masses,
                                     double restitution) {
     double along = dx * ux + dy * uy;
@@ -46,7 +49,8 @@ static inline double normal_impulse(double dx, double dy, double ux, double uy, 
     return (1.0 + restitution) * along / ((dx * dx + dy * dy) * inverse_masses);
 }
 
-/* Return the impulse of friction: the impulse that makes the surfaces stick, or Coulomb's limit if that is smaller. */
+/* Return the impulse of friction: the impulse that makes the surfaces stick, or Coulomb's limit if the limit is
+   smaller. */
 static inline double tangential_impulse(const ContactFriction *contact, double slip, double inverse_effective_mass,
                                         double pressed) {
     double sticking = (1.0 + contact->restitution) * slip / inverse_effective_mass;
@@ -56,7 +60,8 @@ static inline double tangential_impulse(const ContactFriction *contact, double s
     return sticking < -most ? -most : sticking;
 }
 
-/* Return h. The first disc receives the impulse h (dy, -dx). `surface` is |d| (R1 w1 + R2 w2). */
+/* Return the factor h of the impulse of friction. The first disc receives the impulse h (dy, -dx). `surface` is |d| (R1
+   w1 + R2 w2). */
 static inline double pair_tangential_impulse(const ContactFriction *contact, double dx, double dy, double ux, double uy,
                                              double surface, double inverse_effective_mass, double normal) {
     return tangential_impulse(contact, dy * ux - dx * uy + surface, (dx * dx + dy * dy) * inverse_effective_mass,
@@ -78,7 +83,7 @@ static inline double bounce_pair(double dx, double dy, double *v1, double invers
     return g;
 }
 
-/* Apply friction to two discs. Before the impact they had the relative velocity u. They have already received the
+/* Apply friction to two discs. u is their relative velocity before the impact. The discs have already received the
    normal impulse g d. */
 static inline void apply_pair_friction(const ContactFriction *contact, double dx, double dy, double ux, double uy,
                                        double g, Body *a, Body *b) {
@@ -97,8 +102,8 @@ static inline void apply_pair_friction(const ContactFriction *contact, double dx
 
 /* Apply the impact of two discs in contact. d points from the centre of the first disc to that of the second. Return g.
 
-   If `elastic`, no energy is lost and no friction acts, whatever the law contains. `spins` is written if
-   `has_spins`. */
+   If `elastic` is true, no energy is lost and no friction acts, whatever the coefficients of the law are. `spins` is
+   written only if `has_spins` is true. */
 static inline double collide_discs(const Law *law, double dx, double dy, Body *a, Body *b, bool elastic, bool has_spins,
                                    Spins *spins) {
     double ux = b->velocity[0] - a->velocity[0];

@@ -8,7 +8,8 @@ The impulse acts along the line of centres only. With unit normal ``n`` from fir
     J = (1 + e) w / (1/m1 + 1/m2),   v1' = v1 - (J/m1) n,   v2' = v2 + (J/m2) n,
 
 This conserves momentum and multiplies the normal relative velocity by ``-e``. For ``e = 1`` it also conserves kinetic
-energy. An infinite mass has ``1/m = 0``. The source paper leaves this formula out; see ``docs/theory/pic.md``.
+energy. An infinite mass has ``1/m = 0``. The paper on which Carom is based does not contain this formula; see
+``docs/theory/pic.md``.
 
 With friction, the law is that of `core/impact_law.h`. Spins are given as speeds of rims, ``R w`` in metres per second,
 since the law adds them to velocities.
@@ -42,8 +43,8 @@ def resolve_impact(
         restitution: Coefficient of restitution, 0 to 1; shape ``(...)``.
 
     Returns:
-        ``(v1', v2')``, each of the broadcast shape. Bodies that do not approach are returned unchanged: there is no
-        impact between them.
+        ``(v1', v2')``, each of the broadcast shape. If two bodies do not approach, there is no impact, and their
+        velocities are returned unchanged.
 
     Raises:
         InputError: A velocity or normal is not finite, a mass is not positive, both are infinite, or the restitution
@@ -90,13 +91,14 @@ def resolve_impact(
 
 
 class RoughBodies(NamedTuple):
-    """All first bodies, or all second bodies, of `m` impacts. A wall has infinite mass.
+    """The first bodies of `m` impacts, or the second bodies. A wall has infinite mass.
 
     Attributes:
-        velocity: Shape ``(m, 2)``.
-        rim: ``R w``, counterclockwise, shape ``(m,)``.
-        mass: Shape ``(m,)``.
-        inertia: k of the moment of inertia k m R^2, infinity for a body that does not turn, shape ``(m,)``.
+        velocity: Velocities, in metres per second, shape ``(m, 2)``.
+        rim: Speeds ``R w`` of the rims, counterclockwise, in metres per second, shape ``(m,)``.
+        mass: Masses, in kilograms, shape ``(m,)``.
+        inertia: The factors k in the moments of inertia k m R^2; infinity for a body that does not turn; shape
+            ``(m,)``.
     """
 
     velocity: NDArray[np.float64]
@@ -106,7 +108,7 @@ class RoughBodies(NamedTuple):
 
 
 class ContactFriction(NamedTuple):
-    """Friction of two bodies.
+    """Friction between two bodies.
 
     Attributes:
         friction: Coulomb's coefficient of friction, f, 0 or more.
@@ -138,7 +140,7 @@ class Branches(NamedTuple):
 
     @property
     def law(self) -> NDArray[np.float64]:
-        """The impulse that acts: the smaller one of the two."""
+        """The impulses that act: for each impact, the one of the two with the smaller magnitude."""
         return np.where(np.abs(self.sticking) > np.abs(self.sliding), self.sliding, self.sticking)
 
 
@@ -167,11 +169,10 @@ def resolve_rough_impact(
     restitution: NDArray[np.float64],
     contacts: ContactFrictions,
 ) -> tuple[RoughBodies, RoughBodies]:
-    """Return the bodies just after their impacts. Bodies that do not approach are unchanged.
+    """Return the bodies just after their impacts. Two bodies that do not approach are unchanged.
 
-    Without friction, the velocities are the same as those of `carom.resolve_impact`, to the bit. `normal` is from first
-    to second, of any length above 0, shape ``(m, 2)``. `restitution` is the restitution along the normal, shape
-    ``(m,)``.
+    Without friction, the velocities are bit-identical to those of `carom.resolve_impact`. `normal` is from first to
+    second, of any length above 0, shape ``(m, 2)``. `restitution` is the restitution along the normal, shape ``(m,)``.
     """
     v1, v2 = resolve_impact(first.velocity, first.mass, second.velocity, second.mass, normal, restitution)
     unit = normal / np.hypot(normal[:, 0], normal[:, 1])[:, None]

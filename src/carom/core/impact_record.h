@@ -1,4 +1,4 @@
-/* Recorded impacts: how well their times are known, which of them are ambiguous, and their rows. */
+/* Recorded impacts: the uncertainty of their times, which of them are ambiguous, and the arrays that contain them. */
 
 #pragma once
 
@@ -9,22 +9,22 @@
 
 /* Resolution of an impact's time: the uncertainty due to rounding of positions and of the clock.
 
-   `carom.core.resolution` derives the error bound of a gap. This bound divided by the speed of approach is an error
-   bound of the time.
+   `carom.core.resolution` derives the error bound of a gap. The error bound of the gap divided by the speed of approach
+   is an error bound of the time.
 
-   In a grazing impact the speed of approach can be arbitrarily small. There the overlap is a parabola in time with the
-   curvature u^2 / R, where u is the relative speed and R the contact distance. An error of the gap moves the instant of
-   contact by at most half the width of the parabola at a depth of that error: sqrt(2 R error) / u. The resolution is
-   the smaller of these two error bounds. */
+   In a grazing impact the speed of approach can be arbitrarily small. Near such an impact, the gap is a parabola in
+   time with the curvature u^2 / R, where u is the relative speed and R the sum of the radii. An error of the gap
+   changes the instant of contact by at most half the width of the parabola at a depth equal to the error: sqrt(2 R
+   error) / u. The resolution is the smaller of these two error bounds. */
 
-/* Return whether floats resolve the distance of two discs in contact. If discs are too far from the origin for this,
-   the normal of their impact cannot be computed. */
+/* Return whether two discs in contact are near enough to the origin. Farther out, their coordinates are too coarse to
+   compute the normal of their impact. */
 static inline bool are_distinguishable(double x1, double y1, double x2, double y2, double reach) {
     return fabs(x1) + fabs(y1) + fabs(x2) + fabs(y2) <= CAROM_FARTHEST * reach;
 }
 
-/* Return the sum of a body's radius and the absolute values of its coordinates. The coordinates of a wall are those of
-   its point. */
+/* Return the sum of a body's radius and the absolute values of its coordinates. For a wall, (x, y) is the point of its
+   surface that defines the wall. */
 static inline double size_of(double x, double y, double radius) {
     return fabs(x) + fabs(y) + radius;
 }
@@ -38,8 +38,8 @@ static inline double gap_resolution(double sizes) {
    their relative velocity before the impact, and `speed` is its component along the normal. */
 static inline double pair_resolution(double sizes, double reach, double ux, double uy, double speed) {
     double error = gap_resolution(sizes);
-    /* Here the impact is far from a graze, and error / speed is smaller than the bound for a graze by a factor of two
-       or more. The reason: error / speed <= 2^10 error / u, and graze >= sqrt(2 * 2^22 error^2) / u. */
+    /* This impact is far from a graze: error / speed is at most half of the bound `graze` below. The reason: error /
+       speed <= 2^10 error / u, and graze >= sqrt(2 * 2^22 error^2) / u. */
     if (CAROM_LIKELY(speed >= 0x1p-10 * (fabs(ux) + fabs(uy)) && error <= 0x1p-22 * reach && speed > 0.0))
         return error / speed;
     double fast = sqrt(ux * ux + uy * uy);
@@ -52,31 +52,32 @@ static inline double wall_resolution(double sizes, double speed) {
     return speed > 0.0 ? gap_resolution(sizes) / speed : CAROM_INF;
 }
 
-/* Return the resolution of a time since the start. It covers the rounding of a root and that of the sum of a time and
-   this root. */
+/* Return the resolution of a time since the start, in seconds. The resolution covers two roundings: that of a root, and
+   that of the sum of a time and this root. */
 static inline double clock_resolution(double time) {
     return 2.0 * CAROM_ULP * time;
 }
 
 /* ---- ambiguous impacts ---- */
 
-/* Ambiguous impacts: those whose result depends on an order that physics does not decide.
+/* Ambiguous impacts: the result of an ambiguous impact depends on the order of simultaneous impacts, which physics does
+   not decide.
 
-   An impact is ambiguous if it may have the same instant as an earlier recorded one that shares a movable disc with it.
-   The resolution of each impact states how well its instant is known. An impact is not ambiguous if the two normals are
-   exactly orthogonal, because then neither impulse changes the result of the other impact. By convention, the order is
-   (time, first, second). Friction also acts perpendicular to the normal. So an impact with friction is stored with a
-   NaN normal, which is orthogonal to no other. `are_decidable` in `carom.core.wall_features` decides for which faces of
-   finite walls the order changes nothing.
+   An impact is ambiguous if it may have the same instant as an earlier recorded impact of the same movable disc. The
+   resolution of an impact's time tells which impacts may have the same instant. Two impacts with exactly orthogonal
+   normals are not ambiguous, because neither impulse changes the result of the other impact. By convention, impacts are
+   applied in the order of (time, first, second). Friction also acts perpendicular to the normal. So the normal of an
+   impact with friction is stored as NaN: NaN is not orthogonal to any normal. For some pairs of faces of finite walls,
+   the order also changes nothing: see `are_decidable` in `carom.core.wall_features`.
 
    Two earlier impacts of each disc are sufficient for this decision. `Recent.furthest` is the impact whose interval of
-   possible times ends last. If the interval of a new impact begins before that end, and the two normals are not
-   orthogonal, the new impact is ambiguous. If the two normals are orthogonal, the new one is not orthogonal to any
-   normal that is not parallel to that of `furthest`. Among the impacts with such normals, only the one whose interval
-   ends last matters: `Recent.across`. */
+   possible times ends last. If the interval of a new impact begins before the interval of `furthest` ends, and the two
+   normals are not orthogonal, the new impact is ambiguous. If the two normals are orthogonal, any earlier impact whose
+   normal is not parallel to that of `furthest` matters, too. `Recent.across` is the one of these impacts whose interval
+   ends last. */
 
-/* Return whether an earlier impact may be simultaneous with a later one, and change the result of the later one. The
-   later impact is at `begin` or after. */
+/* Return whether an earlier impact may be simultaneous with a later one, and change the result of the later one.
+   `begin` is a lower bound of the later impact's time. */
 static inline bool has_influence(const LastContact *earlier, double begin, const LastContact *later,
                                  const Corners *corners) {
     if (!(begin <= earlier->latest && later->nx * earlier->nx + later->ny * earlier->ny != 0.0))
@@ -87,7 +88,7 @@ static inline bool has_influence(const LastContact *earlier, double begin, const
                                    earlier->elastic && later->elastic);
 }
 
-/* Add an impact to the recent impacts of a disc. Return whether it is ambiguous. */
+/* Add an impact to the recent impacts of a disc. Return whether the added impact is ambiguous. */
 static inline bool add_contact(Recent *recent, double time, double resolution, double nx, double ny, int feature,
                                bool elastic, const Corners *corners) {
     LastContact *f = &recent->furthest;
@@ -107,7 +108,7 @@ static inline bool add_contact(Recent *recent, double time, double resolution, d
     return found;
 }
 
-/* Initialise without earlier impacts. */
+/* Initialise the recent impacts of a disc that has not hit anything. */
 static inline void clear_recent(Recent *recent) {
     recent->furthest = (LastContact){-CAROM_INF, 0.0, 0.0, NO_FEATURE, false};
     recent->across = recent->furthest;
@@ -119,7 +120,7 @@ static inline bool is_recorded(const Record *r, double time) {
     return r->is_wanted && r->begin <= time && time <= r->end;
 }
 
-/* Resize the rows to a capacity. Return false if there is no memory. */
+/* Resize the arrays of recorded impacts to `capacity` rows. Return false if there is not enough memory. */
 static inline bool resize_rows(Record *r, Index capacity) {
     if (r->has_spins) {
         Spins *spins = r->resize(r->spins, (size_t)r->count * sizeof(Spins), (size_t)capacity * sizeof(Spins));
@@ -142,7 +143,7 @@ static inline bool resize_rows(Record *r, Index capacity) {
     return true;
 }
 
-/* Make room for one more impact. Return false if there is no memory. */
+/* Reserve memory for the row of one more impact. Return false if there is not enough memory. */
 static inline bool reserve_row(Record *r) {
     if (CAROM_UNLIKELY(r->count == r->capacity)) {
         Index capacity =
@@ -162,7 +163,8 @@ static inline bool reserve_row(Record *r) {
     return true;
 }
 
-/* Write the impact that was just applied. It becomes the next row, for which `reserve_row` has made room. */
+/* Write the impact that was just applied. The impact becomes the next row, for which `reserve_row` must have reserved
+   memory. */
 static inline void write_impact_row(Record *r, const Impact *impact, const Spins *spins, Contact contact) {
     r->rows[r->count] = *impact;
     if (r->has_spins)
@@ -174,19 +176,20 @@ static inline void write_impact_row(Record *r, const Impact *impact, const Spins
 
 /* The data that decide whether an impact is ambiguous. */
 typedef struct Ambiguity {
-    double resolution; /* of the impact's time, in seconds */
+    double resolution; /* resolution of the impact's time, in seconds */
     bool slides;       /* whether friction acts between the bodies */
-    bool moves1;       /* whether the first body is a movable disc; `moves2`: the second body */
+    bool moves1;       /* `moves1` and `moves2`: whether the first and the second body are movable discs */
     bool moves2;
-    int feature; /* of a finite wall, or NO_FEATURE */
-    bool elastic; /* whether that wall loses no energy */
+    int feature; /* the feature that was hit, if it belongs to a finite wall; otherwise NO_FEATURE */
+    bool elastic; /* whether an impact on that wall loses no energy */
 } Ambiguity;
 
-/* Store an impact for comparison with later ones. Return whether it is ambiguous itself. */
+/* Store an impact for comparison with later ones. Return whether this impact is ambiguous. */
 static inline bool note_impact(const Record *r, const Impact *impact, const Ambiguity *a) {
     double time = impact->time, nx = impact->normal[0], ny = impact->normal[1];
     int feature = a->feature;
-    if (CAROM_UNLIKELY(a->slides)) { /* no impact is orthogonal to one with friction */
+    /* with friction, the impulse also acts along the tangent, so no other impact may count as orthogonal */
+    if (CAROM_UNLIKELY(a->slides)) {
         nx = ny = NAN;
         feature = NO_FEATURE;
     }
@@ -200,7 +203,7 @@ static inline bool note_impact(const Record *r, const Impact *impact, const Ambi
     return ambiguous;
 }
 
-/* Mark the next row as ambiguous. */
+/* Mark the impact that becomes the next row as ambiguous. */
 static inline void mark_ambiguous(Record *r) {
     r->ambiguous[r->ambiguous_count] = r->released + r->count;
     r->ambiguous_count += 1;

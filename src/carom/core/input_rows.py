@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from carom.model.disc_arrays import DiscArrays, HalfPlane
     from carom.model.prescribed_motion import Drive
 
-#: Count of the numbers in the row of a feature.
+#: Number of floats in the row of a feature.
 FEATURE_NUMBERS = 22
 
 #: `FeatureKind` of core/feature.h.
@@ -50,7 +50,7 @@ def build_feature_row(feature: Feature | HalfPlane, wall: int) -> tuple[float, .
 
 
 def build_chain_rows(walls: Iterable[HalfPlane | Outline]) -> tuple[list[tuple[float, ...]], list[tuple[float, ...]]]:
-    """Return the rows of walls and of the edges of finite walls: `RunInput.chains` and `RunInput.edges`."""
+    """Return the rows of all walls (`RunInput.chains`) and of the edges of all finite walls (`RunInput.edges`)."""
     chains: list[tuple[float, ...]] = []
     edges: list[tuple[float, ...]] = []
     for wall in walls:
@@ -68,11 +68,11 @@ def build_chain_rows(walls: Iterable[HalfPlane | Outline]) -> tuple[list[tuple[f
 def build_driven_rows(start: DiscArrays) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the rows of driven bodies, and the rows of the legs of their paths, as the core reads them.
 
-    The first array has a row for each driven body and each conveyor wall, with body number (wall k is -1 - k), number
-    of legs, and surface speed. Walls come first, then discs, both in ascending order. The second array has a row for
-    each leg (part of a path with constant velocity), path after path. A row has the leg's start and end (seconds since
-    the start), the displacement of the body when the leg begins (x and y, in metres), and the velocity (x and y, in
-    metres per second).
+    The first array has a row for each driven body and each conveyor wall. A row has the body number (wall k is -1 - k),
+    the number of legs, and the surface speed. Walls come first, then discs, both in ascending order. The second array
+    has a row for each leg (part of a path with constant velocity), path after path. A row has the leg's start and end
+    (seconds since the start), the displacement of the body when the leg begins (x and y, in metres), and the velocity
+    (x and y, in metres per second).
     """
     rows: list[tuple[float, float, float]] = []
     legs: list[tuple[float, ...]] = []

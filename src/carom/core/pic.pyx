@@ -16,7 +16,7 @@ DISC_DTYPE = np.asarray(<Disc[:1]>&_disc).dtype
 
 
 cdef c_bool is_order_free(void *context, int one, int other, c_bool elastic) noexcept with gil:
-    """Call Python to decide whether a disc continues in the same way for either order of impacts on two features."""
+    """Call Python to decide whether two simultaneous impacts on two features have the same result in both orders."""
     return (<object>context)(one, other, elastic)
 
 
@@ -27,13 +27,14 @@ cdef class Kernel:
         start: The discs and walls, `carom.model.disc_arrays.DiscArrays`.
         obstacles: Obstacles and driven bodies, `carom.solvers.event_driven.obstacles.Obstacles`; None if nothing is
             driven and all walls are half-planes with the coefficients of the law.
-        until: End of the run, in seconds since the start, unless `run` is called with a later one. Crushes after the
-            end do not stop the run.
+        until: End of the run, in seconds since the start; `run` may be called with a later end. A disc that is crushed
+            after the end does not stop the run.
         acceleration: The scene, `carom.solvers.run.Start`, if it has gravity or a table that slows discs; otherwise
-            None. With a scene, `obstacles` must contain grounds.
+            None. If it is not None, `obstacles` must contain grounds.
         contact_duration: Duration of a contact in the TC model, in seconds; 0 if the model is not used.
-        standstill: More impacts than this at one instant stop the run, because time no longer advances.
-        cell_factor: Factor on the width of a cell; infinity for a single cell.
+        standstill: Largest number of impacts at one instant. More impacts stop the run, because time no longer
+            advances.
+        cell_factor: The width of a cell is multiplied by this factor; infinity makes a single cell.
         all_pairs: Whether to use the all-pairs loop, see `all_pairs.h`; it changes no result.
 
     Raises:
@@ -70,7 +71,8 @@ cdef class Kernel:
         cdef size_t size = carom_set_up(&self.s, &given)
         if size == 0:
             raise ValueError("more discs or obstacles than can be numbered")
-        # The rows are in one array, because systems use large pages for large arrays, which reduces page look-ups.
+        # All rows are in one array, because operating systems use large memory pages for large arrays, and large pages
+        # reduce address translations.
         self.memory = np.empty(size + 64, np.uint8)
         cdef unsigned char[::1] memory = self.memory
         if not carom_begin(&self.s, &given, <void *>((<uintptr_t>&memory[0] + 63) // 64 * 64)):
@@ -117,7 +119,7 @@ cdef class Kernel:
         return modes
 
     def ambiguous(self):
-        """Return the numbers of the ambiguous impacts, counted from the first recorded one."""
+        """Return the numbers of the ambiguous impacts, counted from the first recorded impact of the run."""
         return ambiguous_rows(&self.s.record)
 
     @property
@@ -126,7 +128,7 @@ cdef class Kernel:
         return self.s.record.released + self.s.record.count
 
     cdef rows(self, void *begin, size_t size):
-        """Return a view of rows in the run's memory, with `size` bytes per disc. It is empty if there are no rows."""
+        """Return a view of an array of the run, with `size` bytes per disc; an empty view if `begin` is NULL."""
         if begin == NULL:
             return np.empty(0, np.uint8)
         cdef const unsigned char[::1] memory = self.memory
@@ -134,7 +136,7 @@ cdef class Kernel:
         return self.memory[start:start + self.s.disc_count * size]
 
     cdef dict continued(self):
-        """Return views of the rows that a run needs to continue, by name, as bytes. Predictions are rebuilt."""
+        """Return views of the arrays that a run needs to continue, by name, as bytes, without predictions."""
         s = &self.s
         has_last_impacts = s.law.contact_duration > 0.0
         return {
@@ -162,14 +164,14 @@ cdef class Kernel:
         return self.s.clock
 
     def states(self, double time, double time_low):
-        """Return positions and velocities of all discs at a time since the epoch, shape ``(n, 4)``."""
+        """Return positions and velocities of all discs at a time since the present epoch, shape ``(n, 4)``."""
         states = np.empty((self.s.disc_count, 4))
         cdef double[:, ::1] rows = states
         carom_states(&self.s, time, time_low, &rows[0, 0])
         return states
 
     def spins_at(self, double time, double time_low):
-        """Return the spins of all discs at a time since the epoch; None if no disc spins."""
+        """Return the spins of all discs at a time since the present epoch; None if no disc spins."""
         if not self.s.record.has_spins:
             return None
         spins = np.empty(self.s.disc_count)
@@ -192,12 +194,12 @@ cdef class Kernel:
 
     @property
     def gliding(self):
-        """After the ending `GLIDES`: the gliding disc and its wall."""
+        """If the run has ended with `GLIDES`: the numbers of the gliding disc and of the wall along which it glides."""
         return self.s.gliding, carom_gliding_wall(&self.s)
 
     @property
     def crush(self):
-        """After the ending `CRUSHED`: see `Crush` in pic/state.h. The time is since the start."""
+        """If the run has ended with `CRUSHED`: its `Crush` (pic/state.h), with the time in seconds since the start."""
         return self.s.crush
 
     @property
@@ -212,7 +214,7 @@ cdef class Kernel:
         return {**rows, "recent": recent, "clock": self.s.clock, "counts": self.s.counts}
 
     def resume(self, state):
-        """Continue a run of the same discs, walls and contact duration from its state."""
+        """Continue a run from a state that `state` returned. Discs, walls and contact duration must be the same."""
         for name, rows in self.continued().items():
             rows[:] = state[name]
         if self.s.record.is_wanted and state["recent"] is not None:
@@ -231,9 +233,9 @@ def solve_two_discs(first, second, double restitution, double end):
     """Solve a scene of two discs without walls.
 
     Returns:
-        The rows of its impacts, none or one, and the positions and velocities at the end, shape ``(2, 2, 2)``, as
-        bytes. None if the event loop is needed: a number is not of ordinary size (`carom.support.limits`), or the discs
-        meet too far from the origin.
+        A tuple of bytes: the row of the impact, empty if there is none; and the positions and velocities at the end,
+        shape ``(2, 2, 2)``. None, so that the caller uses the event loop, if a number is not of ordinary size
+        (`carom.support.limits`) or if the discs meet too far from the origin.
     """
     cdef TwoDiscsResult result
     if not solve_two_discs_in_c(free_disc(first), free_disc(second), restitution, end, &result):

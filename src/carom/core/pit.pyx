@@ -48,12 +48,13 @@ cdef class FrameLoop:
     Args:
         start: State at the start of the run, `carom.solvers.run.Start`.
         clock: Times of the frames, `carom.solvers.pit.clock.FrameClock`.
-        skips: Whether tests that can find nothing are skipped.
-        max_waste: Largest excess of the work of skipping over the work that it saves. With a larger excess, all tests
-            are made at each frame for a while. The unit is the work of scheduling all discs once; infinity for no
-            limit.
+        skips: Whether tests that cannot find an impact are skipped.
+        max_waste: Largest allowed difference of the work that skipping costs and the work that it saves. With a larger
+            difference, all tests are made at each frame for a while. The unit is the work of computing once for all
+            discs when they must be tested again; infinity for no limit.
         damping_per_s: Rate at which the motion of the discs is damped. With damping, methods of this class take
-            undamped times and return undamped velocities. Recorded impacts are damped.
+            undamped times and return undamped velocities (see damping.h). The times and velocities of recorded impacts
+            are the damped ones.
     """
 
     cdef State s
@@ -87,11 +88,11 @@ cdef class FrameLoop:
 
         Args:
             until: Number of a frame.
-            most: No further frame begins after this number of impacts, counted from the start.
-            work: Amount of work, in tests of two discs by plain looping.
+            most: After this number of impacts, counted from the start of the run, no further frame is computed.
+            work: Largest amount of work, in tests of two discs.
 
         Raises:
-            InputError: Discs have met so far from the origin that floats do not resolve the distance of their centres.
+            InputError: Two discs have met so far from the origin that the normal of their impact cannot be computed.
         """
         self.s.work = work
         with nogil:
@@ -103,12 +104,12 @@ cdef class FrameLoop:
 
     @property
     def frames(self):
-        """Number of frames passed."""
+        """Number of frames computed or skipped so far."""
         return self.s.counts.frames
 
     @property
     def counts(self):
-        """Counts of work so far, by name. A test that a bound makes unnecessary counts once, with that bound."""
+        """Counts of work so far, by name. Computing a bound that makes tests unnecessary counts as one test."""
         c = &self.s.counts
         looked_at = {"frames_looked_at": c.tested, "frames_skipped": c.frames - c.tested}
         return {"frames": c.frames, **looked_at, "pair_tests": c.pair_tests}

@@ -29,7 +29,7 @@ def fill_pair_times(
     const double[:, :] p1, const double[:, :] v1, const double[:] r1,
     const double[:, :] p2, const double[:, :] v2, const double[:] r2, double[::1] times,
 ):
-    """Write `carom.time_of_impact` of each pair into `times`, shape ``(n,)``; NaN if a size is not moderate."""
+    """Write the time of impact of each pair of discs into `times`, or NaN if a number is not of moderate size."""
     cdef Py_ssize_t k
     cdef bint moderate
     with nogil:
@@ -49,13 +49,13 @@ def pair_time(
 
 
 def wall_time(double x, double y, double vx, double vy, double radius, wall):
-    """Return the seconds until a disc touches a half-plane, `carom.model.disc_arrays.HalfPlane`."""
+    """Return the seconds until a disc touches `wall`, a `carom.model.disc_arrays.HalfPlane`."""
     qx, qy, nx, ny = wall
     return formulas.wall_time(x, y, vx, vy, radius, qx, qy, nx, ny)
 
 
 def wall_fall_time(double x, double y, double vx, double vy, double radius, wall, double ax, double ay):
-    """Return the seconds until an accelerating disc touches a half-plane."""
+    """Return the seconds until a disc with a constant acceleration touches a half-plane."""
     cdef double qx, qy, nx, ny
     qx, qy, nx, ny = wall
     gap = formulas.wall_gap(x, y, radius, qx, qy, nx, ny)
@@ -68,8 +68,9 @@ def disc_fall_time(
 ):
     """Return the seconds until an accelerating disc touches a fixed disc.
 
-    If the accelerating disc has just hit the fixed disc, `leaving` is the speed at which it leaves. The gap is then
-    exactly 0, and `leaving` is its rate of change, although rounded positions and velocities may differ.
+    If the accelerating disc has just hit the fixed disc, `leaving` is its normal speed after the impact. The gap is
+    then taken as exactly 0 with the rate of change `leaving`, whatever the rounded positions and velocities are. None
+    means that the disc's path does not begin with this impact.
     """
     cdef ExactQuartic exact = exact_solver()
     cdef FallingDisc disc = FallingDisc(x, y, vx, vy, radius)
@@ -82,7 +83,7 @@ def disc_fall_time(
 
 
 cdef class WallFeatures:
-    """The features of a finite wall, by number. If a disc hits several at the same time, the lowest number counts.
+    """The features of a finite wall, by number. If a disc hits several at the same time, the lowest number is first.
 
     Args:
         rows: A row of numbers for each feature, as `carom.core.input_rows.build_feature_row` returns it.
@@ -112,10 +113,11 @@ cdef class WallFeatures:
         return &self.rows[number]
 
     def first_touch(self, disc, int last):
-        """Return when a disc on a straight path hits a feature, the feature's number, and whether the disc glides.
+        """Return when a disc on a straight path hits its first feature, the feature's number, and if it glides.
 
-        `last` is the number of the feature with whose impact the disc's present path begins; -1 for none. The returned
-        number is -1 if the disc hits no feature.
+        `last` is the number of the feature on which the disc has just had an impact; -1 for none. The returned number
+        is -1 if the disc hits no feature. The third result is whether the disc glides: it stays in contact with an arc
+        without an impact.
         """
         cdef Mover seen = mover_from(disc)
         cdef double least = CAROM_INF
@@ -128,7 +130,7 @@ cdef class WallFeatures:
         return least, first, glides
 
     def first_fall(self, disc, double ax, double ay, int last, double leaving):
-        """Return when an accelerating disc hits a feature, and the feature's number.
+        """Return when an accelerating disc hits its first feature, and the number of this feature.
 
         Arguments are those of `first_touch`. `leaving` is the normal speed at which the disc left the feature `last`.
         """
@@ -149,14 +151,15 @@ cdef class WallFeatures:
         return normal.x, normal.y
 
     def gap(self, int number, disc):
-        """Return the distance of a disc's rim from a feature, along the normal."""
+        """Return the distance between a disc's rim and a feature, measured along the normal."""
         cdef Mover seen = mover_from(disc)
         return formulas.feature_gap(&seen, self.at(number))
 
     def overlap_start(self, int number, disc):
-        """Return when a disc began to touch a feature that it now overlaps and approaches: seconds from now, 0 or less.
+        """Return when a disc began to touch a feature that it now overlaps and approaches, in seconds from now.
 
-        The path is straight, and plain formulas are used. The result is 0 if rounding leaves no speed of approach.
+        The path is straight, and times are computed in double precision. The result is 0 or negative. If the speed of
+        approach is 0 after rounding, the result is 0.
         """
         cdef Mover seen = mover_from(disc)
         cdef const Feature *feature = self.at(number)
@@ -168,7 +171,8 @@ cdef class WallFeatures:
         cdef double x = seen.x.high - feature.x.high, y = seen.y.high - feature.y.high
         cdef double away = sqrt(x * x + y * y), reach = formulas.reach_of(&seen, feature).high
         cdef double sign = -1.0 if feature.kind == INNER_ARC else 1.0
-        # |d + t u| = reach, with d pointing away from the centre. The result is the later of the past roots.
+        # Solve |d + t u| = reach for t, where d is the vector from the feature's centre to the disc's centre. The
+        # result is the later of the two roots that are not positive.
         cdef double a = vx * vx + vy * vy, b = sign * away * speed, c = sign * gap * (away + reach)
         cdef double root = sqrt(greater(b * b - a * c, 0.0))
         if sign > 0.0:
@@ -195,7 +199,7 @@ def two_diff(double a, double b):
 
 
 def normal_impulse(double dx, double dy, double ux, double uy, double inverse_masses, double restitution):
-    """Return ``g <= 0``. The first disc receives the impulse ``g d``, with ``d = c2 - c1`` and ``u = v2 - v1``."""
+    """Return g, 0 or less. The first disc receives the normal impulse ``g d``; ``d = c2 - c1`` and ``u = v2 - v1``."""
     return formulas.normal_impulse(dx, dy, ux, uy, inverse_masses, restitution)
 
 
@@ -219,8 +223,9 @@ def pair_tangential_impulse(
     double friction, double restitution, double dx, double dy, double ux, double uy, double surface,
     double inverse_effective_mass, double normal,
 ):
-    """Return h. Friction gives the first disc the impulse ``h (dy, -dx)``, with ``d = c2 - c1`` and ``u = v2 - v1``.
+    """Return the factor h of the impulse of friction. The first disc receives the impulse ``h (dy, -dx)``.
 
+    d is the vector from the first centre to the second, and u is the velocity of the second disc relative to the first.
     `surface` is ``|d| (R1 w1 + R2 w2)``, and `normal` is the result of `normal_impulse`.
     """
     cdef ContactFriction contact = ContactFriction(friction, restitution)

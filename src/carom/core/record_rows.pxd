@@ -10,7 +10,7 @@ cdef extern from "carom/core/binding_memory.h":
 
 
 cdef inline array memory_as_array(void *memory, size_t size):
-    """Return allocated memory, shortened to `size` bytes, as an array that frees it."""
+    """Return allocated memory, shortened to `size` bytes, as an array that frees the memory when it is deleted."""
     rows = array((size,), 1, "B", allocate_buffer=False)
     rows.data = <char *>realloc(memory, size)
     rows.callback_free_data = free
@@ -18,9 +18,10 @@ cdef inline array memory_as_array(void *memory, size_t size):
 
 
 cdef inline tuple release_rows(Record *r):
-    """Return the impacts recorded since the last call, their spins and contacts, as bytes. There must be an impact.
+    """Return the impacts recorded since the last call, and their spins and contacts, as bytes.
 
-    No row is copied. Spins are None if no disc spins. Contacts are None if all walls are half-planes.
+    At least one impact must have been recorded. No row is copied. Spins are None if no disc spins. Contacts are None if
+    all walls are half-planes.
     """
     impacts = memory_as_array(r.rows, r.count * sizeof(Impact))
     spins = memory_as_array(r.spins, r.count * sizeof(Spins)) if r.has_spins else None
@@ -32,7 +33,7 @@ cdef inline tuple release_rows(Record *r):
 
 
 cdef inline tuple ambiguous_rows(const Record *r):
-    """Return the numbers of the ambiguous impacts, counted from the first recorded one."""
+    """Return the numbers of the ambiguous impacts, counted from the first recorded impact of the run."""
     cdef Index k
     return tuple([r.ambiguous[k] for k in range(r.ambiguous_count)])
 

@@ -1,8 +1,8 @@
-"""Resolution of gaps and times: how well they are known, given the rounding of positions and of the clock.
+"""Resolution of gaps and times: their uncertainty due to rounding of positions and of the clock.
 
-Each coordinate is known to one unit in the last place: half a unit from a product, and half from a sum. The distance of
-two bodies is known to five units in the last place of the sum of their sizes (`size_of`). This includes the rounding of
-the root and of the radii.
+Each coordinate has an error of at most one unit in the last place: half a unit from a product, and half from a sum. The
+gap between two bodies has an error of at most five units in the last place of the sum of their sizes (`size_of`). This
+bound includes the rounding of the root and of the radii.
 
 `core/impact_record.h` has the same bounds for the core, and the bounds of times of impact, which follow from them.
 """
@@ -24,7 +24,7 @@ FARTHEST = 2.0**49
 def size_of(x: float, y: float, radius: float) -> float:
     """Return ``|x| + |y| + radius`` of a disc.
 
-    For a wall, the coordinates are the coordinates of the point on the wall.
+    For a wall, (x, y) is the point of its surface that defines the wall.
     """
     return abs(x) + abs(y) + radius
 
@@ -37,13 +37,13 @@ def gap_resolution(sizes: float) -> float:
 def clock_resolution(time_s: float) -> float:
     """Return the resolution of a time since the start.
 
-    It covers the rounding of a root, and that of the sum of a time and this root.
+    The resolution covers two roundings: that of a root, and that of the sum of a time and this root.
     """
     return 2.0 * ULP * time_s
 
 
 def too_far_out() -> InputError:
-    """Return the exception for an impact so far from the origin that floats can't represent two discs' distance."""
+    """Return the exception for two discs that met so far from the origin that floats can't represent their distance."""
     return InputError(
         f"two discs met more than {format_number(FARTHEST / 2, 3)} radii from the origin, where floats cannot "
         "represent "

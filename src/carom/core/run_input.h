@@ -7,7 +7,7 @@
 #include "carom/core/carom_core.h"
 #include "carom/core/quartic/polynomial.h"
 
-enum { /* numbers per row */
+enum { /* numbers in each row of the arrays of a `RunInput` */
     WALL_NUMBERS = 4,
     MATERIAL_NUMBERS = 2,
     DRIVEN_NUMBERS = 3,
@@ -18,60 +18,73 @@ enum { /* numbers per row */
 };
 
 typedef struct RunInput {
-    const double *position; /* x and y of each disc */
+    const double *position; /* x and y of each disc's centre, in metres */
     const double *velocity;
     const double *radius;
-    const double *mass;    /* INF for a disc that no impact moves */
-    const double *spin;    /* NULL, like `inertia`, if no disc spins and no disc accelerates */
-    const double *inertia; /* moment of inertia divided by mass times radius squared; INF if it never turns */
+    const double *mass;    /* mass of each disc, in kilograms; INF for a disc that no impact moves */
+    /* spin of each disc, in radians per second; `spin` and `inertia` are NULL if no disc spins and no disc
+       accelerates */
+    const double *spin;
+    /* moment of inertia of each disc, divided by mass times radius squared; INF if the disc never turns */
+    const double *inertia;
     Index disc_count;
     Index wall_count;
     /* restitution and friction of each wall; NULL if PIC uses `walls`, whose coefficients are those of `law` */
     const double *materials;
-    const double *driven; /* rows of three: body, number of legs, belt speed. Walls first, then discs, each ascending */
-    const double *legs;      /* rows of six, body by body: begin, end, moved_x, moved_y, vx, vy */
+    /* a row of three for each driven body: its number, the number of its legs, and the speed of its conveyor surface.
+       Walls come first, then discs, both in ascending order */
+    const double *driven;
+    /* a row of six for each leg, body by body: begin, end, moved_x, moved_y, vx, vy, as in `Leg` */
+    const double *legs;
     Index driven_count;
     Index leg_count;
     bool has_spins;
     bool has_finite_walls;
-    bool has_acceleration; /* gravity, or a table that decelerates */
+    bool has_acceleration; /* whether there is gravity or a table that decelerates discs */
     double gravity[2];
-    double deceleration;       /* of the table */
-    double rolling_resistance; /* of discs on walls */
+    double deceleration;       /* deceleration of discs by the table, in metres per second squared */
+    double rolling_resistance; /* coefficient of rolling resistance of discs on walls */
     Law law;
     Resize resize;
 
     /* ---- only for PIC ---- */
     const double *walls;    /* x, y, nx and ny of each wall, if the walls are the obstacles; otherwise NULL */
-    /* rows of FEATURE_NUMBERS floats; used if the features are the obstacles. With acceleration they always are */
+    /* a row of FEATURE_NUMBERS floats for each feature, if the features are the obstacles. In runs with acceleration
+       the features are always the obstacles */
     const double *features;
     Index feature_count;
-    /* with acceleration, a row of four for each feature: is_ground, the vertex at each end, and the number of features
-       that a disc on this feature never hits */
+    /* if discs accelerate, a row of four for each feature: whether a disc can slide, roll or rest on it, the numbers of
+       the vertices at its two ends, and how many features a disc on it never hits */
     const double *grounds;
-    const double *never_lists; /* numbers of these features, ground by ground */
+    /* for each row of `grounds`, the numbers of the features that a disc on this feature never hits */
+    const double *never_lists;
     Index never_length;
-    double cell_factor; /* factor on the width of a cell; INF for a single cell. It changes no result */
+    /* the width of a cell is multiplied by this factor; INF makes a single cell. The factor changes no result */
+    double cell_factor;
     Index standstill;
-    bool solves_all_pairs; /* whether to use the all-pairs loop, for comparison. It changes no result */
+    /* whether the run uses the all-pairs loop (all_pairs.h), which is slower and has the same results */
+    bool solves_all_pairs;
     ExactQuartic exact;
     Corners corners;
-    /* end of the run, counted from its start, unless `carom_advance` is called with a later end: see `State.until` */
+    /* end of the run, in seconds since its start; a later end that is passed to `carom_advance` replaces it. See
+       `State.until` */
     double until;
 
     /* ---- only for PIT ---- */
-    /* of each wall: number of edges, half width and size; or x, y, nx and ny if it has no edges */
+    /* a row of CHAIN_NUMBERS for each wall: number of edges, half width, size, x, y, nx and ny. The last four are those
+       of a half-plane, which has no edges */
     const double *chains;
-    const double *edges;  /* chain by chain: rows of the first ten numbers of `ChainEdge` in chain_distance.h */
+    /* a row for each edge, chain by chain: the first ten fields of `ChainEdge` in chain_distance.h */
+    const double *edges;
     Index edge_count;
-    double step; /* frame k is at k * step / rate */
+    double step; /* frame k is at the time k * step / rate, in seconds since the start */
     double rate;
     double damping;  /* rate at which discs are damped, in 1/s; 0 for none */
-    bool skips;      /* whether tests that can find nothing are skipped. It changes no result */
-    double max_waste; /* largest allowed excess of the work of skipping: see `State.max_waste` in pit/state.h */
+    bool skips;      /* whether the run skips tests that cannot find an impact. Skipping changes no result */
+    double max_waste; /* limit of the work that skipping may waste: see `State.max_waste` in pit/state.h */
 } RunInput;
 
-/* Return leg `n`, counted over all paths. */
+/* Return leg number `n` of all legs in the input, counted over all paths. */
 static inline Leg leg_of(const RunInput *input, Index n) {
     const double *leg = input->legs + LEG_NUMBERS * n;
     return (Leg){leg[0], leg[1], leg[0], leg[1], leg[2], leg[3], leg[4], leg[5]};

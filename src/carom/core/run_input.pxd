@@ -52,7 +52,7 @@ cdef extern from "carom/core/run_input.h" nogil:
 
 
 cdef inline Law law_of(start, double contact_duration) except *:
-    """Return the law of a start, `carom.model.disc_arrays.DiscArrays`, and a contact duration of the TC model."""
+    """Return the law of a scene (`carom.model.disc_arrays.DiscArrays`), with a contact duration for the TC model."""
     return Law(
         start.restitution, start.wall_restitution, contact_duration,
         ContactFriction(start.friction, start.tangential_restitution),
@@ -61,7 +61,7 @@ cdef inline Law law_of(start, double contact_duration) except *:
 
 
 cdef inline const double *floats(list kept, values) except? NULL:
-    """Return the address of an array's numbers; NULL if there are none. `kept` keeps the array alive."""
+    """Return the address of an array's numbers; NULL if the array is empty. The array is appended to `kept`."""
     import numpy as np
 
     array = np.ascontiguousarray(values, np.float64)
@@ -71,9 +71,10 @@ cdef inline const double *floats(list kept, values) except? NULL:
 
 
 cdef inline RunInput input_of(start, acceleration, list kept) except *:
-    """Return a start, `carom.model.disc_arrays.DiscArrays`, as input for both solvers. `kept` keeps arrays alive.
+    """Return those parts of a run's input that both solvers use. The arrays are appended to `kept`.
 
-    `acceleration` is a `carom.solvers.run.Start` whose discs may accelerate, or None.
+    `start` is a `carom.model.disc_arrays.DiscArrays`. `acceleration` is a `carom.solvers.run.Start` with gravity or a
+    decelerating table; None if no disc accelerates. The caller must keep `kept` as long as it uses the input.
     """
     cdef RunInput given
     memset(&given, 0, sizeof(RunInput))

@@ -1,10 +1,11 @@
 """Public function for times of impact of discs in straight uniform motion, for arrays.
 
 The core computes each time: `core/straight/pair_time.h` describes the method and its guarantee. If numbers are not of
-moderate size, a fourth-degree term of the formulas could leave the range of floats. Such numbers are first multiplied
-by powers of two, which is exact. If no power of two makes all of them moderate, the time is solved in rational numbers.
+moderate size, a fourth-degree term of the formulas could exceed the range of floats. Numbers that are not moderate are
+first multiplied by powers of two, which is exact. If no power of two makes all of them moderate, the time is computed
+in rational numbers.
 
-All decisions use exact signs, such as that of the closing speed. No time or distance is compared with a tolerance.
+Whether discs collide is decided by exact signs, such as that of the closing speed. There are no tolerances.
 """
 
 from __future__ import annotations
@@ -26,8 +27,8 @@ if TYPE_CHECKING:
 #: are at most this in magnitude. `CAROM_PAIR_MOST` and `CAROM_PAIR_LEAST` of the core are the same limits.
 _EXPONENT = 100
 _MOST, _LEAST = 2.0**_EXPONENT, 2.0 ** -(_EXPONENT + 1)
-#: Number of bits of a root: three more than a float has. So a time, rounded once at the end, has an error of at most an
-#: eighth of a unit in its last place, in addition to the half unit of this rounding.
+#: Number of bits to which a square root is computed in rational numbers: three more than a float has. So a time has an
+#: error of at most an eighth of a unit in its last place before it is rounded to a float.
 _ROOT_BITS = 56
 
 
@@ -36,7 +37,7 @@ def time_of_impact(
 ) -> NDArray[np.float64] | float:
     """Return the seconds until discs 1 and 2 collide, with an error of at most 2 units in the last place.
 
-    This is true for numbers of any size.
+    The error bound is valid for numbers of any size.
 
     Args:
         p1: Centre of disc 1, in metres; shape ``(..., 2)``.

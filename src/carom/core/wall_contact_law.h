@@ -7,16 +7,16 @@
 
        u' = a - f,    q' = -(f + h) / k,    f in mu P sign(s),    h in c P sign(q).
 
-   If s is 0, friction keeps s at 0 if it can. If q is 0, rolling resistance keeps q at 0 if it can. The law has exactly
-   one solution forward in time. In an impact with the impulse J, the same law holds with changes of speed instead of
-   rates. docs/theory/contact.md derives the law. */
+   If s is 0, f takes a value within its limits that keeps s at 0, if there is one. If q is 0, h does the same for q.
+   The law has exactly one solution forward in time. For an impact, the same law holds with changes of speed instead of
+   rates, and with the normal impulse instead of P. docs/theory/contact.md derives the law. */
 
 #pragma once
 
 #include "carom/core/constants.h"
 #include "carom/core/impact_law.h"
 
-/* What presses a disc against a wall, and what resists its motion. */
+/* The forces on a disc in contact with a wall: gravity, friction and rolling resistance. */
 typedef struct Press {
     double normal; /* P, above 0: gravity into the wall, m/s^2 */
     double along;  /* a: gravity along the wall, m/s^2 */
@@ -53,11 +53,13 @@ static inline double clip(double x, double most) {
 
 /* Return f and h with s = s1 - f (1 + y) - h y and q = q1 - (f + h) y, where y = 1/k.
 
-   F and H are the largest values of f and h. f is F if s is positive, -F if s is negative, and between them if s is 0.
-   The same rule connects h, H and q. q decreases as h grows, for any friction. To make q 0, f must be s1 - q1 limited
-   to [-F, F]; the h that follows from q = 0, limited to [-H, H], is the h of the law. If s or q is not 0 at present,
-   its sign fixes f or h. `signs` contains numbers with these signs, or 0 if nothing is fixed. If s or q stays 0, f + h
-   is computed as (s1 + h) / (1 + y) or q1 / y, because the sum of f and h would lose digits for large y. */
+   F and H are the largest magnitudes of f and h (`f_most`, `h_most`). If s is positive, f is F; if s is negative, f is
+   -F; if s is 0, f is from -F to F. h depends in the same way on H and q. To find h, assume that q = 0. Then f is s1 -
+   q1, limited to [-F, F]. Solve q = 0 for h, and limit h to [-H, H]. The result is the h of the law, because q
+   decreases as h grows. If s is not 0 before friction acts, its sign determines f; likewise q and h. `signs` contains
+   numbers with the signs of s and q, or 0 where the sign does not determine the friction. If s becomes 0, f + h is
+   computed as (s1 + h) / (1 + y). If q becomes 0, f + h is computed as q1 / y. The sum of f and h would lose digits for
+   large y. */
 static inline Frictions share_frictions(double s1, double q1, double f_most, double h_most, double y, Slips signs) {
     double f = 0.0, h = 0.0;
     bool blocks = false;
@@ -80,7 +82,8 @@ static inline Frictions share_frictions(double s1, double q1, double f_most, dou
     return (Frictions){f, blocks ? q1 / y : f + h, false, blocks};
 }
 
-/* Return the rates of a disc in contact. A slip or rim speed that is 0 by the law must be passed as exactly 0. */
+/* Return the rates of change of both speeds of a disc in contact. If the law makes the slip or the rim speed 0, the
+   caller must pass exactly 0. */
 static inline ContactRates contact_rates(const Press *press, Slips now) {
     const double y = press->inverse_inertia_ratio;
     const double f_most = press->friction * press->normal;
@@ -95,7 +98,7 @@ static inline ContactRates contact_rates(const Press *press, Slips now) {
 }
 
 /* Return the impulses of both frictions in an impact on a wall, per unit of mass. `pressed` is the normal impulse, 0 or
-   more. With rolling resistance, friction does not reverse a slip. */
+   more. With rolling resistance, the tangential restitution is not used: friction does not reverse a slip. */
 static inline Frictions frictional_impulses(
     const ContactFriction *contact, double rolling_resistance, Slips before, double y, double pressed
 ) {
@@ -126,7 +129,8 @@ static inline Frictions rub_on_wall(const ContactFriction *contact, double rolli
     return by;
 }
 
-/* Return the seconds until a slip or rim speed with this rate is 0; infinity for never. */
+/* Return the seconds until a slip or rim speed `value`, which changes at the constant rate `rate`, is 0; infinity for
+   never. */
 static inline double time_to_zero(double value, double rate) {
     return value != 0.0 && value * rate < 0.0 ? -value / rate : CAROM_INF;
 }
@@ -136,16 +140,17 @@ static inline double time_to_zero(double value, double rate) {
    Bounce n has the normal speed w e^n. If the disc slides during the whole bounce, the bounce reduces the slip by C w
    e^n, where C = f (1 + e)(1 + 1/k). The hop after it adds 2 a e w e^n / P. Bounces that slide in one direction
    therefore change the slip by (2 a e / P - C sign(s)) w / (1 - e) in all. If a slip of that sign remains, no bounce
-   stops it. Otherwise one bounce stops it, or a hop reverses it. From there on the slip is as small as the bounces are,
-   so no slip remains at the end. `approach` is w, the normal speed of the disc, and `restitution` is e < 1. */
+   stops it. Otherwise one bounce stops it, or a hop reverses it. After the first bounce that does not slide throughout,
+   the slip is at most proportional to the speeds of the bounces, which tend to 0. So no slip remains at the end.
+   `approach` is w, the normal speed of the disc, and `restitution` is e < 1. */
 static inline double slip_after_bounces(const Press *press, double slip, double approach, double restitution) {
     if (slip == 0.0) {
         return 0.0;
     }
     const double most = press->friction * (1.0 + restitution) * (1.0 + press->inverse_inertia_ratio);
     const double a_hop = 2.0 * press->along * restitution / press->normal;
-    /* the first bounce stops the slip; in the second one the disc slides if the hop before it adds more slip than it
-       can stop */
+    /* the first bounce stops the slip. In the second bounce the disc slides if the hop between the two adds more slip
+       than the second bounce can stop */
     if (fabs(slip) <= most * approach) {
         if (fabs(a_hop) <= most * restitution) {
             return 0.0;
@@ -158,12 +163,12 @@ static inline double slip_after_bounces(const Press *press, double slip, double 
     return left * sign > 0.0 ? left : 0.0;
 }
 
-/* Return the slip and rim speed after infinitely many bounces with rolling resistance. All bounces are too short for
-   the clock.
+/* Return the slip and rim speed after infinitely many bounces with rolling resistance. The duration of all these
+   bounces is too short for the clock to resolve.
 
-   Their impulses, (1 + e) w / (1 - e) in all, act as one impulse, and so do the contributions of their hops. The law of
-   impact then gives the result, which may be rest or rolling. The error of this approximation is as small as the
-   bounces are. */
+   The result is an approximation: the impulses of all bounces, (1 + e) w / (1 - e) in all, are applied as one impulse,
+   after the changes of speed during all hops. The law of impact then gives the result, which may be rest or rolling.
+   The error of the approximation is proportional to the speed w of the first bounce. */
 static inline Slips both_after_bounces(const Press *press, Slips now, double approach, double restitution) {
     const double y = press->inverse_inertia_ratio, left = approach / (1.0 - restitution);
     const double pressed = (1.0 + restitution) * left, fallen = 2.0 * restitution * left / press->normal;

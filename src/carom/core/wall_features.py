@@ -1,13 +1,13 @@
 """Features of finite walls, which the rim of a disc can meet: straight faces, vertices, and both sides of arcs.
 
 A wall consists of all points whose distance from a line of straight edges and arcs is at most a half width. A disc
-touches the wall when the distance of its centre from that line is the half width plus the disc's radius. Such centres
-form a straight line for a face, and a circle for a vertex or for a side of an arc. So a vertex is represented as a
-circle of radius 0.
+touches the wall when the distance of its centre from that line is the half width plus the disc's radius. The centres of
+discs that touch a face form a straight line. The centres of discs that touch a vertex, or one side of an arc, form a
+circle. So a vertex is represented as a circle of radius 0. A disc is said to meet a feature when its rim touches it.
 
-Features are immutable. They contain all values that are needed to compute times of impact, precomputed from the numbers
-of the scene file. An exact value is stored as a pair ``(high, low)`` of floats, whose sum is nearest to the value: see
-`core/arithmetic/double_double.h`.
+Features are immutable. A feature contains all values that are needed to compute times of impact, precomputed from the
+numbers of the scene file. A value with more digits than a float is stored as a pair ``(high, low)`` of floats, whose
+sum is nearest to the value: see `core/arithmetic/double_double.h`.
 
 Neighbouring edges on the same line, or on the same circle, are one feature. A joint has no vertex if the tangents of
 its two edges have the same direction. So a wall that is cut into pieces, at points exactly on it, has the same features
@@ -30,15 +30,16 @@ Point = tuple[float, float]
 Pair = tuple[float, float]
 Exact = tuple[Fraction, Fraction]
 
-#: Number of bits of a square root before the root is rounded to a pair, which has 106 bits.
+#: Number of bits to which square roots are computed, before they are rounded to pairs of floats, which have 106 bits.
 _ROOT_BITS = 160
 
-#: Smallest room that a disc must have inside a circle, as a fraction of the circle's coordinates. This room contains
-#: four to eight floats in each direction. With less room, normals would consist of rounding errors.
+#: A disc fits inside a circle if the circle's radius exceeds the disc's radius by at least this fraction of the
+#: circle's coordinates. The disc's centre then has at least four to eight different float coordinates in each
+#: direction. With less room, normals would consist of rounding errors.
 _PLACES = 2.0**-50
 
-#: Sine of an angle. An arc that is shorter than half a circle by at most this angle is treated as half a circle.
-#: Without rounding, a disc as wide as such an arc would pass between the arc's ends.
+#: Sine of a small angle. An arc that is shorter than half a circle by at most this angle is treated as half a circle
+#: with rounded coordinates. A disc as wide as half a circle passes between its ends.
 _NEARLY_HALF = Fraction(1, 2**20)
 
 
@@ -61,7 +62,7 @@ class Mover(NamedTuple):
 
     @classmethod
     def at(cls, position: Point, velocity: Point, radius: float, wall_velocity: Point = (0.0, 0.0)) -> Mover:
-        """Return a disc relative to a wall that is at its position in the file and moves at `wall_velocity`."""
+        """Return a disc relative to a wall that moves at `wall_velocity` and is now where the scene file places it."""
         ux, uy = primitives.two_diff(velocity[0], wall_velocity[0]), primitives.two_diff(velocity[1], wall_velocity[1])
         return cls((position[0], 0.0), (position[1], 0.0), ux, uy, radius)
 
@@ -121,8 +122,8 @@ class Arc:
         half_width: Half width of the wall, in metres: all points within this distance of the arc belong to the wall.
         inside: Whether this is the side on which the circle's centre is.
         sector: Directions of the arc's points from the centre; None for a whole circle.
-        fits_below: Smallest radius of discs that do not fit inside, in metres. Such discs meet the arc's stops instead
-            of its inner side.
+        fits_below: Smallest radius of discs that do not fit inside, in metres. Discs of this radius or more meet the
+            stops of the arc (see `find_stops`) instead of its inner side.
     """
 
     centre: tuple[Pair, Pair]
@@ -160,7 +161,7 @@ class Arc:
         )
 
     def build_stop(self, circle: ExactCircle, way: tuple[Fraction, Fraction]) -> Arc:
-        """Return a stop of this inner side, at the offset `way` from the circle's centre. Too wide discs meet it."""
+        """Return a stop of this inner side, at the offset `way` from the centre. Only discs too wide to fit meet it."""
         (x, y), nothing = way, (0.0, 0.0)
         half = Sector((to_pair(-y), to_pair(x)), (to_pair(y), to_pair(-x)), reflex=False)
         place = to_pair(circle.x + x), to_pair(circle.y + y)
@@ -186,7 +187,7 @@ def compute_root(square: Fraction) -> Pair:
 
 
 def _compute_smallest_unfit(centre: tuple[Pair, Pair], radius: Pair, half_width: float) -> float:
-    """Return the smallest radius of discs that have no room in a circle, or less room than floats can resolve."""
+    """Return the smallest radius of discs that have no room in a circle, or less than floats can resolve."""
     return radius[0] - half_width - _PLACES * (abs(centre[0][0]) + abs(centre[1][0]) + radius[0])
 
 
@@ -252,11 +253,12 @@ class JoinedEdges(NamedTuple):
 
 
 def build_features(outline: Outline, widest_m: float = math.inf) -> tuple[WallFeature, ...]:
-    """Return the features of a wall, on both sides of each edge. If a disc meets two at once, the first one counts.
+    """Return the features of a wall, on both sides of each edge. If a disc meets two at once, it hits the first one.
 
-    Faces and arcs come first, in the order of the edges, and vertices after them. A disc that meets the vertex at the
-    end of a face meets the face at the same time or earlier, and the face has the correct normal. Stops come last. Only
-    arcs in which a disc of the radius `widest_m` does not fit have stops: see `find_stops`.
+    Faces and arcs come first, in the order of the edges, and vertices after them. A disc that
+    meets a vertex exactly where it adjoins a face meets the face at the same time or earlier. So the impact is on the
+    face, which has the correct normal. Stops come last. Only arcs in which a disc of the radius `widest_m` does not fit
+    have stops: see `find_stops`.
     """
     if outline.radius == 0.0:
         return (WallFeature(Arc.vertex(outline.points[0], outline.half_width), (0,), EdgeKind.VERTEX),)
@@ -271,18 +273,19 @@ def build_features(outline: Outline, widest_m: float = math.inf) -> tuple[WallFe
 
 
 def are_decidable(one: Feature, other: Feature, *, elastic: bool) -> bool:
-    """Whether a disc moves on in the same way for both orders of two simultaneous impacts on frictionless features.
+    """Whether two simultaneous impacts of a disc, on frictionless features, have the same result in both orders.
 
-    This holds at a corner of 90 degrees and, if both features are elastic, of 60, 45 and 30 degrees. In general it
-    holds at the angles pi/n. The four named angles are those whose cosines have rational squares. The order also does
-    not matter for a feature and itself, because a disc meets a feature again only after it has left it.
+    The result is True for two faces at an angle of 90 degrees. If both are elastic, it is also True at 60, 45 and 30
+    degrees. The orders have the same result at all angles pi/n, but only the named angles have rational squared
+    cosines, which can be tested exactly. If both features are the same feature, the result is True, because a disc
+    meets a feature again only after it has left it.
     """
     if one == other:
         return True
     if not isinstance(one, Face) or not isinstance(other, Face):
         return False
     (ax, ay), (bx, by) = _compute_direction(one), _compute_direction(other)
-    dot = ax * bx + ay * by  # the normals have the same product: they are these directions turned by 90 degrees
+    dot = ax * bx + ay * by  # also the inner product of the normals, which are the directions turned by 90 degrees
     if dot == 0:
         return True
     square = dot * dot / ((ax * ax + ay * ay) * (bx * bx + by * by))
@@ -300,13 +303,13 @@ def to_exact(point: tuple[float, float]) -> Exact:
 
 
 def is_smooth_joint(one: JoinedEdges, other: JoinedEdges) -> bool:
-    """Whether the direction just before the joint of two runs is the same as just after it."""
+    """Whether the line has the same direction just before and just after the joint of two runs of edges."""
     (ax, ay), (bx, by) = one.compute_tangent(one.edge.b), other.compute_tangent(other.edge.a)
     return ax * by - ay * bx == 0 and ax * bx + ay * by > 0
 
 
 def join_edges(outline: Outline) -> list[JoinedEdges]:
-    """Return the edges of a chain in order, joined if they continue one line or circle. A circle is one edge."""
+    """Return the edges of a chain in order. Successive edges on one line or circle are joined. A circle is one edge."""
     if outline.radius is not None:
         (x, y), radius = to_exact(outline.points[0]), Fraction(outline.radius)
         return [JoinedEdges(outline.stretches[0].edge, ExactCircle(x, y, radius * radius), (0,))]
@@ -358,11 +361,11 @@ def rotate_by_quarters(way: Exact) -> list[Exact]:
 def find_stops(runs: list[JoinedEdges], k: int, *, closed: bool) -> list[Exact]:
     """Return the vectors from an arc's centre to its stops: the points that stop discs too wide to fit inside.
 
-    A disc exactly as wide as an arc touches the whole arc at once, so a few points can represent the arc. A whole
+    A disc with exactly the arc's radius touches the whole arc at once, so a few points can represent the arc. A whole
     circle has four stops, a quarter turn apart. An arc of more than half a circle, which such a disc can't leave, has
     two stops, a quarter turn from each end. Exactly half a circle has one stop, in the middle. A disc touches an end of
-    a shorter arc no later than the arc itself. So a shorter arc has stops only at its smooth ends, where rounding may
-    place the point of contact beyond the edge.
+    a shorter arc no later than the arc itself. So a shorter arc has stops only at ends at which the wall continues
+    smoothly, where rounding may place the point of contact beyond the edge.
     """
     run = runs[k]
     if run.circle is None:

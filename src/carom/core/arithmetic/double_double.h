@@ -1,8 +1,8 @@
-/* Double-double arithmetic: a number as the exact sum of two floats, longer sums, error-free sums and products, and
-   instants.
+/* Double-double arithmetic: numbers as exact sums of two floats ("pairs"). Also sums of three floats, error-free sums
+   and products, and instants.
 
-   Every step is one correctly rounded operation of IEEE 754. No step may be fused or reordered. The stated error bounds
-   are valid if nothing overflows or underflows.
+   Every operation is rounded correctly, as IEEE 754 requires. Compilers must neither fuse nor reorder operations. The
+   stated error bounds are valid if nothing overflows or underflows.
 
    Sources: T. J. Dekker, "A floating-point technique for extending the available precision", Numer. Math. 18 (1971); D.
    E. Knuth, TAOCP vol. 2, 4.2.2 (two_sum); T. Ogita, S. M. Rump, S. Oishi, "Accurate sum and dot product", SIAM J. Sci.
@@ -13,23 +13,25 @@
 
 #include "carom/core/constants.h"
 
-/* The exact sum of two floats. */
+/* A pair: a number that is the exact sum of two floats. */
 typedef struct DoubleDouble {
     double high;
     double low;
 } DoubleDouble;
 
-/* A sum in three parts. */
+/* A number that is the sum of three floats. */
 typedef struct TripleDouble {
     double high;
     double middle;
     double low;
 } TripleDouble;
 
-/* Largest number of terms of an exact sum: that of the discriminant of two discs. */
+/* Largest number of terms in an exact sum. The discriminant for two discs (`exact_discriminant` in pair_time.h) has
+   this many. */
 enum { MOST_TERMS = 768 };
 
-/* This function is one machine instruction, while `fmin` would be a call. Neither argument may be NaN. */
+/* Compilers turn this function into one machine instruction, while `fmin` would be a call. Neither argument may be
+   NaN. */
 static inline double lesser(double a, double b) {
     return a < b ? a : b;
 }
@@ -38,7 +40,7 @@ static inline double greater(double a, double b) {
     return a > b ? a : b;
 }
 
-/* Split a number into two parts of at most 26 bits each. Their sum is exactly the number. */
+/* Split a number into two parts of at most 26 bits each. The sum of the two parts is exactly the number. */
 static inline DoubleDouble split_double(double a) {
     double scaled = CAROM_SPLITTER * a;
     double high = scaled - (scaled - a);
@@ -74,7 +76,7 @@ static inline DoubleDouble negate(DoubleDouble a) {
     return (DoubleDouble){-a.high, -a.low};
 }
 
-/* Return the rounded sum and its rounding error. The first number must not be smaller in magnitude. */
+/* Return the rounded sum and its rounding error. The magnitude of `larger` must be at least that of `smaller`. */
 static inline DoubleDouble quick_sum(double larger, double smaller) {
     double total = larger + smaller;
     return (DoubleDouble){total, smaller - (total - larger)};
@@ -100,7 +102,7 @@ static inline DoubleDouble times_double(DoubleDouble a, double b) {
     return quick_sum(p.high, p.low + a.low * b);
 }
 
-/* Return the product of a pair and a power of two, or its negative. */
+/* Return the product of a pair and a power of two or the negative of a power of two. */
 static inline DoubleDouble times_power_of_two(DoubleDouble a, double power) {
     return (DoubleDouble){a.high * power, a.low * power};
 }
@@ -155,7 +157,7 @@ static inline DoubleDouble round_sum(TripleDouble total) {
     return two_sum(top.high, top.low + total.low);
 }
 
-/* Let s be the sum of `p`, t the sum of `q`, and `sign` 1 or -1. Write terms whose exact sum is s t `sign`. Return the
+/* Write terms whose exact sum is (the sum of `p`) times (the sum of `q`) times `sign`, which is 1 or -1. Return the
    number of terms. */
 static inline int write_products(double *terms, const double *p, int p_count, const double *q, int q_count,
                                  double sign) {
@@ -179,8 +181,9 @@ static inline int write_pair_products(double *terms, DoubleDouble p, DoubleDoubl
     return write_products(terms, a, 2, b, 2, sign);
 }
 
-/* Write parts with the same exact sum as the terms. The parts do not overlap, and the smallest is first. Return the
-   number of parts, which is at most the number of terms. `parts` may be the same array as `terms`. */
+/* Write parts that have the same exact sum as the terms. The bits of different parts do not overlap, and the smallest
+   part is first. Return the number of parts, which is at most the number of terms. `parts` may be the same array as
+   `terms`. */
 static inline int write_parts(double *parts, const double *terms, int count) {
     int size = 0;
     for (int i = 0; i < count; i++) {
@@ -207,14 +210,15 @@ static inline DoubleDouble exact_sum(const double *terms, int count) {
     double parts[MOST_TERMS];
     DoubleDouble sum = {0.0, 0.0};
     for (int k = write_parts(parts, terms, count) - 1; k >= 0; k--) {
-        DoubleDouble total = two_sum(sum.high, parts[k]); /* the largest parts fill `high`; the others add to `low` */
+        /* the largest parts determine `high`; the others are added to `low` */
+        DoubleDouble total = two_sum(sum.high, parts[k]);
         sum = (DoubleDouble){total.high, sum.low + total.low};
     }
     return two_sum(sum.high, sum.low);
 }
 
-/* Return the length of a vector of any size, as the nearest float. It is the root of an error-free sum of squares,
-   corrected once. */
+/* Return the length of a vector of any size, rounded to the nearest float. The length is the root of an error-free sum
+   of squares, corrected once. */
 static inline double nearest_length(double x, double y) {
     double largest = greater(fabs(x), fabs(y));
     if (!(largest > 0.0 && largest < CAROM_INF))
@@ -232,8 +236,9 @@ static inline double nearest_length(double x, double y) {
 
 /* ---- instants ---- */
 
-/* Instants as pairs: after 1e5 bounces one float is too coarse to locate a disc. A pair is normalised: its high part is
-   the float nearest to the sum. So instants are compared by their high parts first, then by their low parts. */
+/* An instant is a pair, because a single float would be too coarse to locate a disc after 1e5 bounces. The pair is
+   normalised: its high part is the float nearest to the sum. So instants are compared by their high parts first, then
+   by their low parts. */
 typedef DoubleDouble Instant; /* seconds since the start */
 
 static const Instant NEVER = {CAROM_INF, 0.0};
@@ -254,8 +259,7 @@ static inline Instant later_of(Instant a, Instant b) {
     return is_before(a, b) ? b : a;
 }
 
-/* Return the instant that is `wait` seconds after another one. It is NEVER if `wait` is infinite or the sum
-   overflows. */
+/* Return the instant that is `wait` seconds after `begin`. If `wait` is infinite or the sum overflows, return NEVER. */
 static inline Instant instant_after(Instant begin, double wait) {
     DoubleDouble sum = two_sum(begin.high, wait);
     return sum.high < CAROM_INF ? two_sum(sum.high, begin.low + sum.low) : NEVER;

@@ -1,8 +1,9 @@
-/* Integers of 256 bits, for the few results for which floats cannot decide how to round: see exponentials.h.
+/* Integers of 256 bits, for the few arguments of an exponential function or logarithm for which floats cannot decide
+   how the result rounds: see exponentials.h.
 
-   A number is eight limbs of 32 bits, the lowest first, in two's complement. Limbs have only 32 bits because compilers
-   for 32-bit machines have no product of 64 by 64 bits. All operations ignore overflow; callers keep numbers in
-   range. */
+   A number consists of eight limbs (digits of 32 bits), the lowest first, in two's complement. Limbs have only 32 bits
+   because compilers for 32-bit machines do not support products of two 64-bit numbers. All operations ignore overflow;
+   callers keep numbers in range. */
 
 #pragma once
 
@@ -12,7 +13,7 @@
 
 enum {
     WIDE_LIMBS = 8,
-    FRACTION_LIMBS = 6,  /* of a fixed-point number: 192 bits after the point */
+    FRACTION_LIMBS = 6,  /* number of limbs after the point of a fixed-point number: 192 bits */
     FRACTION_BITS = 192
 };
 
@@ -124,7 +125,7 @@ static inline WideInteger wide_divide_small(WideInteger a, uint32_t divisor) {
     return quotient;
 }
 
-/* Return x 2^shift, rounded down. The result must be below 2^255, and x must be finite. */
+/* Return x times 2^shift, rounded down. The magnitude of the result must be below 2^255, and x must be finite. */
 static inline WideInteger wide_from_double(double x, int shift) {
     int exponent;
     double mantissa = ldexp(frexp(fabs(x), &exponent), 53);
@@ -137,8 +138,8 @@ static inline WideInteger wide_from_double(double x, int shift) {
     return wide_shift(whole, shift < -255 ? -255 : shift);
 }
 
-/* Return the float nearest to a 2^exponent, and the even one in a tie. The result is infinity if it exceeds the largest
-   float. It must not be subnormal. */
+/* Return the float nearest to a times 2^exponent; of two equally near floats, return the even one. If the product
+   exceeds the largest float, return infinity. The result must not be subnormal. */
 static inline double wide_to_double(WideInteger a, int exponent) {
     bool negative = wide_is_negative(a);
     WideInteger size = negative ? wide_negate(a) : a;
@@ -151,7 +152,7 @@ static inline double wide_to_double(WideInteger a, int exponent) {
     uint64_t mantissa = (uint64_t)top.limb[1] << 32 | top.limb[0];
     if (dropped > 0) {
         WideInteger rest = wide_subtract(size, wide_shift(top, dropped));
-        /* `rest` minus half of a unit in the last place */
+        /* `rest`, the part that rounding drops, minus half of a unit in the last place */
         WideInteger excess = wide_subtract(rest, wide_power_of_two(dropped - 1));
         if (!wide_is_negative(excess) && (!wide_is_zero(excess) || (mantissa & 1) != 0)) {
             mantissa++;

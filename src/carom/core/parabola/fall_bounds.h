@@ -1,9 +1,9 @@
-/* Lower bounds of times of impact on a parabola: times before which a disc certainly does not touch something.
+/* Lower bounds of times of impact on a parabola: times before which a disc certainly does not touch a given body.
 
-   Their cost is a small fraction of the cost of fall_time.h. With them, most features near a disc need no exact
-   solution. Each bound is conservative: it subtracts more than all of its rounding errors, which are below
-   CAROM_BOUND_ERROR of its terms. If numbers are too large for floats, no comparison is true, and a bound is 0. Times
-   are in seconds from now. CAROM_INF means never. */
+   Computing a bound costs a small fraction of computing a time by fall_time.h. For most features near a disc, a bound
+   makes the exact solution unnecessary. Each bound is decreased by more than the sum of its rounding errors, which are
+   below CAROM_BOUND_ERROR times its terms. If numbers exceed the range of floats, the bound is 0. Times are in seconds
+   from now. CAROM_INF means never. */
 
 #pragma once
 
@@ -28,16 +28,17 @@ static inline double closing_lower_bound(double gap, double speed, double pull) 
     return (1.0 - CAROM_BOUND_ERROR) * time;
 }
 
-/* Return whether a lower bound is later than a time, which may be infinite. */
+/* Return whether a lower bound is later than the time `within`. If `within` is infinite, return whether the bound is
+   infinite, too. */
 static inline bool is_bound_after(double bound, double within) {
     return bound > within || bound == CAROM_INF;
 }
 
 /* Return a time before which a disc is certainly farther from a point than `reach`.
 
-   (x, y) is the disc's position relative to the point, with an error of at most `error`, and (ux, uy) its velocity.
-   Consider the tangent of the circle at the point that is nearest to the disc now. While the disc is on the far side of
-   this tangent from the circle, it is outside the circle. */
+   (x, y) is the position of the disc's centre relative to the point, with an error of at most `error`, and (ux, uy) its
+   velocity. Consider the circle of radius `reach` around the point, and its tangent at the point of the circle nearest
+   to the disc. The disc's centre is outside the circle as long as the tangent is between the two. */
 static inline double circle_lower_bound(double x, double y, double ux, double uy, double ax, double ay, double reach,
                                         double error) {
     double distance = sqrt(x * x + y * y);
@@ -61,7 +62,8 @@ typedef struct Range {
     double most;
 } Range;
 
-/* Return the range of a coordinate on a parabola up to a time. The result is NaN if the time is infinite. */
+/* Return the range of a coordinate with velocity u and acceleration a from now until the time `within`. If this time is
+   infinite, the bounds are NaN. */
 static inline Range parabola_range(double x, double u, double a, double within) {
     double end = x + within * (u + 0.5 * a * within);
     Range range = {lesser(x, end), greater(x, end)};
@@ -74,7 +76,8 @@ static inline Range parabola_range(double x, double u, double a, double within) 
     return (Range){range.least - error, range.most + error};
 }
 
-/* Write the ranges of the coordinates of a feature other than a half-plane, relative to its `x` and `y`. */
+/* Write the ranges of the coordinates of a feature's points, relative to `Feature.x` and `Feature.y`. The feature must
+   not be a half-plane. */
 static inline void write_feature_ranges(const Feature *f, Range *x, Range *y) {
     double size = f->size.high;
     if (f->kind == FACE) {
@@ -97,8 +100,8 @@ static inline void write_feature_ranges(const Feature *f, Range *x, Range *y) {
     y->least = has_bottom ? -size : lesser(ey, fy);
 }
 
-/* Return whether a gap certainly keeps its sign for a time. A negative gap counts only if `is_behind`. Each number has
-   an error of at most CAROM_BOUND_ERROR times its size. */
+/* Return whether a gap certainly keeps its sign until the time `within`. For a negative gap, return false unless
+   `is_behind`. Each of gap, speed and pull has an error of at most CAROM_BOUND_ERROR times its size. */
 static inline bool misses_line(double gap, double gap_size, double speed, double speed_size, double pull,
                                double pull_size, bool is_behind, double within) {
     double gap_error = CAROM_BOUND_ERROR * gap_size + CAROM_BOUND_UNDERFLOW;
@@ -110,13 +113,14 @@ static inline bool misses_line(double gap, double gap_size, double speed, double
            is_bound_after(closing_lower_bound(-gap - gap_error, -speed - speed_error, -pull - pull_error), within);
 }
 
-/* Return whether a disc certainly does not touch a face within a time. (x, y) is the disc's position relative to the
-   start of the face, and `way` an upper bound of its displacement.
+/* Return whether a disc certainly does not touch a face within a time. (x, y) is the position of the disc's centre
+   relative to the start of the face, and `way` an upper bound of its displacement within this time.
 
    Let w, s and p be the gap to the face's line, its rate of change and its acceleration, all multiplied by the face's
-   length. Let f, g and h be the same for the disc's position along the face. The first test uses the change of the gap,
-   s t + p t^2/2. The second uses where the gap closes: at that time w + s t + p t^2/2 = 0, so the position multiplied
-   by -s is f (-s) + g w, up to terms with p and h. */
+   length. Let f, g and h be the position along the face, its rate of change and its acceleration, also multiplied by
+   the length. The first two tests use a bound of the change of the gap, s t + p t^2/2. The third test uses the position
+   along the face when the gap closes. Then w + s t + p t^2/2 = 0, so the position multiplied by -s is f (-s) + g w, up
+   to terms with p and h. If this is not between the face's ends, the disc misses the face. */
 static inline bool fall_misses_face(double x, double y, double ux, double uy, const Feature *f, double ax, double ay,
                                     double place_size, double thick, double way, double within) {
     const double ex = f->ex.high, ey = f->ey.high, length = f->size.high;
@@ -142,7 +146,8 @@ static inline bool fall_misses_face(double x, double y, double ux, double uy, co
     return misses_line(gap, gap_size, speed, speed_size, pull, fabs(ex * ay) + fabs(ey * ax), is_behind, within);
 }
 
-/* Return whether a disc certainly does not touch a feature within a time. The disc has not just left the feature. */
+/* Return whether a disc certainly does not touch a feature within a time. The disc's path must not begin with an impact
+   on this feature. */
 static inline bool fall_misses_feature(const Mover *disc, const Feature *f, double ax, double ay, double within) {
     const double ux = disc->ux.high, uy = disc->uy.high;
     const double x = disc->x.high - f->x.high, y = disc->y.high - f->y.high;
@@ -158,14 +163,14 @@ static inline bool fall_misses_feature(const Mover *disc, const Feature *f, doub
         return true;
     const double error = CAROM_BOUND_ERROR * place_size;
     if (f->kind == VERTEX || f->kind == OUTER_ARC) {
-        /* The path differs from a straight one by at most `fallen` * `within` / 2. */
+        /* The path deviates from a straight path by at most `fallen` * `within` / 2. */
         double touch = f->size.high + thick + (0.5 + CAROM_BOUND_ERROR) * fallen * within + error;
         Bounded apart = separation(x, y, touch);
         if (apart.value > apart.error && is_passed(x, y, ux, uy, touch, within))
             return true;
     }
-    /* When a disc touches a feature, its centre is at most `thick` from the feature. The rounding of its displacement
-       is added to that distance, because it matters at the ends of the feature. */
+    /* When a disc touches a feature, its centre is at most `thick` from the feature. Rounding errors of the disc's
+       displacement are added to this distance, because they matter at the ends of the feature. */
     const double room_error = CAROM_BOUND_ERROR * (place_size + thick + f->size.high + way);
     const double room = thick + (room_error + CAROM_BOUND_LENGTH_UNDERFLOW);
     Range path_x = parabola_range(x, ux, ax, within), path_y = parabola_range(y, uy, ay, within), at_x, at_y;

@@ -1,16 +1,17 @@
-/* Times of impact of a disc that moves on a parabola. It can hit a fixed disc, the line of a half-plane, a face, a
-   vertex or an arc.
+/* Times of impact of a disc that moves on a parabola, on a fixed disc, the line of a half-plane, a face, a vertex or an
+   arc.
 
-   The gap to a line is a quadratic in time, w + s t + a t^2/2, and an impact is the root at which it closes. The three
-   coefficients are pairs, so that their signs select the right root. The gap to a circle is a quartic: see falls.h. If
-   an arc's gap closes outside of the arc's sector, there is no contact, and the next closing counts.
+   The gap to a line is a quadratic in time, w + s t + a t^2/2. The time of impact is the root at which the gap closes.
+   The three coefficients are pairs of floats, so that their signs are accurate enough to select the right root. The gap
+   to a circle is a quartic: see falls.h. If the gap to an arc's circle closes outside of the arc's sector, there is no
+   contact. Then the time at which the gap closes next is considered.
 
-   Times are in seconds from now. The result is 0 for bodies that touch and approach. It is also 0 for bodies that
-   touch, do not separate and accelerate towards each other. It is infinity if there is no impact. If the disc starts
-   its present path with an impact on this obstacle (`has_just_left`), the gap is exactly 0 now, although the rounded
-   value may differ. The gap then opens at the speed `leaving`, 0 or more. The same functions are used for two discs on
-   a decelerating table. Then the path is that of one disc relative to the other. docs/theory/contact.md derives the
-   formulas. */
+   Times are in seconds from now. The result is 0 for bodies that touch and approach, or that touch, do not separate and
+   accelerate towards each other. If there is no impact, the result is infinity. If the disc's present path begins with
+   an impact on the body in question (`has_just_left`), the gap to it is exactly 0 now, although the rounded value may
+   differ. The gap then opens at the speed `leaving`, 0 or more. The functions of this file are also used for two discs
+   on a decelerating table. In this case the path is that of one disc relative to the other. docs/theory/contact.md
+   derives the formulas. */
 
 #pragma once
 
@@ -25,10 +26,10 @@ static inline double return_time(DoubleDouble speed, DoubleDouble pull) {
     return linear_root((DoubleDouble){2.0 * speed.high, 2.0 * speed.low}, pull);
 }
 
-/* Return the seconds until a gap with this rate of change and this acceleration closes.
+/* Return the seconds until a gap with the rate of change `speed` and the acceleration `pull` closes.
 
-   The error is at most 4 units in the last place if `speed`^2 and `pull` * `gap` are between 1e-250 and 1e290. An
-   exception is a path whose apex is nearer to the wall than 2^-80 of the path's height. */
+   The error is at most 4 units in the last place if `speed`^2 and `pull` * `gap` are between 1e-250 and 1e290. The
+   error may be larger if the apex of the path is nearer to the wall than 2^-80 of the path's height. */
 static inline double descent_time(DoubleDouble gap, DoubleDouble speed, DoubleDouble pull) {
     const double w = gap.high, s = speed.high, a = pull.high;
     if (w <= 0.0) {
@@ -48,8 +49,8 @@ static inline double descent_time(DoubleDouble gap, DoubleDouble speed, DoubleDo
     DoubleDouble twice = {2.0 * gap.high, 2.0 * gap.low};
     DoubleDouble d = discriminant_from_gap(speed, twice, pull);
     if (!(d.high > 0.0)) {
-        /* Either the disc is pulled back before it reaches the wall, or rounding places the disc inside the wall and it
-           is pulled back before it leaves the wall. */
+        /* There are two cases: the disc is pulled back before it reaches the wall; or rounding places the disc inside
+           the wall, and it is pulled back before it has left the wall. */
         return a > 0.0 ? CAROM_INF : linear_root(speed, pull);
     }
     if (w > 0.0 && !(s > 0.0))
@@ -69,8 +70,8 @@ static inline double plane_fall_time(const Mover *disc, const Feature *plane, do
     return descent_time(gap, wall_speed(disc->ux.high, disc->uy.high, plane->nx, plane->ny), pull);
 }
 
-/* Return whether the point of a face's line that is nearest to a disc is on the face at a time. If rounding decides
-   this, the impacts on the face and on its vertex are the same. */
+/* Return whether, at a time, the point of a face's line that is nearest to a disc is on the face. If rounding errors
+   make the result wrong, this does not matter: impacts on the end of the face and on its vertex are the same. */
 static inline bool foot_is_on_face(const Mover *disc, const Feature *face, double time, double ax, double ay) {
     double moved_x = time * (disc->ux.high + 0.5 * ax * time), moved_y = time * (disc->uy.high + 0.5 * ay * time);
     double x = offset_between(disc->x, face->x).high + moved_x;
@@ -97,7 +98,8 @@ static inline double face_fall_time(const Mover *disc, const Feature *face, doub
     DoubleDouble speed = cross_product(face->ex, face->ey, disc->ux, disc->uy);
     const bool is_on_face = gap.high <= 0.0 && is_before_face(disc, face);
     if (gap.high <= 0.0 && !is_on_face) {
-        /* The disc is next to the face or behind it. It can hit the face only if it falls back. */
+        /* The disc is behind the face's line or beyond an end of the face. Such a disc can hit the face only if it
+           first moves in front of the line and then falls back. */
         if (!(speed.high > 0.0 && pull.high < 0.0))
             return CAROM_INF;
         DoubleDouble twice = {2.0 * gap.high, 2.0 * gap.low};
@@ -120,15 +122,16 @@ static inline Gap line_form(const LineGap *gap) {
     return (Gap){write_line_pairs, write_line_products, gap};
 }
 
-/* Begin to find the falls of the gap to a circle. Return the gap's sign now, which is 0 if the disc has just left the
-   circle. */
+/* Prepare `falls` to find the instants at which the gap to a circle becomes negative (see falls.h). Return the gap's
+   sign now, which is 0 if the disc has just left the circle. */
 static inline int begin_circle_falls(Falls *falls, const ExactQuartic *exact, const CircleGap *gap, const Gap *form) {
     begin_falls(falls, exact, form);
     write_circle_floats(gap, &falls->floats);
     return gap->has_left ? 0 : sign_of_gap(falls);
 }
 
-/* Set the present sign of a gap. If `is_closed`, the gap is 0 now, whatever its coefficients are. */
+/* Tell `falls` the sign of the gap at the present instant. If `is_closed`, the sign is set to 0, whatever the gap's
+   coefficients are. */
 static inline void start_falls(Falls *falls, CircleGap *gap, int sign, bool is_closed) {
     if (is_closed) {
         gap->is_closed = falls->is_closed = true;
@@ -137,7 +140,8 @@ static inline void start_falls(Falls *falls, CircleGap *gap, int sign, bool is_c
     set_start(falls, sign);
 }
 
-typedef struct FallingDisc { /* position and velocity are relative to a body that does not accelerate */
+/* a disc on a parabola: position, and velocity relative to a body that does not accelerate */
+typedef struct FallingDisc {
     double x;
     double y;
     double vx;
@@ -170,14 +174,15 @@ static inline double disc_fall_time(const ExactQuartic *exact, const FallingDisc
 
 /* ---- arcs ---- */
 
-/* Return a coordinate after a time of free fall, and an upper bound of how much it has changed. */
+/* Return a coordinate with velocity u and acceleration a after a time, and an upper bound of the magnitude of its
+   change. */
 static inline MovedCoordinate fallen_coordinate(DoubleDouble x, DoubleDouble u, double a, double time) {
     double flown = time * u.high, fallen = 0.5 * a * time * time;
     DoubleDouble sum = two_sum(x.high, flown + fallen);
     return (MovedCoordinate){two_sum(sum.high, sum.low + x.low), fabs(flown) + fabs(fallen)};
 }
 
-/* Return whether a disc is in an arc's sector at a time. If rounding leaves that undecided, return true. */
+/* Return whether a disc is in an arc's sector at a time. If rounding errors leave this undecided, return true. */
 static inline bool falls_into_sector(const Feature *arc, const Mover *disc, double time, double ax, double ay) {
     if (arc->whole)
         return true;
@@ -186,8 +191,8 @@ static inline bool falls_into_sector(const Feature *arc, const Mover *disc, doub
     return is_in_sector(arc, x.coordinate, y.coordinate, x.change, y.change);
 }
 
-/* Return the time of the first fall at which the disc is in an arc's sector; infinity for none. `falls` counts time
-   from the instant `from`. */
+/* Return the first instant at which the gap becomes negative while the disc is in an arc's sector; infinity for none.
+   `from` is the instant from which `falls` counts time. */
 static inline double first_in_sector(Falls *falls, double from, const Feature *arc, const Mover *disc, double ax,
                                      double ay) {
     for (;;) {
@@ -199,14 +204,14 @@ static inline double first_in_sector(Falls *falls, double from, const Feature *a
     }
 }
 
-/* Compute the pair form of a gap, and from it the float form. */
+/* Prepare `falls` for a gap: compute the coefficients in pairs of floats, and round them to floats. */
 static inline void begin_with_pairs(Falls *falls, const ExactQuartic *exact, const Gap *form) {
     begin_falls(falls, exact, form);
     need_pairs(falls);
     falls->floats = round_polynomial(&falls->pairs);
 }
 
-/* Return the exact sign of a gap at the instant from which the gap counts time. */
+/* Return the exact sign of a gap at the instant t = 0 of the gap. */
 static inline int sign_of_form(const ExactQuartic *exact, Gap form) {
     Falls falls;
     begin_with_pairs(&falls, exact, &form);
@@ -214,8 +219,8 @@ static inline int sign_of_form(const ExactQuartic *exact, Gap form) {
 }
 
 /* Return the first time of contact after a disc enters an arc's sector while it touches or overlaps the arc from
-   inside; infinity for never. `gap` is the gap to the arc. At the entry the gap counts as 0, for the reason stated in
-   feature_time.h. */
+   inside; infinity for never. `gap` is the gap to the arc. When the disc enters the sector, the gap is set to 0,
+   because it differs from 0 only by rounding errors: see feature_time.h. */
 static CAROM_NOINLINE double sector_entry_fall_time(const ExactQuartic *exact, const CircleGap *gap, const Mover *disc,
                                                     const Feature *arc) {
     const double ax = gap->path.ax, ay = gap->path.ay;

@@ -1,20 +1,21 @@
-/* Gaps as polynomials in time: between a disc on a parabola and a fixed circle, or a line through a fixed point.
+/* Gaps as polynomials in time: the gap between a disc on a parabola and a fixed circle, or between the disc and a line
+   through a fixed point.
 
    Let d be the position of the disc's centre relative to the circle's centre, u its velocity, a its acceleration, and R
    the distance of the two centres in contact. The gap from outside is
 
        |d + u t + a t^2/2|^2 - R^2 = (d.d - R^2) + 2 d.u t + (u.u + d.a) t^2 + u.a t^3 + a.a/4 t^4
 
-   and the gap from inside is its negative. If the disc has just left the circle, the first two coefficients are known:
-   0, and 2 R times the speed at which it left. */
+   and the gap from inside is its negative. If the disc has just left the circle, the first two coefficients are known
+   without rounding errors: 0, and 2 R times the speed at which it left. */
 
 #pragma once
 
 #include "carom/core/quartic/polynomial.h"
 #include "carom/core/straight/pair_time.h"
 
-/* A disc's centre on a parabola, and a fixed point. Positions, velocity and acceleration are exactly the sums of their
-   parts. */
+/* The path of a disc's centre on a parabola, and a fixed point. Each coordinate is exactly the sum of a pair of
+   floats. */
 typedef struct FallPath {
     DoubleDouble x;
     DoubleDouble y;
@@ -22,24 +23,24 @@ typedef struct FallPath {
     DoubleDouble uy;
     double ax;
     double ay;
-    DoubleDouble from_x; /* the fixed point */
+    DoubleDouble from_x; /* coordinates of the fixed point, in metres */
     DoubleDouble from_y;
 } FallPath;
 
 typedef struct CircleGap {
-    FallPath path; /* relative to the circle's centre */
+    FallPath path; /* path of the disc; its fixed point is the circle's centre */
     DoubleDouble reach;
-    double from;    /* the gap counts time from this instant */
-    double leaving; /* speed at which the disc has left the circle, if `has_left` */
+    double from;    /* the instant t = 0 of the gap, in seconds from now */
+    double leaving; /* if `has_left`: speed at which the disc has left the circle */
     bool has_left;
     bool is_inside; /* whether the gap is positive inside the circle */
-    /* whether the gap is exactly 0 at t = 0, although its coefficients may differ; true if `has_left` */
+    /* whether the gap is exactly 0 at t = 0, although rounded coefficients may give another value */
     bool is_closed;
 } CircleGap;
 
-/* The product of the position and a vector f. This product is the gap in a `LineGap`. */
+/* How the gap of a `LineGap` is computed from the position (x, y) and a vector f. */
 typedef enum LineKind {
-    ACROSS, /* fy x - fx y: the distance to the right of the line along f, times the length of f */
+    ACROSS, /* fy x - fx y: the distance from the line along f, positive to the right of f, times the length of f */
     ALONG,  /* fx x + fy y */
 } LineKind;
 
@@ -48,13 +49,14 @@ typedef struct LineGap {
     DoubleDouble fx;
     DoubleDouble fy;
     double from;
-    double sense; /* 1 or -1: a factor of the gap */
+    double sense; /* 1 or -1: the gap is multiplied by this factor */
     LineKind kind;
 } LineGap;
 
 /* ---- positions ---- */
 
-/* Return a coordinate relative to the fixed point in three parts, with an error of at most 2^-150 of its terms. */
+/* Return a coordinate relative to the fixed point as a sum of three floats, with an error of at most 2^-150 of the
+   coordinate's terms. */
 static inline TripleDouble place_parts(DoubleDouble x, DoubleDouble from) {
     DoubleDouble high = two_diff(x.high, from.high);
     DoubleDouble low = two_diff(x.low, from.low);
@@ -65,7 +67,8 @@ static inline TripleDouble place_parts(DoubleDouble x, DoubleDouble from) {
     return (TripleDouble){sum.high, middle.high, middle.low + rest.low};
 }
 
-/* Return a coordinate relative to the fixed point as a pair, with an error of at most 2^-104 of its terms. */
+/* Return a coordinate relative to the fixed point as a pair of floats, with an error of at most 2^-104 of the
+   coordinate's terms. */
 static inline DoubleDouble place_from(DoubleDouble x, DoubleDouble from) {
     TripleDouble parts = place_parts(x, from);
     return quick_sum(parts.high, parts.middle);
@@ -78,15 +81,15 @@ static inline double place_size(DoubleDouble x, DoubleDouble from) {
 
 /* ---- a circle ---- */
 
-/* Return the exact degree of a gap. */
+/* Return the exact degree of the gap between a disc on this path and a circle. */
 static inline int degree_of_path(const FallPath *p) {
     if (p->ax != 0.0 || p->ay != 0.0)
         return 4;
     return p->ux.high != 0.0 || p->uy.high != 0.0 ? 2 : 0;
 }
 
-/* Write the float form of a gap whose `from` is 0. Each coefficient has at most 8 roundings. A position contributes two
-   (a difference and a sum), and a velocity or a reach contributes one (its low part). */
+/* Write the coefficients of a gap to a circle in floats. `from` must be 0. Each coefficient has at most 8 roundings:
+   two for each position (a difference and a sum), and one for each velocity or reach (its low part is left out). */
 static inline void write_circle_floats(const CircleGap *gap, Polynomial *p) {
     const FallPath *path = &gap->path;
     double x = (path->x.high - path->from_x.high) + (path->x.low - path->from_x.low);
@@ -111,7 +114,7 @@ static inline void write_circle_floats(const CircleGap *gap, Polynomial *p) {
     }
 }
 
-/* Add the square of a position to a sum, with an error of at most 2^-145 of its terms. */
+/* Add the square of a coordinate to a sum, with an error of at most 2^-145 of the square's terms. */
 static inline TripleDouble add_place_square(TripleDouble total, TripleDouble x) {
     total = add_product(total, x.high, x.high);
     total = add_product(total, 2.0 * x.high, x.middle);
@@ -119,8 +122,8 @@ static inline TripleDouble add_place_square(TripleDouble total, TripleDouble x) 
     return add_term(total, 2.0 * x.high * x.low);
 }
 
-/* Write coefficient 0 for terms that nearly cancel, as they do near contact. The error of the result is relative to the
-   coefficient itself. */
+/* Write coefficient 0 more precisely, because its terms nearly cancel near contact. The error of the result is relative
+   to the coefficient itself, and not to its terms. */
 static inline void write_excess(const CircleGap *gap, PairPolynomial *p) {
     const FallPath *path = &gap->path;
     TripleDouble total = add_square(empty_sum(), gap->reach, -1.0);
@@ -130,14 +133,15 @@ static inline void write_excess(const CircleGap *gap, PairPolynomial *p) {
     p->size[0] = fabs(p->power[0].high) + 0x1p-44 * p->size[0];
 }
 
-/* Add the product of a position and a velocity to a sum, with an error of at most 2^-145 of its terms. */
+/* Add the product of a coordinate and a component of the velocity to a sum, with an error of at most 2^-145 of the
+   product's terms. */
 static inline TripleDouble add_place_product(TripleDouble total, TripleDouble x, DoubleDouble u) {
     total = add_pair_product(total, (DoubleDouble){x.high, x.middle}, u);
     return add_term(total, x.low * u.high);
 }
 
-/* Write coefficient 1 for terms that nearly cancel, as they do for a disc that moves along a circle. The error of the
-   result is relative to the coefficient itself. */
+/* Write coefficient 1 more precisely, because its terms nearly cancel if a disc moves along a circle. The error of the
+   result is relative to the coefficient itself, and not to its terms. */
 static inline void write_opening(const CircleGap *gap, PairPolynomial *p) {
     const FallPath *path = &gap->path;
     TripleDouble total = add_place_product(empty_sum(), place_parts(path->x, path->from_x), path->ux);
@@ -182,7 +186,8 @@ static inline void write_circle_pairs(const void *source, PairPolynomial *p) {
         shift_origin(p, gap->from);
 }
 
-/* Add the square of the distance, multiplied by a power of two. */
+/* Add the squared distance of the disc's centre from the fixed point, multiplied by `factor`, as exact products.
+   `factor` is a power of two or its negative. */
 static inline void add_path_products(Products *products, const FallPath *path, double factor) {
     const double x[4] = {path->x.high, path->x.low, -path->from_x.high, -path->from_x.low};
     const double y[4] = {path->y.high, path->y.low, -path->from_y.high, -path->from_y.low};
@@ -219,8 +224,8 @@ static inline void write_circle_products(const void *source, Products *products)
 
 /* ---- a line ---- */
 
-/* Write the float form of a gap whose `from` is 0. Return whether the degree of the gap is certain. The degree is then
-   2. */
+/* Write the coefficients of a gap to a line in floats. `from` must be 0. Return whether the degree of the gap is
+   certainly 2. */
 static inline bool write_line_floats(const LineGap *gap, Polynomial *p) {
     const FallPath *path = &gap->path;
     double fx = gap->sense * (gap->kind == ACROSS ? gap->fy.high : gap->fx.high);

@@ -1,7 +1,9 @@
-/* All-pairs loop: each turn computes the next event of every pair of bodies, and applies the earliest of these events.
+/* All-pairs loop: each iteration computes the next event of every pair of bodies, and applies the earliest of these
+   events.
 
-   The loop has no cells, bounds, queue or stored predictions. Tests compare it with the event loop: both have the same
-   results to the bit, for every kind of motion. A turn takes time proportional to the square of the number of discs. */
+   The loop uses no cells, bounds, queue or stored predictions. Tests compare it with the event loop: both give
+   bit-identical results for every kind of motion. An iteration takes time proportional to the square of the number of
+   discs. */
 
 #pragma once
 
@@ -12,10 +14,10 @@
 #include "carom/core/pic/straight_impact.h"
 #include "carom/core/pic/straight_partner.h"
 
-typedef struct NextEvent { /* ordered by instant, then first, then second */
+typedef struct NextEvent { /* events are ordered by `at`, then by `first`, then by `second` */
     Instant at;
     Index first; /* disc, or -1 for the end of a motion, which comes before all impacts at its instant */
-    Index second; /* disc, or -1 - k for obstacle k */
+    Index second; /* number of a disc, or -1 - k for obstacle k */
 } NextEvent;
 
 static inline bool is_sooner(const NextEvent *one, const NextEvent *other) {
@@ -49,7 +51,7 @@ static inline Instant pair_meeting(const State *s, Index i, Index j) {
 
 /* ---- a disc and the obstacles ---- */
 
-/* Return when disc `i` hits half-plane k. All walls have the coefficients of the law in such a run. */
+/* Return when disc `i` hits half-plane k. The function is used only in runs without features. */
 static inline Instant wall_meeting(const State *s, Index i, Index k) {
     const Disc *a = &s->discs[i];
     const Wall *w = &s->walls[k];
@@ -71,8 +73,9 @@ static inline Instant feature_meeting(const State *s, Index i, Index k, double *
     return (Instant){a->time + *wait, 0.0};
 }
 
-/* Return the feature of a wall at rest that disc `i` hits first. Features are compared by wait on straight paths, and
-   by the time of impact on other paths. In a tie the feature with the lower number is first. */
+/* Return the feature of a wall at rest that disc `i` hits first. The features have the numbers from `first` to `end` -
+   1. On straight paths the features are compared by their waits, and on other paths by their times of impact. In a tie
+      the feature with the lower number is first. */
 static inline NextObstacle first_feature_of(const State *s, Index i, Index first, Index end) {
     NextObstacle found = {NEVER, NO_OBSTACLE};
     double least = CAROM_INF;
@@ -105,8 +108,8 @@ static inline NextObstacle first_feature_of_driven(const State *s, Index i, cons
     return found;
 }
 
-/* Return the obstacle that disc `i` hits first. If it hits several walls at one instant, the wall with the highest
-   number is first, because wall k is body -1 - k. */
+/* Return the obstacle that disc `i` hits first. If the disc hits several walls at the same instant, the result is the
+   wall with the highest number, because wall k is body -1 - k and lower body numbers come first. */
 static inline NextObstacle next_obstacle(const State *s, Index i) {
     NextObstacle next = {NEVER, NO_OBSTACLE};
     if (s->feature_count == 0) {
@@ -132,7 +135,7 @@ static inline NextObstacle next_obstacle(const State *s, Index i) {
 
 /* ---- the loop ---- */
 
-/* Return the first event of all discs. Its instant is NEVER if there is none. */
+/* Return the first event of all discs. If there is no event, its instant is NEVER. */
 static inline NextEvent first_event(const State *s) {
     NextEvent least = {NEVER, s->disc_count, 0};
     for (Index i = 0; i < s->disc_count; i++) {
@@ -154,7 +157,7 @@ static inline NextEvent first_event(const State *s) {
 /* Apply an event at an instant, with the functions of the event loop. Return false and set `State.stopped` if the run
    ends. */
 static inline bool apply_event(State *s, const NextEvent *event, Instant at, bool is_wanted) {
-    if (event->second < 0) /* if a disc glides, it glides along this obstacle */
+    if (event->second < 0) /* `carom_gliding_wall` reads the wall of a gliding disc from this obstacle */
         s->predictions[event->first].obstacle = (int)(-1 - event->second);
     if (s->accelerated.paths != NULL)
         return apply_accelerated(s, event->first < 0 ? event->second : event->first, event->second, at, is_wanted);
@@ -174,7 +177,8 @@ static CAROM_NOINLINE Ending advance_all_pairs(State *s, double until, Index imp
             return STANDSTILL;
         if (events <= 0)
             return PAUSE;
-        events -= 1 + s->disc_count * s->disc_count / 64; /* a turn takes longer than a turn of the event loop */
+        /* an iteration with many discs takes longer than one event of the event loop */
+        events -= 1 + s->disc_count * s->disc_count / 64;
         NextEvent event = first_event(s);
         if (!(event.at.high < CAROM_INF))
             return DONE;

@@ -1,11 +1,11 @@
-/* Crushes: discs that bounce to and fro between two bodies that close in on them. The successive impacts of such a disc
-   are counted. After many of them, a rule decides whether and when the disc is crushed.
+/* Crushes: a disc bounces to and fro between two bodies that approach each other. The successive impacts of such a disc
+   are counted. After more than `State.standstill` of them, a rule decides whether and when the disc is crushed.
 
-   A wall and a parallel one approach each other at the speed U, and a disc bounces between them. Consider the product
-   of the disc's relative speed and its remaining free path. It has the same value after each impact on the moving wall.
-   So the speed is inversely proportional to the path, and infinitely many impacts occur before the path is 0. Time
-   always advances, so the limit on impacts at one instant does not stop such a run. docs/theory/walls.md derives the
-   rule. A row of discs between two bodies that no impact moves is crushed in the same way. */
+   Suppose that a disc bounces between two parallel walls, one of which moves towards the other. The product of the
+   disc's speed relative to the moving wall and the space left for the disc has the same value after each impact on that
+   wall. So the speed is inversely proportional to the space, and infinitely many impacts occur before no space is left.
+   Time advances at every impact, so the limit on impacts at one instant does not stop such a run. docs/theory/walls.md
+   derives the rule. A row of discs between two bodies that no impact moves is crushed in the same way. */
 
 #pragma once
 
@@ -16,20 +16,21 @@
 
 typedef struct Drift { /* motion of a disc along a wall, to the right of the wall's normal */
     double velocity;
-    double pull; /* acceleration */
+    double pull; /* acceleration along the wall */
 } Drift;
 
-typedef struct Drifts { /* bounds of the drift; a count of 0 means that any drift is possible */
+/* lower and upper bound of a drift (`count` 2), the exact drift (`count` 1), or no bounds (`count` 0) */
+typedef struct Drifts {
     Drift drift[2];
     int count;
 } Drifts;
 
-/* Return how disc `i` may move along wall `k` while it bounces between this wall and wall `other`.
+/* Return bounds of the motion of disc `i` along wall `k` while it bounces between this wall and wall `other`.
 
    Without friction, impacts leave the disc's velocity along the wall unchanged. With friction, there is one velocity u
    and spin w for which the disc slips on neither wall. An impact on either wall changes the velocity and spin in the
-   direction that reduces the slip, at most until the slip is reversed. So the distance of velocity and spin from (u, w)
-   never grows, if the square of this distance is measured as kinetic energy. */
+   direction that reduces the slip, at most until the slip is reversed. The kinetic energy of the differences of
+   velocity and spin from u and w never grows, and so it bounds the velocity. */
 static inline Drifts drifts_along(const State *s, Index i, Index k, Index other, const Leg *leg, const Leg *other_leg) {
     const Disc *a = &s->discs[i];
     double nx = s->to_and_fro[i].nx, ny = s->to_and_fro[i].ny;
@@ -49,8 +50,8 @@ static inline Drifts drifts_along(const State *s, Index i, Index k, Index other,
     return (Drifts){{{steady - most, -fabs(pull)}, {steady + most, fabs(pull)}}, 2};
 }
 
-/* Return the feature of a wall that disc `i` hit last, if the feature is a half-plane or a face. Otherwise return
-   NULL. */
+/* Return the feature of wall `wall` that disc `i` hit in its last two impacts, if it is a half-plane or a face.
+   Otherwise return NULL. */
 static inline const Feature *flat_feature(const State *s, Index i, Index wall) {
     const ToAndFro *t = &s->to_and_fro[i];
     int bodies[2] = {t->last, t->across}, obstacles[2] = {t->last_obstacle, t->across_obstacle};
@@ -61,8 +62,8 @@ static inline const Feature *flat_feature(const State *s, Index i, Index wall) {
     return NULL;
 }
 
-/* Return whether disc `i` stays in front of a flat feature for some seconds, for each of the given drifts along the
-   tangent. */
+/* Return whether disc `i` stays between the ends of a flat feature for `seconds`, for each of the given drifts along
+   the tangent (tx, ty). */
 static inline bool stays_before(const State *s, Index i, const Feature *face, double tx, double ty,
                                 const Drifts *drifts, double seconds) {
     if (face->kind == PLANE)
@@ -72,7 +73,8 @@ static inline bool stays_before(const State *s, Index i, const Feature *face, do
     double ex = face->fx.high - face->x.high, ey = face->fy.high - face->y.high;
     double now = (seen.x - face->x.high) * ex + (seen.y - face->y.high) * ey;
     double way = tx * ex + ty * ey;
-    double own = (a->vx - seen.vx) * tx + (a->vy - seen.vy) * ty; /* relative to the wall */
+    /* disc's present velocity along the tangent relative to the wall's path */
+    double own = (a->vx - seen.vx) * tx + (a->vy - seen.vy) * ty;
     for (int n = 0; n < drifts->count; n++) {
         double rate = (drifts->drift[n].velocity - own) * way, bend = drifts->drift[n].pull * way;
         double turn = bend != 0.0 ? -rate / bend : 0.0;
@@ -92,11 +94,11 @@ static inline bool is_one_of_two(const State *s, const void *bodies, Index body)
     return body == two[0] || body == two[1];
 }
 
-/* Find when disc `i`, which is at wall `k`, is crushed between flat features of this wall and of wall `other`. Return
-   whether the disc is crushed.
+/* Find whether and when disc `i`, which has just hit wall `k`, is crushed between flat features of this wall and of
+   wall `other`. Return whether it is crushed.
 
-   Three conditions must be true until then: no other body comes near, no wall begins another leg of its path, and the
-   disc does not leave sideways. */
+   Until the crush, no other body may come near, neither wall may begin another leg of its path, and the disc must stay
+   in front of both features. Otherwise the result is false. */
 static inline bool find_crush_between(const State *s, Index i, Index k, Index other, Crush *crush) {
     const Disc *a = &s->discs[i];
     double nx = s->to_and_fro[i].nx, ny = s->to_and_fro[i].ny;
@@ -130,7 +132,8 @@ static inline bool find_crush_between(const State *s, Index i, Index k, Index ot
    `Crush.time` is counted from the epoch. */
 static inline bool find_crush(const State *s, Index i, Crush *crush) {
     const ToAndFro *t = &s->to_and_fro[i];
-    if (t->last == NO_BODY || t->across == NO_BODY) /* the disc has hit the same other disc again and again */
+    /* the last impacts are not on two opposite bodies, but on the same disc */
+    if (t->last == NO_BODY || t->across == NO_BODY)
         return false;
     if (t->last < 0 && t->across < 0 && find_crush_between(s, i, -1 - t->last, -1 - t->across, crush))
         return true;
@@ -139,7 +142,8 @@ static inline bool find_crush(const State *s, Index i, Crush *crush) {
 
 /* ---- impacts in succession ---- */
 
-/* Count an impact of a disc on a body. The normal points to the disc. Return whether the disc bounces to and fro. */
+/* Count an impact of a disc on a body. The normal (nx, ny) points from the body to the disc. Return whether the disc
+   bounces to and fro. */
 static inline bool goes_to_and_fro(ToAndFro *t, int body, int obstacle, double nx, double ny) {
     bool is_opposite = t->last != NO_BODY && t->last != body && t->nx == -nx && t->ny == -ny;
     if (is_opposite) {
@@ -169,7 +173,8 @@ static CAROM_NOINLINE bool is_crushed(State *s, Index disc) {
     return true;
 }
 
-/* Count an impact of a free disc on a body; return whether the disc is crushed before the requested end. */
+/* Count an impact of a disc that impacts move on a body. Return whether the disc is crushed before the requested
+   end. */
 static inline bool is_crushed_by(State *s, Index disc, Index body, int obstacle, double nx, double ny) {
     ToAndFro *t = &s->to_and_fro[disc];
     return goes_to_and_fro(t, (int)body, obstacle, nx, ny) && t->row > s->standstill && is_crushed(s, disc);

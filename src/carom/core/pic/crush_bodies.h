@@ -1,4 +1,5 @@
-/* Bodies in the rule for crushes: their state and legs at an instant, and whether other bodies may come near. */
+/* Functions for the rule that finds crushed discs (crush.h): the state and the legs of a body at an instant, and
+   whether other bodies may come near a disc. */
 
 #pragma once
 
@@ -21,7 +22,8 @@ static inline LegsAhead legs_ahead(const State *s, Index body, double time) {
     return (LegsAhead){&s->driving.legs[first], row->first_leg + row->leg_count - first};
 }
 
-/* Return the greatest speed of a body from a time on; 0 if it is not driven. */
+/* Return the greatest speed on any leg of a driven body's path from a time on. For a body that is not driven, which has
+   no legs, return 0. */
 static inline double top_speed(const State *s, Index body, double time) {
     LegsAhead ahead = legs_ahead(s, body, time);
     double fastest = 0.0;
@@ -35,7 +37,7 @@ static inline double belt_of(const State *s, Index wall) {
     return row == NULL ? 0.0 : row->belt;
 }
 
-/* Return whether impacts on a wall can change more than the normal speed. */
+/* Return whether a disc's impact on a wall can change its spin or its velocity along the wall. */
 static inline bool rubs_on(const State *s, Index wall) {
     return s->wall_laws[wall].wall_contact.friction > 0.0 || s->accelerated.rolling_resistance > 0.0;
 }
@@ -44,19 +46,20 @@ static inline double stored_spin(const State *s, Index i) {
     return s->turning == NULL ? 0.0 : s->turning[i].spin;
 }
 
-/* Return the distance between a disc's rim and a feature. The disc's position is relative to the feature's wall. */
+/* Return the distance between a disc's rim and a feature. `seen` is the disc relative to the feature's wall. */
 static inline double room_to_feature(const Feature *f, const Motion *seen, double radius) {
     if (f->kind == PLANE)
         return (seen->x - f->x.high) * f->nx + (seen->y - f->y.high) * f->ny - radius;
     return distance_to(f, seen->x, seen->y).value - f->half_width - radius;
 }
 
-/* ---- other bodies that may hit discs between closing bodies ---- */
+/* ---- other bodies that may hit discs between two approaching bodies ---- */
 
 typedef bool (*IsAmong)(const State *s, const void *bodies, Index body);
 
-/* Return whether another body may come near disc `i` within some seconds, if no path changes. The disc moves at most
-   `way`, apart from its fall. The closing bodies, for which `is_among` is true, are ignored. */
+/* Return whether another body may come near disc `i` within `seconds`, if no path changes. In this time the disc moves
+   at most the distance `way`, apart from its acceleration. Bodies for which `is_among` is true are ignored: these are
+   the two approaching bodies and the discs between them. */
 static inline bool is_disturbed(const State *s, Index i, IsAmong is_among, const void *bodies, double way,
                                 double seconds) {
     const Disc *a = &s->discs[i];

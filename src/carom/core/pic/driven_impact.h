@@ -1,11 +1,11 @@
-/* Driven bodies: when a disc hits one, and how impacts are applied in runs with driven bodies, features or spins.
+/* Driven bodies: the times at which discs hit them. Also applies impacts in runs with driven bodies, features or spins.
 
-   A driven body is in no cell and in no list of obstacles. There are few driven bodies, so all of them are checked when
-   a disc's path changes. Driven walls are also checked when a disc crosses an edge of its cell. A prediction goes
-   through the legs of the driven body's path, up to the time of the disc's next known event.
+   Driven bodies are not in the grid's cells or lists of obstacles. There are few of them, so all are checked when a
+   disc's path changes. Driven walls are also checked when a disc crosses an edge of its cell. A prediction considers
+   the legs of the driven body's path one by one, up to the time of the disc's next known event.
 
-   The event loop calls `predict_special` and `apply_special_impact`. They are not inlined, because inlining them would
-   slow down all other runs. */
+   The event loop calls `predict_special` and `apply_special_impact`. These two functions are not inlined, because
+   inlining them would slow down all other runs. */
 
 #pragma once
 
@@ -19,15 +19,15 @@
 /* ---- driven walls ---- */
 
 typedef struct FeatureImpact { /* impact of a disc with one of a wall's features */
-    double wait;               /* seconds until then; INF for never */
+    double wait;               /* seconds until the impact; INF for never */
     Index feature;
 } FeatureImpact;
 
 /* Return the feature of a wall that a disc hits first. `seen` is the disc relative to the wall, and `leg` is the
-   present leg of the wall's path. Impacts that are certainly later than `wait` are left out.
+   present leg of the wall's path. Impacts that are certainly later than `wait` are ignored.
 
-   In a tie the lower number is first. `is_on_path` is true if neither the disc nor the wall has changed its path since
-   the disc hit its last feature. */
+   In a tie the feature with the lower number is first. `is_on_path` is true if neither the disc nor the wall has
+   changed its path since the disc hit `seen->last`. */
 static inline FeatureImpact first_impact_on_wall(const State *s, Index i, const Disc *seen, const Driven *wall,
                                                  const Leg *leg, bool is_on_path, double wait) {
     Mover mover = mover_of(seen);
@@ -43,8 +43,8 @@ static inline FeatureImpact first_impact_on_wall(const State *s, Index i, const 
     return first;
 }
 
-/* If disc `i` hits a driven wall before it leaves its cell, predict that impact. If the disc hits several walls at one
-   time, the wall with the highest number counts. */
+/* If disc `i` hits a driven wall before it leaves its cell, predict that impact. If the disc hits several walls at the
+   same time, the wall with the highest number is predicted. */
 static inline void predict_driven_wall(State *s, Index i, const Driven *wall) {
     const Disc *a = &s->discs[i];
     Prediction *p = &s->predictions[i];
@@ -71,8 +71,8 @@ static inline void predict_driven_wall(State *s, Index i, const Driven *wall) {
     }
 }
 
-/* Return whether disc `i` begins to glide along feature `k` at a time. The feature is the next one that the disc
-   hits. */
+/* Return whether disc `i` glides along feature `k`, the next feature that it reaches, instead of hitting it. Gliding is
+   motion along an arc in contact without an impact. `time` is when the disc reaches the feature. */
 static inline bool begins_to_glide(const State *s, Index i, Index k, double time) {
     const Feature *f = &s->features[k];
     if (f->kind != INNER_ARC)
@@ -91,8 +91,8 @@ static inline bool begins_to_glide(const State *s, Index i, Index k, double time
 
 /* ---- driven discs ---- */
 
-/* Return when disc `i` hits a driven disc on its present path. If this is after `latest`, infinity may be returned
-   instead. */
+/* Return the time at which disc `i` hits a driven disc on its present path. If the time is after `latest`, the function
+   may return infinity instead. */
 static inline double driven_disc_time(const State *s, Index i, const Driven *row, double latest) {
     Index j = row->body;
     double start = s->discs[i].time;
@@ -103,7 +103,8 @@ static inline double driven_disc_time(const State *s, Index i, const Driven *row
         if (begin > latest)
             break;
         bool touches = s->touched != NULL && find_touched(&s->touched[i], j, leg->begins) != NULL;
-        if (touches || (n == first && s->discs[i].last == j)) /* they separate: see `last_partner` */
+        /* the two discs separate on this leg: see `last_partner` */
+        if (touches || (n == first && s->discs[i].last == j))
             continue;
         Disc a = s->discs[i];
         move_to(&a, begin);
@@ -117,7 +118,7 @@ static inline double driven_disc_time(const State *s, Index i, const Driven *row
 }
 
 /* If disc `i` hits a driven disc before its predicted impact, predict the impact on the driven disc instead. In a tie
-   the partner with the lower number counts. */
+   the partner with the lower number is predicted. */
 static inline void predict_driven_disc(State *s, Index i, const Driven *row) {
     Prediction *p = &s->predictions[i];
     double latest = predicted_impact(p).high;
@@ -157,8 +158,8 @@ static CAROM_NOINLINE bool apply_accelerated(State *s, Index first, Index second
     return apply_parabola_feature_impact(s, first, -1 - second, at, is_wanted);
 }
 
-/* After `predict_partner`, predict the next events of disc `i`, as far as `change` affects them, in a run with features
-   or driven bodies. */
+/* In a run with features or driven bodies, predict the next events of disc `i`, as far as `change` affects them.
+   `predict_partner` must have predicted the next impact on a disc that is not driven. */
 static CAROM_NOINLINE void predict_special(State *s, Index i, Change change) {
     if (change != OF_CELL) {
         for (Index k = 0; k < s->driving.count; k++) {

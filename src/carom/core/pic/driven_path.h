@@ -1,7 +1,9 @@
-/* Prescribed motion: which leg of its path a driven body is on at a time, and its position and velocity at that time.
+/* Prescribed motion: position and velocity of a driven body at a time, and the leg of its path (a part with constant
+   velocity) on which it is at this time.
 
-   The features of a driven wall contain its position at the start of the run, and discs are described relative to the
-   moving wall. A driven disc moves along its path from its centre at the start. */
+   The coordinates of a driven wall's features are those at the start of the run. To compare a disc with them, the
+   disc's position is converted to coordinates that move with the wall. A driven disc moves along its path from its
+   centre at the start. */
 
 #pragma once
 
@@ -22,7 +24,7 @@ static inline bool is_driven_wall(const Driving *d, Index wall) {
     return row != NULL && row->leg_count > 0;
 }
 
-/* Return the number of the leg on which a body is at a time. Before the start it is the first one. */
+/* Return the number of the leg on which a body is at a time. For a time before the first leg, return the first leg. */
 static inline Index leg_at(const Driving *d, const Driven *row, double time) {
     Index low = row->first_leg;
     Index high = row->first_leg + row->leg_count;
@@ -36,7 +38,8 @@ static inline Index leg_at(const Driving *d, const Driven *row, double time) {
     return low;
 }
 
-/* Return a disc at a time on its present path, relative to a wall. `leg` is the leg of the wall's path at that time. */
+/* Return the position and velocity of a disc on its present path at a time, relative to a wall. `leg` is the leg of the
+   wall's path at that time. */
 static inline Disc seen_from_leg(const Disc *a, const Leg *leg, double time) {
     Disc seen = *a;
     Point centre = position_at(a, time);
@@ -56,7 +59,7 @@ static inline Disc seen_from_wall(const State *s, const Disc *a, const Driven *r
     return seen_from_leg(a, &s->driving.legs[leg_at(&s->driving, row, time)], time);
 }
 
-/* Return the motion of a driven wall at a time. */
+/* Return the velocity and the surface speed of a driven wall at a time. */
 static inline Surface surface_at(const State *s, const Driven *row, double time) {
     Surface surface = {0.0, 0.0, row->belt};
     if (row->leg_count > 0) {
@@ -67,7 +70,7 @@ static inline Surface surface_at(const State *s, const Driven *row, double time)
     return surface;
 }
 
-/* Return a driven disc at a time within a leg of its path. */
+/* Return a driven disc's position and velocity at a time within a leg of its path. */
 static inline Disc driven_disc_on(const Driven *row, const Disc *b, const Leg *leg, double time) {
     Disc moved = *b;
     Point displacement = displacement_on(leg, time);
@@ -87,7 +90,8 @@ static inline void move_driven_disc(State *s, Index i, double time) {
         s->discs[i] = driven_disc_on(row, &s->discs[i], &s->driving.legs[leg_at(&s->driving, row, time)], time);
 }
 
-/* Change the times of all legs, so that they are counted from the present epoch. */
+/* Convert the start and end times of all legs from seconds since the start of the run to seconds since the present
+   epoch. */
 static inline void count_legs_from_epoch(State *s) {
     const Clock *clock = &s->clock;
     for (Index k = 0; k < s->driving.leg_count; k++) {
@@ -97,7 +101,8 @@ static inline void count_legs_from_epoch(State *s) {
     }
 }
 
-/* Allow disc `i` to hit again the driven body that it hit last, if the body has begun another leg since then. */
+/* If the driven body that disc `i` hit last has begun another leg since, clear `Disc.last`, so that the disc may hit
+   this body again. */
 static inline void clear_last_of_ended_leg(State *s, Index i) {
     Disc *a = &s->discs[i];
     if (a->last == NO_BODY)

@@ -1,6 +1,7 @@
 /* Event-driven loop (PIC), and the functions that bindings call.
 
-   Read `pic/state.h` first. No result depends on the cells, on prefetching, or on how many calls advance a run. */
+   Read `pic/state.h` first. Results do not depend on the cells, on prefetching, or on the number of calls that advance
+   a run. */
 
 #include "carom/core/pic/all_pairs.h"
 #include "carom/core/pic/clock.h"
@@ -17,8 +18,8 @@
 
 /* The discs that an event has changed. */
 typedef struct Changed {
-    Index disc[2]; /* NOBODY for no disc */
-    Change change; /* which of their next events have changed */
+    Index disc[2]; /* numbers of the changed discs; NOBODY in an unused place */
+    Change change; /* which predictions of these discs must be computed again */
 } Changed;
 
 /* Predict the next events of disc `i`, as far as `change` affects them, and update the queue. */
@@ -37,8 +38,8 @@ static inline void predict(State *s, Index i, Change change) {
     set_time(&s->queue, i, event_time(&s->predictions[i]));
 }
 
-/* Apply an event of discs that accelerate, as `apply_impact` does for other discs. The low part of the event's instant
-   also counts. */
+/* Apply an impact or the end of a motion, if discs accelerate; `apply_impact` does the same for other discs. Here, the
+   event's instant is the sum of a high and a low part. */
 static CAROM_NOINLINE Ending apply_accelerated_event(State *s, Event event, double until, Index impacts,
                                                      Changed *changed) {
     const Prediction *p = &s->predictions[event.disc];
@@ -58,8 +59,8 @@ static CAROM_NOINLINE Ending apply_accelerated_event(State *s, Event event, doub
     return s->counts.beyond - s->grid.beyond > s->grid.beyond_limit ? OUTGROWN : NOT_ENDED;
 }
 
-/* Apply an impact, unless a limit of this call excludes it. Return the ending that the impact or the limit causes, or
-   NOT_ENDED. */
+/* Apply an impact, unless it is beyond a limit of this call of `carom_advance` (`until`, `impacts`). If the impact or a
+   limit ends the call, return the `Ending`, otherwise NOT_ENDED. */
 static inline Ending apply_impact(State *s, Event event, double until, Index impacts, Changed *changed) {
     double time = event_time(&s->predictions[event.disc]);
     bool is_wanted;
@@ -97,7 +98,7 @@ static inline Ending apply_impact(State *s, Event event, double until, Index imp
     return NOT_ENDED;
 }
 
-/* Apply an event that is not an impact. Return what it changes. */
+/* Apply an event that changes only predictions. Return which predictions of the event's disc must be computed again. */
 static inline Change apply_other_event(State *s, Event event) {
     if (event.kind == CROSSING) {
         s->counts.crossings += 1;
@@ -114,8 +115,8 @@ static inline Change apply_other_event(State *s, Event event) {
     return event.kind == START ? OF_PATH : OF_TIME;
 }
 
-/* Advance a run as `carom_advance` does, or until discs have left its cells. Each long function is called in only one
-   place, so that compilers inline the function. */
+/* Advance a run as `carom_advance` does, but also return (with OUTGROWN) if discs have moved outside the grid of cells.
+   Each long function is called in only one place, so that compilers inline it. */
 static CAROM_NOINLINE Ending advance(State *s, double until, Index impacts, Index events) {
     while (true) {
         if (s->counts.at_instant > s->standstill)
@@ -149,8 +150,8 @@ static CAROM_NOINLINE Ending advance(State *s, double until, Index impacts, Inde
             changed.change = apply_other_event(s, event);
         }
 
-        /* Predict the changed discs again. A disc that never moves has no predictions: other discs predict their
-           impacts with it. */
+        /* Predict the changed discs again. A disc that never moves has no predictions, because the predictions of other
+           discs contain its impacts. */
         for (const Index *i = changed.disc; i < changed.disc + 2; i++) {
             if (*i != NOBODY && s->discs[*i].inverse_mass > 0.0) {
                 predict(s, *i, changed.change);
@@ -165,10 +166,12 @@ static CAROM_NOINLINE Ending advance(State *s, double until, Index impacts, Inde
     }
 }
 
-/* Choose new cells for the region where discs have been. Use them if they save more checks than they cost.
+/* Choose new cells for the region where discs have been. Keep the new cells only if they save more checks than they
+   cost.
 
-   For a disc outside the area of the lists all features are checked, for example in a gas that has left its first box.
-   Wider cells contain more discs, and a prediction searches nine cells. The choice changes no result. */
+   A disc outside the area of the lists of obstacles must be checked against all features. In a gas that has left its
+   first box, for example, many discs need these checks. Larger cells avoid these checks, but contain more discs, and a
+   prediction searches nine cells. The choice changes no result. */
 static void choose_cells_again(State *s) {
     Grid *g = &s->grid;
     Grid old = *g;
@@ -196,7 +199,7 @@ static void choose_cells_again(State *s) {
     if (!is_better)
         *g = old;
     s->counts.choices += is_better;
-    g->beyond_limit = 2 * old.beyond_limit; /* this keeps the cost of all choices below the savings */
+    g->beyond_limit = 2 * old.beyond_limit; /* doubling the limit keeps the cost of all choices below their savings */
     g->predictions = s->counts.predictions;
     g->beyond = s->counts.beyond;
     s->counts.predicted = 0;
@@ -245,7 +248,8 @@ size_t carom_set_up(State *s, const RunInput *input) {
     set_sizes(&s->grid, input->radius, n, input->cell_factor);
     s->grid.extent = obstacle_extent(input);
     choose_grid(&s->grid, &s->visited, n, s->feature_count);
-    /* A new choice costs one prediction per disc, and about one check per feature. */
+    /* Choosing new cells costs about as much as one prediction per disc and one check per feature. The limit is the
+       number of predictions beyond the area whose checks of all features cost as much. */
     double checks = (double)(n + s->feature_count) / (1.0 + (double)s->feature_count / CAROM_LOOKS_PER_PREDICTION);
     s->grid.beyond_limit = (Index)checks;
     return lay_out(s, NULL);
@@ -268,7 +272,8 @@ bool carom_begin(State *s, const RunInput *input, void *memory) {
 }
 
 void carom_record(State *s, Recent *recent, double begin, double end) {
-    /* otherwise these rows are in the arena, because ambiguous impacts in succession are always counted */
+    /* if discs accelerate, `record.recent` is in the arena, because ambiguous impacts are counted even if no impact is
+       recorded */
     if (!s->has_acceleration) {
         for (Index i = 0; i < s->disc_count; i++)
             clear_recent(&recent[i]);

@@ -1,7 +1,7 @@
 /* Event queue: a tournament tree of the times of all discs' next events. A match compares eight times.
 
-   The eight times of a match share a cache line. The smallest of them moves up one level, together with the number of
-   its disc. Unlike in a heap, entries are not moved or deleted: a disc's new time replaces its old one. */
+   The eight times of a match share a cache line. The smallest of the eight times moves up one level, together with the
+   number of its disc. Unlike in a heap, entries are not moved or deleted: a disc's new time replaces its old time. */
 
 #pragma once
 
@@ -9,7 +9,7 @@
 
 typedef struct Sibling {
     double time;
-    Index place; /* index in its level */
+    Index place; /* index of the time in its level */
 } Sibling;
 
 /* Set the sizes of a queue's levels. Return false if there are too many discs. */
@@ -32,8 +32,8 @@ static inline Index queue_length(const Queue *q) {
     return q->level[q->top] + SIBLINGS;
 }
 
-/* Return the smallest of the other seven times of a match. A processor can overlap the comparisons of each of the three
-   rounds. */
+/* Return the smallest of the seven times that share a match with the time at `place`. The comparisons are in three
+   rounds, and a processor executes the comparisons of a round in parallel. */
 static CAROM_ALWAYS_INLINE Sibling best_sibling(const double *times, Index place) {
     double a = times[place ^ 1];
     double b = times[place ^ 2];
@@ -64,11 +64,11 @@ static inline void set_time(Queue *q, Index i, double time) {
         Index above = q->level[level + 1] + (place >> 3);
         if (time > q->time[above]) {
             if ((q->holder[above] >> (3 * level)) != place)
-                return; /* another time has won the match */
+                return; /* another time is the smallest of this match, so the levels above do not change */
             Sibling best = best_sibling(q->time + q->level[level], place);
             Index other = level == 0 ? best.place : q->holder[q->level[level] + best.place];
             Index earlier = best.time < time;
-            /* a sum instead of a branch, because the condition is unpredictable */
+            /* arithmetic instead of a branch, which the processor could not predict */
             holder += (other - holder) * earlier;
             time = lesser(best.time, time);
         } else if (time == q->time[above] && (q->holder[above] >> (3 * level)) != place) {
@@ -85,7 +85,7 @@ static inline Index earliest(const Queue *q) {
     return q->holder[q->level[q->top]];
 }
 
-/* Return the earliest time of all discs except `i` and `j`. The two numbers may be equal. */
+/* Return the earliest time of all discs except `i` and `j`. `i` and `j` may be equal. */
 static inline double earliest_except(const Queue *q, Index i, Index j) {
     double least = CAROM_INF;
     for (Index level = 0; level < q->top; level++) {
@@ -112,7 +112,7 @@ static inline Index next_not_after(const Queue *q, Index i, double time) {
     while (i < q->discs) {
         if (q->time[i] <= time)
             return i;
-        /* Skip the largest subtree that begins at i and contains no such time. */
+        /* Skip the largest subtree whose first disc is `i` and whose times are all after `time`. */
         Index level = 0;
         while (level < q->top && (i & (((Index)8 << (3 * level)) - 1)) == 0 &&
                q->time[q->level[level + 1] + (i >> (3 * (level + 1)))] > time)
@@ -122,8 +122,8 @@ static inline Index next_not_after(const Queue *q, Index i, double time) {
     return q->discs;
 }
 
-/* Return the disc whose event most probably follows that of disc `i`, which has the earliest event. Only the matches of
-   the two highest levels are considered. */
+/* Return the disc whose event most probably follows that of disc `i`, which has the earliest event. The result may be
+   wrong, because only the matches of disc `i` on the two highest levels are considered. */
 static inline Index runner_up(const Queue *q, Index i) {
     Index last = q->top - 1;
     Sibling upper = best_sibling(q->time + q->level[last], i >> (3 * last));

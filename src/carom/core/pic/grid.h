@@ -1,8 +1,9 @@
-/* Broad phase: square cells, in which a scan finds the discs near a disc.
+/* Broad phase: a grid of square cells, with which a search (a scan) finds the discs near a given disc.
 
    A cell is wider than the largest sum of two radii, so discs whose cells are not neighbours do not touch. The
-   outermost cells have no outer limit, so every disc is in some cell. A ring of cells around them stays empty, so that
-   the scans need no special cases. Cells decide when a pair is checked, and never change a result. */
+   outermost cells extend outwards without limit, so every disc is in some cell. A ring of cells around them stays
+   empty, so that scans need no special cases at the rim. Cells decide when a pair is checked, and never change a
+   result. */
 
 #pragma once
 
@@ -31,7 +32,7 @@ static inline void extend_box(Box *box, double x, double y) {
     box->high = greater(box->high, y);
 }
 
-/* Return the smallest box that contains some centres. */
+/* Return the smallest box that contains the centres of all discs. */
 static inline Box box_around(const double *position, Index discs) {
     Box box = {position[0], position[0], position[1], position[1]};
     for (Index i = 1; i < discs; i++)
@@ -39,7 +40,8 @@ static inline Box box_around(const double *position, Index discs) {
     return box;
 }
 
-/* Return an upper bound of a feature's coordinates. For a half-plane it is the distance of its line from the origin. */
+/* Return an upper bound of the absolute coordinates of a feature's points. For a half-plane, whose line is infinite,
+   return the distance of the line from the origin. */
 static inline double feature_extent(const Feature *f) {
     if (f->kind == PLANE)
         return fabs(f->x.high * f->nx + f->y.high * f->ny);
@@ -55,8 +57,8 @@ static inline double wall_extent(const Wall *w) {
 
 /* Choose the cells for discs that move in a box. An infinite `factor` makes a single cell.
 
-   Coordinates can be as large as those of the box, or as large as `extent`, since a disc may come back from an
-   obstacle. */
+   The width of a cell includes rounding errors of coordinates that are as large as those of the box or as
+   `Grid.extent`, since a disc may come back from an obstacle outside the box. */
 static inline void choose_grid(Grid *g, const Box *box, Index discs, Index feature_count) {
     double width = box->right - box->left;
     double height = box->high - box->low;
@@ -77,7 +79,8 @@ static inline void choose_grid(Grid *g, const Box *box, Index discs, Index featu
         g->rows = (Index)greater(1.0, height / cell);
     }
     g->stride = g->columns + 2;
-    g->tile_bits = feature_count == 0; /* a feature costs more to check than a half-plane */
+    /* features have tiles of one cell, because a feature costs more to check than a half-plane */
+    g->tile_bits = feature_count == 0;
     g->tiles = (g->columns >> g->tile_bits) + 1;
 }
 
@@ -89,7 +92,7 @@ static inline Index tile_count(const Grid *g) {
     return g->tiles * ((g->rows >> g->tile_bits) + 1);
 }
 
-/* Return the tile of a cell. The ring is row 0 and column 0. */
+/* Return the number of the tile that contains a cell. The ring is row 0 and column 0. */
 static inline Index tile_of(const Grid *g, Index row, Index column) {
     return (row >> g->tile_bits) * g->tiles + (column >> g->tile_bits);
 }
@@ -132,7 +135,7 @@ static inline void remove_from_cell(State *s, Index i, Index row, Index column) 
         return;
     }
     Index head = CHAINED - cell->disc[PLACES - 1];
-    if (cell->disc[place] == i) { /* the first disc of the chain takes its place */
+    if (cell->disc[place] == i) { /* the first disc of the chain moves to the place of disc i */
         cell->disc[place] = (int)head;
         head = chain[head];
     } else if (head == i) {
@@ -152,8 +155,8 @@ static inline void remove_disc(State *s, Index i) {
     remove_from_cell(s, i, cell >> COLUMN_BITS, cell & COLUMN_MASK);
 }
 
-/* Return the row or column that contains a coordinate, which is given in widths of a cell. The result is from 0 to
-   `count` - 1, and 0 for NaN. */
+/* Return the number of the row or column that contains a coordinate, which is given in widths of a cell. The result is
+   from 0 to `count` - 1. For NaN it is 0. */
 static inline Index clamp_to_cells(double place, Index count) {
     if (!(place > 0.0))
         return 0;
@@ -181,7 +184,8 @@ static inline void fill_cells(State *s) {
     }
 }
 
-/* Return the number of discs in a disc's cell, including the disc itself, as the mean over all discs. */
+/* Count, for each disc, the discs in its cell, including the disc itself. Return the mean of these counts over all
+   discs. */
 static inline double mean_occupancy(const State *s) {
     double pairs = 0.0;
     for (Index i = 0; i < cell_count(&s->grid); i++) {
@@ -227,7 +231,8 @@ static inline Block new_neighbours(const State *s, Index i) {
     Index edge = s->predictions[i].edge;
     Index across = (Index)(edge == RIGHT) - (Index)(edge == LEFT);
     Index along = (Index)(edge == UP) - (Index)(edge == DOWN);
-    /* These cells are one cell farther in the direction of the crossing, in a line perpendicular to it. */
+    /* The three cells are in a line perpendicular to the crossing, one cell farther in the direction of the
+       crossing. */
     Index row = (cell >> COLUMN_BITS) + along - across * across;
     Index column = (cell & COLUMN_MASK) + across - along * along;
     return (Block){row * s->grid.stride + column, 1, 0, along == 0 ? s->grid.stride : 1};

@@ -1,9 +1,9 @@
 /* Motion of discs that gravity presses against a wall, and the instants at which this motion changes.
 
-   A disc in contact has a constant acceleration along the wall, so its path is a parabola. So the functions that
-   predict events of discs in flight also predict its events. Quantities that the law makes 0 are set to 0 and not
-   computed: the gap and the normal speed of a disc in contact, and the slip of a rolling disc. docs/theory/contact.md
-   derives the law. */
+   A disc in contact has a constant acceleration along the wall, so its path is a parabola. So the events of a disc in
+   contact are predicted by the same functions as those of discs in flight. The law makes some quantities 0: the gap and
+   the normal speed of a disc in contact, and the slip of a rolling disc. Quantities that the law makes 0 are set to
+   exactly 0 instead of being computed. docs/theory/contact.md derives the law. */
 
 #pragma once
 
@@ -41,7 +41,7 @@ static inline double ground_gap_resolution(const State *s, Index i, Index k) {
     return gap_resolution(size_of(a->x, a->y, a->radius) + size_of(g->x, g->y, 0.0));
 }
 
-/* Remove the rounding error of the gap between a disc and its ground. */
+/* Move a disc by the rounding error of the gap to its ground, so that the gap is 0. */
 static inline void place_on_wall(State *s, Index i, Index k) {
     Disc *a = &s->discs[i];
     const Feature *f = &s->features[k];
@@ -50,7 +50,7 @@ static inline void place_on_wall(State *s, Index i, Index k) {
     a->y -= gap * f->ny;
 }
 
-/* Return the position of a disc along a face, from the face's start. */
+/* Return the signed distance of a disc's centre from the start of a face, measured along the face. */
 static inline double coordinate_along_face(const State *s, Index i, Index k) {
     const Disc *a = &s->discs[i];
     const Feature *f = &s->features[k];
@@ -58,7 +58,8 @@ static inline double coordinate_along_face(const State *s, Index i, Index k) {
     return (a->x - g->x) * f->ny - (a->y - g->y) * f->nx;
 }
 
-/* Return the seconds until a disc reaches an end of its face; infinity if it never does, as on a half-plane. */
+/* Return the seconds until a disc that slides or rolls on a face reaches an end of the face. The result is infinity if
+   the disc never reaches an end, or if its ground is a half-plane. */
 static inline double time_to_face_end(const State *s, Index i, Index k, double speed, double rate) {
     const Feature *f = &s->features[k];
     if (f->kind != FACE) {
@@ -92,7 +93,7 @@ static inline Mode mode_of(double speed, double along, bool sticks, bool blocks)
     return blocks ? BLOCK : SLIDE;
 }
 
-/* Return the present motion of a disc as a row of the trace. `before` is the mode that it had. */
+/* Return the present motion of a disc as a row of the trace. `before` is the disc's mode before the change. */
 static inline ModeRow mode_row(const State *s, Index i, Index wall, Mode before) {
     const Disc *a = &s->discs[i];
     const Parabola *p = &s->accelerated.paths[i];
@@ -109,7 +110,8 @@ static inline ModeRow mode_row(const State *s, Index i, Index wall, Mode before)
     };
 }
 
-/* Continue the motion of a disc in contact with feature k, with a given slip and rim speed. */
+/* Set the motion of a disc in contact with feature k from its slip and rim speed: mode, accelerations, and the instant
+   at which this motion ends. */
 static inline ModeRow continue_in_contact(State *s, Index i, Index k, Slips now) {
     Disc *a = &s->discs[i];
     Parabola *p = &s->accelerated.paths[i];
@@ -119,7 +121,8 @@ static inline ModeRow continue_in_contact(State *s, Index i, Index k, Slips now)
     Press press = pressing_on(s, i, f);
     double speed = a->vx * f->ny - a->vy * f->nx;
     bool resists = press.rolling_resistance > 0.0;
-    /* with slip 0, `speed` is minus the rim speed, although rounding may make them differ */
+    /* a disc without slip rolls: its speed along the wall and its rim speed have the sum 0, from which rounding may
+       deviate */
     if (resists && now.slip == 0.0) {
         speed = now.rim != 0.0 ? speed : 0.0;
         now.rim = 0.0 - speed;
@@ -147,7 +150,8 @@ static inline ModeRow continue_in_contact(State *s, Index i, Index k, Slips now)
     p->never_met = NEVER_ALL;
     p->ground = (int)k;
     p->mode = mode_of(speed, rates.along, rates.sticks, rates.blocks);
-    /* For a rolling disc, speed and spin reach 0 at the same time. Without rolling resistance, this changes nothing. */
+    /* The speed and the spin of a rolling disc reach 0 at the same time. Without rolling resistance the motion does not
+       change at this time. */
     double slip_wait = time_to_zero(now.slip, rates.along + rates.rim);
     double rim_wait = resists ? time_to_zero(now.rim, rates.rim) : CAROM_INF;
     double wait = rim_wait < slip_wait ? rim_wait : slip_wait;
@@ -161,7 +165,9 @@ static inline ModeRow continue_in_contact(State *s, Index i, Index k, Slips now)
     return mode_row(s, i, f->wall, before);
 }
 
-/* Begin the contact of a disc with feature k at the present instant. The disc does not bounce any more. */
+/* Begin the contact of a disc with feature k at the present instant. `approach` is the disc's normal speed. If it is
+   not 0, infinitely many bounces would follow, which are too short for the clock; only their effect on slip and spin is
+   computed. */
 static inline ModeRow land(State *s, Index i, Index k, double approach) {
     Disc *a = &s->discs[i];
     Parabola *p = &s->accelerated.paths[i];
@@ -171,11 +177,12 @@ static inline ModeRow land(State *s, Index i, Index k, double approach) {
     Press press = pressing_on(s, i, f);
     Slips now = {slip_on(s, i, f), rim_speed(s, i)};
     bool sticks = p->sticks && a->last < 0 && a->last != NO_BODY && s->features[-1 - a->last].wall == f->wall;
-    /* If the tangential restitution has reversed the slip, the slip is not 0. If infinitely many bounces follow,
-       `slip_after_bounces` returns the slip that remains. */
+    /* If friction stopped the slip in the last bounce, the slip is 0, unless the tangential restitution has reversed
+       it. A slip that is not 0 changes in the remaining bounces: see `slip_after_bounces`. */
     sticks = sticks && law->wall_contact.restitution == 0.0;
-    /* If the remaining bounces do not stop the slip, they only reduce it. The contact reduces the slip by the same
-       amount during the time that those bounces would last. */
+    /* If the remaining bounces stop the slip, their impulse of friction is applied below. If they only reduce the slip,
+       nothing is applied: in contact, friction reduces the slip by the same amount during the time that these bounces
+       would last. */
     double by = 0.0;
     if (press.rolling_resistance != 0.0 && approach > 0.0 && restitution < 1.0) {
         double speed = now.slip - now.rim;
@@ -187,7 +194,7 @@ static inline ModeRow land(State *s, Index i, Index k, double approach) {
         } else if (left.rim == 0.0) {
             now = (Slips){speed, 0.0};
         }
-    } else if (sticks) { /* the remaining slip is a rounding error */
+    } else if (sticks) { /* friction has stopped the slip, so a slip that is not 0 is a rounding error */
         now.slip = 0.0;
     } else if (approach > 0.0 && restitution < 1.0 &&
                slip_after_bounces(&press, now.slip, approach, restitution) == 0.0) {
@@ -200,7 +207,8 @@ static inline ModeRow land(State *s, Index i, Index k, double approach) {
     }
     a->last = NO_BODY;
     if (p->left_ground != NO_OBSTACLE && p->corner == -1 - k && is_same_instant(p->left, own_instant(a, p))) {
-        /* the disc was lifted off one ground, slides along the other one, and may come back */
+        /* the disc was lifted off one ground and is now in contact with another one. The two grounds exchange their
+           roles in the corner */
         p->corner = -1 - p->corner_ground;
         p->corner_ground = (int)k;
     } else if (p->corner_ground != k) {
@@ -224,10 +232,10 @@ static inline ModeRow take_off(State *s, Index i) {
     return mode_row(s, i, wall, before);
 }
 
-/* Make a disc at an end of its face fly off. Return false if it does not fly off; that motion is not solved.
+/* Make a disc at an end of its face fly off. Return false if the disc is too slow to fly off, because PIC does not
+   solve its motion around the end.
 
-   The disc's rim then touches the vertex at that end and moves along it. The disc never hits the face again on this
-   path. */
+   A disc that flies off touches the vertex at that end at first. The disc does not hit the face again on this path. */
 static inline bool leave_at_face_end(State *s, Index i, ModeRow *row) {
     Disc *a = &s->discs[i];
     Parabola *p = &s->accelerated.paths[i];
@@ -241,8 +249,9 @@ static inline bool leave_at_face_end(State *s, Index i, ModeRow *row) {
     if (vertex == NO_OBSTACLE) {
         return false;
     }
-    /* The condition is u^2 >= P (R + half width). The function that tests it is the one that would find an immediate
-       impact with the vertex, so that both decisions use the same rounded numbers. */
+    /* The disc flies off if u^2 >= P (R + half width), where u is its speed and P is gravity into the wall. Otherwise
+       it would hit the vertex at once. `arc_fall_time` tests the condition, because it also predicts impacts with the
+       vertex: both decisions then use the same rounded numbers. */
     Mover disc = mover_of(a);
     if (!(arc_fall_time(&s->accelerated.exact, &disc, &s->features[vertex], s->accelerated.gx, s->accelerated.gy, true,
                         0.0) > 0.0)) {
@@ -257,12 +266,12 @@ static inline bool leave_at_face_end(State *s, Index i, ModeRow *row) {
     return true;
 }
 
-/* Continue the motion of a disc at the present instant, at which its mode ends because its slip, its spin or both are
-   0. Return false if it is at the end of its face and does not fly off. */
+/* Continue the motion of a disc whose mode ends now: its slip, its spin or both are 0, or it is at an end of its face.
+   Return false if it is at an end of its face and too slow to fly off. */
 static inline bool begin_next_mode(State *s, Index i, ModeRow *row) {
     Parabola *p = &s->accelerated.paths[i];
     const Index k = p->ground;
-    s->discs[i].last = NO_BODY; /* this is a new path, on which it may hit the last body again */
+    s->discs[i].last = NO_BODY; /* on its new path, the disc may hit the last body again */
     if (p->ends_at_face_end) {
         return leave_at_face_end(s, i, row);
     }
@@ -274,8 +283,8 @@ static inline bool begin_next_mode(State *s, Index i, ModeRow *row) {
     return true;
 }
 
-/* Return how inexact the normal of a disc's contact with a body is because of rounding. The normal of a straight
-   feature is exact, so the result is then 0. */
+/* Return a bound of the rounding error of the normal of a disc's contact with a body, in radians. For a straight
+   feature, whose normal is exact, return 0. */
 static inline double normal_resolution(const State *s, Index i, Index body) {
     const Disc *a = &s->discs[i];
     double size = size_of(a->x, a->y, a->radius);
@@ -298,13 +307,15 @@ static inline bool never_moves(const State *s, Index body) {
                     : s->discs[body].inverse_mass == 0.0 && driven_row(&s->driving, body) == NULL;
 }
 
-/* Continue the motion of disc `i`, if it is in contact, after an impact on `struck`: disc j, or feature k as -1 - k.
-   Disc `i` stays in contact or leaves its wall. Return whether more than its velocity changes.
+/* If disc `i` is in contact with a ground and has just hit another body, decide whether it stays in contact or leaves
+   the ground. `struck` is that body: disc j, or feature k as -1 - k. Return whether the disc's mode or accelerations
+   change.
 
-   The disc stays in contact if its normal speed makes a hop that is lower than the resolution of the gap. If `struck`
-   is flat or at rest, one such hop follows another. Then the disc stays only if there is no hop at all. At a right
-   angle between two walls there is a hop only if friction causes one. A disc that is pushed into its wall is also in
-   flight, and hits the wall at once. `normal` is the normal of the impact. */
+   The disc stays in contact if its speed along the ground's normal is so small that a hop at this speed is lower than
+   the resolution of the gap. If `struck` is flat or at rest, low hops may follow each other, so the disc stays only if
+   it does not hop at all. If the two walls are at a right angle, only friction can make the disc hop. If the impact
+   pushes the disc into its ground, the disc is put in flight and hits the ground at once. `normal` is the normal of the
+   impact. */
 static inline bool update_contact_after_impact(State *s, Index i, Index struck, const double normal[2], ModeRow *row) {
     Parabola *p = &s->accelerated.paths[i];
     const Index k = p->ground;
@@ -332,8 +343,8 @@ static inline bool update_contact_after_impact(State *s, Index i, Index struck, 
         place_on_wall(s, i, k);
         *row = take_off(s, i);
     }
-    /* The times at which the disc returns to its ground, and to a convex body at rest, are computed from `left`,
-       without a rounded gap. */
+    /* The times at which the disc returns to its ground or to a convex body at rest are computed from the instant
+       `left`, without a rounded gap. */
     p->left = own_instant(&s->discs[i], p);
     if (hops) {
         p->left_ground = (int)k;
@@ -351,7 +362,7 @@ static inline bool update_contact_after_impact(State *s, Index i, Index struck, 
 
 /* ---- recorded changes of mode ---- */
 
-/* Reserve rows for the changes of mode in one event: at most one change for each of two discs. Return whether there is
+/* Reserve memory for the changes of mode in one event: at most one for each of two discs. Return whether there is
    enough memory. */
 static inline bool reserve_modes(State *s) {
     Accelerated *run = &s->accelerated;

@@ -1,4 +1,4 @@
-/* Begin of lasting contacts at the start of a run, and the end of a motion without an impact. */
+/* Contacts that begin at the start of a run, and motions that end without an impact. */
 
 #pragma once
 
@@ -6,14 +6,14 @@
 
 /* ---- the end of a motion ---- */
 
-/* Continue the motion of a disc whose mode of contact has ended, or that has stopped on a table. Return false and set
-   `State.stopped` if the run ends because the disc is at the end of a face and does not fly off. */
+/* Continue the motion of a disc whose mode of contact has ended, or that has stopped on a table. If the disc is at the
+   end of a face and is too slow to fly off, PIC cannot continue: set `State.stopped` and return false. */
 static inline bool apply_motion_end(State *s, Index i, Instant at) {
     ModeRow row;
     set_instant(s, at);
     move_on_parabola(s, i, now_instant(s));
     if (s->accelerated.deceleration > 0.0) {
-        s->discs[i].last = NO_BODY; /* its new path begins here, where it rests */
+        s->discs[i].last = NO_BODY; /* the disc's new path begins here, where it rests */
         change_motion(s, i);
         return true;
     }
@@ -30,8 +30,9 @@ static inline bool apply_motion_end(State *s, Index i, Instant at) {
 
 /* ---- the start ---- */
 
-/* At the start of the run, begin the contact of each disc that is on a half-plane or a face, up to the resolution of
-   its coordinates. Return false if there is no memory to record this. */
+/* At the start of the run, begin the contact of each disc that touches a half-plane or a face within the resolution of
+   the gap, if gravity presses the disc against it. Return false if there is not enough memory to record the
+   contacts. */
 static inline bool begin_contacts(State *s) {
     s->counts.has_begun = true;
     for (Index i = 0; i < s->disc_count; i++) {
@@ -48,7 +49,8 @@ static inline bool begin_contacts(State *s) {
             }
             double pull = -pressing_on(s, i, f).normal, resolution = ground_gap_resolution(s, i, k);
             double approach = ground_approach(s, i, f), gap = ground_gap(s, i, k);
-            /* A disc on the other side of a face would be behind it by more than its own diameter. */
+            /* If the gap is below -radius, the disc's centre is behind the face, and the disc is on the other side of
+               the edge. */
             bool is_slow = approach * approach <= -2.0 * pull * resolution;
             if (-a->radius < gap && gap <= resolution && pull < 0.0 && is_slow) {
                 ModeRow row = land(s, i, k, approach);

@@ -1,9 +1,9 @@
 /* Events: the next event of a disc, and the next event of all discs.
 
    Each disc has two predictions: its earliest known impact with another disc, and the time at which it leaves its cell.
-   For any two discs, the later of their two predicted impacts uses the present paths of both. The smaller of their two
-   predicted times is therefore never later than their impact, and no impact is missed. Only `event_of` decides which
-   event of a disc is next. */
+   For any two discs A and B, whichever of the two was predicted last was predicted from the present paths of both. The
+   smaller of the times predicted for A and for B is therefore never later than the impact of A on B, and no impact is
+   missed. Only `event_of` decides which event of a disc is next. */
 
 #pragma once
 
@@ -23,13 +23,13 @@ static inline bool is_stale(const State *s, Index i) {
     return p->partner != NOBODY && s->discs[p->partner].impacts != p->partner_impacts;
 }
 
-/* Return the time of a disc's next event, or a lower bound of that time. */
+/* Return the time of a disc's next event in seconds since the epoch, or a lower bound of that time. */
 static inline double event_time(const Prediction *p) {
     return lesser(p->impact_time, p->exit_time);
 }
 
-/* Compare the times of a disc's two predictions. The result is negative if `exit_time` is first, positive if its impact
-   with a disc is first, and 0 in a tie. */
+/* Compare the times of a disc's two predictions. The result is negative if the event at `exit_time` is first, positive
+   if the impact at `impact_time` is first, and 0 in a tie. */
 static CAROM_ALWAYS_INLINE int compare_predictions(const State *s, Index i) {
     const Prediction *p = &s->predictions[i];
     if (CAROM_LIKELY(p->exit_time != p->impact_time || s->accelerated.paths == NULL))
@@ -50,11 +50,12 @@ static CAROM_ALWAYS_INLINE EventKind event_of(const State *s, Index i) {
         return STALE;
     if (!p->exact)
         return BOUNDED;
-    /* At the same time (partner, i) comes before (i, wall), and (i, wall) before (i, partner). */
+    /* In a tie, the impact with the smaller (first, second) is first: (partner, i) if the partner has a lower number
+       than i, otherwise (i, wall). */
     return order == 0 && i < p->partner ? WALL_IMPACT : PAIR_IMPACT;
 }
 
-/* Return the low part of the instant of a disc's next event. It matters only if discs accelerate: see
+/* Return the low part of the instant of a disc's next event. The low part is 0 if discs do not accelerate: see
    arithmetic/double_double.h. */
 static inline double event_low(const State *s, Event event) {
     if (s->accelerated.paths == NULL)
@@ -72,12 +73,13 @@ static inline Bodies pair_of(const State *s, Index i) {
 /* Return the two bodies of an impact as (first, second). Among simultaneous impacts, the one with the smallest (first,
    second) is applied first.
 
-   Obstacle k is body -1 - k here. Obstacles are in the order of their walls, and only the first obstacle that a disc
-   hits is stored. */
+   Obstacle k is body -1 - k here. Obstacles are in the order of their walls, and a prediction stores only the first
+   obstacle that the disc hits. So comparing obstacles gives the same order as comparing walls. */
 static inline Bodies bodies_of(const State *s, Event impact) {
     if (impact.kind == WALL_IMPACT)
         return (Bodies){impact.disc, -1 - (Index)s->predictions[impact.disc].obstacle};
-    if (impact.kind == MOTION_ENDS) /* before all impacts at that instant */
+    /* the first number is -1, so that the end of a motion precedes all impacts at that instant */
+    if (impact.kind == MOTION_ENDS)
         return (Bodies){-1, impact.disc};
     return pair_of(s, impact.disc);
 }
@@ -91,8 +93,8 @@ static CAROM_NOINLINE void solve_parabola_impact(State *s, Index i) {
     s->accelerated.paths[i].impact_low = at.low;
 }
 
-/* Replace the lower bound of disc `i`'s impact by the exact time. The next event of the disc may then be a different
-   one. */
+/* Replace the lower bound of the time of disc `i`'s impact by the exact time. The exact time is later, so a different
+   event of the disc may now be first. */
 static CAROM_ALWAYS_INLINE void solve_impact(State *s, Index i) {
     Prediction *p = &s->predictions[i];
     if (CAROM_UNLIKELY(s->accelerated.paths != NULL))
@@ -104,7 +106,7 @@ static CAROM_ALWAYS_INLINE void solve_impact(State *s, Index i) {
 
 /* ---- the event of all discs ---- */
 
-/* Return the partner of disc `i` if its next event is the same impact at `time`. Otherwise return `i`. */
+/* If the next event of disc `i`'s partner is the same impact at `time`, return the partner. Otherwise return `i`. */
 static inline Index other_holder(const State *s, Index i, double time) {
     const Prediction *p = &s->predictions[i];
     if (p->partner == NOBODY || p->impact_time != time)
@@ -115,10 +117,11 @@ static inline Index other_holder(const State *s, Index i, double time) {
     return p->partner;
 }
 
-/* Return the event to process if several discs have one at `time`.
+/* Return the event to process first if several discs have events at `time`.
 
-   Events that only change predictions come first. Then the impact with the smallest (first, second) follows. A disc
-   stores only the first of its simultaneous impacts, so the first of all impacts is among the stored ones. */
+   Events that only change predictions come first. If there is no such event, return the impact with the smallest
+   (first, second). A disc's prediction contains only the first of its simultaneous impacts, so the first of all impacts
+   is among the predicted impacts. */
 static inline Event first_of_tie(State *s, double time) {
     Event event;
     Event first = {POSTPONED, NOBODY};
@@ -152,14 +155,15 @@ static inline Event next_event(State *s, Index i) {
     if (kind == BOUNDED) {
         solve_impact(s, i);
         kind = event_of(s, i);
-        if (kind == CROSSING) /* this is before the impact, but possibly after an event of another disc */
+        /* the crossing is before the impact, but an event of another disc may be before the crossing */
+        if (kind == CROSSING)
             return (Event){POSTPONED, i};
     }
     if (kind == CROSSING || kind == STALE)
         return (Event){kind, i};
     double time = event_time(&s->predictions[i]);
-    /* In most cases this impact is far earlier than all other events. It changes the disc's path, so the queue need not
-       store the exact time of the impact. */
+    /* In most cases this impact is far earlier than all other events. The impact changes the disc's path, so its exact
+       time need not be stored in the queue. */
     if (time < earliest_except(&s->queue, i, other_holder(s, i, time)))
         return (Event){kind, i};
     if (CAROM_UNLIKELY(s->queue.time[i] == time))

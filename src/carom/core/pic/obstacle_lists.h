@@ -1,14 +1,14 @@
 /* Lists of obstacles: for each cell, all obstacles that a disc in the cell may hit, and few others.
 
-   A tile is four cells, or one cell if there are features. Each tile has a list. To build the lists, the grid is halved
-   repeatedly, and each half keeps only the obstacles near it. So an obstacle near few tiles causes no work for the
-   other tiles. All lists are in one array, and each tile has the index at which its list begins. Each list contains
-   numbers in ascending order and ends with NO_OBSTACLE. Tiles far from all obstacles share the first list, which is
-   empty.
+   A tile is a block of 2 by 2 cells, or one cell if the obstacles are features. Each tile has a list. To build the
+   lists, the grid is halved recursively. Each half is compared only with the obstacles near the part that was halved.
+   So an obstacle causes work only for the tiles near it. All lists are in one array, and each tile has the index at
+   which its list begins. Each list contains numbers in ascending order and ends with NO_OBSTACLE. Tiles far from all
+   obstacles share the first list in the array, which is empty.
 
-   No disc can be in a tile that is wholly behind a wall. Such a tile has the list of all obstacles, which is correct
-   for any disc. A tile at the rim has no outer limit, but its list is valid only for OUTWARD cells beyond the grid. A
-   disc outside this area checks all obstacles. */
+   No disc can be in a tile that is completely behind a wall. A tile behind a wall has the list of all obstacles, which
+   is correct for any disc. A tile at the rim extends outwards without limit, but its list is valid only up to OUTWARD
+   cell widths beyond the grid. A disc outside this area checks all obstacles. */
 
 #pragma once
 
@@ -18,28 +18,28 @@
 
 /* ---- tiles and an obstacle ---- */
 
-typedef enum Side { /* where tiles are relative to an obstacle */
-    CLEAR = 0,      /* no disc in the tiles hits the obstacle */
+typedef enum Side { /* position of a box of tiles relative to an obstacle */
+    CLEAR = 0,      /* the obstacle is so far from the box that no disc with its centre in the box touches it */
     NEARBY = 1,
-    BEHIND = 2, /* no disc can be there */
+    BEHIND = 2, /* the box is completely behind the wall, so no disc can be in it */
 } Side;
 
 typedef struct Tiles { /* a block of tiles; tiles at the rim include the ring of cells */
     Index left;
-    Index right; /* one past the last */
+    Index right; /* one more than the last column */
     Index low;
     Index high;
 } Tiles;
 
-/* Return where row or column `k` of `count` begins. The first one begins, and the last one ends, OUTWARD cells beyond
-   the grid. */
+/* Return the coordinate at which row or column `k` of `count` begins. The first row begins, and the last row ends,
+   OUTWARD cell widths beyond the grid. */
 static inline double line_between(double begin, double width, Index count, Index k) {
     if (k <= 1)
         return begin - OUTWARD * width;
     return begin + (double)(k <= count ? k - 1 : count + OUTWARD) * width;
 }
 
-/* Return the box of some tiles. */
+/* Return the box that a block of tiles covers. */
 static inline Box box_of(const Grid *g, const Tiles *tiles) {
     return (Box){
         line_between(g->x0, g->width, g->columns, tiles->left << g->tile_bits),
@@ -49,11 +49,11 @@ static inline Box box_of(const Grid *g, const Tiles *tiles) {
     };
 }
 
-/* Return the side of a wall on which a box of tiles is. It is NEARBY if the distance between the middle of the box and
-   the wall is at most the largest radius plus half a diagonal of the box.
+/* Return the position of a box of tiles relative to a wall. The result is NEARBY if the distance between the middle of
+   the box and the wall is at most the largest radius plus half a diagonal of the box.
 
-   The code uses half the sum of the sides instead of half the diagonal. For a tile the difference is .29 of its width,
-   which is more than the roundings of a path. */
+   The code uses half the sum of the sides instead of half the diagonal. For a tile this adds .29 of its width to the
+   distance, which is more than the rounding errors of a path. */
 static inline Side side_of_wall(const Grid *g, const Wall *wall, const Box *box) {
     double reach = g->radius + 0.5 * ((box->right - box->left) + (box->high - box->low));
     double dx = 0.5 * (box->left + box->right) - wall->x;
@@ -64,8 +64,8 @@ static inline Side side_of_wall(const Grid *g, const Wall *wall, const Box *box)
     return distance.value - distance.error >= reach ? CLEAR : NEARBY;
 }
 
-/* Return whether a position, relative to the centre, is in an arc's sector. If rounding leaves that undecided, return
-   true. */
+/* Return whether a position, relative to an arc's centre, is in the arc's sector. If rounding errors leave this
+   undecided, return true. */
 static inline bool may_be_in_sector(const Feature *arc, double x, double y) {
     double open = 4.0 * CAROM_ERROR * arc->size.high * (fabs(x) + fabs(y));
     bool after_first = arc->ex.high * y - arc->ey.high * x >= -open;
@@ -75,8 +75,9 @@ static inline bool may_be_in_sector(const Feature *arc, double x, double y) {
 
 /* Return the distance of a point from a feature that is not a half-plane.
 
-   The error bound covers about twenty roundings of the lengths involved. If rounding leaves undecided whether the point
-   is in an arc's sector, the arc's circle and its end have the same distance from the point, so either may be used. */
+   The error bound is larger than the sum of all roundings, about twenty. If it is undecided because of rounding whether
+   the point is in an arc's sector, the arc's circle and its end have nearly the same distance from the point, so either
+   distance may be used. */
 static inline Bounded distance_to(const Feature *f, double x, double y) {
     double dx = x - f->x.high;
     double dy = y - f->y.high;
@@ -101,7 +102,7 @@ static inline Bounded distance_to(const Feature *f, double x, double y) {
     return found;
 }
 
-/* Return the side of a feature on which a box of tiles is. `side_of_wall` does the same for a wall. */
+/* Return the position of a box of tiles relative to a feature. `side_of_wall` does the same for a wall. */
 static inline Side side_of_feature(const Grid *g, const Feature *f, const Box *box) {
     if (f->kind == PLANE) {
         Wall plane = {f->x.high, f->y.high, f->nx, f->ny};
@@ -120,7 +121,7 @@ static inline Side side_of_feature(const Grid *g, const Feature *f, const Box *b
 
 /* ---- lists ---- */
 
-/* Append a list. Return false if there is no memory. */
+/* Append a list to `Grid.lists`. Return false if there is not enough memory. */
 static inline bool append_list(State *s, const int *numbers, Index count) {
     Grid *g = &s->grid;
     if (g->listed + count + 1 > g->list_capacity) {
@@ -137,7 +138,7 @@ static inline bool append_list(State *s, const int *numbers, Index count) {
     return true;
 }
 
-/* Assign a list to some tiles. The list begins at index `place` in `Grid.lists`. */
+/* Assign the list that begins at index `place` in `Grid.lists` to a block of tiles. */
 static inline void assign_list(Grid *g, const Tiles *tiles, Index place) {
     bool has_obstacles = g->lists[FULL_LIST] != NO_OBSTACLE;
     Index first = 1 >> g->tile_bits;
@@ -150,10 +151,10 @@ static inline void assign_list(Grid *g, const Tiles *tiles, Index place) {
     }
 }
 
-/* Assign lists to some tiles. `known` contains the obstacles near the union of these tiles. Return false if there is no
-   memory.
+/* Assign lists to a block of tiles. `known` contains the numbers of the obstacles that are near a larger block, of
+   which this block is a part. Return false if there is not enough memory.
 
-   The array `known` has room for `count` more numbers at each halving. */
+   The array `known` must have room for `count` more numbers at this call and at each recursive call. */
 static inline bool list_for_tiles(State *s, Tiles tiles, int *known, Index count) {
     Grid *g = &s->grid;
     int *kept = known + count;
@@ -198,7 +199,8 @@ static inline bool list_obstacles(State *s) {
     g->area.right = line_between(g->x0, g->width, g->columns, g->columns + 1);
     g->area.low = line_between(g->y0, g->width, g->rows, 1);
     g->area.high = line_between(g->y0, g->width, g->rows, g->rows + 1);
-    /* The array has room for numbers of the whole grid, and of at most COLUMN_BITS halvings in each direction. */
+    /* The array has room for the numbers of all obstacles once for the whole grid and once for each of at most
+       COLUMN_BITS halvings in each direction. */
     int *numbers = s->resize(NULL, 0, (2 * COLUMN_BITS + 2) * (size_t)(count + 1) * sizeof(int));
     if (numbers == NULL)
         return false;

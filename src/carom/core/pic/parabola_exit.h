@@ -1,4 +1,5 @@
-/* When a disc that accelerates leaves its cell, hits a feature of a wall, or ends its motion. */
+/* When a disc that accelerates leaves its cell, hits a feature of a wall, or begins another motion without an
+   impact. */
 
 #pragma once
 
@@ -7,16 +8,18 @@
 
 /* ---- edges of the cell ---- */
 
-typedef struct AxisExit { /* when a coordinate leaves a cell */
-    double wait;          /* seconds from the disc's own time; INF for never */
-    bool is_upper;        /* whether it leaves over the edge with the larger coordinate */
+typedef struct AxisExit { /* when one coordinate of a disc leaves its cell */
+    double wait;          /* seconds after the start of the disc's path; INF for never */
+    bool is_upper;        /* whether the coordinate leaves the cell over the edge with the larger coordinate */
 } AxisExit;
 
-/* Return the later root of `v t + a t^2/2 = d`. The edge is at the distance d, and a points towards it. */
+/* Return the later root of `v t + a t^2/2 = d`. The edge is at the signed distance d from the disc, and the
+   acceleration a points towards the edge. */
 static inline double later_edge_root(double d, double v, double a) {
     double sign = a > 0.0 ? 1.0 : -1.0;
     double square = v * v + 2.0 * a * d;
-    double root = sqrt(square > 0.0 ? square : 0.0); /* negative only by rounding, if the disc turns at the edge */
+    /* negative only because of rounding, if the disc reverses at the edge */
+    double root = sqrt(square > 0.0 ? square : 0.0);
     double outwards = v * sign;
     if (outwards >= 0.0) {
         return outwards + root > 0.0 ? 2.0 * fabs(d) * (d * sign >= 0.0) / (outwards + root) : 0.0;
@@ -24,8 +27,8 @@ static inline double later_edge_root(double d, double v, double a) {
     return (root - outwards) / fabs(a);
 }
 
-/* Return when a coordinate leaves a cell. `place` is the distance from the lower edge, and `since` is when the disc
-   entered the cell. Both times are counted from the disc's own time.
+/* Return when a coordinate leaves a cell. `place` is the coordinate's distance from the lower edge. The result and
+   `since`, the time at which the disc entered the cell, are in seconds after the start of the disc's path.
 
    The velocity reverses once, at -v/a. Before that, the disc can cross only the edge towards which it moves, and after
    that only the other edge. So rounding never makes a disc cross one edge repeatedly. */
@@ -36,7 +39,7 @@ static inline AxisExit axis_exit(double place, double v, double a, double width,
         return (AxisExit){greater(wait, since), is_upper};
     }
     bool falls_up = a > 0.0;
-    if (v != 0.0 && (v > 0.0) != falls_up && since < -v / a) { /* before it reverses */
+    if (v != 0.0 && (v > 0.0) != falls_up && since < -v / a) { /* before the velocity reverses */
         double d = falls_up ? -place : width - place;
         double square = v * v + 2.0 * a * d;
         if (square >= 0.0) {
@@ -50,8 +53,8 @@ static inline AxisExit axis_exit(double place, double v, double a, double width,
 /* Return when a coordinate leaves a cell, as `axis_exit` does. `cell` is the number of the cell in a row or column of
    `cells` cells.
 
-   A cell at the rim has no outer edge. The disc may still reverse and leave on the other side. To predict this, the
-   outer edge is assumed to be out of reach. */
+   A cell at the rim of the grid extends outwards without limit, so it has no outer edge. A disc that moves outwards may
+   reverse and leave such a cell over the opposite edge. */
 static inline AxisExit grid_axis_exit(double place, double v, double a, double width, double since, Index cell,
                                       Index cells) {
     AxisExit exit = axis_exit(place, v, a, width, since);
@@ -65,7 +68,8 @@ static inline AxisExit grid_axis_exit(double place, double v, double a, double w
     return exit;
 }
 
-/* Return the edge of its cell that a disc crosses first, and when. Row and column do not count the ring. */
+/* Return the edge of its cell that a disc crosses first, and when. `row` and `column` of the cell are counted without
+   the ring of empty cells. */
 static inline CellExit parabola_cell_exit(const State *s, Index i, Index row, Index column) {
     const Grid *g = &s->grid;
     const Disc *a = &s->discs[i];
@@ -77,7 +81,7 @@ static inline CellExit parabola_cell_exit(const State *s, Index i, Index row, In
     return y.wait < x.wait ? (CellExit){y.wait, y.is_upper ? UP : DOWN} : (CellExit){x.wait, x.is_upper ? RIGHT : LEFT};
 }
 
-/* Return whether a coordinate on a parabola stays between two bounds for some seconds from now. */
+/* Return whether a coordinate with velocity v and acceleration a stays between two bounds for `wait` seconds. */
 static inline bool stays_between(double low, double high, double x, double v, double a, double wait) {
     if (v == 0.0 && a == 0.0) {
         return low <= x && x <= high;
@@ -93,7 +97,8 @@ static inline bool stays_between(double low, double high, double x, double v, do
     return stays;
 }
 
-/* Return whether a disc stays in the area of the lists for some seconds from its own time. */
+/* Return whether a disc stays in the area in which the lists of obstacles are valid, for `wait` seconds after the start
+   of its path. */
 static inline bool parabola_stays_in_area(const State *s, Index i, double wait) {
     const Disc *a = &s->discs[i];
     const Parabola *p = &s->accelerated.paths[i];
@@ -104,8 +109,8 @@ static inline bool parabola_stays_in_area(const State *s, Index i, double wait) 
 
 /* ---- features ---- */
 
-/* Return whether a disc certainly does not hit a feature on its present path, because of its present or last
-   contact. */
+/* Return whether the disc's present or last contact implies that the disc does not hit feature k on its present path,
+   regardless of rounding: see `NeverMet`. */
 static inline bool is_never_met(const State *s, Index i, Index k) {
     const Parabola *p = &s->accelerated.paths[i];
     if (p->never_met == NEVER_NOTHING) {
@@ -138,14 +143,14 @@ static inline bool keeps_touching(const State *s, Index i, Index k, double time)
     return s->accelerated.deceleration > 0.0 || wall_speed(p->ax, p->ay, f->nx, f->ny).high == 0.0;
 }
 
-/* Return how long a disc takes to reach feature k; infinity for never. The other arguments are those of
-   `parabola_feature_wait`. */
+/* Return how long a disc takes to reach feature k; infinity for never. `disc`, `has_just_left` and `touches` are
+   explained at `parabola_feature_wait`. */
 static CAROM_NOINLINE double solve_parabola_feature(const State *s, Index i, Index k, const Mover *disc,
                                                     bool has_just_left, bool touches) {
     const Accelerated *run = &s->accelerated;
     const Parabola *p = &run->paths[i];
     const Feature *f = &s->features[k];
-    /* On a table the path is straight and does not return to a flat feature. */
+    /* On a decelerating table the path is straight, so it does not return to a flat feature. */
     if (f->kind <= FACE && (touches || (has_just_left && run->deceleration > 0.0))) {
         return CAROM_INF;
     }
@@ -165,7 +170,7 @@ static inline double parabola_feature_wait(const State *s, Index i, Index k, con
     return solve_parabola_feature(s, i, k, disc, has_just_left, touches);
 }
 
-/* Return when a disc that bounces between two walls returns to the ground that it has left: see
+/* Return when a disc returns to the ground from which an impact on another body has lifted it: see
    `Parabola.left_ground`. */
 static inline Instant return_to_left_ground(const State *s, Index i) {
     const Disc *a = &s->discs[i];
@@ -181,8 +186,8 @@ static inline Instant return_to_left_ground(const State *s, Index i) {
     return f->kind == PLANE || foot_is_on_face(&disc, f, wait, p->ax, p->ay) ? met : NEVER;
 }
 
-/* Return when disc `i` hits feature k of a wall that does not move. The result may be NEVER if this takes certainly
-   longer than `within` seconds. */
+/* Return when disc `i` hits feature k of a wall that does not move. If the disc certainly takes longer than `within`
+   seconds, the function may return NEVER instead. */
 static inline Instant parabola_feature_meeting(const State *s, Index i, Index k, const Mover *disc, double within) {
     const Disc *a = &s->discs[i];
     const Parabola *p = &s->accelerated.paths[i];
@@ -202,13 +207,14 @@ static inline Instant parabola_feature_meeting(const State *s, Index i, Index k,
 
 typedef struct NextObstacle {
     Instant time;
-    Index feature; /* NO_OBSTACLE if none is hit before `time` */
+    Index feature; /* number of the feature that is hit at `time`; NO_OBSTACLE if none is hit before `time` */
 } NextObstacle;
 
-/* Return the first of some features that a disc hits, or `next` if none is hit before it.
+/* Return the first of the listed features that a disc hits, or `next` if no feature is hit before `next`.
 
-   If two features of one wall are hit at the same instant, the earlier one in the list is first. If they belong to two
-   walls, the later one in the list is first, because wall k is body -1 - k. */
+   If two features of one wall are hit at the same instant, the feature earlier in the list is first. If they belong to
+   two walls, the feature later in the list is first: it belongs to the wall with the higher number k, which is the
+   lower body number -1 - k. */
 static inline NextObstacle first_of_features(const State *s, Index i, const int *numbers, NextObstacle next) {
     const Mover disc = mover_of(&s->discs[i]);
     for (; *numbers != NO_OBSTACLE; numbers++) {
@@ -216,7 +222,7 @@ static inline NextObstacle first_of_features(const State *s, Index i, const int 
         if (is_never_met(s, i, k)) {
             continue;
         }
-        /* `within` includes later instants that round to the same time. */
+        /* `within` is enlarged so that it includes instants after `next` that round to the same time. */
         double within = next.time.high - s->discs[i].time + CAROM_TIME_ERROR * next.time.high;
         Instant met = parabola_feature_meeting(s, i, k, &disc, within);
         bool is_tie = next.feature != NO_OBSTACLE && s->features[next.feature].wall != s->features[k].wall &&
@@ -228,7 +234,7 @@ static inline NextObstacle first_of_features(const State *s, Index i, const int 
     return next;
 }
 
-/* Return the first feature of a driven wall that a disc hits, or `next` if none is hit before it. */
+/* Return the first feature of a driven wall that a disc hits, or `next` if no feature is hit before `next`. */
 static inline NextObstacle first_of_driven_wall(const State *s, Index i, const Driven *wall, NextObstacle next) {
     const Disc *a = &s->discs[i];
     Index first = leg_at(&s->driving, wall, a->time);
@@ -270,7 +276,8 @@ static inline NextObstacle first_of_driven_wall(const State *s, Index i, const D
     return next;
 }
 
-/* Predict which of these is first for disc `i`: it crosses an edge of its cell, hits a feature, or ends its motion. */
+/* Predict the first of these events of disc `i`: it crosses an edge of its cell, it hits a feature, or its motion ends
+   without an impact. */
 static inline void predict_parabola_exit(State *s, Index i) {
     const Grid *g = &s->grid;
     Prediction *p = &s->predictions[i];

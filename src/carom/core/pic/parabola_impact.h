@@ -1,8 +1,8 @@
 /* Impacts of discs that accelerate, contacts that begin at an impact, and contacts that end a run.
 
-   A disc that leaves a feature may return to it without another event in between. Its normal speed is then set to
-   exactly the speed at which it left. docs/theory/contact.md explains why a ball on a slope would otherwise never come
-   to rest. */
+   A disc that leaves a flat feature may return to it without another event in between. The normal speed of such a disc
+   at its return is set to exactly the speed at which it left. docs/theory/contact.md explains why a ball on a slope
+   would otherwise never come to rest. */
 
 #pragma once
 
@@ -13,9 +13,9 @@
 #include "carom/core/pic/straight_impact.h"
 
 typedef struct Encountered { /* motion of two colliding bodies along their normal */
-    double approach;         /* speed at which they approach */
-    double pull;             /* acceleration of their gap */
-    double resolution;       /* of the gap, in metres */
+    double approach;         /* speed at which the bodies approach, in metres per second */
+    double pull;             /* acceleration of the gap between them; negative if it pulls them together */
+    double resolution;       /* resolution of the gap (see impact_record.h), in metres */
 } Encountered;
 
 static inline void set_instant(State *s, Instant at) {
@@ -24,17 +24,18 @@ static inline void set_instant(State *s, Instant at) {
     s->clock.now_low = later_of(now, at).low;
 }
 
-/* Mark the motion of a disc as changed without an impact, so that its predictions are stale. */
+/* Count a change of a disc's motion without an impact, so that predictions of impacts with the disc are stale. */
 static inline void change_motion(State *s, Index i) {
     s->discs[i].impacts += 1;
     s->accelerated.paths[i].changes += 1;
 }
 
-/* Return whether a predicted impact must not be applied, because the disc rests on the other body.
+/* Return whether the disc rests on the other body, so that a predicted impact of the two must not be applied.
 
-   `pull` must be below 0, and one of three conditions must be true. First, the disc does not approach. Second, it
-   returns from its last bounce on the body (at `last`), after a flight too short for the clock to resolve. Third, it
-   comes from elsewhere, and its hop would be lower than the resolution of the gap. */
+   `pull` must be below 0, and one of three conditions must be true. First, the disc does not approach. Second, the disc
+   returns to the body that it left at `last`, after a flight too short for the clock to resolve. Third, `last` is NULL,
+   because the disc's path began elsewhere, and a hop at the speed of approach would be lower than the resolution of the
+   gap. */
 static inline bool is_at_rest(const State *s, const Encountered *met, const Instant *last) {
     if (!(met->pull < 0.0) || !(met->approach > 0.0)) {
         return met->pull < 0.0;
@@ -43,7 +44,7 @@ static inline bool is_at_rest(const State *s, const Encountered *met, const Inst
                         : met->approach * met->approach <= -2.0 * met->pull * met->resolution;
 }
 
-/* End the run, because a disc stays in contact with something other than one straight wall. */
+/* End the run, because a disc stays in contact with a body and PIC does not solve this contact. */
 static inline void end_in_contact(State *s, Index i, Index other, Index obstacle, double approach, double restitution) {
     int held_by = s->accelerated.paths[i].ground;
     bool is_free_disc = other >= 0 && s->discs[other].inverse_mass > 0.0;
@@ -56,8 +57,8 @@ static inline void end_in_contact(State *s, Index i, Index other, Index obstacle
     }
 }
 
-/* Complete an impact: record it if it is wanted, and update contacts. Return false if the run ends because too many
-   successive impacts have been too close in time. */
+/* Complete an impact: record it if `is_wanted`, and update the contacts of both bodies with the ground. Return false if
+   the run ends with `STANDSTILL`, because too many successive impacts have been too close in time. */
 static inline bool finish_impact(State *s, bool is_wanted, const Impact *impact, const Spins *spins, Point place,
                                  Index feature, const Ambiguity *ambiguity) {
     Record *r = &s->record;
@@ -77,7 +78,8 @@ static inline bool finish_impact(State *s, bool is_wanted, const Impact *impact,
             record_mode(s, &row);
         }
     }
-    /* Bodies that others press together collide infinitely often, at intervals that soon are too short to resolve. */
+    /* If other bodies press two bodies together, these two collide infinitely often, at intervals that soon become too
+       short to resolve. */
     s->counts.ambiguous_in_row = is_ambiguous ? s->counts.ambiguous_in_row + 1 : 0;
     if (s->counts.at_instant > s->standstill || s->counts.ambiguous_in_row > s->standstill) {
         s->stopped = STANDSTILL;
@@ -88,7 +90,8 @@ static inline bool finish_impact(State *s, bool is_wanted, const Impact *impact,
 
 /* ---- two discs ---- */
 
-/* Return the motion of disc `i`, which moves, along the normal to disc `j`. Both are at the present instant. */
+/* Return the motion of disc `i` relative to disc `j` along their normal. Disc `i` is movable, and both discs have been
+   moved to the present instant. */
 static inline Encountered encounter_disc(const State *s, Index i, Index j) {
     const Disc *a = &s->discs[i], *b = &s->discs[j];
     const Parabola *p = &s->accelerated.paths[i], *q = &s->accelerated.paths[j];
@@ -102,8 +105,8 @@ static inline Encountered encounter_disc(const State *s, Index i, Index j) {
         -opening, pull, gap_resolution(size_of(a->x, a->y, a->radius) + size_of(b->x, b->y, b->radius))};
 }
 
-/* Move a disc that has just hit an immovable one exactly to contact. For large radii the difference of two distances
-   has a large rounding error. The difference of their squares does not have it. */
+/* Remove the rounding error of the gap between a disc and the immovable disc that it has just hit. For large radii the
+   difference of two distances would have a large rounding error, so the difference of their squares is used. */
 static inline void set_on_rim(State *s, Index i, Index fixed) {
     Disc *a = &s->discs[i];
     const Disc *b = &s->discs[fixed];
@@ -130,7 +133,7 @@ static inline bool apply_parabola_pair_impact(State *s, Index i, Index j, Instan
     move_on_parabola(s, i, now);
     move_on_parabola(s, j, now);
     Encountered met = encounter_disc(s, one, other);
-    /* Nothing presses two discs with the same acceleration together. */
+    /* Two discs can rest on each other only if their accelerations differ. */
     bool presses = has_fixed || p->ax != q->ax || p->ay != q->ay;
     if (presses && is_at_rest(s, &met, has_just_met || is_in_corner ? &last : NULL)) {
         end_in_contact(s, one, other, NO_OBSTACLE, met.approach, s->law.restitution);
@@ -190,8 +193,9 @@ static inline bool apply_parabola_pair_impact(State *s, Index i, Index j, Instan
 
 /* ---- a disc and a wall ---- */
 
-/* Return whether disc `i`, when it hits feature k at a time, has the speed at which it left this feature. This requires
-   that the feature is flat, and that the wall is still on the same leg of its path. */
+/* Return whether disc `i`, which hits feature k at a time, returns to it with the speed at which it left it. The result
+   is true if the disc's last impact was on this feature, the feature is flat, and the wall has not begun another leg
+   since. */
 static inline bool returns_to(const State *s, Index i, Index k, double time) {
     const Disc *a = &s->discs[i];
     const Feature *f = &s->features[k];
@@ -202,7 +206,8 @@ static inline bool returns_to(const State *s, Index i, Index k, double time) {
     return row == NULL || row->leg_count == 0 || s->driving.legs[leg_at(&s->driving, row, a->time)].end > time;
 }
 
-/* Return the motion of disc `i` along the normal of feature k. The disc is at the present instant. */
+/* Return the motion of disc `i` along the normal `n` of feature k. The disc has been moved to the present instant, and
+   `seen` is the disc relative to the wall. */
 static inline Encountered encounter_feature(const State *s, Index i, Index k, const Motion *seen, Direction n) {
     const Disc *a = &s->discs[i];
     const Parabola *p = &s->accelerated.paths[i];
@@ -210,7 +215,8 @@ static inline Encountered encounter_feature(const State *s, Index i, Index k, co
     double approach = -wall_speed(seen->vx, seen->vy, n.x, n.y).high;
     double size = size_of(a->x, a->y, a->radius);
     if (f->kind == PLANE) {
-        /* On a table, the pull towards a flat feature counts as 0, although the rounded value may differ. */
+        /* On a decelerating table, the acceleration along the normal of a flat feature is set to 0, because the table
+           cannot press a disc against a wall. */
         double pull = s->accelerated.deceleration > 0.0 ? 0.0 : wall_speed(p->ax, p->ay, n.x, n.y).high;
         return (Encountered){approach, pull, gap_resolution(size + size_of(f->x.high, f->y.high, 0.0))};
     }
@@ -232,7 +238,8 @@ static inline Encountered encounter_feature(const State *s, Index i, Index k, co
     return (Encountered){approach, pull, gap_resolution(size + sizes)};
 }
 
-/* Set the normal speed at which a disc leaves a wall; 0 for a disc that rests on the wall. */
+/* Set the normal speed of a disc relative to a wall to the speed at which it leaves the wall. For a disc that rests on
+   the wall, `speed` is 0. */
 static inline void leave_wall(State *s, Index i, Index k, Direction n, double speed) {
     Disc *a = &s->discs[i];
     Motion seen = motion_seen_from_wall(s, i, s->features[k].wall);
@@ -242,7 +249,7 @@ static inline void leave_wall(State *s, Index i, Index k, Direction n, double sp
     s->accelerated.paths[i].leaving = speed;
 }
 
-/* Apply friction and rolling resistance on a wall to a disc. `seen` is its motion relative to the wall. */
+/* Apply friction and rolling resistance to a disc in an impact on a wall. `seen` is its motion relative to the wall. */
 static inline void slide_on_wall(State *s, Index i, const Law *law, double belt, Direction n, const Motion *seen,
                                  double pressed) {
     Body body = body_of(s, i, true);
@@ -252,8 +259,8 @@ static inline void slide_on_wall(State *s, Index i, const Law *law, double belt,
     s->accelerated.paths[i].rubs = by.friction != 0.0;
 }
 
-/* Begin lasting contact if the disc is in flight and feature k is straight. Return false and set `State.stopped` if the
-   run ends. */
+/* If disc `i` is in flight and PIC solves lasting contact with feature k, begin this contact. Otherwise set
+   `State.stopped` and return false, because the run ends. */
 static inline bool begin_contact(State *s, Index i, Index k, Direction n, double approach) {
     Parabola *p = &s->accelerated.paths[i];
     const Law *law = &s->wall_laws[s->features[k].wall];
@@ -270,8 +277,8 @@ static inline bool begin_contact(State *s, Index i, Index k, Direction n, double
 
 /* Apply the impact of disc `i` on feature k. Return false and set `State.stopped` if the run ends.
 
-   The gap is exactly 0 at the impact. Its rounding error is removed, so that errors do not accumulate over many
-   bounces. */
+   The gap between the disc and the feature should be exactly 0 at the impact. The rounding error of the gap is removed,
+   so that errors do not accumulate over many bounces. */
 static inline bool apply_parabola_feature_impact(State *s, Index i, Index k, Instant at, bool is_wanted) {
     Disc *a = &s->discs[i];
     Parabola *p = &s->accelerated.paths[i];
@@ -320,7 +327,8 @@ static inline bool apply_parabola_feature_impact(State *s, Index i, Index k, Ins
     a->y -= gap * n.y;
     p->sticks = p->rubs = false;
     double restitution = law->wall_restitution;
-    /* if rounding turns a very weak graze into a separation, there is no impulse: an impact never pulls bodies */
+    /* if rounding turns a very weak graze into a separation, there is no impulse, because an impact never pulls bodies
+       together */
     if (met.approach > 0.0) {
         leave_wall(s, i, k, n, restitution * met.approach);
         if (law->wall_contact.friction > 0.0 || s->accelerated.rolling_resistance > 0.0) {
@@ -332,7 +340,8 @@ static inline bool apply_parabola_feature_impact(State *s, Index i, Index k, Ins
     impact.first_after[0] = a->vx;
     impact.first_after[1] = a->vy;
     double ux = impact.first_before[0] - surface.vx, uy = impact.first_before[1] - surface.vy;
-    /* if a disc returns to a feature that it has left, the time of this impact does not depend on a rounded gap */
+    /* if a disc returns to a feature that it has left, the time of this impact is computed without a rounded gap, so
+       its resolution is 0 */
     double resolution = 0.0;
     if (!returns && !is_in_corner) {
         double speed = ux * impact.normal[0] + uy * impact.normal[1];

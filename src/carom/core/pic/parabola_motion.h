@@ -2,8 +2,8 @@
 
    Two discs with the same acceleration move in a straight line relative to each other, so pair_time.h predicts their
    impact as it does without gravity. Two discs with different accelerations collide at a root of a quartic, which
-   fall_time.h solves. The time of impact is counted from the later of the two discs' own instants, so it depends on
-   their two paths only. */
+   fall_time.h solves. To compute a time of impact, both discs are moved to the later of the two instants at which their
+   paths began. So the computed time depends on the two paths only, and not on when it is computed. */
 
 #pragma once
 
@@ -12,7 +12,7 @@
 #include "carom/core/parabola/fall_bounds.h"
 #include "carom/core/pic/driven_path.h"
 
-typedef struct Motion { /* state of a disc */
+typedef struct Motion { /* position and velocity of a disc at an instant */
     double x;
     double y;
     double vx;
@@ -29,7 +29,7 @@ static inline Instant now_instant(const State *s) {
 
 /* ---- state ---- */
 
-/* Return the state of a disc that no impact moves, at a time. */
+/* Return the position and velocity of a disc that no impact moves, at a time. */
 static inline Motion immovable_state(const State *s, Index i, double time) {
     const Disc *a = &s->discs[i];
     const Driven *row = driven_row(&s->driving, i);
@@ -49,8 +49,8 @@ static inline Motion motion_at(const State *s, Index i, Instant at) {
     const Parabola *p = &s->accelerated.paths[i];
     Instant own = own_instant(a, p);
     if (s->accelerated.deceleration > 0.0 && !is_before(at, p->ends)) {
-        /* The distance to the stop is computed from the mean speed. This avoids the difference of two large
-           distances. */
+        /* The distance to the point at which the disc stops is computed from the mean speed. The usual formula would be
+           a difference of two large distances. */
         double lasts = seconds_between(own, p->ends);
         return (Motion){a->x + 0.5 * lasts * a->vx, a->y + 0.5 * lasts * a->vy, 0.0, 0.0};
     }
@@ -66,7 +66,7 @@ static inline Motion motion_at(const State *s, Index i, Instant at) {
     };
 }
 
-/* Return the state of a disc at an instant on its present path, whatever its motion is. */
+/* Return the state of a disc at an instant on its present path, for any kind of motion. */
 static inline Motion disc_motion(const State *s, Index i, Instant at) {
     const Disc *a = &s->discs[i];
     if (a->inverse_mass == 0.0 || s->accelerated.paths != NULL) {
@@ -76,7 +76,7 @@ static inline Motion disc_motion(const State *s, Index i, Instant at) {
     return (Motion){centre.x, centre.y, a->vx, a->vy};
 }
 
-/* Return the state of a disc relative to a wall, at the disc's own time. */
+/* Return the state of a disc relative to a wall, at the time at which the disc's path began. */
 static inline Motion motion_seen_from_wall(const State *s, Index i, Index wall) {
     const Disc *a = &s->discs[i];
     const Driven *row = driven_row(&s->driving, -1 - wall);
@@ -89,7 +89,8 @@ static inline Motion motion_seen_from_wall(const State *s, Index i, Index wall) 
     return (Motion){there.x - moved.x, there.y - moved.y, there.vx - leg->vx, there.vy - leg->vy};
 }
 
-/* Return the spin of a disc at an instant. It changes only in contact. */
+/* Return the spin of a disc at an instant. Between impacts, the spin changes only while the disc is in contact with a
+   wall. */
 static inline double spin_at(const State *s, Index i, Instant at) {
     const Parabola *p = &s->accelerated.paths[i];
     double spin = s->turning[i].spin;
@@ -113,7 +114,7 @@ static inline double along_ground(const Feature *ground, double x, double y) {
     return x * ground->ny - y * ground->nx;
 }
 
-/* Move a disc along its path to an instant, which becomes its own instant. */
+/* Move a disc along its path to an instant, at which its path then begins. */
 static inline void move_on_parabola(State *s, Index i, Instant at) {
     Disc *a = &s->discs[i];
     Motion there = motion_at(s, i, at);
@@ -143,11 +144,10 @@ static inline void move_on_parabola(State *s, Index i, Instant at) {
     a->vy = there.vy;
 }
 
-/* Return when a disc on a ground is back in its corner with another body: see `Parabola.corner`. (x, y) points along
-   the ground away from the corner, on the side where the disc is.
+/* Return when a disc that slides or rolls on a ground hits again the other body of its corner: see `Parabola.corner`.
+   The vector (x, y) points along the ground from the corner to the side where the disc is.
 
-   The way to the corner is straight and the other body is convex. So the disc does not touch that body before the
-   corner. */
+   The disc moves straight to the corner and the other body is convex. So the disc does not touch that body earlier. */
 static inline Instant return_to_corner(const State *s, Index i, double x, double y) {
     const Disc *a = &s->discs[i];
     const Parabola *p = &s->accelerated.paths[i];
@@ -159,14 +159,15 @@ static inline Instant return_to_corner(const State *s, Index i, double x, double
     return wait < CAROM_INF ? instant_after(own_instant(a, p), wait) : NEVER;
 }
 
-/* Return whether a disc is in contact with the ground of its corner, and `body` is the other body of this corner.
-   Feature k has the number -1 - k. */
+/* A corner is a position at which a disc touches both a ground and another body. Return whether a disc is in contact
+   with the ground of its corner, and `body` is the other body of this corner. Feature k has the body number -1 - k. */
 static inline bool is_in_corner_with(const Parabola *p, Index body) {
     return p->corner == body && p->ground == p->corner_ground;
 }
 
-/* Return whether a disc is just landing on the ground of its corner, and `body` is the other body of that corner. The
-   disc does not hit `body` before it has landed, although the rounded gap may be 0. */
+/* Return whether a disc has just hit the ground of its corner without leaving it again, and `body` is the other body of
+   that corner. Such a disc does not hit `body` before its contact with the ground has begun, although the rounded gap
+   to `body` may be 0. */
 static inline bool lands_at_corner_of(const State *s, Index i, Index body) {
     const Parabola *p = &s->accelerated.paths[i];
     return p->corner == body && p->ground == NO_OBSTACLE && s->discs[i].last == -1 - p->corner_ground &&
@@ -180,7 +181,7 @@ static inline bool accelerate_alike(const State *s, Index i, Index j) {
     return p->ax == q->ax && p->ay == q->ay;
 }
 
-/* Return when a disc hits a disc that no impact moves; NEVER if it does not hit it on its present path. */
+/* Return when disc `i` hits a disc that no impact moves; NEVER if it does not on its present path. */
 static inline Instant immovable_impact_time(const State *s, Index i, Index fixed) {
     const Disc *a = &s->discs[i], *b = &s->discs[fixed];
     const Parabola *p = &s->accelerated.paths[i];
@@ -253,8 +254,8 @@ static inline double fastest_leg(const Driving *d, const Driven *row) {
 
 /* Return an instant before which two discs with different accelerations cannot collide.
 
-   Solving the quartic is expensive, and in most cases the disc hits something else before the exact instant is
-   needed. */
+   The exact instant is a root of a quartic, which is expensive to compute. In most cases the disc hits something else
+   first, so the exact instant is not needed. */
 static inline Instant earliest_meeting(const State *s, Index i, Index j) {
     if (s->discs[i].inverse_mass == 0.0) {
         return earliest_meeting(s, j, i);
@@ -273,7 +274,7 @@ static inline Instant earliest_meeting(const State *s, Index i, Index j) {
         double ax = p->ax - q->ax, ay = p->ay - q->ay;
         return instant_after(start, fall_pair_lower_bound(&disc, other.x, other.y, b->radius, ax, ay));
     }
-    /* On no leg does a driven disc approach faster than in a straight line at its greatest speed. */
+    /* On any of its legs, a driven disc approaches no faster than its greatest speed. */
     double dx = one.x - other.x, dy = one.y - other.y;
     double gap = sqrt(dx * dx + dy * dy) - (a->radius + b->radius);
     gap -= 2.0 * gap_resolution(size_of(one.x, one.y, a->radius) + size_of(other.x, other.y, b->radius));

@@ -1,18 +1,20 @@
-/* Narrow phase for discs that accelerate: which disc a disc collides with next.
+/* Narrow phase for discs that accelerate: finds the disc with which a given disc collides next.
 
-   Two discs with the same acceleration move straight relative to each other. For such pairs, a scan has the rounds of
-   straight_partner.h. For any other pair, a scan first computes only a lower bound of the time of impact
-   (`earliest_meeting`). It solves the pair only if no other candidate is earlier than this bound. */
+   Two discs with the same acceleration move straight relative to each other. For such pairs, the search (a scan) has
+   the rounds that straight_partner.h describes. For any other pair, a scan first computes only a lower bound of the
+   time of impact (`earliest_meeting`). The scan computes the exact time of the pair only if no other candidate is
+   earlier than this bound. */
 
 #pragma once
 
 #include "carom/core/pic/separation.h"
 #include "carom/core/pic/straight_partner.h"
 
-typedef struct Meeting { /* possible next impact with a disc */
-    /* the exact instant if `is_exact`, otherwise a lower bound of its high part; NEVER if they do not collide */
+typedef struct Meeting { /* a candidate: a possible next impact with a disc */
+    /* the exact instant of the impact if `is_exact`, otherwise a lower bound of its high part; NEVER if the discs do
+       not collide */
     Instant time;
-    double latest;       /* upper bound of the high part */
+    double latest;       /* upper bound of the high part of the instant */
     Index partner;
     bool is_exact;
 } Meeting;
@@ -24,16 +26,16 @@ static inline bool moves_straight(const State *s, Index i, Index j) {
     return s->discs[j].inverse_mass > 0.0 && accelerate_alike(s, i, j);
 }
 
-/* Return a lower bound of the time at which disc `i` collides with disc `j`, which does not move straight relative to
-   it. */
+/* Return a lower bound of the time at which disc `i` collides with disc `j`. The path of disc `j` relative to disc `i`
+   is not straight. */
 static inline Meeting bound_bent(const State *s, Index i, Index j) {
     Instant earliest = earliest_meeting(s, i, j);
     return (Meeting){{earliest.high, 0.0}, CAROM_INF, j, !(earliest.high < CAROM_INF)};
 }
 
-/* Round 2 of straight_partner.h: keep the discs that move straight relative to disc `i` and approach it. Their relative
-   motion is computed as in `parabola_pair_time`. Return the number of discs kept. Discs that do not move straight
-   relative to disc `i` become meetings in `bent`. */
+/* Round 2 of straight_partner.h: keep the discs that move straight relative to disc `i` and approach it. The relative
+   motion of these discs is computed as in `parabola_pair_time`. Return the number of discs kept. For discs that do not
+   move straight relative to disc `i`, lower bounds are appended to `bent`. */
 static inline Index keep_approaching_alike(State *s, Index i, Index count, Meeting *bent, Index *bent_count) {
     Candidates *c = &s->candidates;
     const Parabola *p = &s->accelerated.paths[i];
@@ -52,14 +54,14 @@ static inline Index keep_approaching_alike(State *s, Index i, Index count, Meeti
         }
         int is_later = (b->time > a.time) | ((b->time == a.time) & (q->time_low > low));
         Instant start = {is_later ? b->time : a.time, is_later ? q->time_low : low};
-        /* One of the two waits is 0 and does not change its disc. */
+        /* One of the two waits is 0: the disc whose path began later is already at its position at `start`. */
         double wait = (start.high - a.time) + (start.low - low);
         double its_wait = (start.high - b->time) + (start.low - q->time_low);
         Motion from = {a.x + wait * (a.vx + half_x * wait), a.y + wait * (a.vy + half_y * wait), a.vx + p->ax * wait,
                        a.vy + p->ay * wait};
         Motion to = {b->x + its_wait * (b->vx + half_x * its_wait), b->y + its_wait * (b->vy + half_y * its_wait),
                      b->vx + p->ax * its_wait, b->vy + p->ay * its_wait};
-        if (CAROM_UNLIKELY(has_table)) { /* the path may have ended */
+        if (CAROM_UNLIKELY(has_table)) { /* one of the discs may have stopped */
             from = motion_at(s, i, start);
             to = motion_at(s, j, start);
         }
@@ -87,8 +89,9 @@ static inline void solve_meeting(const State *s, Index i, Meeting *m) {
     m->is_exact = true;
 }
 
-/* Return whether a candidate precedes another one. The earlier time is first. At the same time, a bound precedes an
-   exact time, and then the lower number of the partner is first. */
+/* Return whether candidate `a` precedes candidate `b`. The candidate with the earlier time is first. At the same time,
+   a lower bound precedes an exact time. If that does not decide, the candidate whose partner has the lower number is
+   first. */
 static inline bool is_preceding(const Meeting *a, const Meeting *b) {
     if (a->time.high != b->time.high) {
         return a->time.high < b->time.high;
@@ -99,7 +102,7 @@ static inline bool is_preceding(const Meeting *a, const Meeting *b) {
     return a->time.low != b->time.low ? a->time.low < b->time.low : a->partner < b->partner;
 }
 
-/* Return the earliest of some candidates. As few as possible are solved exactly. */
+/* Return the earliest candidate. Exact times are computed for as few candidates as possible. */
 static inline Meeting earliest_meeting_of(const State *s, Index i, Meeting *candidates, Index count) {
     while (true) {
         Index first = 0;
@@ -113,7 +116,7 @@ static inline Meeting earliest_meeting_of(const State *s, Index i, Meeting *cand
             }
         }
         Meeting *best = &candidates[first];
-        /* An exact candidate comes after all candidates with bounds that have the same time. */
+        /* If the first candidate is exact, no bound has the same time, because a bound would precede it. */
         if (best->is_exact || second > best->latest) {
             return best->time.high < CAROM_INF ? *best : NO_MEETING;
         }
@@ -131,7 +134,8 @@ static inline Meeting predicted_meeting(const State *s, Index i) {
     if (p->exact) {
         return (Meeting){{p->impact_time, s->accelerated.paths[i].impact_low}, p->impact_time, p->partner, true};
     }
-    /* Either the lower bound is too low by at most CAROM_ROOT_ERROR of the wait, or there is no upper bound. */
+    /* A nonnegative lower bound of a pair with the same acceleration comes from `bound_times`, so the exact time
+       exceeds it by less than 4 CAROM_ROOT_ERROR of the wait. For other bounds there is no upper bound. */
     bool is_straight = moves_straight(s, i, p->partner) && p->impact_time >= 0.0;
     double latest = is_straight ? p->impact_time * (1.0 + 4.0 * CAROM_ROOT_ERROR) : CAROM_INF;
     return (Meeting){{p->impact_time, 0.0}, latest, p->partner, false};

@@ -1,7 +1,7 @@
 /* Prefetching: memory for the next event is loaded while the present one is processed. No result depends on it.
 
-   Each row contains the index of the row that is needed next: a disc leads to its partner and its cells, and these lead
-   to the discs in the cells. */
+   A row in memory often contains the number of another row that is needed soon. The rows of a disc contain its partner
+   and its cell, and the cells contain other discs. */
 
 #pragma once
 
@@ -9,7 +9,7 @@
 
 #if defined(__GNUC__)
 /* GCC assumes that a function that only prefetches has no effect, and removes its calls. The empty assembler statement
-   prevents this. */
+   prevents the removal. */
 #define CAROM_PREFETCH(place)      \
     do {                           \
         __builtin_prefetch(place); \
@@ -20,14 +20,14 @@
 #endif
 
 enum {
-    /* With at least this many discs memory is prefetched, because their rows do not fit into a cache. Relative to runs
-       without it, prefetching changes the time of a run of 8,000 discs by a factor of 1.01, of 16,000 discs by .91, and
-       of 30,000 discs by .78. These factors were measured on a processor with 1 MB of cache per core. */
+    /* In runs with at least this many discs, memory is prefetched, because the rows of the discs do not fit into a
+       cache. Prefetching multiplies the time of a run of 8,000 discs by 1.01, of 16,000 discs by .91, and of 30,000
+       discs by .78. These factors were measured on a processor with 1 MB of cache per core. */
     PREFETCH_FROM = 10000
 };
 
-/* Prefetch the row of a disc. For a negative number this prefetches some address below the rows, which is harmless. A
-   branch that excludes negative numbers would be unpredictable for the processor. */
+/* Prefetch the row of a disc. For a negative number `i`, this prefetches an address before the first row, which is
+   harmless. The processor could not predict a branch that excludes negative numbers. */
 static inline void prefetch_row(const State *s, Index i) {
     CAROM_PREFETCH((const void *)((uintptr_t)s->discs + (uintptr_t)i * sizeof(Disc)));
 }

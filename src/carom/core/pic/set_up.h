@@ -1,4 +1,5 @@
-/* Set-up of a run of PIC: the layout of its memory, and its rows, filled from the arrays of a `RunInput`. */
+/* Set-up of a run of PIC: the layout of its memory, and functions that fill this memory from the arrays of a
+   `RunInput`. */
 
 #pragma once
 
@@ -7,11 +8,12 @@
 
 /* ---- sizes ---- */
 
-/* Place all rows of a run, and return their size in bytes. With `memory` NULL only the size is computed. */
+/* Set the addresses of all arrays of a run in the block `memory`, and return their total size in bytes. If `memory` is
+   NULL, only the size is meaningful. */
 static inline size_t lay_out(State *s, void *memory) {
     Arena arena = {memory, 0};
     Index discs = s->disc_count;
-    Index times_below = s->queue.level[1]; /* level 0 has times, but no holders */
+    Index times_below = s->queue.level[1]; /* number of times on level 0, for which the queue stores no holders */
     bool has_paths = s->driving.leg_count > 0;
     s->discs = RESERVE_ROWS(&arena, Disc, discs);
     s->predictions = RESERVE_ROWS(&arena, Prediction, discs);
@@ -36,11 +38,12 @@ static inline size_t lay_out(State *s, void *memory) {
     s->touched = s->has_touched ? RESERVE_ROWS(&arena, TouchedBodies, discs) : NULL;
     s->turning = s->record.has_spins || accelerates ? RESERVE_ROWS(&arena, Turning, discs) : NULL;
     if (memory != NULL)
-        s->queue.holder -= times_below; /* so that a time and its holder have the same index */
+        /* level 0 has no holders; after this shift, a time and its holder have the same index */
+        s->queue.holder -= times_below;
     return arena.used;
 }
 
-/* Return an upper bound of the obstacles' coordinates. */
+/* Return an upper bound of the absolute coordinates of all obstacles. */
 static inline double obstacle_extent(const RunInput *input) {
     double extent = 0.0;
     for (Index k = 0; k < input->wall_count && input->walls != NULL; k++) {
@@ -55,7 +58,7 @@ static inline double obstacle_extent(const RunInput *input) {
     return extent;
 }
 
-/* Set gravity, table deceleration and rolling resistance, if discs accelerate. `lay_out` places the rows. */
+/* If discs accelerate, set gravity, table deceleration and rolling resistance. */
 static inline void set_acceleration(State *s, const RunInput *input) {
     Accelerated *run = &s->accelerated;
     s->has_acceleration = input->has_acceleration;

@@ -12,10 +12,10 @@ typedef struct CellExit {
     Edge edge;
 } CellExit;
 
-/* Return which edge of its cell a disc crosses first, and how long it takes to reach this edge. Row and column do not
-   count the ring.
+/* Return which edge of its cell a disc crosses first, and how long it takes to reach this edge. `row` and `column` of
+   the cell are counted without the ring of empty cells.
 
-   A cell at the rim of the grid has no outer edges. */
+   A cell at the rim of the grid extends outwards without limit, so it has no outer edge. */
 static inline CellExit cell_exit(const Grid *g, const Disc *a, Index row, Index column) {
     Index right = a->vx > 0.0;
     Index up = a->vy > 0.0;
@@ -27,9 +27,11 @@ static inline CellExit cell_exit(const Grid *g, const Disc *a, Index row, Index 
     return (CellExit){lesser(along, across), (Edge)(LEFT + right + is_vertical * (DOWN + up - LEFT - right))};
 }
 
-/* Return whether a disc is in the area of the lists now and after a wait, and therefore at all times in between. */
+/* Return whether a disc is in the area in which the lists of obstacles are valid, now and after a wait, and therefore
+   also in between. */
 static inline bool stays_in_area(const Grid *g, const Disc *a, double wait) {
-    Point end = position_after(a, wait); /* if the wait is infinite, this is NaN, which counts as outside */
+    /* if the wait is infinite, a coordinate is NaN, and the comparisons below are false */
+    Point end = position_after(a, wait);
     bool is_inside = (g->area.left <= a->x) & (a->x <= g->area.right) & (g->area.low <= a->y) & (a->y <= g->area.high);
     return is_inside & (g->area.left <= end.x) & (end.x <= g->area.right) & (g->area.low <= end.y) &
            (end.y <= g->area.high);
@@ -37,12 +39,12 @@ static inline bool stays_in_area(const Grid *g, const Disc *a, double wait) {
 
 /* ---- obstacles ---- */
 
-/* Find the first wall that a disc hits within a wait. Return how long the disc takes to reach it, and set `obstacle` to
-   the wall's number.
+/* Find the first wall in a list that a disc hits within `wait` seconds. Return how long the disc takes to reach the
+   wall, and set `obstacle` to the wall's number.
 
-   If there is none, return `wait`. The time of an impact is the disc's own time plus the wait, and different waits can
-   round to the same time. If several walls are hit at the same time, the one with the highest number is first, because
-   wall k is body -1 - k. */
+   If there is no such wall, return `wait` and set `obstacle` to NO_OBSTACLE. The time of an impact is `Disc.time` plus
+   the wait, and different waits can round to the same time. If several walls are hit at the same time, the wall with
+   the highest number is first, because wall k is body -1 - k. */
 static inline double find_first_wall(const State *s, Index i, const Disc *a, const int *numbers, double wait,
                                      Index *obstacle) {
     *obstacle = NO_OBSTACLE;
@@ -60,11 +62,12 @@ static inline double find_first_wall(const State *s, Index i, const Disc *a, con
     return wait;
 }
 
-/* Find the first feature that a disc hits within a wait, as `find_first_wall` does.
+/* Find the first feature in a list that a disc hits within `wait` seconds; arguments and results are like those of
+   `find_first_wall`.
 
-   If two features of one wall are hit at the same time, the one with the shorter wait is first, or with equal waits the
-   one with the lower number. If features of two walls are hit at the same time, the wall with the higher number is
-   first. */
+   If two features of one wall are hit at the same time, the feature with the shorter wait is first. If their waits are
+   also equal, the feature with the lower number is first. If features of two walls are hit at the same time, the wall
+   with the higher number is first. */
 static inline double find_first_feature(const State *s, Index i, const Disc *a, const int *numbers, double wait,
                                         Index *obstacle) {
     Mover mover = mover_of(a);
@@ -90,7 +93,7 @@ static inline double find_first_feature(const State *s, Index i, const Disc *a, 
 
 /* Predict when disc `i` crosses an edge of its cell, or hits an obstacle (a feature or a wall) before that.
 
-   If both times are equal, the edge is first, because the obstacle is also in the list of the next cell. */
+   If both times are equal, predict the crossing: the list of the next cell also contains the obstacle. */
 static inline void predict_exit(State *s, Index i, bool has_features) {
     const Grid *g = &s->grid;
     Prediction *p = &s->predictions[i];
@@ -104,7 +107,8 @@ static inline void predict_exit(State *s, Index i, bool has_features) {
     bool has_list = list != 0;
     bool is_at_rim = list & 1;
     double wait = crossing.wait;
-    /* at most two rounds. Each function is called in only one place, so that compilers inline it here */
+    /* at most two iterations: the second one checks all obstacles, if the disc may leave the area in which the list is
+       valid. Each function is called in only one place, so that compilers inline it */
     while (has_list) {
         wait = has_features ? find_first_feature(s, i, &a, numbers, crossing.wait, &obstacle)
                             : find_first_wall(s, i, &a, numbers, crossing.wait, &obstacle);

@@ -6,8 +6,8 @@
 #include "carom/core/pic/clock.h"
 #include "carom/core/pic/separation.h"
 
-/* Return whether, by the TC model, a present impact of disc `i` belongs to the same contact as the disc's last impact.
-   The impact then loses no energy. */
+/* Return whether the present impact of disc `i` follows the disc's last impact within the contact duration of the TC
+   model. If so, the impact loses no energy. */
 static inline bool is_one_contact(State *s, Index i) {
     bool found = false;
     if (s->law.contact_duration > 0.0 && s->discs[i].inverse_mass > 0.0) {
@@ -51,7 +51,7 @@ static inline void apply_pair_impact(State *s, Index i, Index j, double time, bo
     if (CAROM_UNLIKELY(s->touched != NULL))
         note_touching_discs(s, i, j, dx / sqrt(distance2), dy / sqrt(distance2), (double[]){avx, avy, bvx, bvy},
                             is_elastic);
-    /* the hint makes the compiler place this code apart from the code that runs without a record use */
+    /* marked as unlikely, so that compilers place this code apart from the code that runs without a record */
     if (CAROM_UNLIKELY(is_wanted)) {
         double distance = sqrt(distance2);
         double nx = dx / distance;
@@ -100,9 +100,9 @@ static inline void apply_wall_impact(State *s, Index i, Index k, double time, bo
 
 /* Return the resolution, in seconds, of the time at which a disc with the relative velocity u hits a feature.
 
-   The disc is at its position at impact, whose coordinates are rounded. `speed` is the normal speed. If the disc
-   returns to an arc without another impact in between (`returns`), it hits the arc one chord later, whatever the
-   rounded gap is. */
+   The disc is at its position at impact, whose coordinates are rounded. `speed` is the normal speed. `returns` is true
+   if the disc's last impact was on the same feature, which is then the inside of an arc. The time between the two
+   impacts is that of one chord of the arc. So this time does not depend on a rounded gap, and the resolution is 0. */
 static inline double feature_resolution(const Feature *f, const Disc *a, double ux, double uy, double speed,
                                         bool returns) {
     Mover disc = mover_of(a);
@@ -121,8 +121,9 @@ static inline double feature_resolution(const Feature *f, const Disc *a, double 
     return pair_resolution(sizes, reach_of(&disc, f).high, ux, uy, speed);
 }
 
-/* Give a disc exactly the velocity of the surface that it has hit, if the difference is a rounding error of its
-   relative speed before the impact. Otherwise it would glide along an arc although the impact has stopped it. */
+/* If the velocity of a disc after an impact differs from that of the surface only by rounding errors, make the two
+   velocities equal. `speed` is the relative speed before the impact. Otherwise the disc would glide along an arc
+   although the impact has stopped it. */
 static inline void remove_rounding_of_rest(Disc *a, const Surface *surface, double speed) {
     double sizes = speed + fabs(surface->vx) + fabs(surface->vy);
     if (fabs(a->vx - surface->vx) + fabs(a->vy - surface->vy) <= CAROM_ERROR * sizes) {

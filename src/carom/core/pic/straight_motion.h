@@ -1,8 +1,8 @@
-/* Straight motion of a disc: its path, and when that path reaches another disc, an obstacle or an edge of a cell.
+/* Straight motion of a disc: its position on its path, and when it reaches another disc or an obstacle.
 
-   From its own time on, a free disc moves in a straight line at constant velocity. This file contains all functions
-   that rely on this. parabola_motion.h contains the same functions for discs that accelerate. Exact times are computed
-   by pair_time.h and feature_time.h. */
+   A disc's path begins at the time `Disc.time`. From then until its next impact, the disc moves in a straight line at
+   constant velocity. Most functions that rely on this are in this file. parabola_motion.h contains the same functions
+   for discs that accelerate. Exact times are computed by pair_time.h and feature_time.h. */
 
 #pragma once
 
@@ -10,7 +10,7 @@
 
 /* ---- position ---- */
 
-/* Return a disc's centre after a wait, counted from its own time. */
+/* Return a disc's centre `wait` seconds after the start of its path. */
 static inline Point position_after(const Disc *a, double wait) {
     return (Point){a->x + a->vx * wait, a->y + a->vy * wait};
 }
@@ -20,7 +20,8 @@ static inline Point position_at(const Disc *a, double time) {
     return position_after(a, time - a->time);
 }
 
-/* Move a disc along its path to a time, which becomes its own time. A disc that never moves keeps the time 0. */
+/* Move a disc along its path to a time, at which its path then begins. For a disc that never moves, `Disc.time` stays
+   0. */
 static inline void move_to(Disc *a, double time) {
     if (a->inverse_mass > 0.0) {
         Point centre = position_at(a, time);
@@ -30,7 +31,7 @@ static inline void move_to(Disc *a, double time) {
     }
 }
 
-/* Return a disc at its own time, in the form that functions for walls require. */
+/* Return a disc at the start of its path as a `Mover`, which functions for walls require. */
 static inline Mover mover_of(const Disc *a) {
     return mover_at(a->x, a->y, a->vx, a->vy, a->radius);
 }
@@ -38,8 +39,8 @@ static inline Mover mover_of(const Disc *a) {
 /* ---- two discs ---- */
 
 typedef struct RelativeMotion { /* motion of disc b relative to disc a */
-    double start;               /* the later of their own times */
-    double dx;                  /* centre at the time `start` */
+    double start;               /* the later of the two times at which their paths began */
+    double dx;                  /* centre of b relative to that of a at the time `start` */
     double dy;
     double ux; /* velocity */
     double uy;
@@ -55,7 +56,7 @@ static inline RelativeMotion relative_motion(const Disc *a, const Disc *b) {
 
 /* Return when two discs collide on their present paths; infinity for never.
 
-   The order of the discs affects rounding: the disc with the lower number must be first. */
+   The disc with the lower number must be first, because the order of the discs affects rounding. */
 static inline double pair_impact_time(const Disc *a, const Disc *b) {
     double start = greater(a->time, b->time);
     Point first = position_at(a, start);
@@ -65,10 +66,10 @@ static inline double pair_impact_time(const Disc *a, const Disc *b) {
 
 /* ---- a disc and an obstacle ---- */
 
-/* Return how long a disc takes to reach a wall. The result is infinity if the disc never reaches it, or certainly takes
-   longer than `wait`.
+/* Return how long a disc takes to reach a wall, in seconds. The result is infinity if the disc never reaches the wall,
+   or certainly takes longer than `wait`.
 
-   If the impact may round to the same time as an impact after `wait`, its wait is returned, even in the worst case of
+   An impact that may round to the same time as another impact after `wait` is not excluded, even in the worst case of
    all roundings. */
 static inline double wall_impact_wait(const Disc *a, const Wall *w, double wait) {
     Bounded toward = approach(a->vx, a->vy, w->nx, w->ny);
@@ -80,10 +81,10 @@ static inline double wall_impact_wait(const Disc *a, const Wall *w, double wait)
     return wall_time(a->x, a->y, a->vx, a->vy, a->radius, w->x, w->y, w->nx, w->ny);
 }
 
-/* Return whether a disc certainly does not reach a feature within a wait, whatever the roundings are.
+/* Return whether a disc certainly does not reach a feature within `wait` seconds, in spite of rounding errors.
 
    The result is also true if the centre is behind the line of a face, because the disc can then hit only the other side
-   of the edge. The error bounds cover eight roundings of a term, or sixteen roundings of a distance. */
+   of the edge. The error bounds are larger than eight roundings of a term, or sixteen roundings of a distance. */
 static inline bool is_out_of_reach(const Disc *a, const Mover *mover, const Feature *f, double wait) {
     double reach = a->radius + f->half_width;
     if (f->kind <= FACE) {
@@ -102,16 +103,16 @@ static inline bool is_out_of_reach(const Disc *a, const Mover *mover, const Feat
         return is_passed(dx, dy, a->vx, a->vy, f->size.high + reach, wait);
     double touch = f->size.high - reach;
     if (touch < 0.0)
-        return false; /* the disc may not fit inside; this is rare and not decided here */
+        return false; /* the disc may be too wide for the arc, which is rare; the caller then computes the exact time */
     double away = sqrt(dx * dx + dy * dy);
     double gap = fabs(away - touch) - 2.0 * CAROM_ERROR * (away + f->size.high + reach);
     return gap > (fabs(a->vx) + fabs(a->vy)) * wait;
 }
 
-/* Return how long a disc takes to reach a feature. The result is infinity if the disc never reaches it, or certainly
-   takes longer than `wait`.
+/* Return how long a disc takes to reach a feature, in seconds. The result is infinity if the disc never reaches the
+   feature, or certainly takes longer than `wait`.
 
-   `mover` is the result of `mover_of` for the disc. */
+   `mover` must be the result of `mover_of` for the disc. */
 static inline double feature_impact_wait(const Disc *a, const Mover *mover, const Feature *f, PathStart start,
                                          double wait) {
     if (start == ELSEWHERE && is_out_of_reach(a, mover, f, wait))

@@ -1,8 +1,9 @@
-/* Narrow phase: which disc a disc collides with next.
+/* Narrow phase: finds the disc with which a given disc collides next.
 
-   The time at which two discs collide is counted from the later of their own times, so it depends on their two paths
-   only. A scan bounds these times by the plain form. It solves a pair exactly only if the bounds do not separate two
-   candidates. The earliest candidate is solved exactly when it is the next event of all discs.
+   A scan is the search for the next impact of one disc. The scan computes bounds of the times at which the disc would
+   hit each disc near it (a candidate), with the plain form of pair_time.h. The scan computes exact times only if the
+   bounds do not decide which candidate is first. The exact time of the first candidate is computed when its impact may
+   be the next event of all discs.
 
    A scan has four rounds. Each round processes the discs that the previous round has kept, with as few branches as
    possible. A processor cannot predict which discs are near and which of them approach, and a misprediction costs as
@@ -13,9 +14,9 @@
 #include "carom/core/pic/grid.h"
 #include "carom/core/pic/separation.h"
 
-typedef struct Chains { /* the unprocessed chains of a block of cells */
+typedef struct Chains { /* the chains of a block of cells whose discs have not been processed */
     Index left;         /* number of chains, including the present one */
-    Index disc;         /* next disc of the present chain, or NOBODY */
+    Index disc;         /* the next unprocessed disc of the present chain, or NOBODY */
 } Chains;
 
 /* Return when discs `i` and `j` collide on their present paths; infinity for never. */
@@ -43,7 +44,7 @@ static inline Index gather_discs(State *s, Block block, Chains *chains) {
     return count;
 }
 
-/* Second part of round 1: add discs in chains to the `count` discs already found, until there are BATCH discs. Return
+/* Second part of round 1: to the `count` discs already found, add discs from chains until there are BATCH discs. Return
    the new number of discs. */
 static CAROM_NOINLINE Index gather_chained_discs(State *s, Block block, Chains *chains, Index count) {
     while (chains->left > 0 && count < BATCH) {
@@ -67,8 +68,8 @@ static CAROM_NOINLINE Index gather_chained_discs(State *s, Block block, Chains *
     return count;
 }
 
-/* Round 2: keep the discs that approach disc `i`, and store their motion relative to it. Return the number of discs
-   kept. */
+/* Round 2: keep the discs that approach disc `i`, and store their motion relative to disc `i`. Return the number of
+   discs kept. Disc `met` is excluded: it does not approach, because it collided with disc `i` last. */
 static inline Index keep_approaching(State *s, Index i, Index met, Index count) {
     Candidates *c = &s->candidates;
     Disc a = s->discs[i];
@@ -85,7 +86,8 @@ static inline Index keep_approaching(State *s, Index i, Index met, Index count) 
         c->reach[kept] = a.radius + b->radius;
         c->start[kept] = r.start;
         Bounded along = approach(r.dx, r.dy, r.ux, r.uy);
-        /* if products overflow, `along` is NaN; then the disc is kept, and the error-free form decides */
+        /* if products overflow, `along` is NaN. The disc is then kept, and the error-free form decides whether the
+           discs collide */
         int comes = !(along.value > along.error);
         int is_other = j != i;
         int is_free = j != met;
@@ -94,8 +96,8 @@ static inline Index keep_approaching(State *s, Index i, Index met, Index count) 
     return kept;
 }
 
-/* Round 3: bound the time at which each candidate is hit; infinity for never. `has_low` is true if `start_low` is
-   used. */
+/* Round 3: compute bounds of the time at which disc `i` hits each candidate; infinity for never. `has_low` tells
+   whether `start_low` contains low parts of instants. */
 static CAROM_ALWAYS_INLINE void bound_times(Candidates *c, Index count, bool has_low) {
     for (Index block = 0; block < (count + LANES - 1) / LANES; block++) {
         for (Index lane = 0; lane < LANES; lane++) { /* compilers turn this loop into vector instructions */
@@ -115,7 +117,7 @@ static CAROM_ALWAYS_INLINE void bound_times(Candidates *c, Index count, bool has
             double least = wait * (1.0 - CAROM_ROOT_ERROR);
             double most = wait * (1.0 + CAROM_ROOT_ERROR);
             if (has_low) {
-                double open = CAROM_ULP * fabs(c->start_low[k]); /* rounding error of the next two sums */
+                double open = CAROM_ULP * fabs(c->start_low[k]); /* bound of the rounding errors of the next two sums */
                 least += c->start_low[k] - open;
                 most += c->start_low[k] + open;
             }
@@ -129,8 +131,8 @@ static CAROM_ALWAYS_INLINE void bound_times(Candidates *c, Index count, bool has
     }
 }
 
-/* Return the earliest of the candidates and `best`, with its exact time. In a tie the partner with the lower number is
-   first. */
+/* Return whichever of the candidates and `best` disc `i` hits first, with its exact time. In a tie the partner with the
+   lower number is first. */
 static inline Candidate solve_earliest(const State *s, Index i, Index count, Candidate best) {
     const Candidates *c = &s->candidates;
     double latest = best.high;
@@ -150,7 +152,7 @@ static inline Candidate solve_earliest(const State *s, Index i, Index count, Can
     return (Candidate){best.low, best.low, best.partner};
 }
 
-/* Round 4: return the earliest of the candidates and `best`. */
+/* Round 4: return whichever of the candidates and `best` disc `i` hits first. */
 static inline Candidate earliest_of(const State *s, Index i, Index count, Candidate best) {
     const Candidates *c = &s->candidates;
     Index at = -1;
@@ -173,17 +175,18 @@ static inline Candidate earliest_of(const State *s, Index i, Index count, Candid
     return found;
 }
 
-/* Return the predicted impact of a disc. */
+/* Return the predicted impact of a disc with another disc as a candidate. */
 static inline Candidate predicted_impact(const Prediction *p) {
     double high = p->impact_time;
-    /* either the lower bound is too low by at most CAROM_ROOT_ERROR of the wait, or there is no upper bound */
+    /* a nonnegative lower bound comes from `bound_times`, so the exact time exceeds it by less than 4 CAROM_ROOT_ERROR
+       of the wait; for a negative bound there is no upper bound */
     if (!p->exact)
         high = p->impact_time >= 0.0 ? p->impact_time * (1.0 + 4.0 * CAROM_ROOT_ERROR) : CAROM_INF;
     return (Candidate){p->impact_time, high, p->partner};
 }
 
-/* Predict the next impact of disc `i` with another disc. The candidates are all discs near it. With OF_CELL they are
-   only the predicted partner and the discs in new neighbouring cells. */
+/* Predict the next impact of disc `i` with another disc. The candidates are all discs near disc `i`. If `change` is
+   OF_CELL, they are only the predicted partner and the discs in cells that have become neighbours. */
 static inline void predict_partner(State *s, Index i, Change change) {
     Candidate best = {CAROM_INF, CAROM_INF, NOBODY};
     Index met = last_partner(s, i);

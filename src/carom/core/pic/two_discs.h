@@ -1,7 +1,7 @@
 /* Two discs without walls: they collide at most once, and the impact has a closed form.
 
-   A scene is solved in one step, with the operations of the event loop. Tests check that both results have the same
-   bits. */
+   `solve_two_discs` solves such a scene without the event loop, but with the same floating-point operations. Tests
+   check that both give bit-identical results. */
 
 #pragma once
 
@@ -20,7 +20,7 @@ typedef struct FreeDisc {
 
 typedef struct TwoDiscsResult {
     Impact impact;
-    double position[4]; /* at the end: x and y of the first disc, then of the second */
+    double position[4]; /* centres at the end, in metres: x and y of the first disc, then of the second */
     double velocity[4];
     bool has_impact;
 } TwoDiscsResult;
@@ -48,7 +48,8 @@ static inline void write_disc(const FreeDisc *a, double wait, double *position, 
     write_velocity(velocity, a->vx, a->vy);
 }
 
-/* Apply and record the impact of two discs in contact. Return whether floats resolve the normal of the impact. */
+/* Apply and record the impact of two discs in contact. Return whether the discs are near enough to the origin to
+   compute the normal of their impact. */
 static inline bool apply_impact(FreeDisc *a, FreeDisc *b, double time, double restitution, Impact *row) {
     double dx = b->x - a->x;
     double dy = b->y - a->y;
@@ -69,8 +70,8 @@ static inline bool apply_impact(FreeDisc *a, FreeDisc *b, double time, double re
 
 /* Solve a scene of two discs up to `end`, in seconds.
 
-   Return false if the event loop is needed: a number is not of ordinary size (`carom.support.limits`), or the discs
-   meet too far from the origin. */
+   Return false, so that the caller uses the event loop, if a number is not of ordinary size (`carom.support.limits`) or
+   if the discs meet too far from the origin. */
 static inline bool solve_two_discs(FreeDisc first, FreeDisc second, double restitution, double end,
                                    TwoDiscsResult *result) {
     FreeDisc *a = &first;

@@ -1,6 +1,6 @@
-/* Distance from a chain in PIT: the point of a finite wall's line that is nearest to a disc's centre.
+/* Distance from a chain in PIT: the point of a finite wall's centre line that is nearest to a disc's centre.
 
-   Operations and their order are those of `carom.model.chain_geometry`. */
+   The functions have the same floating-point operations, in the same order, as `carom.model.chain_geometry`. */
 
 #pragma once
 
@@ -13,12 +13,12 @@ typedef struct ChainEdge { /* an edge of a chain, or a circle */
     double bx; /* end point; for a whole circle the same as the start */
     double by;
     double bulge;
-    double cx; /* of an arc: centre of its circle */
+    double cx; /* for an arc: centre of its circle */
     double cy;
     double radius;
     bool is_arc;
-    bool is_whole; /* whether it is a whole circle or a point */
-    double mx;     /* centre and radius of a circle that encloses the edge: see `enclose_edge` */
+    bool is_whole; /* whether the edge is a whole circle or a point */
+    double mx;     /* `mx`, `my` and `extent`: centre and radius of a circle that encloses the edge */
     double my;
     double extent;
 } ChainEdge;
@@ -27,7 +27,7 @@ typedef struct Chain { /* a finite wall; a half-plane has no edges */
     ChainEdge *edges;
     Index edge_count;
     double half_width;
-    double size; /* an upper bound of all its coordinates and radii */
+    double size; /* an upper bound of all coordinates and radii of the chain, in metres */
 } Chain;
 
 typedef struct Nearest { /* point of a chain */
@@ -48,15 +48,16 @@ enum {
     EDGE_KINDS = 4, /* capacity for the values of `carom.model.trace.EdgeKind` */
 };
 
-/* Return the power of a point with respect to the circle of an arc. */
+/* Return the power of a point with respect to an arc's circle: its squared distance from the centre minus the squared
+   radius. */
 static inline double power_of(const ChainEdge *e, double x, double y) {
     double across = (e->bx - e->ax) * (y - e->ay) - (e->by - e->ay) * (x - e->ax);
     double chord = (x - e->ax) * (x - e->bx) + (y - e->ay) * (y - e->by);
     return chord - across * (0.5 * (1.0 / e->bulge - e->bulge));
 }
 
-/* Return whether a point is in the sector of an arc. The test uses the ends only, because the centre of a flat arc is
-   far away. */
+/* Return whether a point is in the sector of an arc. Each position is taken relative to an end of the arc, because the
+   centre of a flat arc is far away and would cause large rounding errors. */
 static inline bool is_in_sector(const ChainEdge *e, double x, double y) {
     bool begun = ((e->ax - e->cx) * (y - e->ay) - (e->ay - e->cy) * (x - e->ax)) * e->bulge > 0.0;
     bool not_ended = ((e->bx - e->cx) * (y - e->by) - (e->by - e->cy) * (x - e->bx)) * e->bulge < 0.0;
@@ -102,7 +103,7 @@ static inline Point find_nearest_on_segment(const ChainEdge *e, double x, double
     return part <= 0.0 ? (Point){e->ax, e->ay} : (Point){e->bx, e->by};
 }
 
-/* Set the circle that encloses an edge. */
+/* Compute the circle that encloses an edge: `mx`, `my` and `extent`. */
 static inline void enclose_edge(ChainEdge *e) {
     double ex = e->bx - e->ax;
     double ey = e->by - e->ay;
@@ -112,8 +113,8 @@ static inline void enclose_edge(ChainEdge *e) {
     e->extent = e->is_arc ? e->radius : 0.5 * length;
 }
 
-/* Return whether the distance of an edge from a point certainly exceeds `distance`. `slack`, in metres, is larger than
-   the sum of all rounding errors. */
+/* Return whether the distance of an edge from a point certainly exceeds `distance`. `slack` must be an upper bound of
+   the sum of all rounding errors, in metres. */
 static inline bool is_farther(const ChainEdge *e, double x, double y, double distance, double slack) {
     double dx = x - e->mx;
     double dy = y - e->my;
@@ -121,7 +122,7 @@ static inline bool is_farther(const ChainEdge *e, double x, double y, double dis
     return dx * dx + dy * dy > reach * reach;
 }
 
-/* Return an upper bound of the roundings of a point's distance from an edge, in metres. */
+/* Return an upper bound of the rounding error of a point's distance from an edge, in metres. */
 static inline double distance_slack(const Chain *chain, double x, double y) {
     return CAROM_REACH_SLACK * (fabs(x) + fabs(y) + chain->size);
 }
@@ -131,9 +132,11 @@ static inline Point find_nearest_on_edge(const ChainEdge *e, double x, double y)
     return e->is_arc ? find_nearest_on_arc(e, x, y) : find_nearest_on_segment(e, x, y);
 }
 
-/* Return the point of a chain's line that is nearest to a given point. In a tie the first edge counts.
+/* Return the point of a chain's line that is nearest to a given point. In a tie, return the point of the edge with the
+   lowest number.
 
-   `hint` is an edge that is probably near. The nearer it is, the more other edges are skipped. */
+   `hint` is the number of an edge that is probably near the point. The nearer this edge is to the point, the more other
+   edges are skipped. */
 static inline Nearest find_nearest(const Chain *chain, double x, double y, Index hint) {
     Nearest best = {0.0, 0.0, chain->edge_count};
     double slack = distance_slack(chain, x, y);
@@ -174,8 +177,8 @@ static inline ChainPart find_part(const ChainEdge *e, double x, double y) {
     return (e->bx - e->ax) * (y - e->ay) - (e->by - e->ay) * (x - e->ax) > 0.0 ? ON_LEFT : ON_RIGHT;
 }
 
-/* Return a lower bound of the distance of a point from an edge. It may be too large by rounding errors. For an arc it
-   is the distance from the circle. */
+/* Return a lower bound of the distance of a point from an edge, except for rounding errors. For an arc the bound is the
+   distance from its circle. */
 static inline double bound_edge_distance(const ChainEdge *e, double x, double y) {
     if (e->is_arc) {
         double dx = x - e->cx;
@@ -188,8 +191,8 @@ static inline double bound_edge_distance(const ChainEdge *e, double x, double y)
     return sqrt(dx * dx + dy * dy);
 }
 
-/* Return a lower bound of the distance of a point from a chain's line. It may be too large by rounding errors. `edge`
-   is an edge that is probably near; it is set to the edge with the smallest bound. */
+/* Return a lower bound of the distance of a point from a chain's line, except for rounding errors. `edge` is the number
+   of an edge that is probably near. `edge` is set to the edge with the smallest bound. */
 static inline double bound_distance(const Chain *chain, double x, double y, Index *edge) {
     double slack = distance_slack(chain, x, y);
     double least = bound_edge_distance(&chain->edges[*edge], x, y);

@@ -1,8 +1,8 @@
-/* One frame of Algorithm 1: all its tests, or only those that can find something.
+/* One frame of Algorithm 1: all tests of the frame, or only those that can find an impact.
 
    At a frame an impact changes velocities and nothing else. So the bodies that a disc touches at a frame are searched
-   only once, and are tested again after each of the disc's impacts. After the last test, the time at which the disc is
-   due again is computed. */
+   only once. The disc is tested with these bodies again after each of its impacts at this frame. After the last test of
+   the frame, the time at which the disc is due again is computed. */
 
 #pragma once
 
@@ -21,8 +21,8 @@ static inline bool skip_frames(State *s, Index until) {
     Index most = until - s->counts.frames < MAX_STEPS ? until - s->counts.frames : MAX_STEPS;
     while (count < most) {
         double time = frame_time(s, s->counts.frames + count);
-        /* If nothing was found at the last tested frame, and time has not advanced since, nothing is found at this
-           frame. */
+        /* If no impact was found at the last tested frame, and time has not advanced since, no impact is possible at
+           this frame. */
         if (time >= s->next_due && !(time == s->now && s->is_settled))
             break;
         s->steps[count] = time - s->now;
@@ -41,8 +41,8 @@ static inline bool skip_frames(State *s, Index until) {
 
 /* ---- all tests of a frame ---- */
 
-/* Make all tests of the next frame, and pause if `State.work` is used up. `State.row` is the disc at which to
-   continue. */
+/* Make all tests of the next frame. If `State.work` is used up, return after a part of them; `State.row` is then the
+   disc at which the next call continues. */
 static inline void test_all(State *s) {
     Index n = s->disc_count;
     if (s->row == 0) {
@@ -114,7 +114,7 @@ static inline Index find_due(State *s) {
     return count;
 }
 
-/* Make those tests of the next frame that can find something. */
+/* Make the tests of the next frame that can find an impact. */
 static inline void test_due(State *s) {
     advance_to_next_frame(s);
     limit_bounds(s);

@@ -1,9 +1,9 @@
 /* Frame-sampled loop (PIT): Algorithm 1 for any number of discs.
 
-   A disc is due at a frame if it may have an impact there. The loop skips the frames at which no disc is due, and makes
-   only the due tests at the other frames. If that costs more than it saves, the loop makes all tests of a frame. It
-   finds overlapping discs by a sweep or, for few discs, tests all pairs, which is cheaper for them. If the caller
-   requests it, the loop tests all pairs at every frame. */
+   A disc is due at a frame if it may have an impact there. The loop skips frames at which no disc is due. At other
+   frames, it makes only the tests that can find an impact. If skipping costs more than it saves, the loop makes all
+   tests of a frame: by a sweep, which finds the overlapping discs, or for few discs by testing all pairs. The loop also
+   tests all pairs at every frame if the caller requests it. */
 
 #include <string.h>
 

@@ -1,25 +1,27 @@
-/* Broad phase of PIT: which discs are near each other, for any sizes and positions.
+/* Broad phase of PIT: finds discs that are near each other, for any radii and positions.
 
-   Discs of about the same size (within a factor of 2) share a level of square cells, which cover the whole plane. Cells
-   are mapped to a fixed number of lists. Cells may share a list, and discs of other cells in the same list are excluded
-   by their distance.
+   Discs of about the same size (within a factor of 2) share a level of square cells, which cover the whole plane. Each
+   cell is mapped to one of a fixed number of lists of discs. Several cells may share a list. A search of a cell then
+   also finds discs of other cells, which their distances exclude.
 
-   A disc is put into its cell when it is scheduled. Until it is due again, it may move by at most the `leeway` of its
-   level. So if two discs can touch, the positions at which they were put into their cells are no farther apart than the
-   sum of their radii and leeways. Cells decide when a pair is tested, and never change a result. */
+   A disc is put into its cell when the time at which it is due again is computed. A disc is due again before it has
+   moved farther than the `leeway` of its level. So if two discs can touch, the positions at which they were put into
+   their cells are no farther apart than the sum of their radii and leeways. Cells decide when a pair is tested, and
+   never change a result. */
 
 #pragma once
 
 #include "carom/core/pit/state.h"
 
 enum {
-    /* up to this many discs, all are treated as near each other, since searching nine cells takes as long */
+    /* largest number of discs that are all treated as near each other, without cells: searching nine cells would take
+       as long */
     FEW_DISCS = 36,
-    LISTS_PER_DISC = 2, /* smallest number of lists per disc, so that most cells have a list of their own */
+    LISTS_PER_DISC = 2, /* smallest number of lists per disc, so that few cells share a list */
 };
 
-/* Return the row or column that contains a coordinate, which is given in widths of a cell. The result never decreases
-   when the coordinate grows. */
+/* Return the number of the row or column that contains a coordinate, which is given in widths of a cell. The result
+   never decreases when the coordinate grows. */
 static inline int64_t cell_number(double place) {
     if (!(fabs(place) < CAROM_LAST_CELL)) {
         if (place != place)
@@ -56,9 +58,10 @@ static inline void update_cell(State *s, Index i) {
     g->first[list] = (int)i;
 }
 
-/* Return how long a disc that was just put into its cell stays within its leeway, in seconds.
+/* Return for how many seconds a disc that was just put into its cell moves at most its leeway. The result is at most
+   `State.horizon`.
 
-   `margin` is an upper bound of the roundings of its path, in metres. */
+   `margin` is an upper bound of the rounding errors of the disc's path, in metres. */
 static inline double time_in_leeway(const State *s, const Disc *a, double margin) {
     if (s->grid.list_count == 0)
         return s->horizon;
@@ -83,7 +86,7 @@ static inline int halvings_of(double radius, double largest) {
     return halvings < MAX_LEVELS - 1 ? halvings : MAX_LEVELS - 1;
 }
 
-/* Choose the levels of cells for the present discs, and put each disc into its cell. */
+/* Choose the levels of cells from the radii and positions of all discs, and put each disc into its cell. */
 static inline void choose_levels(State *s) {
     Grid *g = &s->grid;
     Index counts[MAX_LEVELS] = {0};
@@ -121,7 +124,7 @@ static inline void choose_levels(State *s) {
     }
 }
 
-/* Return the number of lists for cells: a power of 2. It is 0 for few discs, and if no test is skipped. */
+/* Return the number of lists for cells: a power of 2. For few discs, or if no test is skipped, the result is 0. */
 static inline Index count_lists(const State *s) {
     if (!s->skips || s->disc_count <= FEW_DISCS)
         return 0;

@@ -1,7 +1,7 @@
 /* Interference tests and impacts of PIT.
 
-   `carom.solvers.reference.algorithm_1` defines both, with the same operations in the same order. All impacts of a
-   frame have the exact time of the frame. */
+   Two bodies interfere if they approach while they touch or overlap. `carom.solvers.reference.algorithm_1` computes
+   tests and impacts by the same operations in the same order. The time of an impact is the time of its frame. */
 
 #pragma once
 
@@ -19,14 +19,14 @@ static inline bool discs_interfere(const Disc *a, const Disc *b) {
     double along = dx * (b->vx - a->vx) + dy * (b->vy - a->vy);
     double squared = dx * dx + dy * dy;
     double contact = a->radius + b->radius;
-    /* Both conditions are first tested together and without a root, since a branch that depends only on the approach is
-       unpredictable. */
+    /* Both conditions are first tested together and without a root: a processor cannot predict a branch that depends
+       only on whether the discs approach. */
     if (greater(along, squared - contact * contact * (1.0 + CAROM_ROOT_ROOM)) > 0.0)
         return false;
     return along < 0.0 && sqrt(squared) <= contact;
 }
 
-/* Return whether impacts change neither disc's velocity. */
+/* Return whether impacts change the velocity of neither of two discs. */
 static inline bool are_immovable(const Disc *a, const Disc *b) {
     return a->inverse_mass == 0.0 && b->inverse_mass == 0.0;
 }
@@ -44,7 +44,8 @@ static inline bool pair_interferes(const State *s, Index i, Index j) {
 static inline bool plane_interferes(const Disc *a, const Wall *wall) {
     double along = a->vx * wall->nx + a->vy * wall->ny;
     double depth = (a->x - wall->x) * wall->nx + (a->y - wall->y) * wall->ny;
-    /* the depth is tested first: few discs are at a wall, and a branch that depends on the approach is unpredictable */
+    /* the depth is tested first: few discs are at a wall, and a processor cannot predict a branch that depends on the
+       approach */
     return depth <= a->radius && along < 0.0;
 }
 
@@ -61,7 +62,7 @@ static inline bool chain_interferes(const State *s, const Disc *a, Index i, Inde
     return !is_leaving_chain(s, i, k, feature_at(s, k, &nearest, a->x, a->y), dx / distance, dy / distance);
 }
 
-/* Return the part of chain k that is nearest to disc i. `a` is the disc relative to the chain. */
+/* Return the part of chain k that is nearest to disc i, and the normal there. `a` is the disc relative to the chain. */
 static inline ChainHit find_hit(const State *s, const Disc *a, Index i, Index k) {
     Nearest nearest = find_nearest(&s->chains[k], a->x, a->y, near_edge(s, i, k));
     double dx = a->x - nearest.x;
@@ -89,8 +90,8 @@ static inline Body body_of(const State *s, Index i) {
     return (Body){&a->vx, a->inverse_mass, a->radius, &s->turning[s->record.has_spins ? i : 0]};
 }
 
-/* Record an impact that was just applied at this frame. With damping, the recorded velocities and spins are the damped
-   ones. */
+/* Record an impact that was just applied at this frame. With damping, the undamped velocities and spins are converted
+   to damped ones. */
 static inline void record_at_frame(State *s, const Impact *impact, const Spins *spins, Contact contact,
                                    const Ambiguity *ambiguity) {
     Record *r = &s->record;
@@ -105,7 +106,8 @@ static inline void record_at_frame(State *s, const Impact *impact, const Spins *
     }
 }
 
-/* Apply and record the impact of two interfering discs. Its normal is along the present line of centres. */
+/* Apply and record the impact of two interfering discs. The normal of the impact is the line through their present
+   centres. */
 static inline void apply_pair_impact(State *s, Index i, Index j) {
     Disc *a = &s->discs[i];
     Disc *b = &s->discs[j];
@@ -151,7 +153,7 @@ static inline void collide_falling(const State *s, const Law *law, const Wall *w
     spins->first_after = a->turning->spin;
 }
 
-/* Apply and record the impact of disc i on wall k. The disc interferes with the wall, so it is movable. */
+/* Apply and record the impact of disc i on wall k. The disc must interfere with the wall. */
 static inline void apply_wall_impact(State *s, Index i, Index k) {
     Disc *a = &s->discs[i];
     Disc relative;

@@ -1,10 +1,10 @@
-/* Motion between frames.
+/* Motion of discs and driven bodies from frame to frame.
 
-   Discs are advanced frame by frame, x += v dt, and each product and sum is rounded, as Algorithm 1 requires. One long
-   step therefore cannot replace several frames. But one disc can be advanced over many frames before the next disc is
-   advanced.
+   Discs are advanced frame by frame (x += v dt), and each product and sum is rounded, as Algorithm 1 requires. So one
+   long step cannot replace several short ones. However, one disc can be advanced over many frames before the next disc
+   is advanced.
 
-   Each kind of motion is a branch in `advance_disc` and `carom_pit_write_states`. */
+   `advance_disc` and `carom_pit_write_states` have a branch for each kind of motion. */
 
 #pragma once
 
@@ -13,7 +13,7 @@
 
 /* ---- driven bodies: their positions at a frame, and discs relative to them ---- */
 
-/* Return the number of the leg at a time. `leg` is the leg at an earlier time. */
+/* Return the number of the leg on which a driven body is at a time. `leg` is its leg at an earlier time. */
 static inline Index leg_at(const Path *path, double time, Index leg) {
     while (leg + 1 < path->leg_count && path->legs[leg + 1].begin <= time)
         leg += 1;
@@ -29,8 +29,8 @@ static inline void write_driven(const Path *path, const Leg *leg, double time, d
     velocity[1] = leg->vy;
 }
 
-/* Clear `last` of each disc whose last impact was with this driven body. The body is on another leg now, so the disc
-   may hit it again. */
+/* For each disc whose last impact was with this driven body, clear `Disc.last`. The body is on another leg now, so the
+   disc may hit it again. */
 static inline void forget_body(State *s, Index body) {
     int last = (int)(body < 0 ? ON_WALL + 1 + body : body);
     for (Index i = 0; i < s->disc_count; i++) {
@@ -92,7 +92,7 @@ static inline double clock_time(const State *s, Index frame) {
     return (double)frame * s->clock.step / s->clock.rate;
 }
 
-/* Return the time of a frame that the motion of discs uses. With damping it is the undamped time. */
+/* Return the time of a frame for the motion of discs. With damping it is the undamped time. */
 static inline double frame_time(State *s, Index frame) {
     Damping *d = &s->damping;
     if (d->rate == 0.0)
@@ -124,7 +124,8 @@ static inline void advance_slowing(double *centre, double *velocity, Slowing *sl
         velocity[1] += slowing->ay * step;
         return;
     }
-    /* The distance to the stop is computed from the mean speed. This avoids the difference of two large distances. */
+    /* The distance to the point at which the disc stops is computed from the mean speed. The usual formula would be a
+       difference of two large distances. */
     double lasts = seconds_between((Instant){from, 0.0}, slowing->stops);
     centre[0] += 0.5 * lasts * velocity[0];
     centre[1] += 0.5 * lasts * velocity[1];
@@ -146,7 +147,7 @@ static inline void advance_disc(State *s, Index i, double from, double to) {
     }
 }
 
-/* On a table, set the deceleration of disc i from its present velocity. */
+/* On a table that decelerates discs, set the deceleration of disc i from its present velocity. */
 static inline void slow_disc(State *s, Index i) {
     const Disc *a = &s->discs[i];
     if (s->motion == SLOWING && a->inverse_mass > 0.0)
@@ -170,8 +171,8 @@ static inline void advance_to_next_frame(State *s) {
         move_driven(s);
 }
 
-/* Advance two discs straight over some steps. Each sum depends on the one before it, so two discs at a time keep the
-   processor busy. */
+/* Advance two discs straight over some steps. For one disc, each sum depends on the previous sum, so the processor
+   would wait. Advancing two discs at once uses this time. */
 static inline void advance_two(Disc *a, Disc *b, const double *steps, Index count) {
     double ax = a->x, ay = a->y, avx = a->vx, avy = a->vy;
     double bx = b->x, by = b->y, bvx = b->vx, bvy = b->vy;

@@ -1,15 +1,15 @@
 /* Pending tests of a frame, in the order of Algorithm 1: all pairs (i, j), i < j, then all pairs of a disc and a wall.
 
-   An impact changes the input of later tests, so tests that are not skipped keep that order. A test is identified by a
-   number that increases in this order. Its upper half is i and its lower half is j. For a wall, the halves are
-   disc_count + i and k. */
+   An impact changes the velocities that later tests read, so tests that are not skipped are made in that order. A test
+   is identified by a number that increases in this order. For two discs, the upper half of the number is i and the
+   lower half is j. For a wall, the halves are disc_count + i and k. */
 
 #pragma once
 
 #include "carom/core/pit/state.h"
 
 enum {
-    NO_TEST = 0,    /* never the number of a test, since no disc is paired with itself */
+    NO_TEST = 0,    /* not the number of any test: it would be the test of disc 0 with itself */
     HALF_BITS = 32, /* bits in half of a test's number */
 };
 
@@ -19,7 +19,7 @@ static inline Test test_of(Index first, Index second) {
     return (Test)first << HALF_BITS | (Test)second;
 }
 
-/* Add a test of this frame, unless it is the present test or comes before it in the order. */
+/* Add a test of this frame, unless it is the present test or precedes the present test in this order. */
 static inline void add_test(State *s, Test test) {
     Pending *t = &s->pending;
     if (test <= t->last)
@@ -66,7 +66,8 @@ static inline Test pop_test(Pending *t) {
     return test;
 }
 
-/* Set `last` to the next test. Return whether there is one. A test that was added twice is returned once. */
+/* Set `last` to the next test that remains. Return false if no test remains. A test that was added twice is made only
+   once. */
 static inline bool next_test(Pending *t) {
     while (t->count > 0) {
         Test test = pop_test(t);

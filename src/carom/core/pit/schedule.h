@@ -1,8 +1,9 @@
-/* Searches around a disc: the tests that it needs at this frame, and the time at which it is due again.
+/* Scheduling: for a disc, find the tests that can find an impact at this frame, and the time before which no later test
+   can (the time at which the disc is due again).
 
-   Each disc has a stored time, before which it is not due. This is the earliest time at which the disc could hit a disc
-   near it or a wall, or leave its leeway. No impact is missed: for any two discs, the later of their two searches uses
-   the present paths of both. So one of the two discs is due before they can touch. */
+   `State.due` contains this time for each disc: a lower bound of the time at which the disc hits a disc near it or a
+   wall, or has moved farther than its leeway. No impact is missed: for any two discs, whichever was scheduled last was
+   scheduled with the present paths of both. So one of the two discs is due before they can touch. */
 
 #pragma once
 
@@ -12,30 +13,33 @@
 
 /* ---- work, measured in tests of two discs, and whether skipping tests saves work ---- */
 
-/* A build for few discs, such as that for the page, leaves out skipping and sweeps. Results are the same. */
+/* A build with CAROM_PLAIN_FRAMES, such as the WebAssembly for the page of `carom play`, leaves out skipping and sweeps
+   to save space. Builds with and without it have the same results. */
 #if defined(CAROM_PLAIN_FRAMES)
 #define CAROM_SKIPS false
 #else
 #define CAROM_SKIPS true
 #endif
 
-/* Return the number of tests that plain looping makes at a frame. */
+/* Return the number of tests at a frame if all pairs of bodies are tested. */
 static inline double plain_work(const State *s) {
     return (double)s->disc_count * (0.5 * (double)(s->disc_count - 1) + (double)s->wall_count);
 }
 
-/* Return the work of a frame without skipping: a sweep if there are cells, otherwise plain looping. */
+/* Return the work of a frame without skipping: that of a sweep if there are cells, otherwise that of testing all pairs.
+   The unit is one test of two discs. */
 static inline double frame_work(const State *s) {
     if (s->grid.list_count == 0)
         return plain_work(s);
     return (double)s->disc_count * (CAROM_SWEEP_WORK + (double)s->wall_count);
 }
 
-/* Return whether all tests of the next frame are made. They are if the caller requests it, or while the excess cost of
-   skipping is being recovered.
+/* Return whether all tests of the next frame are made: because the caller requests it, or because skipping has cost
+   more work than it saved and the excess is not yet recovered.
 
-   Skipping must first schedule all discs, and must compute expired bounds again. So it stops only when its excess cost
-   is larger than a limit. It is tried again when frames without skipping have recovered the excess. */
+   Skipping must first schedule all discs, and must compute expired bounds again, before it saves work. So skipping is
+   suspended only if the excess is larger than a limit. Skipping resumes when frames without it have recovered the
+   excess. */
 static inline bool loops_plainly(State *s) {
     if (!CAROM_SKIPS || !s->skips)
         return true;
@@ -46,20 +50,20 @@ static inline bool loops_plainly(State *s) {
     return s->pays_back;
 }
 
-/* Count work of skipping. */
+/* Count work that skipping has cost. */
 static inline void spend_work(State *s, double work) {
     s->work -= work;
     s->excess += work;
 }
 
-/* Count the savings at frames with skipped tests. */
+/* Count the work that skipping has saved at `frames` frames. */
 static inline void save_frames(State *s, Index frames) {
     s->excess = greater(s->excess - (double)frames * frame_work(s), -CAROM_SAVED_FRAMES * frame_work(s));
 }
 
 /* ---- bodies that may touch ---- */
 
-/* Add a body that the disc of the present search may touch. */
+/* Add a body that the disc of the present search may touch to `State.touching`. */
 static inline void add_touching(State *s, Index body) {
     Touching *t = &s->touching;
     if (t->count == t->capacity) {
@@ -78,7 +82,8 @@ static inline void add_touching(State *s, Index body) {
 
 /* ---- discs ---- */
 
-/* Add the test of two discs if it is due now. Return the smaller of `least` and the wait of the two discs. */
+/* If discs i and j may have an impact at this frame, add their test. Return the smaller of `least` and the wait of the
+   two discs, which skip_bounds.h defines. */
 static inline double test_or_wait(State *s, Index i, Index j, double extent_i, double least) {
     const Disc *a = &s->discs[i];
     const Disc *b = &s->discs[j];
@@ -104,7 +109,7 @@ static inline double test_or_wait(State *s, Index i, Index j, double extent_i, d
     return wait < least ? wait : least;
 }
 
-/* Search all discs. Return the smaller of `least` and the shortest wait of disc i and another disc. */
+/* Call `test_or_wait` for disc i and every other disc. Return the smaller of `least` and the shortest wait. */
 static inline double search_all(State *s, Index i, double extent_i, double least) {
     for (Index j = 0; j < s->disc_count; j++) {
         if (j != i)
@@ -113,8 +118,8 @@ static inline double search_all(State *s, Index i, double extent_i, double least
     return least;
 }
 
-/* Search the cells of all levels that may contain discs which disc i can touch. Return the smaller of `least` and the
-   shortest wait of disc i and such a disc. */
+/* Call `test_or_wait` for disc i and every disc in cells that may contain discs near disc i. Return the smaller of
+   `least` and the shortest wait. */
 static inline double search_cells(State *s, Index i, double extent_i, double least) {
     const Grid *g = &s->grid;
     const Disc *a = &s->discs[i];
@@ -142,11 +147,11 @@ static inline double search_cells(State *s, Index i, double extent_i, double lea
 
 /* ---- walls ---- */
 
-/* Return a lower bound of the gap between disc i and any wall that never moves, in metres. The bound allows for
-   roundings.
+/* Return a lower bound of the gap between disc i and any wall that never moves, in metres. The bound includes rounding
+   errors.
 
-   The gap at one position also bounds the gap at other positions. So most discs need no search to prove that they are
-   far from all walls. */
+   The bound is the gap at an earlier position of the disc minus the distance from there. So for most discs, no wall
+   must be examined to prove that the disc is far from all walls. */
 static inline double bound_clearance(const State *s, Index i, double extent_i) {
     const Disc *a = &s->discs[i];
     const Clearance *c = &s->clearances[i];
@@ -154,7 +159,8 @@ static inline double bound_clearance(const State *s, Index i, double extent_i) {
     return c->gap - moved - a->radius - CAROM_PATH_MARGIN * (extent_i + s->wall_size + a->radius);
 }
 
-/* Return a lower bound of the distance of a disc from wall k, in metres. `a` is disc i relative to the wall. */
+/* Return a lower bound of the distance of disc i's centre from wall k, in metres. `a` is disc i relative to the
+   wall. */
 static inline double bound_wall_distance(State *s, const Disc *a, Index i, Index k) {
     const Wall *wall = &s->walls[k];
     if (!is_chain(s, k))
@@ -167,7 +173,8 @@ static inline double bound_wall_distance(State *s, const Disc *a, Index i, Index
     return distance;
 }
 
-/* Return the bound of `bound_wall_distance`. If the wall never moves, include the bound in the disc's clearance. */
+/* Return the result of `bound_wall_distance`. If wall k never moves, also store the smallest of these results in the
+   disc's clearance. */
 static inline double find_distance(State *s, Index i, const Disc *relative, Index k) {
     double distance = bound_wall_distance(s, relative, i, k);
     if (wall_path(s, k) == NULL)
@@ -175,13 +182,14 @@ static inline double find_distance(State *s, Index i, const Disc *relative, Inde
     return distance;
 }
 
-/* Prepare the search for the distances of disc i from all walls. */
+/* Reset the clearance of disc i, before its distances from all walls are computed. */
 static inline void begin_clearance(State *s, Index i) {
     const Disc *a = &s->discs[i];
     s->clearances[i] = (Clearance){a->x, a->y, CAROM_INF, s->clearances[i].edge};
 }
 
-/* Return the wait of disc i and wall k, from their gap. It is valid on the wall's present leg only. */
+/* Return the wait of disc i and wall k, computed from their gap. For a driven wall, the wait is valid only until the
+   wall's present leg ends. */
 static inline double bound_wall(const State *s, Index i, Index k, const Disc *relative, double gap, double least) {
     if (is_chain(s, k))
         return bound_chain(s, relative, gap, least);
@@ -192,7 +200,8 @@ static inline double bound_wall(const State *s, Index i, Index k, const Disc *re
     return bound_curved_plane(s, relative, &s->walls[k], gap, least);
 }
 
-/* Add the test of disc i and wall k if it is due now. Return the smaller of `least` and the wait of the two bodies. */
+/* If disc i and wall k may have an impact at this frame, add their test. Return the smaller of `least` and the wait of
+   the two bodies. */
 static inline double test_wall_or_wait(State *s, Index i, Index k, double extent_i, double least) {
     Disc relative;
     const Disc *a = relative_to_wall(s, &s->discs[i], k, &relative);
@@ -211,7 +220,8 @@ static inline double test_wall_or_wait(State *s, Index i, Index k, double extent
     return wait < least ? wait : least;
 }
 
-/* Search all walls. Return the smaller of `least` and the shortest wait of disc i and a wall. */
+/* Call `test_wall_or_wait` for disc i and all walls, except walls that are certainly too far away. Return the smaller
+   of `least` and the shortest wait. */
 static inline double search_walls(State *s, Index i, double extent_i, double least) {
     const Disc *a = &s->discs[i];
     double speed = (fabs(a->vx) + fabs(a->vy)) * (1.0 + CAROM_PATH_MARGIN);
@@ -230,12 +240,13 @@ static inline double search_walls(State *s, Index i, double extent_i, double lea
 
 /* ---- all bodies ---- */
 
-/* Add the tests of a disc that are due at this frame, and find when the disc is due again. The disc and all other due
-   discs were put into their cells at this frame. */
+/* Add the tests of a disc that can find an impact at this frame, and compute when the disc is due again. All discs that
+   are due at this frame must have been put into their present cells before. */
 static inline void schedule_disc(State *s, Index i) {
     const Disc *a = &s->discs[i];
     const Path *path = disc_path(s, i);
-    if (a->inverse_mass == 0.0 && path == NULL) { /* a disc that may hit it schedules the test */
+    /* this disc never moves, so the search of another disc finds their impact */
+    if (a->inverse_mass == 0.0 && path == NULL) {
         s->due[i] = CAROM_INF;
         return;
     }
@@ -256,7 +267,7 @@ static inline void reschedule_disc(State *s, Index i) {
     s->next_due = lesser(s->due[i], s->next_due);
 }
 
-/* Add the tests of disc i with the bodies that it touches. An impact has just changed the disc's velocity. */
+/* After an impact has changed the velocity of disc i, add its tests with the bodies that it may touch. */
 static inline void test_touching(State *s, Index i) {
     const Search *search = &s->searches[i];
     const Disc *a = &s->discs[i];
@@ -273,11 +284,11 @@ static inline void test_touching(State *s, Index i) {
     }
 }
 
-/* Add the tests of a disc whose velocity an impact at this frame has just changed. Its search is stale, so the time of
-   its next search is computed again at the end of the frame. */
+/* After an impact at this frame has changed the velocity of a disc, add the tests of the disc that can now find an
+   impact. The time at which the disc is due again is computed again at the end of the frame. */
 static inline void follow_impact(State *s, Index i) {
     Search *search = &s->searches[i];
-    if (s->discs[i].inverse_mass == 0.0) /* its path is unchanged */
+    if (s->discs[i].inverse_mass == 0.0) /* impacts do not change the disc's path */
         return;
     if (search->frame != s->counts.frames) {
         update_cell(s, i);
@@ -292,9 +303,10 @@ static inline void follow_impact(State *s, Index i) {
     test_touching(s, i);
 }
 
-/* After all tests of a frame, find the times at which discs with stale searches are due again. */
+/* After all tests of a frame, schedule the discs again whose paths impacts have changed. */
 static inline void schedule_stale(State *s) {
-    s->pending.last = LAST_TEST; /* no further test is made at this frame */
+    /* `add_test` ignores all tests from here on, because no further test is made at this frame */
+    s->pending.last = LAST_TEST;
     for (Index k = 0; k < s->stale_count; k++)
         reschedule_disc(s, s->stale_discs[k]);
 }

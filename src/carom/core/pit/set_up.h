@@ -1,4 +1,5 @@
-/* Set-up of a run of PIT: its rows, filled from the arrays of a `RunInput`. */
+/* Set-up of a run of PIT: the layout of its memory, and functions that fill this memory from the arrays of a
+   `RunInput`. */
 
 #pragma once
 
@@ -7,7 +8,7 @@
 
 /* ---- sizes ---- */
 
-/* Return whether any driven body is a disc or, if `is_disc` is false, whether any is a wall. */
+/* Return whether any driven body is a disc. If `is_disc` is false, return whether any driven body is a wall. */
 static inline bool is_some_driven(const RunInput *input, bool is_disc) {
     for (Index k = 0; k < input->driven_count; k++) {
         if ((input->driven[DRIVEN_NUMBERS * k] >= 0.0) == is_disc)
@@ -25,7 +26,8 @@ static inline Index count_paths(const RunInput *input) {
     return count;
 }
 
-/* Place all rows of a run, and return their size in bytes. With `memory` NULL only the size is computed. */
+/* Set the addresses of all arrays of a run in the block `memory`, and return their total size in bytes. If `memory` is
+   NULL, only the size is meaningful. */
 static inline size_t lay_out(State *s, const RunInput *input, void *memory) {
     Arena arena = {memory, 0};
     Index discs = s->disc_count;

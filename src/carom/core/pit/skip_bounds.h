@@ -1,13 +1,13 @@
-/* Bounds that allow skipping: lower bounds of the time until a disc can hit something. They hold for PIT's rounded
-   paths.
+/* Bounds that allow skipping: lower bounds of the time until a disc can hit another body. The bounds are valid for
+   PIT's paths, which include rounding errors.
 
-   `docs/theory/pit.md` derives them. The contact distance is enlarged by `CAROM_PATH_MARGIN` times an upper bound of
-   |x| + |y| of both discs during the time for which a bound is used. If a number over- or underflows, the comparisons
-   make the wait 0, and no test is skipped.
+   `docs/theory/pit.md` derives them. The contact distance is enlarged to allow for rounding errors: by
+   `CAROM_PATH_MARGIN` times an upper bound of |x| + |y| of both discs during the time for which a bound is used. If a
+   number overflows or underflows, the comparisons are false and the wait is 0, so that no test is skipped.
 
-   A wait is a number of seconds for which two bodies cannot interfere on their present paths. It is INF if they never
-   can. It is 0 if they may interfere soon, possibly at the next frame, and CAROM_IN_CONTACT if they may interfere at
-   this frame. */
+   Two bodies interfere at a frame if they overlap and approach; they then have an impact. A wait is a number of seconds
+   for which two bodies cannot interfere on their present paths. The wait is INF if they never can, and 0 if they may
+   interfere at the next frame. If two bodies may interfere at this frame, the wait is CAROM_IN_CONTACT. */
 
 #pragma once
 
@@ -15,8 +15,10 @@
 #include "carom/core/pit/motion.h"
 
 enum {
-    MAX_BOUND_FRAMES = 65536,      /* 2^16: a bound is computed again after this many frames */
-    MAX_CURVED_BOUND_FRAMES = 1024 /* for curved paths, whose deviations grow with the square of the time */
+    /* largest number of frames for which a bound is used, 2^16; then it is computed again */
+    MAX_BOUND_FRAMES = 65536,
+    /* the same for curved paths, which deviate from a straight path by the square of the time */
+    MAX_CURVED_BOUND_FRAMES = 1024
 };
 
 /* ---- extents ---- */
@@ -39,7 +41,8 @@ static inline double extent_of_paths(const State *s) {
     return 4.0 * extent;
 }
 
-/* Set the longest time for which a bound is used, and the length that gravity and driven paths add to extents. */
+/* At the start of a run, set the longest time for which a bound is used, and the length that `extent_of` adds for
+   gravity and for driven bodies. */
 static inline void begin_bounds(State *s) {
     Index frames = s->motion == STRAIGHT ? MAX_BOUND_FRAMES : MAX_CURVED_BOUND_FRAMES;
     s->frame_span = (double)frames * (s->clock.step / s->clock.rate);
@@ -48,8 +51,8 @@ static inline void begin_bounds(State *s) {
     s->extra_extent = extent_of_paths(s) + (fabs(s->gx) + fabs(s->gy)) * s->horizon * s->horizon;
 }
 
-/* Set the longest time for which a bound is used from this frame on. With damping, frames become shorter in undamped
-   time. */
+/* Set the longest time for which a bound is used from this frame on. With damping, the undamped time from frame to
+   frame becomes shorter and shorter. */
 static inline void limit_bounds(State *s) {
     double c = s->damping.rate;
     if (c > 0.0)
@@ -58,18 +61,19 @@ static inline void limit_bounds(State *s) {
 
 /* ---- waits ---- */
 
-/* Return a wait minus its own rounding error; 0 if the wait is not a finite positive number. */
+/* Return a wait, decreased by an upper bound of its rounding error; 0 if the wait is not a finite positive number. */
 static inline double shorten_wait(double wait) {
     return 0.0 < wait && wait < CAROM_INF ? wait * (1.0 - CAROM_PATH_MARGIN) : 0.0;
 }
 
-/* Return a lower bound of the time until a positive gap closes, from its closing speed and closing acceleration. */
+/* Return a lower bound of the time until a positive gap closes. `speed` and `pull` are upper bounds of the speed and
+   the acceleration at which it closes. */
 static inline double time_to_close(double gap, double speed, double pull) {
     double twice_mean = speed + sqrt(speed * speed + 2.0 * pull * gap);
     return twice_mean > 0.0 ? shorten_wait(2.0 * gap / twice_mean) : CAROM_INF;
 }
 
-/* Return whether a gap certainly stays open for a time. This is a quick test before `time_to_close`. */
+/* Return whether a gap certainly stays open for a time, by a test that is faster than `time_to_close`. */
 static inline bool stays_open(double gap, double speed, double pull, double time) {
     return gap > 0.0 && gap * (1.0 - CAROM_PATH_MARGIN) > (speed + 0.5 * pull * time) * time;
 }
@@ -77,14 +81,16 @@ static inline bool stays_open(double gap, double speed, double pull, double time
 /* ---- two discs ---- */
 
 typedef struct Approach { /* motion of disc b relative to disc a */
-    double dx;            /* centre */
+    double dx;            /* centre of b minus centre of a, in metres */
     double dy;
-    double ux; /* velocity */
+    double ux; /* velocity of b minus velocity of a, in metres per second */
     double uy;
-    double along;   /* d.u, negative if they approach; PIT tests exactly this number */
-    double squared; /* squared distance */
-    double margin;  /* upper bound of the roundings of both paths, in metres */
-    double contact; /* sum of the radii and the margin */
+    /* inner product of (dx, dy) and (ux, uy), negative if the discs approach. The interference test of PIT computes
+       exactly this number */
+    double along;
+    double squared; /* squared distance of the centres */
+    double margin;  /* upper bound of the rounding errors of both paths, in metres */
+    double contact; /* sum of the radii and `margin` */
 } Approach;
 
 static inline Approach approach_of(const State *s, const Disc *a, const Disc *b, double extent_a) {
@@ -105,7 +111,7 @@ static inline bool may_touch(const Approach *p) {
     return p->squared <= p->contact * p->contact;
 }
 
-/* Return the largest relative acceleration of two discs, at least one of which moves. */
+/* Return an upper bound of the relative acceleration of two discs, at least one of which is movable. */
 static inline double relative_pull(const State *s, const Disc *a, const Disc *b) {
     int moving = (a->inverse_mass > 0.0) + (b->inverse_mass > 0.0);
     if (s->motion == STRAIGHT || (s->motion == FALLING && moving == 2))
@@ -117,16 +123,18 @@ static inline double relative_pull(const State *s, const Disc *a, const Disc *b)
 static inline double bound_touching(const State *s, const Disc *a, const Disc *b, const Approach *p) {
     if (p->along < 0.0)
         return CAROM_IN_CONTACT;
-    /* If the discs are at rest relative to each other, `along` is 0 and stays 0: both velocities have the same
-       roundings. */
+    /* If the discs are at rest relative to each other, `along` is 0 and stays 0, because both velocities are changed by
+       the same rounded operations. */
     bool has_rest = s->motion == SLOWING ? a->vx == 0.0 && a->vy == 0.0 : relative_pull(s, a, b) == 0.0;
     if (has_rest && p->ux == 0.0 && p->uy == 0.0)
         return CAROM_INF;
-    /* While the discs separate on straight paths, `along` grows, except for rounding. */
+    /* While two discs separate on straight paths, `along` grows, apart from rounding errors. So the discs never
+       interfere. */
     return s->motion == STRAIGHT && p->along > p->margin * (fabs(p->ux) + fabs(p->uy)) ? CAROM_INF : 0.0;
 }
 
-/* Return how long two discs take to reach a distance on straight paths; INF if they never come that near. */
+/* Return a lower bound of the time that two discs take to reach a distance on straight paths; INF if they never come
+   that near. */
 static inline double time_to_distance(const Approach *p, double distance) {
     double across = p->dx * p->uy - p->dy * p->ux;
     double d = (p->ux * p->ux + p->uy * p->uy) * (distance * distance) - across * across;
@@ -138,13 +146,14 @@ static inline double time_to_distance(const Approach *p, double distance) {
 /* Return the wait of two discs that are apart and have a relative acceleration of at most `pull`. The caller needs no
    wait longer than `least`, so the function may return `least` instead of a longer wait.
 
-   During a time t, the path deviates from the straight one by at most pull t^2 / 2. So the wait is that of a straight
-   path with a contact distance that is larger by this amount. The bound is better for smaller t. */
+   During a time t, the relative path deviates from a straight path by at most pull t^2 / 2. So the discs cannot touch
+   within t if on straight paths they do not reach a contact distance that is larger by this amount. A smaller t gives a
+   better bound. */
 static inline double bound_curved_approach(const Approach *p, double pull, double least) {
     double distance = sqrt(p->squared);
     double gap = distance - p->contact;
     double u2 = p->ux * p->ux + p->uy * p->uy;
-    if (p->along >= 0.0) /* on a straight path they would only separate */
+    if (p->along >= 0.0) /* on straight paths the discs would only separate */
         return time_to_close(gap, 0.0, pull);
     double wait = time_to_close(gap, sqrt(u2), pull);
     double within = lesser(lesser(least, time_to_distance(p, p->contact)), -2.0 * p->along / u2);
@@ -158,8 +167,8 @@ static inline double bound_curved_approach(const Approach *p, double pull, doubl
 static inline double bound_approach(const State *s, const Disc *a, const Disc *b, const Approach *p, double least) {
     double pull = relative_pull(s, a, b);
     double far = p->contact + 0.5 * pull * least * least;
-    /* On a straight path d.d changes by at least 2 (d.u) t in a time t. Most discs are too far away to touch within
-       `least`. */
+    /* On straight paths, `squared` changes by at least 2 `along` t in a time t. This test is true for most discs, which
+       are too far apart to touch within `least`. */
     if (p->squared * (1.0 - CAROM_PATH_MARGIN) + 2.0 * lesser(p->along, 0.0) * least > far * far)
         return least;
     return pull == 0.0 ? time_to_distance(p, p->contact) : bound_curved_approach(p, pull, least);
@@ -167,20 +176,22 @@ static inline double bound_approach(const State *s, const Disc *a, const Disc *b
 
 /* ---- a disc and a wall ---- */
 
-/* Return the wait of a disc and a half-plane in straight motion, from their gap.
+/* Return the wait of a disc in straight motion and a half-plane, computed from their gap.
 
-   The gap is linear in time. Its speed also has a rounding error, of less than 2^-51 of the disc's speed. */
+   The gap changes linearly in time. The speed at which it changes has a rounding error of less than 2^-51 of the disc's
+   speed. */
 static inline double bound_straight_plane(const Disc *a, const Wall *wall, double gap) {
     double along = a->vx * wall->nx + a->vy * wall->ny;
-    if (along >= 0.0) /* PIT tests exactly this number at every frame */
+    if (along >= 0.0) /* the interference test of PIT computes exactly this number at every frame */
         return CAROM_INF;
     if (gap > 0.0)
         return shorten_wait(gap / (CAROM_PATH_MARGIN * (fabs(a->vx) + fabs(a->vy)) - along));
     return CAROM_IN_CONTACT;
 }
 
-/* Return the wait of a disc and a half-plane, from their gap, if the disc falls or is slowed by a table. Its normal
-   speed then has further roundings at each frame. The function may return `least` instead of a longer wait. */
+/* Return the wait of a disc and a half-plane, computed from their gap, if the disc falls or is slowed by a table. The
+   disc's normal speed then has additional rounding errors at each frame. The function may return `least` instead of a
+   longer wait. */
 static inline double bound_curved_plane(const State *s, const Disc *a, const Wall *wall, double gap, double least) {
     double along = a->vx * wall->nx + a->vy * wall->ny;
     double pull = s->gx * wall->nx + s->gy * wall->ny;
@@ -192,19 +203,20 @@ static inline double bound_curved_plane(const State *s, const Disc *a, const Wal
     if (gap <= 0.0 && speed < 0.0)
         return CAROM_IN_CONTACT;
     double d = speed * speed - 2.0 * pull * gap;
-    if (speed < 0.0) /* it approaches, and reaches the wall unless gravity reverses it first */
+    if (speed < 0.0) /* the disc approaches, and reaches the wall unless gravity reverses its motion first */
         return d < 0.0 ? CAROM_INF : shorten_wait(2.0 * gap / (sqrt(d) - speed));
-    /* The disc leaves the wall, falls back and reaches the wall. If it overlaps the wall all the time, it approaches
-       again after the apex. */
+    /* The disc moves away from the wall, falls back and reaches the wall. If it overlaps the wall all the time, it
+       interferes when it approaches again, after the apex of its path. */
     return shorten_wait((speed + sqrt(greater(d, 0.0))) / -pull);
 }
 
-/* Return the wait of a disc and a chain, from their gap. The function may return `least` instead of a longer wait.
+/* Return the wait of a disc and a chain, computed from their gap. The function may return `least` instead of a longer
+   wait.
 
-   The nearest point of the chain approaches the disc no faster than the disc moves. A disc that leaves a chain can hit
-   it again if the chain bends, and it can hit the other side of the chain. */
+   The distance of the disc from the chain decreases no faster than the disc moves. The direction of motion is not used:
+   a disc that leaves one part of a chain can hit another part. */
 static inline double bound_chain(const State *s, const Disc *a, double gap, double least) {
-    if (a->vx == 0.0 && a->vy == 0.0 && s->pull == 0.0) /* it does not approach */
+    if (a->vx == 0.0 && a->vy == 0.0 && s->pull == 0.0) /* the disc does not move relative to the chain */
         return CAROM_INF;
     if (gap <= 0.0)
         return CAROM_IN_CONTACT;
@@ -212,8 +224,8 @@ static inline double bound_chain(const State *s, const Disc *a, double gap, doub
     return stays_open(gap, speed, s->pull, least) ? least : time_to_close(gap, speed, s->pull);
 }
 
-/* Return the wait of a disc and a driven wall, from their gap. It is valid on any of the wall's legs, because it uses
-   the speed of the fastest leg. */
+/* Return the wait of a disc and a driven wall, computed from their gap. The wait is valid on all of the wall's legs,
+   because it uses the speed of the fastest leg. */
 static inline double bound_on_any_leg(const State *s, const Path *path, const Disc *a, double gap) {
     double speed = sqrt(a->vx * a->vx + a->vy * a->vy) + path->fastest;
     return gap > 0.0 ? time_to_close(gap, speed * (1.0 + CAROM_PATH_MARGIN), s->pull) : 0.0;

@@ -14,53 +14,58 @@ enum {
     NO_CELL = -1,
     NO_PATH = -1,
     ON_WALL = -2,    /* `Disc.last` is ON_WALL - k if the disc hit wall k last */
-    MAX_LEVELS = 16, /* of cells. The radius of a disc on the last level is at most 2^-15 of the largest */
-    /* largest number of steps over which discs are advanced in one pass; the steps' lengths take 4 KiB */
+    /* largest number of levels of cells. The radius of a disc on the last level is at most 2^-15 of the largest
+       radius */
+    MAX_LEVELS = 16,
+    /* largest number of frames over which discs are advanced in one pass; the lengths of the steps between them take 4
+       KiB */
     MAX_STEPS = 512,
 };
 
 /* ---- discs ---- */
 
-typedef struct Disc { /* 64 bytes, one cache line, with all data that tests of other discs read */
-    double x;         /* centre at `State.now` */
+typedef struct Disc { /* 64 bytes, one cache line, with all data of the disc that tests with other discs read */
+    double x;         /* centre at `State.now`, in metres */
     double y;
     double vx; /* velocity */
     double vy;
     double radius;
     double inverse_mass; /* 0 for a disc that never moves */
     int next;            /* the next disc in its cell's list, or NOBODY */
-    int cell;            /* number of the list that contains it, or NO_CELL */
-    int level;           /* level of cells on which it is kept; larger discs are on lower levels */
-    int last;            /* the body that it hit last: a disc, `ON_WALL - k` for wall k, or NOBODY */
+    int cell;            /* number of the list of cells that contains the disc, or NO_CELL */
+    /* number of the level of cells that contains the disc; larger discs are on levels with lower numbers */
+    int level;
+    /* the body that the disc hit last: the number of a disc, `ON_WALL - k` for wall k, or NOBODY */
+    int last;
 } Disc;
 
 typedef struct ChainHit { /* the part of a chain that a disc hit last */
-    double nx;            /* unit vector from the chain to the disc */
+    double nx;            /* unit vector from the chain to the disc at the impact */
     double ny;
     Index feature; /* number of a part of an edge in `State.edges`: see `feature_at` in pit/separation.h */
 } ChainHit;
 
 typedef enum MotionKind { /* motion of all movable discs between impacts */
     STRAIGHT = 0,
-    FALLING = 1, /* under gravity, along parabolas */
-    SLOWING = 2, /* on a table that slows each disc down until it stops */
+    FALLING = 1, /* discs fall under gravity, along parabolas */
+    SLOWING = 2, /* discs are on a table that slows each of them down until it stops */
 } MotionKind;
 
 /* ---- driven bodies ---- */
 
 typedef struct Path { /* path of a driven body */
-    Index body;       /* disc i as i, wall k as -1 - k */
+    Index body;       /* number of the body: i for disc i, -1 - k for wall k */
     const Leg *legs;
     Index leg_count;
-    Index leg; /* the leg at the present frame */
-    double x;  /* start position of a disc */
+    Index leg; /* number of the leg at the present frame */
+    double x;  /* for a disc: centre at the start of the run, in metres */
     double y;
-    double fastest; /* greatest speed on any leg */
+    double fastest; /* greatest speed on any leg of the path */
 } Path;
 
 typedef struct WallMotion { /* motion of a wall at the present frame */
     int path;               /* NO_PATH if it does not move */
-    double moved_x;         /* displacement from its start position */
+    double moved_x;         /* displacement of the wall from its start position, in metres */
     double moved_y;
     Surface surface;
 } WallMotion;
@@ -69,26 +74,30 @@ typedef struct WallMotion { /* motion of a wall at the present frame */
 
 typedef struct Level { /* square cells for discs of about the same size */
     double width;      /* of a cell */
-    double leeway;     /* how far a disc may move from where it was put into its cell */
-    double reach;      /* the largest radius on this level plus the leeway */
-    double radius;     /* the largest on this level */
-    double density;    /* cells per metre in a sweep, which needs no leeway: see sweep.h */
+    double leeway;     /* distance that a disc may move after it was put into its cell, in metres */
+    double reach;      /* sum of the largest radius on this level and the leeway */
+    double radius;     /* largest radius of a disc on this level */
+    /* number of cells per metre in a sweep, whose cells are smaller because a sweep needs no leeway: see sweep.h */
+    double density;
 } Level;
 
 typedef struct Grid {
-    int *first;       /* first disc of each list, or NOBODY. The cells of the whole plane share these lists */
-    Index list_count; /* a power of 2; 0 for so few discs that all are treated as near each other */
+    /* first disc of each list of discs, or NOBODY. All cells of the plane share these lists */
+    int *first;
+    /* number of lists, a power of 2; 0 if there are so few discs that all are treated as near each other */
+    Index list_count;
     Index level_count;
     Level levels[MAX_LEVELS];
-    int *swept;      /* first disc of each list in a sweep, or NOBODY */
-    int *swept_next; /* for each disc the next disc of its list in a sweep, or NOBODY */
+    int *swept;      /* first disc of each list of discs in a sweep, or NOBODY */
+    int *swept_next; /* for each disc, the next disc of its list in a sweep, or NOBODY */
 } Grid;
 
 /* ---- the tests of one frame ---- */
 
-typedef uint64_t Test; /* number of a test: its place in the order of Algorithm 1, see pending_tests.h */
+/* number of a test, which increases in the order of the tests in Algorithm 1: see pending_tests.h */
+typedef uint64_t Test;
 
-typedef struct Pending { /* tests still to be made at this frame: a binary heap with the next test on top */
+typedef struct Pending { /* tests that remain to be made at this frame: a binary heap with the next test on top */
     Test *heap;
     Index count;
     Index capacity;
@@ -97,42 +106,45 @@ typedef struct Pending { /* tests still to be made at this frame: a binary heap 
 
 /* ---- searches ---- */
 
-typedef struct Search { /* the last search around a disc */
-    Index frame;        /* number of the frame plus 1; 0 for none */
-    Index first;        /* index in `Touching.bodies` of the first body that the disc may touch at that frame */
-    Index count;        /* number of bodies that it may touch */
+typedef struct Search { /* result of the last search for the bodies near a disc */
+    Index frame;        /* number of the frame of the search, plus 1; 0 if there was no search */
+    /* index in `Touching.bodies` of the first body that the disc may touch at the frame of the search */
+    Index first;
+    Index count;        /* number of bodies that the disc may touch */
     bool is_stale;      /* whether an impact has changed the disc's path since the search */
 } Search;
 
-typedef struct Touching { /* bodies that discs may touch; wall k is -1 - k */
+typedef struct Touching { /* bodies that the due discs may touch, disc after disc; wall k has the number -1 - k */
     int *bodies;
     Index count;
     Index capacity;
 } Touching;
 
-typedef struct Clearance { /* clearance of a disc from walls, at a position of its centre */
+typedef struct Clearance { /* clearance of a disc from walls when its centre was at (x, y) */
     double x;
     double y;
-    double gap; /* lower bound of its distance from all walls that never move, in metres */
+    double gap; /* lower bound of the distance of (x, y) from all walls that never move, in metres */
     Index edge; /* an edge, in any chain, that is probably near the disc */
 } Clearance;
 
 /* ---- the run ---- */
 
-typedef struct Clock { /* frame k is at k * step / rate. One of the two is 1, so they add no rounding error */
+/* frame k is at the time k * step / rate. Either step or rate is 1, so that only one operation rounds */
+typedef struct Clock {
     double step;       /* seconds */
     double rate;       /* frames per second */
 } Clock;
 
-typedef struct Damping { /* damping.h: damped discs move straight in undamped time */
-    double rate;         /* per second; 0 for none */
+/* linear damping (damping.h): discs are advanced in undamped time, in which they are not damped */
+typedef struct Damping {
+    double rate;         /* damping rate, per second; 0 for no damping */
     Index frame;         /* the last frame whose undamped time was computed */
-    double time;         /* undamped time of that frame */
+    double time;         /* undamped time of the frame with the number `frame` */
 } Damping;
 
 typedef struct Counts {
-    Index frames; /* number of frames passed */
-    Index tested; /* number of frames at which anything was tested */
+    Index frames; /* number of frames computed or skipped so far */
+    Index tested; /* number of frames so far at which a test was made */
     Index pair_tests;
 } Counts;
 
@@ -141,20 +153,24 @@ typedef struct State {
     Wall *walls;              /* half-planes */
     Law *wall_laws;           /* the law of each wall */
     Chain *chains;            /* one per wall; NULL if all walls are half-planes */
-    ChainEdge *edges;         /* of all chains */
-    ChainHit *hits;           /* one per disc, if there are chains */
-    TouchedBodies *touched;   /* one per disc; NULL if no impact has restitution 0 */
-    Turning *turning;         /* one per disc, if discs spin */
-    Slowing *slowing;         /* one per disc, on a table */
-    Path *paths;              /* of driven bodies */
-    Leg *legs;                /* of all paths */
-    int *disc_paths;          /* path of each disc, NO_PATH if it is not driven; NULL if no disc is driven */
-    WallMotion *wall_motions; /* one per wall; NULL if no wall and no surface moves */
-    Search *searches;         /* one per disc */
-    Clearance *clearances;    /* one per disc */
-    double *due;              /* time before which no impact of a disc is possible; INF for a disc that never moves */
-    int *due_discs;           /* discs that are due at this frame */
-    int *stale_discs;         /* discs whose searches are stale at this frame */
+    ChainEdge *edges;         /* edges of all chains, chain by chain */
+    ChainHit *hits;           /* part of a chain that each disc hit last; used only if there are chains */
+    /* bodies that each disc touches without normal speed; NULL if no impact has restitution 0 */
+    TouchedBodies *touched;
+    Turning *turning;         /* rotation of each disc; used only if discs spin */
+    Slowing *slowing;         /* deceleration of each disc; used only on a table */
+    Path *paths;              /* paths of all driven bodies */
+    Leg *legs;                /* legs of all paths, path by path */
+    /* number of each disc's path in `paths`; NO_PATH for a disc that is not driven. NULL if no disc is driven */
+    int *disc_paths;
+    WallMotion *wall_motions; /* motion of each wall; NULL if no wall and no surface moves */
+    Search *searches;         /* last search of each disc */
+    Clearance *clearances;    /* clearance of each disc */
+    /* due times: no impact of a disc is possible before its due time; INF for a disc that never moves */
+    double *due;
+    int *due_discs;           /* discs that are due at this frame: they may have an impact */
+    /* discs whose searches at this frame are stale, because an impact has changed their paths since */
+    int *stale_discs;
     Index disc_count;
     Index wall_count;
     Index path_count;
@@ -162,28 +178,33 @@ typedef struct State {
     MotionKind motion;
     double gx; /* gravity */
     double gy;
-    double rolling_resistance; /* of discs on walls, under gravity */
-    double deceleration;       /* of the table */
+    double rolling_resistance; /* coefficient of rolling resistance of discs on walls; used only under gravity */
+    double deceleration;       /* deceleration of discs by the table, in metres per second squared */
     Damping damping;
     Clock clock;
-    double now;          /* time of the last passed frame; with damping the undamped time */
-    double reported;     /* the same time by the clock, not undamped */
-    double next_due;     /* before this time no disc is due */
+    double now;          /* time of the present frame; with damping, its undamped time */
+    double reported;     /* time of the present frame by the clock; with damping, the time that results report */
+    double next_due;     /* time before which no disc is due */
     bool is_settled;     /* whether no impact was found at the last tested frame */
-    double frame_span;   /* length of the largest number of frames for which a bound is used, in seconds */
-    double horizon;      /* longest time for which a bound is used from now on, in seconds */
+    /* duration of the largest number of frames for which a lower bound of a disc's next impact is used, in seconds */
+    double frame_span;
+    /* longest time from now for which a lower bound of a disc's next impact is used, in seconds; shorter than
+       `frame_span` with damping */
+    double horizon;
     double pull;         /* magnitude of gravity, rounded up */
     double wall_size;    /* an upper bound of all coordinates and radii of walls */
-    double extra_extent; /* length that `extent_of` adds for gravity and for the paths of driven bodies */
-    bool skips;          /* whether tests that can find nothing are skipped */
-    Index row;           /* plain looping: the disc whose tests are next at this frame; 0 between frames */
-    double excess;       /* by how much the work of skipping exceeds that of testing all pairs at each frame */
-    double first_search; /* work of scheduling all discs once */
-    double max_waste;    /* largest allowed excess, as a multiple of `first_search` */
-    bool pays_back;      /* whether all tests are made at each frame because the excess was too large */
-    double work;         /* work left before a pause, in tests of two discs by plain looping */
+    double extra_extent; /* length that `extent_of` adds for gravity and for the paths of driven bodies, in metres */
+    bool skips;          /* whether tests that cannot find an impact are skipped */
+    Index row;           /* while all pairs are tested: the disc whose tests are next at this frame; 0 between frames */
+    double excess;       /* work that skipping tests has cost minus work that it has saved, in tests of two discs */
+    double first_search; /* work of scheduling all discs once, in tests of two discs */
+    double max_waste;    /* largest allowed `excess`, as a multiple of `first_search` */
+    /* whether all tests are made at each frame, because `excess` was too large and must first become 0 */
+    bool pays_back;
+    double work;         /* work that may still be done in this call of `carom_pit_run`, in tests of two discs */
     bool is_out_of_memory;
-    /* whether floats do not resolve the distance between the centres of two discs that met far from the origin */
+    /* whether two discs have met so far from the origin that the normal cannot be computed: see
+       `are_distinguishable` */
     bool is_too_far;
     Law law;
     Counts counts;
@@ -203,10 +224,10 @@ size_t carom_pit_set_up(State *s, const RunInput *input);
 /* Fill the memory of a run, which must begin at a cache line. */
 void carom_pit_begin(State *s, const RunInput *input, void *memory);
 
-/* Compute all frames with numbers below `until`. Stop earlier if `State.work` or memory is used up, or after `most`
-   impacts. */
+/* Compute all frames with numbers below `until`. Stop earlier if `State.work` is used up, if there is no more memory,
+   or after `most` impacts. */
 void carom_pit_run(State *s, Index until, Index most);
 
-/* Write x, y, vx, vy of each disc at a time that is not before the last frame. With damping, time and velocities are
-   undamped. */
+/* Write x, y, vx, vy of each disc at a time that is not before the last frame. With damping, `time` is an undamped time
+   and the velocities are undamped. */
 void carom_pit_write_states(const State *s, double time, double *states);

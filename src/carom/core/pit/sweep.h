@@ -1,7 +1,9 @@
-/* Sweep: all tests of a frame. Touching discs are found through cells and tested in the order of Algorithm 1.
+/* Sweep: makes all tests of a frame that can find an impact, without knowing which discs are due. Cells are used to
+   find touching discs, which are tested in the order of Algorithm 1.
 
-   If most discs are due at most frames, this costs less than computing when each disc is due again. The cells are built
-   for the positions at one frame, so they need no leeway. Discs of about the same size are on one level of cells. */
+   If most discs are due at most frames, a sweep costs less than computing when each disc is due again. The cells are
+   filled for the positions at one frame only, so they need no leeway. Discs of about the same size are on one level of
+   cells. */
 
 #pragma once
 
@@ -9,7 +11,7 @@
 
 #include "carom/core/pit/schedule.h"
 
-/* Add disc j to the touching bodies if disc i may touch or overlap it. */
+/* If disc `a` may touch or overlap disc j, add disc j to `State.touching`. */
 static inline void note_overlap(State *s, const Disc *a, Index j) {
     const Disc *b = &s->discs[j];
     double dx = b->x - a->x;
@@ -20,7 +22,8 @@ static inline void note_overlap(State *s, const Disc *a, Index j) {
         add_touching(s, j);
 }
 
-/* Add the discs on a level that disc i may touch or overlap. The cells contain only discs with higher numbers. */
+/* Add the discs on one level of cells that disc i may touch or overlap to `State.touching`. The cells contain only
+   discs with numbers above i at this time. */
 static inline void sweep_level(State *s, Index i, Index level) {
     const Grid *g = &s->grid;
     const Disc *a = &s->discs[i];
@@ -77,7 +80,8 @@ static inline void sort_numbers(int *numbers, Index count) {
     }
 }
 
-/* Test disc i with the discs that it touches. Two cells may share a list, so a disc can be listed twice. */
+/* Test disc i with the discs that it may touch. A disc can be in their list twice, because two cells may share a
+   list. */
 static inline void test_swept(State *s, Index i) {
     int *bodies = &s->touching.bodies[s->searches[i].first];
     Index count = s->searches[i].count;
@@ -93,7 +97,7 @@ static inline void test_swept(State *s, Index i) {
     }
 }
 
-/* Return whether disc i is certainly apart from all walls that never move. */
+/* Return whether disc i certainly does not touch any wall that never moves. */
 static inline bool is_apart_from_walls(State *s, Index i) {
     const Disc *a = &s->discs[i];
     double extent = fabs(a->x) + fabs(a->y);
@@ -121,7 +125,7 @@ static inline void test_walls(State *s, Index i) {
     }
 }
 
-/* Make all tests of the next frame that can find something. */
+/* Make all tests of the next frame that can find an impact. */
 static inline void sweep_frame(State *s) {
     advance_to_next_frame(s);
     s->is_settled = true;

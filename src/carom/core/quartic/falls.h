@@ -1,23 +1,26 @@
 /* Falls of a gap between two bodies: the instants at which a polynomial in time of degree 4 or less becomes negative.
 
-   There are three stages. Each stage decides only what its error bound proves. There are no tolerances.
+   The roots are found in three stages. Each stage accepts only results that its error bounds prove. There are no
+   tolerances.
 
-   1. Floats isolate the roots. They decide most gaps that never close.
-   2. Pairs isolate roots that floats cannot isolate, such as those of near grazes. Pairs also refine every root, so
-      that it can be rounded.
-   3. The caller's exact solver decides the rest: double roots, and gaps whose terms are too large or too small.
+   1. With coefficients in floats, find intervals that contain one root each. For most gaps that never close, this stage
+      proves that there is no root.
+   2. With coefficients in pairs of floats, find the intervals that floats cannot find, such as those of near grazes.
+      Refine every root until its nearest float is certain.
+   3. For cases that remain undecided, call the caller's exact solver: for double roots, and for gaps whose terms are
+      too large or too small for floats.
 
-   Results have the same bits as those of the exact solver, `find_falls` in `carom/core/exact_quartic.py`;
+   Results are bit-identical to those of the exact solver, `find_falls` in `carom/core/exact_quartic.py`;
    root_refinement.h explains how. A fall is a root at which the gap becomes negative. A root at which the gap only
-   touches 0 is a graze without overlap, and not a fall. A gap that is 0 now and does not open falls now. A gap that is
-   negative now must open before it can fall. */
+   touches 0 is a graze without overlap, and not a fall. A gap that is 0 now and becomes negative has a fall now. A gap
+   that is negative now must become positive before it can fall. */
 
 #pragma once
 
 #include "carom/core/quartic/root_isolation.h"
 #include "carom/core/quartic/root_refinement.h"
 
-/* Tests define this macro to count the decisions of each stage: 1, 2 or 3. */
+/* Tests define this macro to count how many results each stage (1, 2 or 3) decides. */
 #ifndef CAROM_STAGE_DECIDED
 #define CAROM_STAGE_DECIDED(stage) ((void)0)
 #endif
@@ -25,24 +28,26 @@
 enum {
     MOST_FALLS = 2, /* largest number of falls at t > 0 of a polynomial of degree 4 */
     UNKNOWN_SIGN = 2,
-    MOST_INTERVALS = 8, /* the error bound of a polynomial in pairs covers this many shifts of its origin */
+    /* largest number of successive intervals; the error bound of a polynomial in pairs of floats covers a shift of its
+       origin for each */
+    MOST_INTERVALS = 8,
 };
 
-/* The falls of a gap. `next_fall` returns them one by one. */
+/* State of a search for the falls of a gap. `next_fall` returns them one by one, in order. */
 typedef struct Falls {
     const ExactQuartic *exact;
     const Gap *gap;
-    Polynomial floats; /* the gap, divided by the highest possible power of t */
+    Polynomial floats; /* the gap in floats, divided by the highest power of t by which it is divisible */
     PairPolynomial pairs;
-    int dropped; /* exponent of that power of t */
-    int start;   /* sign of the gap just after t = 0; 0 for a gap that stays 0 */
+    int dropped; /* exponent of this power of t */
+    int start;   /* sign of the gap just after t = 0; 0 if no fall remains, for example because the gap stays 0 */
     bool has_pairs;
     bool falls_now; /* whether the gap is 0 now and becomes negative */
-    bool is_closed; /* whether the gap is exactly 0 now, although its coefficients may differ */
+    bool is_closed; /* whether the gap is exactly 0 now, although its rounded coefficients may give another value */
     bool needs_exact;
     bool has_times;
-    int index; /* number of the next fall */
-    int count; /* number of `times` */
+    int index; /* number of the fall that `next_fall` returns next, from 0 */
+    int count; /* number of entries in `times` */
     double times[MOST_FALLS];
 } Falls;
 
@@ -68,8 +73,8 @@ static CAROM_NOINLINE double solve_exactly(const Falls *falls, int index) {
 
 /* ---- the stages ---- */
 
-/* Return whether each coefficient certainly has the sign `start` or is 0. `error` is the bound of a coefficient's
-   error, relative to the coefficient's size. */
+/* Return whether each coefficient, except power 0, certainly has the sign `start` or is 0. Then the polynomial has no
+   root t > 0. `error` is the bound of a coefficient's error, relative to its `size`. */
 static inline bool keeps_sign(const Polynomial *p, int start, double error) {
     bool keeps = true;
     for (int k = 1; k <= p->degree; k++)
@@ -77,9 +82,12 @@ static inline bool keeps_sign(const Polynomial *p, int start, double error) {
     return keeps;
 }
 
-/* With pairs, isolate the roots t > 0, at most `most` of them. Return their number or QUARTIC_UNDECIDED.
+/* With coefficients in pairs of floats, find intervals that contain one of the first `most` roots t > 0 each. Return
+   the number of intervals or QUARTIC_UNDECIDED.
 
-   The first interval ends at `end`. The next interval begins at `end`, and its polynomial counts time from `end`. */
+   The search begins with the interval from 0 to `end`. The search goes on with intervals each of which begins at the
+   end of the previous one. For each, the polynomial is converted so that it counts time from the beginning of the
+   interval. */
 static inline int isolate_roots_of_pairs(const PairPolynomial *p, int start, double end, int most,
                                          Bracket *brackets) {
     PairPolynomial rest = *p;
@@ -107,8 +115,8 @@ static inline int isolate_roots_of_pairs(const PairPolynomial *p, int start, dou
     return QUARTIC_UNDECIDED;
 }
 
-/* Isolate roots with floats or, if that fails, with pairs. If there is a root, the pair form is computed in any
-   case. */
+/* Find intervals that contain one root each, with floats or, if that fails, with pairs of floats. If there is a root,
+   `falls->pairs` is set, even if floats were sufficient. */
 static inline int isolate_in_stages(Falls *falls, int most, Bracket *brackets) {
     double scale = time_scale(&falls->floats, falls->start), doubt;
     int count = isolate_roots(&falls->floats, falls->start, scale, most, brackets, &doubt);
@@ -129,8 +137,8 @@ static inline int isolate_in_stages(Falls *falls, int most, Bracket *brackets) {
     return count;
 }
 
-/* Find the first fall of a gap that is positive at first. Return the fall's time, infinity if there is none, or
-   CAROM_UNCERTAIN. */
+/* Find the first fall of a gap that is positive at t = 0. Return the fall's time, infinity if there is no fall, or
+   CAROM_UNCERTAIN if the first two stages do not decide. */
 static inline double find_first_fall(Falls *falls) {
     Bracket bracket;
     QuarticRoot root;
@@ -145,7 +153,7 @@ static inline double find_first_fall(Falls *falls) {
     return time;
 }
 
-/* Find all falls at t > 0, and return their number or QUARTIC_UNDECIDED. */
+/* Find all falls at t > 0. Return their number, or QUARTIC_UNDECIDED if the first two stages do not decide. */
 static inline int find_all_falls(Falls *falls, double *times) {
     Bracket brackets[QUARTIC_POWERS];
     QuarticRoot roots[QUARTIC_POWERS];
@@ -168,8 +176,8 @@ static inline int find_all_falls(Falls *falls, double *times) {
 
 /* ---- falls in their order ---- */
 
-/* Return the exact sign of a coefficient, from an exact sum. The result is UNKNOWN_SIGN if a product is outside the
-   range of floats, or if the gap does not count time from now. */
+/* Return the exact sign of coefficient k, computed by an exact sum of products. If a product exceeds the range of
+   floats, or if the gap does not count time from now, return UNKNOWN_SIGN. */
 static CAROM_NOINLINE int exact_sign_of_power(const Falls *falls, int k) {
     Products products = {.from = 0.0};
     double terms[2 * MOST_PRODUCTS];
@@ -187,7 +195,7 @@ static CAROM_NOINLINE int exact_sign_of_power(const Falls *falls, int k) {
     return (sum > 0.0) - (sum < 0.0);
 }
 
-/* Return the sign of a coefficient: exact, or UNKNOWN_SIGN. */
+/* Return the exact sign of coefficient k, or UNKNOWN_SIGN. */
 static inline int sign_of_power(Falls *falls, int k) {
     double value = falls->floats.power[k], size = falls->floats.size[k];
     if (size >= CAROM_LEAST_SIZE && fabs(value) > CAROM_ERROR * size)
@@ -206,8 +214,8 @@ static inline int sign_of_gap(Falls *falls) {
     return sign == UNKNOWN_SIGN ? (int)solve_exactly(falls, QUARTIC_SIGN) : sign;
 }
 
-/* Begin to find the falls of a gap. Next, the caller must set the float form of the gap, or its float and pair
-   forms. */
+/* Prepare a search for the falls of a gap. Next, the caller must set `falls->floats`, or both `falls->floats` and
+   `falls->pairs`. */
 static inline void begin_falls(Falls *falls, const ExactQuartic *exact, const Gap *gap) {
     falls->exact = exact;
     falls->gap = gap;
@@ -249,7 +257,8 @@ static inline double next_fall(Falls *falls) {
         return 0.0;
     }
     const int number = index - falls->falls_now;
-    const int most = (falls->floats.degree + (falls->start > 0)) / 2; /* falls and rises alternate */
+    /* the gap becomes negative and positive alternately */
+    const int most = (falls->floats.degree + (falls->start > 0)) / 2;
     if (number >= most || keeps_sign(&falls->floats, falls->start, CAROM_ERROR)) {
         CAROM_STAGE_DECIDED(1);
         return CAROM_INF;

@@ -1,13 +1,14 @@
-/* Three forms of a polynomial in time of degree 4 or less: in floats, in pairs (double-double), and exact.
+/* Three forms of a polynomial in time of degree 4 or less: with coefficients in floats, in pairs of floats, and as
+   exact sums of products.
 
-   The polynomial is a gap between two bodies, in m^2 for circles, and t is in seconds. Here, power k means the
-   coefficient of t^k. Powers are stored lowest first. The float form is computed first. The functions of a `Gap`
-   compute the other forms when they are needed.
+   The polynomial is a gap between two bodies, in m^2 for circles, and t is in seconds. In this folder, "power k" means
+   the coefficient of t^k. Power 0 is stored first. The float form is computed first. The functions of a `Gap` compute
+   the other forms when they are needed.
 
    - `Polynomial`: each power has an error of at most CAROM_ERROR times its `size`, the sum of the magnitudes of its
      terms.
-   - `PairPolynomial`: the same with pairs and CAROM_QUARTIC_PAIR_ERROR. If the terms of a power cancel, its `size` may
-     be smaller than the sum.
+   - `PairPolynomial`: each power is a pair of floats, with an error of at most CAROM_QUARTIC_PAIR_ERROR times its
+     `size`. If the terms of a power nearly cancel, `size` may be smaller than the sum of their magnitudes.
    - `Products`: each power as an exact sum of products of two input numbers. */
 
 #pragma once
@@ -16,13 +17,13 @@
 
 enum {
     QUARTIC_POWERS = 5,
-    /* products in one power: 4 * 4 from each of two squared sums of four parts, and 2 * 2 from one squared sum of two
-       parts */
+    /* largest number of products in one power: 4 * 4 from each of two squared sums of four parts, and 2 * 2 from one
+       squared sum of two parts */
     MOST_PRODUCTS = 36,
 };
 
 typedef struct Polynomial {
-    int degree; /* of the exact polynomial */
+    int degree; /* degree of the exact polynomial */
     double power[QUARTIC_POWERS];
     double size[QUARTIC_POWERS];
 } Polynomial;
@@ -40,24 +41,25 @@ typedef struct Product {
 
 /* Power k of the polynomial is the sum of the first `count[k]` products in row k of `products`. */
 typedef struct Products {
-    double from;    /* instant from which the gap counts time: the polynomial must be expanded in powers of t - from */
-    bool is_closed; /* whether power 0 must then be replaced by 0 */
+    /* instant from which the gap counts time: solvers must expand the polynomial in powers of t - from */
+    double from;
+    bool is_closed; /* whether solvers must replace power 0 by 0 after this expansion */
     int count[QUARTIC_POWERS];
     Product products[QUARTIC_POWERS][MOST_PRODUCTS];
 } Products;
 
-/* Functions that compute the other two forms of a polynomial. */
+/* Functions that compute a polynomial in pairs of floats and as products. */
 typedef struct Gap {
     void (*write_pairs)(const void *source, PairPolynomial *p);
     void (*write_products)(const void *source, Products *products);
     const void *source;
 } Gap;
 
-/* The caller's exact solver, for numbers of any size. `solve` must not be NULL.
+/* The caller's function `solve`, which must not be NULL, computes results exactly for numbers of any size.
 
    The gap may close at several instants, which are numbered from 0. `solve` returns the instant with the number
-   `index`, in seconds after `from`, or infinity if there are fewer instants. `find_closings` of
-   `carom/core/exact_quartic.py` yields the same instants. For the index QUARTIC_SIGN, `solve` ignores `is_closed` and
+   `index`, in seconds after `from`, or infinity if there is no such instant. In Python, `find_closings` of
+   `carom/core/exact_quartic.py` computes these instants. For the index QUARTIC_SIGN, `solve` ignores `is_closed` and
    returns the sign of the polynomial at `from`: -1, 0 or 1. */
 typedef struct ExactQuartic {
     double (*solve)(void *context, const Products *gap, int index);
@@ -68,8 +70,8 @@ enum { QUARTIC_SIGN = -1 };
 
 /* ---- products ---- */
 
-/* Add the product of two sums and `factor` to a power of the polynomial. `factor` is a power of two or its negative.
-   Products that are 0 are left out. */
+/* Add (the sum of `a`) times (the sum of `b`) times `factor` to a power of the polynomial, as single products. `factor`
+   is a power of two or its negative. Products that are 0 are left out. */
 static inline void add_products(Products *products, int power, const double *a, int a_count, const double *b,
                                 int b_count, double factor) {
     for (int i = 0; i < a_count; i++) {
@@ -82,7 +84,7 @@ static inline void add_products(Products *products, int power, const double *a, 
 
 /* ---- changes ---- */
 
-/* Expand a polynomial in powers of t - from. */
+/* Convert a polynomial in t to a polynomial in t - from. */
 static inline void shift_origin(PairPolynomial *p, double from) {
     for (int lowest = 0; lowest < p->degree; lowest++) {
         for (int k = p->degree - 1; k >= lowest; k--) {
@@ -101,7 +103,7 @@ static inline void drop_powers(PairPolynomial *p, int count) {
     }
 }
 
-/* Return the float form of a polynomial in pairs. */
+/* Round the coefficients of a polynomial from pairs to floats. */
 static inline Polynomial round_polynomial(const PairPolynomial *p) {
     Polynomial rounded = {.degree = p->degree};
     for (int k = 0; k <= p->degree; k++) {
@@ -136,7 +138,7 @@ typedef struct Derivatives {
     double half_bend; /* half of the second derivative */
 } Derivatives;
 
-/* Return value and derivatives of the float form at an instant. */
+/* Return the value and the derivatives of a polynomial at an instant, in floats. */
 static inline Derivatives derivatives_at(const Polynomial *p, double t) {
     Derivatives at = {p->power[p->degree], 0.0, 0.0};
     for (int k = p->degree - 1; k >= 0; k--) {

@@ -1,13 +1,15 @@
-/* Isolation of roots of a polynomial of degree 4 or less. Each interval found contains exactly one root t > 0, as error
-   bounds prove.
+/* Isolation of roots of a polynomial of degree 4 or less: finds intervals, called brackets, that contain exactly one
+   root t > 0 each. Error bounds prove this.
 
    The half line t >= 0 is mapped to 0 <= s <= 1 by t = c s / (1 - s), so that s = 1/2 is the instant c. The polynomial,
-   of degree n, is multiplied by (1 - s)^n. The result has Bernstein coefficients b. By Descartes' rule, the polynomial
-   has no root in the interval if all b have one sign, and exactly one if they change sign once. Otherwise the interval
-   is halved by de Casteljau's algorithm, which computes means of neighbouring coefficients. A sign counts only if the
-   coefficient exceeds its error bound. If a sign that matters is uncertain, the result is QUARTIC_UNDECIDED. The result
-   is correct for any c. If c is near a minimum of the polynomial, few halvings are needed. With pairs, intervals are
-   finite, and falls.h proceeds from one interval to the next. So the roots may differ by many orders of magnitude.
+   of degree n, is multiplied by (1 - s)^n. The result is a polynomial in s with Bernstein coefficients b. By Descartes'
+   rule, the polynomial has no root in the interval if all b have one sign, and exactly one if they change sign once.
+   Otherwise the interval is halved by de Casteljau's algorithm, which computes means of neighbouring coefficients. The
+   sign of a coefficient is certain only if its magnitude exceeds its error bound. If an uncertain sign prevents a
+   decision, the result is QUARTIC_UNDECIDED. The result is correct for any c. If c is near a minimum of the polynomial,
+   few halvings are needed. The search in pairs of floats uses finite intervals instead of the half line, and falls.h
+   proceeds from one interval to the next. So that search also succeeds for roots that differ by many orders of
+   magnitude.
 
    Source: R. T. Farouki, "The Bernstein polynomial basis: a centennial retrospective", Comput. Aided Geom. Des. 29
    (2012), sections 4.3 and 5.2. */
@@ -18,9 +20,9 @@
 
 enum {
     QUARTIC_UNDECIDED = -1,
-    MOST_HALVINGS = 52, /* of one polynomial; CAROM_BERNSTEIN_ERROR covers this many */
+    MOST_HALVINGS = 52, /* largest number of halvings for one polynomial; CAROM_BERNSTEIN_ERROR covers this many */
     MOST_PAIR_HALVINGS = 120,
-    MOST_WAITING = MOST_HALVINGS / 2, /* intervals on the stack */
+    MOST_WAITING = MOST_HALVINGS / 2, /* largest number of intervals on the stack of intervals to be searched */
     MOST_PAIRS_WAITING = MOST_PAIR_HALVINGS / 2,
 };
 
@@ -48,15 +50,16 @@ static inline double instant_of(double scale, double s) {
 typedef enum SignChanges {
     NO_CHANGE,
     ONE_CHANGE,
-    SEVERAL_CHANGES, /* possibly several, because some signs may be uncertain */
+    SEVERAL_CHANGES, /* several, or an unknown number because signs are uncertain */
 } SignChanges;
 
-/* Return how many times the coefficients of an interval change sign. `first` and `last` are the signs of the first and
-   last coefficients if they are known, and 0 otherwise. */
+/* Return how many times the sign changes along the Bernstein coefficients b of an interval. `error` is a bound of their
+   errors. `first` and `last` are the signs of the first and the last coefficient, or 0 if they are not known. */
 static CAROM_ALWAYS_INLINE SignChanges count_sign_changes(const double *b, int degree, double error, int first,
                                                           int last) {
     const unsigned all = (2u << degree) - 1u;
-    unsigned positive = 0, negative = 0; /* bit k is for coefficient k; an uncertain sign sets neither bit */
+    /* bit k of `positive` or `negative` is set if coefficient k certainly has this sign */
+    unsigned positive = 0, negative = 0;
     for (int k = 0; k <= degree; k++) {
         positive |= (unsigned)(b[k] > error) << k;
         negative |= (unsigned)(b[k] < -error) << k;
@@ -65,8 +68,8 @@ static CAROM_ALWAYS_INLINE SignChanges count_sign_changes(const double *b, int d
     negative |= (unsigned)(first < 0) | ((unsigned)(last < 0) << degree);
     if (positive == all || negative == all)
         return NO_CHANGE;
-    /* There is one change if the first coefficients have one sign and the rest have the other. The first coefficient of
-       the rest may be uncertain, since either sign leaves one change. */
+    /* There is exactly one change if the first coefficients have one sign and the others have the other sign. At the
+       change, one coefficient may be uncertain, since either of its signs leaves one change. */
     unsigned low = positive & 1u ? positive : negative, not_high = all & ~(positive & 1u ? negative : positive);
     bool is_one = (low & (low + 1u)) == 0u && (not_high == low || not_high == 2u * low + 1u) && low != 0u;
     return is_one && not_high != all ? ONE_CHANGE : SEVERAL_CHANGES;
@@ -76,12 +79,12 @@ static CAROM_ALWAYS_INLINE SignChanges count_sign_changes(const double *b, int d
 
 typedef struct BernsteinPiece {
     double b[QUARTIC_POWERS];
-    double begin; /* of the interval, in s */
+    double begin; /* start and end of the interval, as values of s */
     double end;
 } BernsteinPiece;
 
-/* Write the coefficients of the whole interval. For each coefficient, the magnitudes of its terms have a sum; return
-   the largest such sum. */
+/* Write the Bernstein coefficients of the whole interval 0 <= s <= 1. For each coefficient, the magnitudes of its terms
+   have a sum. Return the largest of these sums, to which error bounds are relative. */
 static CAROM_ALWAYS_INLINE double write_bernstein(const Polynomial *p, const int n, double scale, double *b) {
     double power = 1.0, largest = 0.0;
     for (int k = 0; k <= n; k++) {
@@ -109,7 +112,7 @@ static CAROM_ALWAYS_INLINE void halve_piece(BernsteinPiece *piece, BernsteinPiec
     second->begin = piece->end = 0.5 * (piece->begin + piece->end);
 }
 
-/* Do the same as `isolate_roots` for a polynomial of degree n. */
+/* Do what `isolate_roots` does, for a polynomial of degree n. */
 static CAROM_ALWAYS_INLINE int isolate_roots_of_degree(const Polynomial *p, const int n, int start, double scale,
                                                        int most, Bracket *brackets, double *doubt) {
     *doubt = scale;
@@ -146,10 +149,11 @@ static CAROM_ALWAYS_INLINE int isolate_roots_of_degree(const Polynomial *p, cons
     return QUARTIC_UNDECIDED;
 }
 
-/* Isolate the roots t > 0 in ascending order, at most `most` of them. Return their number or QUARTIC_UNDECIDED.
+/* Find brackets of the first `most` roots t > 0, in ascending order. Return their number or QUARTIC_UNDECIDED.
 
-   `start` is the exact sign of the polynomial at 0, and `scale` is c. If a sign is uncertain, `doubt` is set to about
-   the instant of the first such sign. */
+   `start` is the exact sign of the polynomial at 0, and `scale` is the instant c that is explained at the top of this
+   file. If an uncertain sign prevents a result, `doubt` is set to about the instant at which the polynomial is nearly
+   0. */
 static inline int isolate_roots(const Polynomial *p, int start, double scale, int most, Bracket *brackets,
                                 double *doubt) {
     if (p->degree == 4) /* a constant, so that the compiler unrolls all loops */
@@ -161,12 +165,12 @@ static inline int isolate_roots(const Polynomial *p, int start, double scale, in
 
 typedef struct BernsteinPairPiece {
     DoubleDouble b[QUARTIC_POWERS];
-    double begin; /* of the interval, as a fraction of the whole one */
+    double begin; /* start and end of the interval, as fractions of the whole interval */
     double end;
 } BernsteinPairPiece;
 
-/* Write 12 times the coefficients of the interval from 0 to `width`. For each number written, the magnitudes of its
-   terms have a sum; return the largest such sum. */
+/* Write the Bernstein coefficients of the interval from 0 to `width`, multiplied by 12. For each number written, the
+   magnitudes of its terms have a sum. Return the largest of these sums, to which error bounds are relative. */
 static inline double write_pair_bernstein(const PairPolynomial *p, double width, DoubleDouble *b) {
     const int n = p->degree;
     DoubleDouble term[QUARTIC_POWERS];
@@ -208,8 +212,8 @@ static inline void halve_pair_piece(BernsteinPairPiece *piece, BernsteinPairPiec
     second->begin = piece->end = 0.5 * (piece->begin + piece->end);
 }
 
-/* Isolate the roots between 0 and `width` in ascending order, at most `most` of them. Return their number or
-   QUARTIC_UNDECIDED. `from` is added to the instants. */
+/* Find brackets of the first `most` roots between 0 and `width`, in ascending order. Return their number or
+   QUARTIC_UNDECIDED. `from` is added to the ends of the brackets. */
 static inline int isolate_roots_of_part(const PairPolynomial *p, int start, double from, double width, int most,
                                         Bracket *brackets) {
     const int n = p->degree;
@@ -252,7 +256,7 @@ enum {
 };
 
 static inline double approximate_cube_root(double a) {
-    double root = sqrt(sqrt(a)); /* a^(1/4 + 1/16 + 1/64) */
+    double root = sqrt(sqrt(a)); /* the result is a^(1/4 + 1/16 + 1/64), which is about a^(1/3) */
     double next = sqrt(sqrt(root));
     return root * next * sqrt(sqrt(next));
 }
@@ -292,7 +296,7 @@ static inline double last_turn(const Polynomial *p) {
 /* Return approximately the first instant at which some other term is as large as the constant term; infinity for
    none. */
 static inline double first_balance(const Polynomial *p) {
-    double largest = 0.0; /* inverse of the smallest such instant */
+    double largest = 0.0; /* inverse of the first instant at which a term is as large as the constant term */
     for (int k = 1; k <= p->degree; k++) {
         double part = fabs(p->power[k] / p->power[0]);
         part = k == 1 ? part : k == 3 ? approximate_cube_root(part) : sqrt(k == 4 ? sqrt(part) : part);
@@ -314,8 +318,8 @@ static inline double last_balance(const Polynomial *p) {
     return largest;
 }
 
-/* Return the root of the derivative near an instant, accurate to the last place. If there is no such root, return that
-   instant. */
+/* Return the root of the polynomial's derivative near an instant, accurate to the last place. If no root is found near
+   the instant, return the instant. */
 static inline double sharpen_turn(const PairPolynomial *p, const Polynomial *floats, double near_turn) {
     const int n = p->degree;
     double t = near_turn;
@@ -333,8 +337,8 @@ static inline double sharpen_turn(const PairPolynomial *p, const Polynomial *flo
     return t;
 }
 
-/* Return an instant that separates the roots well. For a gap that opens again, it is about the time of the smallest
-   gap. */
+/* Return an instant c between the roots, so that few halvings are needed. For a gap that becomes smaller and opens
+   again, c is about the time of the smallest gap. */
 static inline double time_scale(const Polynomial *p, int start) {
     double turn = (p->power[p->degree] > 0.0) == (start > 0) ? last_turn(p) : 0.0;
     if (!(turn > 0.0))

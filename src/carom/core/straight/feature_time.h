@@ -1,5 +1,5 @@
-/* Time of impact of a disc on any feature of a wall, in straight uniform motion. Also the gap to a feature, and the
-   normal when they touch.
+/* Time of impact of a disc on any feature of a wall, in straight uniform motion; the gap between a disc and a feature;
+   and the normal of a disc that touches a feature.
 
    line_time.h computes the times for half-planes and faces. A vertex is a full circle of radius 0. A vertex or the
    outside of an arc is hit like a fixed disc: at the earlier root of |d + u t| = R, where R is the sum of the arc's
@@ -9,17 +9,18 @@
        a = u.u,   b = d.u,   c = d.d - R^2,   D = b^2 - a c,
        t = (-b + sqrt(D)) / a    for b <= 0,        t = -c / (b + sqrt(D))    for b > 0.
 
-   There is no cancellation, because c <= 0 inside. For a disc that has just left the inside, c is exactly 0, although
-   the rounded value may differ. The next impact is one chord later: t = -2 b / a. Each result is one of the two floats
-   next to the exact value. If the impact has left no normal speed, b is 0, too, and the disc glides along the arc.
+   In these formulas for the later root, no terms cancel, because c <= 0 inside. For a disc that has just left the
+   inside, c is exactly 0, although the rounded value may differ. The next impact is one chord later: t = -2 b / a. Each
+   result is one of the two floats next to the exact value. If the disc has no normal speed after the impact, b is 0,
+   too. The disc then glides along the arc: it stays in contact without an impact.
 
-   The arc is hit if the contact is in its sector. If rounding leaves that undecided, the contact counts. At such a
-   point the disc touches the arc and its neighbour, or the arc's end, at the same time.
+   The disc hits the arc if the point of contact is in the arc's sector. If rounding errors leave this undecided, the
+   disc hits the arc. At such a point it touches the arc at the same time as the arc's end or the adjoining edge.
 
-   A disc that touches the inside, or moves from a straight edge onto it, may be outside the circle by one unit in the
-   last place. If its path then never enters the circle (D < 0), the path is the arc's tangent up to rounding, and the
-   disc glides along the arc. The same is true if the path leaves the arc by a chord that is within the rounding of the
-   velocity. */
+   The centre of a disc that touches the inside of an arc, or moves from a straight edge onto it, may be outside the
+   circle of radius R by one unit in the last place. If its path then never enters the circle (D < 0), the path is the
+   arc's tangent up to rounding, and the disc glides along the arc. The disc also glides if its path is a chord of this
+   circle that is so short that it may result from rounding errors of the velocity. */
 
 #pragma once
 
@@ -28,25 +29,25 @@
 /* ---- arcs and vertices ---- */
 
 typedef struct Touch {
-    double time; /* seconds from now; CAROM_INF for never */
-    bool glides; /* along the tangent: contact without an impact */
+    double time; /* seconds until the disc touches the feature; CAROM_INF for never */
+    bool glides; /* whether the disc then glides along the tangent: contact without an impact */
 } Touch;
 
 /* Where a disc's path begins, relative to a feature. */
 typedef enum PathStart {
     ELSEWHERE = 0,
-    JUST_LEFT = 1,   /* at the last impact, which was on this feature */
-    JUST_STOPPED = 2 /* likewise, and the impact has left no normal speed */
+    JUST_LEFT = 1,   /* the path begins with an impact on this feature */
+    JUST_STOPPED = 2 /* the path begins with an impact on this feature, after which the disc has no normal speed */
 } PathStart;
 
-/* A coordinate after a time, and its rounded change. */
+/* A coordinate after a time, and the rounded change of the coordinate during this time. */
 typedef struct MovedCoordinate {
     DoubleDouble coordinate;
     double change;
 } MovedCoordinate;
 
-/* Return the distance of a disc's centre from an arc's centre when the disc touches the arc. It is 0 or less if the
-   disc does not fit inside. */
+/* Return the distance of a disc's centre from an arc's centre when the disc touches the arc. If the disc does not fit
+   inside, the result is 0 or less. */
 static inline DoubleDouble reach_of(const Mover *disc, const Feature *arc) {
     DoubleDouble thick = two_sum(disc->radius, arc->half_width);
     if (arc->kind == INNER_ARC)
@@ -55,8 +56,8 @@ static inline DoubleDouble reach_of(const Mover *disc, const Feature *arc) {
     return two_sum(total.high, total.low + (arc->size.low + thick.low));
 }
 
-/* Return the cross product of the direction to an arc's end and a position. The last two arguments are the changes of
-   the position. */
+/* Return the cross product of the vector from an arc's centre to its end (fx, fy) and the position (x, y), with an
+   error bound. `moved_x` and `moved_y` are the changes from which the position was computed. */
 static inline Bounded turn_to(DoubleDouble fx, DoubleDouble fy, DoubleDouble x, DoubleDouble y, double moved_x,
                               double moved_y) {
     double moved = fabs(fx.high * moved_y) + fabs(fy.high * moved_x);
@@ -65,8 +66,8 @@ static inline Bounded turn_to(DoubleDouble fx, DoubleDouble fy, DoubleDouble x, 
     return (Bounded){cross_product(fx, fy, x, y).high, error};
 }
 
-/* Return whether a position, relative to the centre, is in an arc's sector. If rounding leaves that undecided, return
-   true. */
+/* Return whether a position, relative to an arc's centre, is in the arc's sector. If rounding errors leave this
+   undecided, return true. */
 static inline bool is_in_sector(const Feature *arc, DoubleDouble x, DoubleDouble y, double moved_x, double moved_y) {
     if (arc->whole)
         return true;
@@ -91,8 +92,8 @@ static inline MovedCoordinate coordinate_after(DoubleDouble x, DoubleDouble u, d
     return (MovedCoordinate){two_sum(total.high, total.low + (x.low + (way.low + time * u.low))), way.high};
 }
 
-/* Return whether a disc, now at (x, y) relative to the centre, is in the sector after a time. At the end where a
-   gliding disc leaves the sector, the result is false. */
+/* Return whether a disc, now at (x, y) relative to an arc's centre, is in the arc's sector after a time. For a gliding
+   disc at the end of the arc at which it leaves the sector, return false. */
 static inline bool is_in_sector_at(const Feature *arc, DoubleDouble x, DoubleDouble y, const Mover *disc, double time,
                                    bool glides) {
     if (arc->whole)
@@ -127,7 +128,8 @@ static inline double outer_arc_time(const Mover *disc, const Feature *arc) {
     return is_in_sector_at(arc, x, y, disc, time, false) ? time : CAROM_INF;
 }
 
-/* Return the later root, and whether the two roots are equal. The root is infinity if there is no root after now. */
+/* Return the later time at which the centre is on the circle of radius `reach`, and whether the path only touches this
+   circle (`glides`). If there is no such time after now, return infinity. */
 static inline Touch later_root(DoubleDouble x, DoubleDouble y, const Mover *disc, DoubleDouble reach, DoubleDouble a,
                                DoubleDouble b, DoubleDouble c) {
     DoubleDouble d = accurate_discriminant((Encounter){x, y, disc->ux, disc->uy, reach}, b, c, a);
@@ -141,7 +143,8 @@ static inline Touch later_root(DoubleDouble x, DoubleDouble y, const Mover *disc
     return (Touch){-linear_root((DoubleDouble){total.high, total.low + (root.low - b.low)}, a), false};
 }
 
-/* Return when a disc that stays outside an arc's circle enters the arc's sector while it overlaps the arc. */
+/* Return when a disc enters an arc's sector while it overlaps the arc from inside; infinity for never. The disc's
+   centre never enters the circle of radius `reach`. */
 static inline Touch sector_entry(const Feature *arc, DoubleDouble x, DoubleDouble y, const Mover *disc,
                                  DoubleDouble reach) {
     DoubleDouble fx = arc->ex;
@@ -168,8 +171,8 @@ static inline Touch sector_entry(const Feature *arc, DoubleDouble x, DoubleDoubl
     return (Touch){first, first < CAROM_INF};
 }
 
-/* Return when a disc touches an arc from inside. This is now if the disc touches or overlaps the arc and does not move
-   away. */
+/* Return when a disc touches an arc from inside. The time is 0 if the disc touches or overlaps the arc and does not
+   move away. */
 static inline Touch inner_arc_time(const Mover *disc, const Feature *arc, PathStart start) {
     Touch touch = {CAROM_INF, false};
     Touch never = {CAROM_INF, false};
@@ -210,7 +213,7 @@ typedef struct Direction {
 
 /* Return when a disc touches a feature.
 
-   On a straight path, a disc returns to the feature that it has just left only if the feature is the inside of an
+   A disc on a straight path can return to the feature at which the path begins only if this feature is the inside of an
    arc. */
 static inline Touch feature_time(const Mover *disc, const Feature *feature, PathStart start) {
     if (feature->kind == INNER_ARC)
@@ -241,8 +244,8 @@ static inline Direction normal_at(const Feature *feature, const Mover *disc) {
 
 /* Return the distance of a disc's rim from a feature, along the normal.
 
-   The radius of an arc may be far larger than all other lengths. The difference of two distances from its centre would
-   then have a large rounding error. The difference of the squares of these distances does not have it. */
+   The radius of an arc may be far larger than all other lengths. The difference of two distances from the arc's centre
+   would then have a large rounding error, so the gap is computed from the difference of their squares. */
 static inline double feature_gap(const Mover *disc, const Feature *f) {
     if (f->kind == PLANE) {
         return wall_gap(disc->x.high, disc->y.high, disc->radius, f->x.high, f->y.high, f->nx, f->ny).high;

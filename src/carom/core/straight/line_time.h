@@ -1,10 +1,10 @@
 /* Time of impact of a disc in straight uniform motion on the line of a half-plane, or on a face.
 
-   HALF-PLANES. Points p on the free side of the wall have (p - q).n >= 0, with a point q and a unit normal n. Both are
-   used exactly as given in floats. The disc's rim has the gap (p - q).n - r, which closes at the speed -v.n. The time
-   of impact is gap over speed. Offset, radius and products are error-free pairs: near contact, plain floats would have
-   errors of up to 1e14 units in the last place. The time is accurate to 2 units in the last place, for lengths and
-   speeds between 1e-250 and 1e290.
+   HALF-PLANES. Points p on the free side of the wall have (p - q).n >= 0, with a point q and a unit normal n. q and n
+   are used exactly as given in floats. The disc's rim has the gap (p - q).n - r, which closes at the speed -v.n. The
+   time of impact is gap over speed. Offsets and products are pairs of floats without rounding errors, because the gap
+   is a small difference near contact. With plain floats it would have errors of up to 1e14 units in the last place. The
+   time is accurate to 2 units in the last place, for lengths and speeds between 1e-250 and 1e290.
 
    FACES. A face is one side of a straight edge of a finite wall. Let e be the vector from its start to its end, l the
    length of e, d the offset of the disc's centre from the start, and R the half width plus the disc's radius. The gap
@@ -12,10 +12,11 @@
 
        gap l = e x d - R l,   speed l = e x u.
 
-   The time of impact is minus the quotient of gap and speed, accurate to 1 unit in the last place. The vector e is not
-   normalised, so no rounded normal is involved. The foot of a disc is the point of the face's line that is nearest to
-   the disc's centre. The disc touches the face if its foot is on the edge at that time. At a convex end the outline of
-   the wall has no kink, so an impact on the face and one on the vertex are the same. Signs are exact.
+   The time of impact is -gap / speed, accurate to 1 unit in the last place. The vector e is not normalised, so no
+   rounded normal is involved. The foot of a disc is the point of the face's line that is nearest to the disc's centre.
+   The disc touches the face if its foot is on the edge at that time. At the end of a face, where it adjoins the rounded
+   vertex, the wall's outline has no kink. So rounding there does not matter: an impact on the face and an impact on the
+   vertex are the same. The signs of gap and speed are exact.
 
    Lengths are in metres, velocities in metres per second, times in seconds. */
 
@@ -26,8 +27,8 @@
 
 /* ---- half-planes ---- */
 
-/* Add `a` times a component of a normal to a sum. Most walls are parallel to an axis; products with 0 and 1 are
-   exact. */
+/* Add `a` times a component of a normal to a sum. The components 0 and 1 have faster branches, because most walls are
+   parallel to an axis. */
 static inline TripleDouble add_along(TripleDouble total, double a, double component) {
     if (component == 0.0)
         return total;
@@ -45,12 +46,12 @@ static inline DoubleDouble wall_gap(double x, double y, double radius, double qx
     return round_sum(add_term(total, -radius));
 }
 
-/* Return the velocity along a wall's normal, negative towards the wall. */
+/* Return the component of a velocity along a wall's normal, negative towards the wall. */
 static inline DoubleDouble wall_speed(double vx, double vy, double nx, double ny) {
     return round_sum(add_along(add_along(empty_sum(), vx, nx), vy, ny));
 }
 
-/* Return the root t of `gap + speed * t`, corrected once by its residual. */
+/* Return the root t of `gap + speed * t = 0`, corrected once by the remainder of the division. */
 static inline double linear_root(DoubleDouble gap, DoubleDouble speed) {
     double t = -gap.high / speed.high;
     DoubleDouble product = two_prod(t, speed.high);
@@ -75,13 +76,13 @@ static inline double wall_time(double x, double y, double vx, double vy, double 
 
 /* ---- faces ---- */
 
-/* Return a coordinate relative to another one. */
+/* Return the difference of two coordinates, each of which is a pair of floats. */
 static inline DoubleDouble offset_between(DoubleDouble a, DoubleDouble q) {
     DoubleDouble d = two_diff(a.high, q.high);
     return two_sum(d.high, d.low + (a.low - q.low));
 }
 
-/* Return the cross product e x d. Its sign is exact. */
+/* Return the cross product e x d, whose sign is exact. */
 static inline DoubleDouble cross_product(DoubleDouble ex, DoubleDouble ey, DoubleDouble x, DoubleDouble y) {
     return inner_product(ex, negate(ey), y, x);
 }
@@ -95,7 +96,8 @@ static inline DoubleDouble face_gap(const Mover *disc, const Feature *face) {
     DoubleDouble gap = round_sum(add_pair_product(total, negate(face->size), reach));
     if (fabs(gap.high) > CAROM_DOUBTFUL_GAP * (face->size.high * reach.high))
         return gap;
-    /* (e x d)^2 - R^2 e.e contains no root. The gap is its quotient by e x d + R l, which is not near 0. */
+    /* The gap is the quotient of (e x d)^2 - R^2 e.e, which contains no rounded root, and e x d + R l, which is not
+       near 0. */
     DoubleDouble squares = negate(exact_discriminant((Encounter){x, y, face->ex, face->ey, reach}));
     DoubleDouble cross = cross_product(face->ex, face->ey, x, y);
     DoubleDouble root = pair_product(face->size, reach);
@@ -103,7 +105,8 @@ static inline DoubleDouble face_gap(const Mover *disc, const Feature *face) {
     return pair_quotient(squares, (DoubleDouble){total_root.high, total_root.low + (cross.low + root.low)});
 }
 
-/* Return whether a disc's centre is on a face's free side and the disc's foot is on the edge. */
+/* Return whether a disc's centre is on a face's free side and the disc's foot (the nearest point of the face's line) is
+   on the edge. */
 static inline bool is_before_face(const Mover *disc, const Feature *face) {
     DoubleDouble x = offset_between(disc->x, face->x);
     DoubleDouble y = offset_between(disc->y, face->y);
@@ -114,8 +117,9 @@ static inline bool is_before_face(const Mover *disc, const Feature *face) {
     return inner_product(face->ex, face->ey, x_from_end, y_from_end).high <= 0.0;
 }
 
-/* When a disc touches a face's line, its foot is at some distance beyond a given point of the line. Return that
-   distance, multiplied by the face's length and the speed of approach. This is the plain form. */
+/* Return the signed distance, along a face's line, from a given point of the line to the disc's foot when the disc
+   touches the line. The distance is multiplied by the face's length and the speed of approach, and is computed in
+   double precision. */
 static inline Bounded foot_beyond(const Mover *disc, const Feature *face, double x, double y) {
     double size = face->size.high, reach = disc->radius + face->half_width;
     double ux = disc->ux.high, uy = disc->uy.high;
@@ -126,15 +130,14 @@ static inline Bounded foot_beyond(const Mover *disc, const Feature *face, double
                      2.0 * CAROM_ERROR * terms + CAROM_NEGLIGIBLE};
 }
 
-/* Return whether a disc that approaches a face's line certainly has its foot outside of the edge when it touches the
-   line. */
+/* Return whether a disc that approaches a face's line certainly touches the line beyond an end of the edge. */
 static inline bool is_certainly_beside(const Mover *disc, const Feature *face) {
     Bounded from_start = foot_beyond(disc, face, face->x.high, face->y.high);
     Bounded from_end = foot_beyond(disc, face, face->fx.high, face->fy.high);
     return from_start.value < -from_start.error || from_end.value > from_end.error;
 }
 
-/* Return whether a disc that approaches a face's line has its foot on the edge when it touches the line. */
+/* Return whether a disc that approaches a face's line touches the line between the ends of the edge. */
 static inline bool is_between_ends(const Mover *disc, const Feature *face) {
     Bounded near_start = foot_beyond(disc, face, face->x.high, face->y.high);
     Bounded near_end = foot_beyond(disc, face, face->fx.high, face->fy.high);

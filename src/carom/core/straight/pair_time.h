@@ -1,5 +1,5 @@
-/* Time of impact of two discs in straight uniform motion, accurate to 2 units in the last place. Whether they collide
-   is decided exactly.
+/* Time of impact of two discs in straight uniform motion, accurate to 2 units in the last place. The decision whether
+   they collide is exact.
 
    Let d be the offset of the second disc from the first, u its relative velocity, and R the sum of the radii. The discs
    touch when |d + u t| = R, that is
@@ -10,13 +10,14 @@
    must be true: they approach (b < 0), are apart (c > 0) and do not miss each other (D > 0). There are three steps,
    each with its own guarantee:
 
-   1. The plain form uses double precision. It decides a condition only if the quantity exceeds the bound of its
-      rounding error.
-   2. The root of a collision is refined by one step. Near the contact, the residual |d + u t|^2 - R^2 is computed
-      without cancellation, because its operands are split onto a common grid. The step reports whether its error is
-      certainly below 2 units in the last place.
-   3. The error-free form decides the rest. It uses sums of exact products, scaled by powers of two. If these cancel to
-      less than their own error, exact sums are used.
+   1. The plain form evaluates b, c and D in double precision. It decides a condition only if the quantity exceeds the
+      bound of its rounding error.
+   2. The root of a collision is refined by one step. Near the contact, the remainder |d + u t|^2 - R^2 is computed
+      without cancellation: each operand is split into a part on a common grid, whose square is exact, and a small rest.
+      The step also finds whether its error is certainly below 2 units in the last place.
+   3. The error-free form computes the cases that the first two steps leave undecided. It uses sums of exact products,
+      scaled by powers of two. If the products nearly cancel, so that the rounding error of their sum is too large,
+      exact sums are used.
 
    docs/theory/pic.md derives the bounds. There are no tolerances for times or distances. Lengths are in metres,
    velocities in metres per second, times in seconds. */
@@ -25,16 +26,16 @@
 
 #include "carom/core/arithmetic/double_double.h"
 
-/* Every float is less than 2 to this power. */
+/* Every finite float is less than 2 to the power LARGEST_EXPONENT. */
 enum { LARGEST_EXPONENT = 1024 };
 
-/* A value of the plain form, and a bound of its rounding error. */
+/* A value computed in double precision, and a bound of its rounding error. */
 typedef struct Bounded {
     double value;
     double error;
 } Bounded;
 
-/* The second disc relative to the first, without rounding. */
+/* Position and velocity of the second disc relative to the first, as pairs of floats without rounding error. */
 typedef struct Encounter {
     DoubleDouble x;
     DoubleDouble y;
@@ -70,7 +71,8 @@ static inline Bounded separation(double dx, double dy, double reach) {
     return (Bounded){distance2 - reach2, CAROM_ERROR * (distance2 + reach2) + CAROM_NEGLIGIBLE};
 }
 
-/* Return whether two discs certainly do not collide within a wait. The time of impact is at least c / (-2 b). */
+/* Return whether two discs certainly do not collide within `wait` seconds. The first test uses that the time of impact
+   is at least c / (-2 b). */
 static inline bool is_passed(double dx, double dy, double ux, double uy, double reach, double wait) {
     Bounded b = approach(dx, dy, ux, uy);
     if (b.value > b.error)
@@ -93,7 +95,8 @@ static inline DoubleDouble advance_coordinate(DoubleDouble t, DoubleDouble p, Do
     return (DoubleDouble){head.high, rest};
 }
 
-/* Refine a root that has at least 22 correct bits, by one step on operands that are split onto a common grid.
+/* Refine an approximate root, which has at least 22 correct bits, by one step. Each operand is split into a part on a
+   common grid, whose square is exact, and a small rest.
 
    Return CAROM_UNCERTAIN unless the result is certainly the earlier root, accurate to 2 units in the last place. */
 static inline double refine_root(double guess, Encounter e) {
@@ -119,7 +122,7 @@ static inline double refine_root(double guess, Encounter e) {
     double bend = ((e.ux.high * e.ux.high + e.uy.high * e.uy.high) * step) * inverse;
     double speed = fabs(e.ux.high) + fabs(e.uy.high);
     double extent = fabs(e.x.high) + fabs(e.y.high) + guess * speed;
-    /* Conditional values replace a chain of `&&`, so that there is no branch to predict. */
+    /* Conditional values are used instead of `&&`, so that the processor has no branch to predict. */
     double root = guess + 0.5 * step * (1.0 + bend * (0.25 + 0.125 * bend));
     root = closing >= 0x1p-10 * (radius * speed) ? root : CAROM_UNCERTAIN;
     root = extent <= 0x1p34 * radius ? root : CAROM_UNCERTAIN;
@@ -135,8 +138,8 @@ static inline Encounter encounter(double x1, double y1, double vx1, double vy1, 
     return (Encounter){two_diff(x2, x1), two_diff(y2, y1), two_diff(vx2, vx1), two_diff(vy2, vy1), two_sum(r1, r2)};
 }
 
-/* Compute the time of impact from b and D of the plain form, and refine it once. Return this time or
-   CAROM_UNCERTAIN. */
+/* Compute the time of impact from b and D of the plain form, and refine it once. Return the time, or CAROM_UNCERTAIN if
+   its accuracy is not certain. */
 static inline double refined_time(double b, double d, Encounter e) {
     Bounded c = separation(e.x.high, e.y.high, e.reach.high);
     double closing = sqrt(greater(d, 0.0)) - b;
@@ -166,7 +169,7 @@ static inline DoubleDouble discriminant_from_miss(Encounter e, DoubleDouble a) {
     return two_sum(d.high, d.low + (largest.low - square.low));
 }
 
-/* Return c / (-b + sqrt(D)), corrected once by its residual. */
+/* Return the root c / (-b + sqrt(D)), corrected once by the remainder of the division. */
 static inline double exact_root(DoubleDouble b, DoubleDouble c, DoubleDouble d) {
     DoubleDouble root = pair_root(d), closing = two_sum(root.high, -b.high);
     double low = closing.low + (root.low - b.low);
@@ -192,7 +195,7 @@ static inline DoubleDouble exact_inner_product(DoubleDouble x, DoubleDouble y, D
     return exact_sum(terms, 16);
 }
 
-/* Return b = d.u. Its sign is exact. */
+/* Return b = d.u, whose sign is exact. */
 static inline DoubleDouble inner_product(DoubleDouble x, DoubleDouble y, DoubleDouble ux, DoubleDouble uy) {
     DoubleDouble b = round_sum(add_pair_product(add_pair_product(empty_sum(), x, ux), y, uy));
     if (fabs(b.high) <= CAROM_DOUBTFUL_SUM * (fabs(x.high * ux.high) + fabs(y.high * uy.high)))
@@ -208,7 +211,7 @@ static inline DoubleDouble exact_excess(DoubleDouble x, DoubleDouble y, DoubleDo
     return exact_sum(terms, 24);
 }
 
-/* Return c = d.d - R^2. Its sign is exact. */
+/* Return c = d.d - R^2, whose sign is exact. */
 static inline DoubleDouble excess(DoubleDouble x, DoubleDouble y, DoubleDouble reach) {
     DoubleDouble c = round_sum(add_square(add_square(add_square(empty_sum(), x, 1.0), y, 1.0), reach, -1.0));
     if (fabs(c.high) <= CAROM_DOUBTFUL_SUM * (reach.high * reach.high))
@@ -216,7 +219,7 @@ static inline DoubleDouble excess(DoubleDouble x, DoubleDouble y, DoubleDouble r
     return c;
 }
 
-/* Return D = (u.u) R^2 - (d x u)^2. Its sign is exact. */
+/* Return D = (u.u) R^2 - (d x u)^2, whose sign is exact. */
 static inline DoubleDouble exact_discriminant(Encounter e) {
     double a[16];
     double cross[16];
@@ -234,8 +237,8 @@ static inline DoubleDouble exact_discriminant(Encounter e) {
     return exact_sum(terms, count);
 }
 
-/* Return D by the form that is accurate for the given b, c and a. If D decides whether the discs meet (c > 0), the sign
-   of the result is exact. */
+/* Return D by whichever of the two formulas above is accurate for the given b, c and a. If the discs are apart (c > 0),
+   the sign of D decides whether they collide; it is then exact. */
 static inline DoubleDouble accurate_discriminant(Encounter e, DoubleDouble b, DoubleDouble c, DoubleDouble a) {
     double largest = a.high * (e.reach.high * e.reach.high), terms = b.high * b.high;
     bool is_near = c.high < 0.0 || terms < largest;
@@ -244,7 +247,7 @@ static inline DoubleDouble accurate_discriminant(Encounter e, DoubleDouble b, Do
     return c.high > 0.0 && is_doubtful ? exact_discriminant(e) : d;
 }
 
-/* Return the time of impact by the error-free form, for numbers of any size. */
+/* Return the time of impact of two discs, computed by the error-free form for numbers of any size. */
 static inline double exact_pair_time(Encounter e) {
     double ux = e.ux.high;
     double uy = e.uy.high;
@@ -259,8 +262,8 @@ static inline double exact_pair_time(Encounter e) {
     e.ux = scale_pair(e.ux, -pace);
     e.uy = scale_pair(e.uy, -pace);
     DoubleDouble b = inner_product(e.x, e.y, e.ux, e.uy);
-    /* If one velocity component is below 2^-1022 of the other, scaling makes it 0. The sign of the unscaled product is
-       still correct. */
+    /* If one component of the velocity is below 2^-1022 of the other, scaling can make it 0, and then b = 0. The sign
+       of b without scaling is still correct. */
     if (!(b.high < 0.0) && !(b.high == 0.0 && e.x.high * ux + e.y.high * uy < 0.0))
         return CAROM_INF;
     DoubleDouble c = excess(e.x, e.y, e.reach);
@@ -276,10 +279,10 @@ static inline double exact_pair_time(Encounter e) {
 
 /* ---- the time ---- */
 
-/* Return the seconds until two circles collide. Their positions, velocities and reach are pairs.
+/* Return the seconds until two discs collide, from their relative position and velocity.
 
-   The result is 0 if they approach while they touch or overlap, and infinity if they never collide. A graze without any
-   overlap (D = 0) exchanges no momentum and is not an impact. */
+   The result is 0 if they approach while they touch or overlap, and infinity if they never collide. If the discs only
+   graze each other without any overlap (D = 0), they exchange no momentum, so the graze is not an impact. */
 static inline double meeting_time(Encounter e) {
     Bounded b = approach(e.x.high, e.y.high, e.ux.high, e.uy.high);
     if (b.value > b.error)

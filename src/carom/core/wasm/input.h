@@ -1,8 +1,8 @@
 /* Input and output of a run in WebAssembly: arrays of floats, identified by kind, and single numbers, identified by
    name.
 
-   JavaScript has the same names in the same order (`carom/web/wasm_core.js`). Only one run exists at a time:
-   `begin_input` frees the memory of the previous run. */
+   `carom/web/wasm_core.js` has the names of these enums in the same order. Only one run exists at a time: `begin_input`
+   frees the memory of the previous run. */
 
 #pragma once
 
@@ -19,9 +19,9 @@ typedef enum Array { /* the arrays of `RunInput` */
     MASSES,
     SPINS,
     INERTIAS,
-    WALLS,     /* if the walls are the obstacles */
-    FEATURES,  /* if the features are the obstacles */
-    MATERIALS, /* if there are features */
+    WALLS,     /* used if the walls are the obstacles */
+    FEATURES,  /* used if the features are the obstacles */
+    MATERIALS, /* used if there are features */
     DRIVEN,
     LEGS,
     GROUNDS,
@@ -50,22 +50,23 @@ typedef enum Number {
     NUMBERS,
 } Number;
 
-typedef enum Result { /* addresses and counts of rows, and how the run has ended */
+/* the numbers that a run returns: addresses and counts of rows, the ending, and times of the clock */
+typedef enum Result {
     IMPACTS, /* address of rows of `Impact` */
     IMPACT_COUNT,
-    SPIN_ROWS, /* address; 0 if no disc spins */
+    SPIN_ROWS, /* address of rows of `Spins`; 0 if no disc spins */
     CONTACTS,
     MODES,
     MODE_COUNT,
     AMBIGUOUS,
     AMBIGUOUS_COUNT,
-    ENDING, /* of PIC: `Ending` in pic/state.h */
+    ENDING, /* how a run of PIC has ended: `Ending` in pic/state.h */
     REPORTED,
     NOW,
     NOW_LOW,
     EPOCH,
     EPOCH_REST,
-    IS_TOO_FAR, /* whether floats do not resolve the distance of two discs that met far from the origin */
+    IS_TOO_FAR, /* whether two discs have met so far from the origin that the normal cannot be computed */
     RESULTS,
 } Result;
 
@@ -78,7 +79,8 @@ typedef struct Input {
 extern Input carom_input;
 extern double carom_results[RESULTS];
 
-/* The `Resize` of all runs. `begin_input` frees all memory at once. */
+/* The function that all runs use as `Resize`. `carom_resize` never frees memory; `begin_input` frees all memory at
+   once. */
 void *carom_resize(void *memory, size_t used, size_t size);
 
 /* Return the input of a run of either solver. */

@@ -28,8 +28,8 @@ static void *allocate(size_t size) {
     return (void *)begin;
 }
 
-/* The old block stays allocated until the next run begins. Blocks of up to 2^22 rows at least double when they grow. So
-   the old blocks take at most as much memory as the present one. */
+/* The old block stays allocated until the next run begins. Arrays of up to 2^22 rows at least double their size when
+   they grow. So their old blocks together take at most as much memory as the present block. */
 void *carom_resize(void *memory, size_t used, size_t size) {
     void *block = size == 0 ? NULL : allocate(size);
     if (block != NULL && used > 0)
@@ -45,7 +45,8 @@ CAROM_EXPORT("begin_input") void begin_input(void) {
     memset(carom_results, 0, sizeof carom_results);
 }
 
-/* Return where JavaScript writes the floats of an array; 0 if there is no memory. */
+/* Allocate an array of the input, and return the address to which JavaScript writes its numbers. Return 0 if there is
+   not enough memory. */
 CAROM_EXPORT("add_array") double *add_array(Array array, Index length) {
     carom_input.lengths[array] = length;
     carom_input.arrays[array] = allocate((size_t)length * sizeof(double));
@@ -102,7 +103,8 @@ double frexp(double x, int *exponent) {
     return x;
 }
 
-/* This function is exported because JavaScript would round results below 2^-1022 twice. */
+/* JavaScript calls this function instead of multiplying by powers of two, which would round results below 2^-1022
+   twice. */
 CAROM_EXPORT("times_power") double times_power(double x, int exponent) {
     return ldexp(x, exponent);
 }

@@ -1,6 +1,7 @@
 /* Binding of the frame-sampled loop, and of damped times, for JavaScript.
 
-   This file includes the loop, so that the loop and the damped times use one copy of the exponentials. */
+   This file includes the loop, so that the loop and the damped times share one compiled copy of the exponential
+   functions. */
 
 #include "carom/core/damping.h"
 #include "carom/core/pit/frame_loop.c"

@@ -1,4 +1,4 @@
-"""Compiled search for near pairs of discs: a tree over the discs, searched once for each disc.
+"""Compiled search for near pairs of discs. A tree contains the discs, and is searched once for each disc.
 
 `carom.model.broad_phase` explains the search.
 """
@@ -9,29 +9,29 @@ from cython cimport final
 from libc.stdlib cimport free, malloc
 
 cdef enum:
-    CAPACITY = 1 << 16  # number of pairs in addition to one per disc
-    LEAF = 8  # discs in a leaf; a smaller number makes the tree larger, a larger one the search longer
+    CAPACITY = 1 << 16  # room for pairs is one per disc plus this number
+    LEAF = 8  # largest number of discs in a leaf; smaller leaves make the tree larger, larger leaves the search longer
 
-cdef struct Item:  # 32 bytes: the data of a disc that are compared
+cdef struct Item:  # data of a disc that the search compares; 32 bytes
     double x
     double y
     double reach
     Py_ssize_t number
 
-cdef struct Node:  # 48 bytes: ranges of all items below
+cdef struct Node:  # ranges of all discs below a node of the tree; 48 bytes
     double low_x  # smallest x of the centres
     double high_x
     double low_y
     double high_y
     double reach  # largest
-    Py_ssize_t lowest  # smallest number of a disc
+    Py_ssize_t lowest  # smallest number of these discs
 
-cdef struct Tree:  # node k has the children 2 k + 1 and 2 k + 2, with half of its items each
+cdef struct Tree:  # the discs of node k are halved; its children, nodes 2 k + 1 and 2 k + 2, contain one half each
     Item* items
     Node* nodes
     Py_ssize_t count
 
-cdef struct Pairs:  # pairs found, and the capacity for them
+cdef struct Pairs:  # the pairs found, in arrays of length `capacity`
     Py_ssize_t* first
     Py_ssize_t* second
     Py_ssize_t count
@@ -54,8 +54,8 @@ cdef inline double coordinate(const Item* item, bint is_x) noexcept nogil:
 
 
 cdef void split(Item* items, Py_ssize_t begin, Py_ssize_t end, Py_ssize_t middle, bint by_x) noexcept nogil:
-    """Order items by Hoare's FIND: no item before `middle` has a larger coordinate than any item from there on."""
-    cdef unsigned long long random = 1  # linear congruence; with random pivots, no fixed order of items is slow
+    """Order items so that no item before `middle` has a larger coordinate than any item from there on."""
+    cdef unsigned long long random = 1  # state of a generator of random pivots: no order of items is always slow
     cdef Py_ssize_t low = begin, high = end - 1, i, j
     cdef double pivot
     cdef Item item
@@ -180,13 +180,14 @@ cdef class Search:
             free(self.trees[kind].nodes)
 
     def pairs(self, Py_ssize_t begin):
-        """Return the pairs whose higher number is at least `begin`, for at least one disc and as many as fit.
+        """Return the pairs whose higher number is `begin`, and the pairs with larger higher numbers if they fit.
 
         Returns:
-            The lower and the higher number of each pair, in no particular order, and the disc to continue with.
+            Two arrays with the lower and the higher number of each pair, in no particular order; and the value of
+            `begin` for the next call.
         """
         cdef Py_ssize_t i, done, n = self.position.shape[0]
-        # There are far more near pairs than discs only if many discs overlap.
+        # This capacity is usually sufficient: there are far more near pairs than discs only if many discs overlap.
         cdef Py_ssize_t capacity = max(1, min(n * (n - 1) // 2, n + CAPACITY))
         cdef Py_ssize_t[::1] first = np.empty(capacity, np.intp), second = np.empty(capacity, np.intp)
         cdef Pairs pairs = Pairs(&first[0], &second[0], 0, capacity)
@@ -207,7 +208,7 @@ cdef class Search:
         return first.base[: pairs.count], second.base[: pairs.count], i
 
     cdef bint find_all(self, Pairs* pairs) noexcept nogil:
-        """Add all pairs in the order of the trees. This order uses the cache well. Return False if there is no room."""
+        """Add all pairs in the order of the trees, which uses the cache well. Return False if there is no room."""
         cdef Py_ssize_t kind, k
         for kind in range(2):
             for k in range(self.trees[kind].count):
@@ -218,7 +219,7 @@ cdef class Search:
     cdef bint find_of(self, Item disc, bint movable, Pairs* pairs) noexcept nogil:
         """Add the pairs of one disc with discs of lower numbers. Return False if there is no room for them.
 
-        Pairs of immovable discs are not searched, since many of them may overlap.
+        Pairs of two immovable discs are not returned. Immovable discs may overlap, so there may be many such pairs.
         """
         cdef const Tree* tree
         cdef Py_ssize_t kind
