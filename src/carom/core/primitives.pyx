@@ -113,11 +113,10 @@ cdef class WallFeatures:
         return &self.rows[number]
 
     def first_touch(self, disc, int last):
-        """Return when a disc on a straight path hits its first feature, the feature's number, and if it glides.
+        """Find the feature that a disc on a straight path hits first. Return time, number and "glides".
 
         `last` is the number of the feature on which the disc has just had an impact; -1 for none. The returned number
-        is -1 if the disc hits no feature. The third result is whether the disc glides: it stays in contact with an arc
-        without an impact.
+        is -1 if the disc hits no feature. A disc glides if it stays in contact with an arc without an impact.
         """
         cdef Mover seen = mover_from(disc)
         cdef double least = CAROM_INF

@@ -116,7 +116,7 @@ class JobTask:
         return self.job.engine
 
 
-#: Smallest time limit of a query of an adapter, in seconds, because its process has to start first. A user may set a
+#: Smallest time limit of a query of an adapter, in seconds. It includes the start of the process. A user may set a
 #: shorter time limit for runs.
 MIN_TIME_LIMIT_S = 20.0
 

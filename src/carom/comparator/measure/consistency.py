@@ -63,8 +63,8 @@ class Consistency:
         angular: Largest change of a disc's angular momentum about the point of contact at an impact, divided by its
             mass, its radius and the scene's greatest disc or rim speed; 0 if no disc spins.
         angular_excess: The part of `angular` that is not explained by the overlap gained in a step.
-        arm: The distance from the disc's centre at which friction seems to act, divided by the disc's radius, at the
-            impact with the change `angular`. NaN if there was no friction.
+        arm: The distance from the disc's centre at which friction seems to act, divided by the disc's radius. The
+            value is that of the impact with the largest change of angular momentum. NaN if there was no friction.
         strayed: The largest distance, as in `position`, but divided by the largest coordinate that the disc can reach.
             Rounding of positions is proportional to this coordinate.
         strayed_excess: The largest `excess`, also divided by the largest coordinate that the disc can reach.

@@ -107,7 +107,7 @@ def _report_nothing_wrong(judged: JudgedRun) -> Iterator[Finding]:
 def _report_rest(judged: JudgedRun) -> Iterator[Finding]:
     reference = judged.reference
     if reference.contact_s < math.inf:
-        beyond = "its states were not checked" if judged.local_truth is None else "steps are compared to the end"
+        beyond = "its states were not checked" if judged.local_truth is None else "steps are compared until the end"
         if reference.outcome is Outcome.CRUSHED:
             beyond = "nothing is compared"
         ending = _OTHER_ENDINGS.get(reference.outcome, "")

@@ -44,8 +44,8 @@ static inline Index gather_discs(State *s, Block block, Chains *chains) {
     return count;
 }
 
-/* Second part of round 1: to the `count` discs already found, add discs from chains until there are BATCH discs. Return
-   the new number of discs. */
+/* Add discs from chains (lists of discs in the same cell) to the `count` discs already found, until there are BATCH
+   discs. Return the new number of discs. */
 static CAROM_NOINLINE Index gather_chained_discs(State *s, Block block, Chains *chains, Index count) {
     while (chains->left > 0 && count < BATCH) {
         Index chain = chains->left;

@@ -19,7 +19,7 @@ static inline Test test_of(Index first, Index second) {
     return (Test)first << HALF_BITS | (Test)second;
 }
 
-/* Add a test of this frame, unless it is the present test or precedes the present test in this order. */
+/* Add a test of this frame. A test whose turn in the order of Algorithm 1 has already come is not added. */
 static inline void add_test(State *s, Test test) {
     Pending *t = &s->pending;
     if (test <= t->last)

@@ -284,8 +284,8 @@ static inline void test_touching(State *s, Index i) {
     }
 }
 
-/* After an impact at this frame has changed the velocity of a disc, add the tests of the disc that can now find an
-   impact. The time at which the disc is due again is computed again at the end of the frame. */
+/* An impact at this frame has changed the velocity of a disc. Add those tests of the disc that can find an impact
+   because of the new velocity. The time at which the disc is due again is computed again at the end of the frame. */
 static inline void follow_impact(State *s, Index i) {
     Search *search = &s->searches[i];
     if (s->discs[i].inverse_mass == 0.0) /* impacts do not change the disc's path */

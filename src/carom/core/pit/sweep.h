@@ -1,5 +1,5 @@
-/* Sweep: makes all tests of a frame that can find an impact, without knowing which discs are due. Cells are used to
-   find touching discs, which are tested in the order of Algorithm 1.
+/* Sweep: tests all touching pairs of a frame. It does not use the time before which a disc can have no impact
+   (`State.due`). Cells are used to find touching discs, which are tested in the order of Algorithm 1.
 
    If most discs are due at most frames, a sweep costs less than computing when each disc is due again. The cells are
    filled for the positions at one frame only, so they need no leeway. Discs of about the same size are on one level of

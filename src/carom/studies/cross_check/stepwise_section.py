@@ -20,8 +20,9 @@ NOTE = (
     "table lists runs for which single steps reveal more than the whole trajectory. The best run is first."
 )
 DETAIL_NOTE = (
-    "Steps in which several bodies meet are compared together as a window. 'Missed' counts bodies that passed through "
-    "each other; the number in brackets counts those that PIT also misses from the same state. 'Invented' counts "
+    "Steps in which several bodies meet are compared together as a window. 'Missed' counts pairs of bodies that "
+    "passed through each other. In brackets: how many of these pairs PIT also misses if it starts from the same "
+    "state. 'Invented' counts "
     "changes of velocity with no other body near. 'Late' is the lateness in steps. The error is the velocity or spin "
     "error, divided by PIT's largest error from the same state. Checking once per step explains an error of up to 1. "
     "'Energy' is the energy gained or lost in addition to PIT's gains and losses from the same states, divided by the "

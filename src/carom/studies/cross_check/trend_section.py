@@ -147,7 +147,7 @@ def build_trend_section(grid: Grid) -> Section:
     columns = [Column("engine", lambda series: series.name)]
     columns += [Column("velocity error", partial(_format_error, k), step) for k, step in steps]
     columns += [Column("scenes wrong", partial(_format_wrong, k), step) for k, step in steps]
-    note = "A velocity error is a median over scenes (smallest to largest; number of scenes)."
+    note = "Velocity errors are medians over scenes. In brackets: smallest and largest error, number of scenes."
     table = Table(columns, trend.series, note=note, folded="The numbers of these charts", only=Media.ON_PAPER)
     text = "There are no medians, because PIT has no scene with a velocity error at every step size"
     if trend.scenes:
@@ -156,7 +156,7 @@ def build_trend_section(grid: Grid) -> Section:
     scenes = Lines(tuple(_describe_scenes(trend)), Media.ON_PAPER, folded="Scenes in the medians")
     blocks = (
         Figures(charts),
-        Text(f"{text}. Wrong scenes are counted among all graded scenes.", Media.ON_PAPER),
+        Text(f"{text}. The charts of wrong scenes count all graded scenes.", Media.ON_PAPER),
         Text(DETAIL_NOTE, Media.ON_PAPER, folded=True),
         table,
         scenes,
