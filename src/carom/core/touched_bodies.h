@@ -21,11 +21,16 @@ enum {
     MOST_TOUCHED = 3
 };
 
+typedef struct TouchEnd { /* times since the start up to which a contact lasts; infinity for a body at rest */
+    double until; /* if no other impact changes the velocity of the disc */
+    double sure;  /* even if another impact changes the velocity of the disc along the tangent */
+} TouchEnd;
+
 typedef struct Touched {
     int body; /* disc i as i; obstacle or wall k as -1 - k */
     double nx; /* unit normal of the impact; its sense does not matter */
     double ny;
-    double until; /* time since the start at which the motion of a driven body ends the contact; otherwise infinity */
+    TouchEnd end;
 } Touched;
 
 typedef struct TouchedBodies {
@@ -37,7 +42,7 @@ typedef struct TouchedBodies {
 static inline const Touched *find_touched(const TouchedBodies *t, ptrdiff_t body, double time) {
     for (int k = 0; k < t->count; k++) {
         if (t->bodies[k].body == body) {
-            return time < t->bodies[k].until ? &t->bodies[k] : NULL;
+            return time < t->bodies[k].end.until ? &t->bodies[k] : NULL;
         }
     }
     return NULL;
@@ -66,29 +71,32 @@ typedef struct NewContact { /* contact of a disc and a driven body, which an imp
     double resolution; /* of that distance, in metres; 0 for a flat body */
 } NewContact;
 
-/* Return the time since the start at which a driven body can end a contact. The body is on the given leg.
+/* Return up to which times a contact with a driven body lasts. The body is on the given leg.
 
-   This is the time at which a leg begins on which the body's speed along the normal is different. For a convex body it
-   is also the time at which the body begins to move back past the disc: until then the two only separate, along the
-   tangent of the contact. */
-static inline double contact_end(const NewContact *t, const Leg *leg) {
+   The contact ends when a leg begins on which the body's speed along the normal is different. For a convex body it also
+   ends when the body begins to move back past the disc: until then the two only separate, along the tangent of the
+   contact. Rounding errors of the impact add to a displacement as time passes, so they count with the elapsed time. */
+static inline TouchEnd contact_end(const NewContact *t, const Leg *leg) {
     double error = t->resolution / t->reach, moved = 0.0; /* `moved`: to the left of the normal */
+    TouchEnd end = {leg->ends, leg->ends};
     if (t->shape == OTHER_SHAPE || error > CAROM_COARSEST_NORMAL)
-        return leg->ends;
-    for (const Leg *next = leg;; next++) {
-        double ux = next->vx - leg->vx, uy = next->vy - leg->vy, wx = next->vx - t->vx, wy = next->vy - t->vy;
-        double sizes = fabs(next->vx) + fabs(next->vy) + fabs(leg->vx) + fabs(leg->vy);
-        double slip = t->nx * wy - t->ny * wx;
-        if (fabs(slip) <= (CAROM_ERROR + error) * (t->speed + sizes))
-            slip = 0.0; /* a rounding error that the impact left */
+        return end;
+    for (const Leg *last = leg; last->ends < CAROM_INF;) {
+        moved += (t->nx * (last->vy - t->vy) - t->ny * (last->vx - t->vx)) *
+                 (last->ends - (last == leg ? t->time : last->begins));
+        last += 1;
+        double ux = last->vx - leg->vx, uy = last->vy - leg->vy, wx = last->vx - t->vx, wy = last->vy - t->vy;
+        double sizes = fabs(last->vx) + fabs(last->vy) + fabs(leg->vx) + fabs(leg->vy);
+        double noise = t->resolution + (CAROM_ERROR + error) * (t->speed + sizes) * (last->begins - t->time);
         bool is_equal = fabs(ux * t->nx + uy * t->ny) <= CAROM_ERROR * sizes + error * (fabs(wx) + fabs(wy));
-        bool moves_back = t->shape == CONVEX && fabs(moved) > t->resolution && moved * slip < 0.0;
+        bool moves_back = t->shape == CONVEX && fabs(moved) > noise && moved * (t->nx * wy - t->ny * wx) < 0.0;
         if (!is_equal || moves_back)
-            return next->begins;
-        if (next->ends == CAROM_INF)
-            return CAROM_INF;
-        moved += slip * (next->ends - (next == leg ? t->time : next->begins));
+            break;
+        end.until = last->ends;
     }
+    if (t->shape == FLAT)
+        end.sure = end.until;
+    return end;
 }
 
 /* Return whether impacts can have a tangential impulse. With the tangential restitution -1 they have none. */
@@ -103,8 +111,9 @@ static inline void note_touched(TouchedBodies *t, Touched body, double time, boo
     for (int k = 0; k < t->count; k++) {
         const Touched *one = &t->bodies[k];
         bool is_orthogonal = fabs(one->nx * body.nx + one->ny * body.ny) <= CAROM_ERROR;
-        if (!slides && is_orthogonal && one->body != body.body && one->until > time) {
-            t->bodies[kept++] = *one;
+        if (!slides && is_orthogonal && one->body != body.body && one->end.sure > time) {
+            t->bodies[kept] = *one;
+            t->bodies[kept++].end.until = one->end.sure;
         }
     }
     if (stops) {

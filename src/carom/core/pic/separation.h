@@ -30,14 +30,13 @@ static inline bool are_parting(const State *s, Index i, Index j) {
     return is_parting_from(s, i, j) && is_parting_from(s, j, i);
 }
 
-/* Return the time since the start at which the motion of a body can end its contact with disc `i`: that of
-   `contact_end`, or infinity for a body that is not driven. Feature k is the body -1 - k. `speed` is explained in
+/* Return up to which times a contact of disc `i` and a body lasts. Feature k is the body -1 - k. `speed` is explained in
    `NewContact`. */
-static inline double driven_contact_end(const State *s, Index i, Index body, double nx, double ny, double speed) {
+static inline TouchEnd touch_end(const State *s, Index i, Index body, double nx, double ny, double speed) {
     const Feature *f = body < 0 && s->feature_count > 0 ? &s->features[-1 - body] : NULL;
     const Driven *row = driven_row(&s->driving, f != NULL ? -1 - (Index)f->wall : body);
     if (row == NULL || row->leg_count == 0)
-        return CAROM_INF;
+        return (TouchEnd){CAROM_INF, CAROM_INF};
     const Disc *a = &s->discs[i];
     const Leg *leg = &s->driving.legs[leg_at(&s->driving, row, s->clock.now)];
     NewContact t = {FLAT, nx, ny, a->vx, a->vy, speed, s->clock.reported, 1.0, 0.0};
@@ -122,7 +121,7 @@ static CAROM_NOINLINE void note_touching_discs(State *s, Index i, Index j, doubl
     for (int k = 0; k < 2; k++) {
         Index other = pair[1 - k];
         double speed = fabs(before[2 * k]) + fabs(before[2 * k + 1]);
-        Touched touched = {(int)other, nx, ny, driven_contact_end(s, pair[k], other, nx, ny, speed)};
+        Touched touched = {(int)other, nx, ny, touch_end(s, pair[k], other, nx, ny, speed)};
         note_touched(&s->touched[pair[k]], touched, s->clock.reported, slides, stops);
     }
 }
@@ -134,7 +133,7 @@ static CAROM_NOINLINE void note_touching_wall(State *s, Index i, Index k, double
     const Law *law = s->feature_count > 0 ? &s->wall_laws[s->features[k].wall] : &s->law;
     bool slides = can_rub(&law->wall_contact) && !is_elastic;
     bool stops = law->wall_restitution == 0.0 && !is_elastic;
-    Touched touched = {(int)(-1 - k), nx, ny, driven_contact_end(s, i, -1 - k, nx, ny, speed)};
+    Touched touched = {(int)(-1 - k), nx, ny, touch_end(s, i, -1 - k, nx, ny, speed)};
     note_touched(&s->touched[i], touched, s->clock.reported, slides, stops);
 }
 

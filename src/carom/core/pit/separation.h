@@ -29,14 +29,13 @@ static inline double distance_resolution(const State *s, double sizes) {
     return gap_resolution(sizes) + frames * CAROM_ULP * sizes;
 }
 
-/* Return the time at which the motion of a body can end its contact with disc i: that of `contact_end`, or infinity for
-   a body that is not driven. n is the normal. For a flat body, `reach` is 0. Otherwise it is the distance from the
-   disc's centre to the centre of the body's curvature, and `sizes` the sum of `size_of` for both bodies. `speed` is
-   explained in `NewContact`. */
-static inline double driven_contact_end(const State *s, Index i, const Path *path, double nx, double ny, double speed,
-                                        double reach, double sizes) {
+/* Return up to which times a contact of disc i and a body lasts. n is the normal. For a flat body, `reach` is 0. For any
+   other body it is the distance from the disc's centre to the centre of the body's curvature, and `sizes` is the sum of
+   `size_of` for both bodies. `speed` is explained in `NewContact`. */
+static inline TouchEnd touch_end(const State *s, Index i, const Path *path, double nx, double ny, double speed,
+                                 double reach, double sizes) {
     if (path == NULL)
-        return CAROM_INF;
+        return (TouchEnd){CAROM_INF, CAROM_INF};
     const Disc *a = &s->discs[i];
     NewContact t = {FLAT, nx, ny, a->vx, a->vy, speed, s->now, 1.0, 0.0};
     if (reach > 0.0) {
@@ -57,20 +56,13 @@ static inline double slip_past(const State *s, Index i, Index j, double nx, doub
 /* Return whether disc i touches disc j without normal speed, and does not move back past it.
 
    PIT finds impacts late, with overlap. A disc that has moved past another one therefore approaches it on its way
-   back. A displacement or a speed of approach below the rounding errors counts as none. */
+   back. */
 static inline bool is_touching_disc(const State *s, Index i, Index j) {
     const Touched *t = find_contact(s, i, j);
     if (t == NULL)
         return false;
-    const Disc *a = &s->discs[i];
-    const Disc *b = &s->discs[j];
-    double moved = t->nx * (b->y - a->y) - t->ny * (b->x - a->x);
-    double reach = a->radius + b->radius, approach = -moved * slip_past(s, i, j, t->nx, t->ny) / reach;
-    double speeds = fabs(a->vx) + fabs(a->vy) + fabs(b->vx) + fabs(b->vy);
-    double resolution = distance_resolution(s, size_of(a->x, a->y, a->radius) + size_of(b->x, b->y, b->radius));
-    if (resolution > CAROM_COARSEST_NORMAL * reach)
-        return approach <= 0.0;
-    return fabs(moved) <= resolution || approach <= (CAROM_ERROR + resolution / reach) * speeds;
+    double moved = t->nx * (s->discs[j].y - s->discs[i].y) - t->ny * (s->discs[j].x - s->discs[i].x);
+    return !(moved * slip_past(s, i, j, t->nx, t->ny) < 0.0);
 }
 
 /* Remove the contacts with discs that a table slows in another direction than disc i. */
@@ -107,9 +99,9 @@ static inline void note_pair_contact(State *s, Index i, Index j, const Impact *i
     for (int k = 0; k < 2; k++) {
         const double *before = k == 0 ? impact->first_before : impact->second_before;
         double speed = fabs(before[0]) + fabs(before[1]);
-        double until = driven_contact_end(s, pair[k], disc_path(s, pair[1 - k]), nx, ny, speed, reach, sizes);
+        TouchEnd end = touch_end(s, pair[k], disc_path(s, pair[1 - k]), nx, ny, speed, reach, sizes);
         if (s->discs[pair[k]].inverse_mass > 0.0)
-            note_contact(s, pair[k], (Touched){(int)pair[1 - k], nx, ny, until}, can_rub(&s->law.contact), stops);
+            note_contact(s, pair[k], (Touched){(int)pair[1 - k], nx, ny, end}, can_rub(&s->law.contact), stops);
     }
 }
 
@@ -211,6 +203,6 @@ static inline void note_wall_contact(State *s, Index i, Index k, double nx, doub
         }
     }
     bool stops = law->wall_restitution == 0.0 && !is_curved_inwards && s->gx * nx + s->gy * ny == 0.0;
-    double until = driven_contact_end(s, i, wall_path(s, k), nx, ny, speed, reach, sizes);
-    note_contact(s, i, (Touched){(int)body, nx, ny, until}, can_rub(&law->wall_contact), stops);
+    TouchEnd end = touch_end(s, i, wall_path(s, k), nx, ny, speed, reach, sizes);
+    note_contact(s, i, (Touched){(int)body, nx, ny, end}, can_rub(&law->wall_contact), stops);
 }
