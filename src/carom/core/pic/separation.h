@@ -30,8 +30,8 @@ static inline bool are_parting(const State *s, Index i, Index j) {
     return is_parting_from(s, i, j) && is_parting_from(s, j, i);
 }
 
-/* Return up to which times a contact of disc `i` and a body lasts. Feature k is the body -1 - k. `speed` is explained in
-   `NewContact`. */
+/* Return up to which times a contact of disc `i` and a body lasts. Feature k is the body -1 - k. `NewContact` explains
+   `speed`. */
 static inline TouchEnd touch_end(const State *s, Index i, Index body, double nx, double ny, double speed) {
     const Feature *f = body < 0 && s->feature_count > 0 ? &s->features[-1 - body] : NULL;
     const Driven *row = driven_row(&s->driving, f != NULL ? -1 - (Index)f->wall : body);

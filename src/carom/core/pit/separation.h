@@ -29,9 +29,9 @@ static inline double distance_resolution(const State *s, double sizes) {
     return gap_resolution(sizes) + frames * CAROM_ULP * sizes;
 }
 
-/* Return up to which times a contact of disc i and a body lasts. n is the normal. For a flat body, `reach` is 0. For any
-   other body it is the distance from the disc's centre to the centre of the body's curvature, and `sizes` is the sum of
-   `size_of` for both bodies. `speed` is explained in `NewContact`. */
+/* Return up to which times a contact of disc i and a body lasts. n is the normal. For a flat body, `reach` is 0. For
+   any other body it is the distance from the disc's centre to the centre of the body's curvature, and `sizes` is the sum
+   of `size_of` for both bodies. `NewContact` explains `speed`. */
 static inline TouchEnd touch_end(const State *s, Index i, const Path *path, double nx, double ny, double speed,
                                  double reach, double sizes) {
     if (path == NULL)
