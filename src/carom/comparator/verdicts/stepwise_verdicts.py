@@ -142,6 +142,6 @@ def _describe_faults(local: LocalScore) -> Iterator[str]:
     if local.slipped > local.rounding:
         yield f"velocities change with no other body near, by a fraction of up to {format_number(local.slipped, 3)}"
     if local.energy > local.energy_rounding:
-        yield f"the energy changes by {format_number(local.energy, 3)} of its initial value more than in PIT's steps"
+        yield f"steps gain or lose {format_number(local.energy, 3)} times the scene's energy in addition to PIT's steps"
     if local.sinks:
         yield "a disc sinks into what it rests on"

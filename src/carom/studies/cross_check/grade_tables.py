@@ -287,46 +287,41 @@ def build_impacts_section(grid: Grid) -> Section:
     ]
     left_out = len(impacts) - MOST_IMPACTS
     note = f"{left_out} more impacts are not shown" if left_out > 0 else ""
-    full = _format_verdict_lines(grid)
+    runs = _list_scored_runs(grid)
+    full = _format_verdict_lines(runs)
     blocks = (
         Table(columns, impacts[:MOST_IMPACTS], note=note, only=media),
-        Lines(full if len(methods) == 1 else _format_short_verdict_lines(grid), Media.TERMINAL),
+        Lines(full if len(methods) == 1 else _format_short_verdict_lines(runs), Media.TERMINAL),
         Lines(full, Media.DETAIL),
     )
     return Section("Impacts by method", tuple(block for block in blocks if block.items), level=3)
 
 
-def _list_inexact_runs(grid: Grid) -> list[GridCell]:
-    return [cell for cell in _list_scored_runs(grid) if cell.mark not in _COUNTED["exact"]]
+def _format_verdict_lines(runs: Sequence[GridCell]) -> tuple[str, ...]:
+    """Return one line with verdicts for each scored run that is not exact, in the order of the runs."""
+    has_several_steps = len({cell.line.dt_s for cell in runs}) > 1
+    lines: dict[tuple[str, str], str] = {}
+    for cell in runs:
+        if cell.mark not in _COUNTED["exact"]:
+            step = f" at {formatting.format_step(cell.line.dt_s)}" if has_several_steps else ""
+            # equal lines at several steps are shown once
+            lines.setdefault((cell.column.name, "; ".join(cell.reasons)), step)
+    return tuple(f"{name}{step}: {found}" for (name, found), step in lines.items())
 
 
-def _format_step_after(dt_s: float, grid: Grid) -> str:
-    """Return a step size as the end of a method's name; empty if all runs have the same step size."""
-    has_several = len({cell.line.dt_s for cell in _list_scored_runs(grid)}) > 1
-    return f" at {formatting.format_step(dt_s)}" if has_several else ""
+def _format_short_verdict_lines(runs: Sequence[GridCell]) -> tuple[str, ...]:
+    """Return the verdicts of the scored runs at the largest step size that are not exact, without numbers.
 
-
-def _format_verdict_lines(grid: Grid) -> tuple[str, ...]:
-    """Return one line with verdicts for each run that is not exact, best first."""
-    steps: dict[tuple[str, str], float] = {}
-    for cell in _list_inexact_runs(grid):
-        # equal lines at several steps are shown once
-        steps.setdefault((cell.column.name, "; ".join(cell.reasons)), cell.line.dt_s)
-    return tuple(f"{name}{_format_step_after(dt_s, grid)}: {found}" for (name, found), dt_s in steps.items())
-
-
-def _format_short_verdict_lines(grid: Grid) -> tuple[str, ...]:
-    """Return the verdicts of the inexact runs at the largest step size, without numbers.
-
-    Methods with the same verdicts share a line. The line of the best method is first.
+    Methods with the same verdicts share a line.
     """
-    coarsest = max((cell.line.dt_s for cell in _list_scored_runs(grid)), default=0.0)
+    coarsest = max((cell.line.dt_s for cell in runs), default=0.0)
     names = formatting.group_by(
         ("; ".join(reason.partition(" (")[0] for reason in cell.reasons), cell.column.name)
-        for cell in _list_inexact_runs(grid)
-        if cell.line.dt_s == coarsest
+        for cell in runs
+        if cell.line.dt_s == coarsest and cell.mark not in _COUNTED["exact"]
     )
-    step = _format_step_after(coarsest, grid)
+    has_finer_steps = any(cell.line.dt_s < coarsest for cell in runs)
+    step = f" at {formatting.format_step(coarsest)}" if has_finer_steps else ""
     return tuple(f"{formatting.join_words(methods)}{step}: {found}" for found, methods in names.items())
 
 
