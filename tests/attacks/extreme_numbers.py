@@ -30,7 +30,7 @@ from carom.report.render.markdown import render_markdown
 from carom.report.results_file.records import format_records
 from carom.studies.cross_check.document import build_report, cross_check_document
 from carom.studies.cross_check.grid import build_grid
-from carom.studies.cross_check.scene_sections import pack_replays
+from carom.studies.cross_check.sections.scenes import pack_replays
 
 NAME = "wild-numbers"
 SOURCE = """

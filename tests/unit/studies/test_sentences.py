@@ -22,7 +22,7 @@ from carom.studies.bench.growth_document import build_growth_document
 from carom.studies.cross_check.document import cross_check_document
 from carom.studies.cross_check.explain import explain
 from carom.studies.cross_check.grid import build_grid
-from carom.studies.cross_check.trend_section import build_trend_section
+from carom.studies.cross_check.sections.trend import build_trend_section
 from carom.studies.stress.document import build_stress_document
 from carom.studies.stress.result import CellEnding, CellResult
 

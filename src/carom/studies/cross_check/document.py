@@ -17,16 +17,28 @@ from carom.report.files import pack_data
 from carom.report.provenance import build_provenance
 from carom.report.replay import build_replay_data
 from carom.report.results_file.line_types import RowLine, Summary
-from carom.studies.cross_check import grade_tables, reference_sections, run_sections, scene_sections
-from carom.studies.cross_check.fault_pictures import build_picture_sections
 from carom.studies.cross_check.grid import Grid, build_grid, read_grid
 from carom.studies.cross_check.headline import build_headline
-from carom.studies.cross_check.impact_tables_section import build_impact_tables_section
 from carom.studies.cross_check.play_page import PLAY_PAGE, build_play_page
-from carom.studies.cross_check.sampling_cost_section import build_sampling_cost_section
-from carom.studies.cross_check.skipping_section import build_skipping_section
-from carom.studies.cross_check.stepwise_section import build_steps_section
-from carom.studies.cross_check.trend_section import build_trend_section
+from carom.studies.cross_check.sections.fault_pictures import build_picture_sections
+from carom.studies.cross_check.sections.grade_tables import (
+    build_impacts_section,
+    build_methods_section,
+    find_first_replay,
+)
+from carom.studies.cross_check.sections.impact_tables import build_impact_tables_section
+from carom.studies.cross_check.sections.reference import build_known_answers_section, build_reference_section
+from carom.studies.cross_check.sections.runs import (
+    build_cells_section,
+    build_run_time_section,
+    build_settings_section,
+    build_spread_section,
+)
+from carom.studies.cross_check.sections.sampling_cost import build_sampling_cost_section
+from carom.studies.cross_check.sections.scenes import build_scenes_section, build_unscored_section
+from carom.studies.cross_check.sections.skipping import build_skipping_section
+from carom.studies.cross_check.sections.stepwise import build_steps_section
+from carom.studies.cross_check.sections.trend import build_trend_section
 from carom.support.folders import write_files
 
 ABOUT = (
@@ -54,25 +66,25 @@ def rebuild_document(summary: Summary, lines: Sequence[RowLine]) -> Document:
 def _build_document(title: str, about: str, grid: Grid) -> Document:
     results = grid.results
     sections = (
-        grade_tables.build_methods_section(grid),
-        grade_tables.build_impacts_section(grid),
+        build_methods_section(grid),
+        build_impacts_section(grid),
         build_sampling_cost_section(grid),
-        scene_sections.build_scenes_section(grid),
-        scene_sections.build_unscored_section(grid),
+        build_scenes_section(grid),
+        build_unscored_section(grid),
         build_steps_section(grid),
-        reference_sections.build_reference_section(grid),
-        run_sections.build_spread_section(grid),
+        build_reference_section(grid),
+        build_spread_section(grid),
         build_trend_section(grid),
         *build_picture_sections(grid),
-        reference_sections.build_known_answers_section(grid),
-        run_sections.build_run_time_section(grid),
+        build_known_answers_section(grid),
+        build_run_time_section(grid),
         build_skipping_section(grid),
         *build_provenance(results.environment, results.command or _format_python_call(grid), results.elapsed_s),
-        run_sections.build_settings_section(grid),
-        run_sections.build_cells_section(grid),
+        build_settings_section(grid),
+        build_cells_section(grid),
         build_impact_tables_section(grid),
     )
-    return Document(title, build_headline(grid), sections, about=about, watch=grade_tables.find_first_replay(grid))
+    return Document(title, build_headline(grid), sections, about=about, watch=find_first_replay(grid))
 
 
 @dataclass(frozen=True)

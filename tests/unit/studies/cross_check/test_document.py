@@ -8,9 +8,9 @@ from tests.command import carom_command
 from carom.execution.results import Results
 from carom.report.document import Document, Media, Table, Text
 from carom.report.results_file.records import format_records, read_records
-from carom.studies.cross_check import run_sections, scene_sections
 from carom.studies.cross_check.document import cross_check_document, rebuild_document
 from carom.studies.cross_check.grid import build_grid
+from carom.studies.cross_check.sections import runs, scenes
 
 
 @pytest.fixture
@@ -57,8 +57,8 @@ def test_report_command_rebuilds_report_from_records(folder: Path) -> None:
 def test_large_report_lists_only_the_worst_scenes_and_runs(results: Results, monkeypatch: pytest.MonkeyPatch) -> None:
     """Beyond a limit, the tables list only the scenes and runs with the worst grades, and the text reports this."""
     whole = build_grid(results)
-    monkeypatch.setattr(run_sections, "MOST_CELLS", 2)
-    monkeypatch.setattr(scene_sections, "MOST_SCENES", 1)
+    monkeypatch.setattr(runs, "MOST_CELLS", 2)
+    monkeypatch.setattr(scenes, "MOST_SCENES", 1)
     few = list_tables(document := cross_check_document(results))
     ranks = [-1 if cell.rank is None else cell.rank for cell in whole.runs]
     second = sorted(ranks)[-2]

@@ -22,7 +22,7 @@ from carom.solvers.pic import solve_pic
 from carom.studies.cross_check.explain import explain
 from carom.studies.cross_check.grid import build_grid
 from carom.studies.cross_check.run import cross_check, execute
-from carom.studies.cross_check.skipping_section import build_skipping_section
+from carom.studies.cross_check.sections.skipping import build_skipping_section
 
 
 def explain_scene(name: str, **options: Any) -> str:

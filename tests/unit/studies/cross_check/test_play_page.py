@@ -19,7 +19,7 @@ from carom.studies.cross_check import demo as module
 from carom.studies.cross_check.document import build_report
 from carom.studies.cross_check.grid import build_grid
 from carom.studies.cross_check.play_page import PLAY_PAGE, build_play_link, build_play_page
-from carom.studies.cross_check.scene_sections import pack_replays
+from carom.studies.cross_check.sections.scenes import pack_replays
 from carom.web.page import add_gallery
 
 PAIR = staged("mine/a pair & more", disc_at(0, 0, 1), disc_at(3, 0), duration_s=2.0)

@@ -33,9 +33,9 @@ from carom.report.results_file.lines_from_rows import build_line, list_reasons
 from carom.solvers.pic import solve_pic
 from carom.solvers.pit.solve import solve_pit
 from carom.studies.cross_check.document import cross_check_document
-from carom.studies.cross_check.fault_pictures import find_divergences
 from carom.studies.cross_check.grid import GridCell, build_grid
-from carom.studies.cross_check.trend_section import build_trend
+from carom.studies.cross_check.sections.fault_pictures import find_divergences
+from carom.studies.cross_check.sections.trend import build_trend
 
 
 def render_text(results: Results) -> str:
@@ -287,7 +287,7 @@ def test_scenes_with_too_many_discs_are_not_drawn(results: Results, monkeypatch:
     grid = build_grid(results)
     paper, _ = find_divergences(grid)
     assert len(paper) == 2
-    monkeypatch.setattr("carom.studies.cross_check.fault_pictures.MOST_DISCS_DRAWN", 1)
+    monkeypatch.setattr("carom.studies.cross_check.sections.fault_pictures.MOST_DISCS_DRAWN", 1)
     assert find_divergences(grid) == ((), ())
 
 

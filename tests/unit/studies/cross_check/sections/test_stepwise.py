@@ -14,7 +14,7 @@ from carom.execution.job import Job, Method
 from carom.execution.results import Results, Row
 from carom.report.document import Media, Section, Table, Text
 from carom.studies.cross_check.grid import build_grid
-from carom.studies.cross_check.stepwise_section import build_steps_section
+from carom.studies.cross_check.sections.stepwise import build_steps_section
 
 #: A graze that parts trajectories: whatever is said of the steps is put in by hand.
 GRAZE = staged("mine/graze", disc_at(-1.0, 0.0, 3.0, 0.2, r=0.3), disc_at(1.0, 0.2, -2.0, 0.0, r=0.3), duration_s=1.0)

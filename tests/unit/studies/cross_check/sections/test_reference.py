@@ -12,8 +12,8 @@ from carom.report.document import Lines, Media
 from carom.report.render.markdown import render_markdown
 from carom.studies.cross_check.document import cross_check_document
 from carom.studies.cross_check.grid import build_grid
-from carom.studies.cross_check.reference_sections import build_reference_section
-from carom.studies.cross_check.stepwise_section import build_steps_section
+from carom.studies.cross_check.sections.reference import build_reference_section
+from carom.studies.cross_check.sections.stepwise import build_steps_section
 
 
 def list_reference_lines(scene: Scene) -> list[tuple[str, ...]]:

@@ -23,11 +23,11 @@ from carom.report.render.html import render_html
 from carom.report.render.markdown import render_markdown
 from carom.report.render.terminal import render_terminal
 from carom.report.results_file.records import format_records
-from carom.studies.cross_check import sampling_cost_section as price
 from carom.studies.cross_check.document import cross_check_document
-from carom.studies.cross_check.grade_tables import build_methods_section
 from carom.studies.cross_check.grid import build_grid
-from carom.studies.cross_check.sampling_cost_section import (
+from carom.studies.cross_check.sections import sampling_cost as price
+from carom.studies.cross_check.sections.grade_tables import build_methods_section
+from carom.studies.cross_check.sections.sampling_cost import (
     build_sampling_cost_section,
     draw_sampling_costs,
     measure_engine_costs,
@@ -146,7 +146,7 @@ def test_added_velocity_error_is_the_engines_own(results: Results) -> None:
 def test_added_column_appears_in_every_format(results: Results, monkeypatch: pytest.MonkeyPatch) -> None:
     """A column added to the table of sampling costs is on the page, in Markdown and in the terminal."""
     column = Column("an added column", lambda entry: f"said of {entry.column.name}")
-    monkeypatch.setattr("carom.studies.cross_check.sampling_cost_section._COLUMNS", (*price._COLUMNS, column))  # noqa: SLF001 - as its source would be
+    monkeypatch.setattr("carom.studies.cross_check.sections.sampling_cost._COLUMNS", (*price._COLUMNS, column))  # noqa: SLF001 - as its source would be
     for text in render_all_formats(build_section(results)):
         assert "an added column" in text
         assert "said of toy tuned" in text

@@ -12,9 +12,9 @@ from carom.execution.job import Status
 from carom.execution.results import Results, Row
 from carom.report.document import Cell, Lines, Media, Table
 from carom.report.outcome_marks import Mark
-from carom.studies.cross_check.grade_tables import build_impacts_section, build_methods_section
 from carom.studies.cross_check.grid import build_grid, compute_standing
-from carom.studies.cross_check.scene_sections import build_scenes_section
+from carom.studies.cross_check.sections.grade_tables import build_impacts_section, build_methods_section
+from carom.studies.cross_check.sections.scenes import build_scenes_section
 
 
 @pytest.fixture(scope="module")

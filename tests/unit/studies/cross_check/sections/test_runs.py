@@ -14,7 +14,7 @@ from carom.report.results_file.json_lines import OF_SPINS
 from carom.report.results_file.records import format_records
 from carom.studies.cross_check.document import cross_check_document
 from carom.studies.cross_check.grid import build_grid
-from carom.studies.cross_check.run_sections import (
+from carom.studies.cross_check.sections.runs import (
     build_cells_section,
     build_run_time_section,
     build_settings_section,
