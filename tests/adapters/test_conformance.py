@@ -16,7 +16,7 @@ from tests.scene_builders import Named
 
 from carom import Scene
 from carom.engines.api import Adapter
-from carom.execution.plan import DEFAULT_PROFILES
+from carom.execution.methods import DEFAULT_PROFILES
 
 KNOWN_FAILURES = Path(__file__).parent / "carom-known-failures.toml"
 OF_ENGINES = Path(__file__).parents[1] / "engines"

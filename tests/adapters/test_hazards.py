@@ -21,10 +21,10 @@ from carom.catalogue import all_scenes
 from carom.engines.api import Adapter, AdapterError, Contact, Setting, unsupported_reason
 from carom.execution.adapter_profile import capabilities_of
 from carom.execution.observation.engine_run import observe_run
-from carom.execution.plan import build_plan
-from carom.execution.run_options import Options
 from carom.model.trace import Outcome
 from carom.studies.cross_check.explain import explain
+from carom.studies.cross_check.options import Options
+from carom.studies.cross_check.plan import build_plan
 
 #: Beyond what any engine simulates; each is refused by its adapter, or by the scene itself.
 NAN, INF = math.nan, math.inf

@@ -14,11 +14,11 @@ from carom.catalogue import catalogue
 from carom.engines.api import Adapter
 from carom.execution.job import Method
 from carom.execution.observation.engine_run import observe_run
-from carom.execution.plan import explain_missing_profile
 from carom.report.outcome_marks import Mark
 from carom.report.render.markdown import render_markdown
 from carom.studies.cross_check.document import cross_check_document
 from carom.studies.cross_check.grid import build_grid
+from carom.studies.cross_check.sections.scenes import explain_missing_profile
 
 SWEPT = ["pybullet", "mujoco", "box2d"]
 SOLID = ["pybullet", "mujoco"]

@@ -14,9 +14,9 @@ from carom.catalogue import all_scenes
 from carom.execution.cache_key import build_job_key
 from carom.execution.job import Answer, Job, Method, Status
 from carom.execution.journal import JournalEntry
-from carom.execution.run_options import Options
 from carom.report.render.markdown import render_markdown
 from carom.report.results_file.records import format_records
+from carom.studies.cross_check.options import Options
 from carom.studies.cross_check.run import observed_journal
 from carom.studies.diff.compare_records import compare_records
 from carom.studies.diff.document import build_diff_document

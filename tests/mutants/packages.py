@@ -46,15 +46,17 @@ PACKAGES = {
     ),
     "comparator": Package(("src/carom/comparator/**/*.py",), ("tests/unit/comparator", "tests/planted")),
     "execution": Package(
-        tuple(
-            f"src/carom/execution/{name}.py" for name in ("observation/[a-z]*", "timing", "plan", "journal", "phases")
+        (
+            *(
+                f"src/carom/execution/{name}.py"
+                for name in ("observation/[a-z]*", "timing", "methods", "journal", "phases")
+            ),
+            "src/carom/studies/cross_check/plan.py",
         ),
         (
             "tests/unit/execution/observation",
-            *(
-                f"tests/unit/execution/test_{name}.py"
-                for name in ("timing", "plan", "journal", "phases", "spin_in_runs")
-            ),
+            *(f"tests/unit/execution/test_{name}.py" for name in ("timing", "journal", "phases", "spin_in_runs")),
+            "tests/unit/studies/cross_check/test_plan.py",
         ),
     ),
 }

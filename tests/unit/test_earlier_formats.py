@@ -14,12 +14,12 @@ from carom.comparator import Grade
 from carom.errors import InputError
 from carom.execution.codec import Codec
 from carom.execution.journal import JOURNAL_FORMAT
-from carom.execution.plan import build_plan
-from carom.execution.run_options import Options
 from carom.report.files import FORMATS
 from carom.report.results_file.format_2 import convert_line
 from carom.report.results_file.json_lines import format_line
 from carom.report.results_file.records import read_records
+from carom.studies.cross_check.options import Options
+from carom.studies.cross_check.plan import build_plan
 from carom.studies.cross_check.run import execute, observed_journal
 from carom.studies.diff.compare_records import compare_records
 from carom.studies.history.compare_cells import ReleaseRun

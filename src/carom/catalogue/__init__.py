@@ -2,7 +2,7 @@
 
 from carom.catalogue.bug_reports.complaint import Complaint, Symptom
 from carom.catalogue.entry import CatalogueScene, KnownAnswer, KnownImpact, Staged, Tag, deviation
-from carom.catalogue.find_scenes import all_scenes, catalogue, find_scenes, scene_named
+from carom.catalogue.find_scenes import all_scenes, catalogue, find_scenes, resolve_scenes, scene_named
 
 __all__ = [
     "CatalogueScene",
@@ -16,5 +16,6 @@ __all__ = [
     "catalogue",
     "deviation",
     "find_scenes",
+    "resolve_scenes",
     "scene_named",
 ]

@@ -10,7 +10,7 @@ from itertools import chain
 from types import MappingProxyType
 
 from carom.catalogue.bug_reports.complaint import load_complaints
-from carom.catalogue.entry import CatalogueScene, Tag, list_scenes
+from carom.catalogue.entry import CatalogueScene, KnownAnswer, Tag, list_scenes
 from carom.catalogue.groups import (
     classics_collinear,
     classics_many_discs,
@@ -25,8 +25,9 @@ from carom.catalogue.groups import (
     spin,
     tables,
 )
-from carom.errors import UnknownNameError
+from carom.errors import InputError, UnknownNameError
 from carom.model.scene import Scene
+from carom.support.escaping import format_value
 
 _TAG_PREFIX = "tag:"
 
@@ -66,6 +67,29 @@ def find_scenes(patterns: Iterable[str]) -> list[CatalogueScene]:
             raise UnknownNameError(f"no scene is named {pattern!r}", hints=[_format_hint(pattern)])
         found.update((entry.name, entry) for entry in matches)
     return list(found.values())
+
+
+def resolve_scenes(scenes: Iterable[Scene | CatalogueScene | str]) -> tuple[tuple[Scene, ...], dict[str, KnownAnswer]]:
+    """Look up names in the catalogue. Return the scenes, and the known answers of catalogue scenes by name.
+
+    Raises:
+        InputError: There is no scene, or two scenes have the same name.
+    """
+    if isinstance(scenes, Scene | CatalogueScene | str) or not isinstance(scenes, Iterable):
+        raise InputError(f"scenes must be a list, even of one item, got {type(scenes).__name__}")
+    scene_list = list(scenes)
+    entries = [one for entry in scene_list for one in (find_scenes([entry]) if isinstance(entry, str) else [entry])]
+    for k, entry in enumerate(entries):
+        if not isinstance(entry, Scene | CatalogueScene):
+            raise InputError(f"scenes[{k}] must be a Scene, a catalogue scene or its name, got {format_value(entry)}")
+    answers = {entry.name: entry.known for entry in entries if isinstance(entry, CatalogueScene)}
+    plain = tuple(entry.scene if isinstance(entry, CatalogueScene) else entry for entry in entries)
+    if not plain:
+        raise InputError("no scene to run")
+    names = [scene.name for scene in plain]
+    if twice := sorted({name for name in names if names.count(name) > 1}):
+        raise InputError(f"two scenes have the name {twice[0]!r}: names must be unique")
+    return plain, answers
 
 
 def scene_named(name: str) -> Scene:

@@ -20,7 +20,7 @@ from carom.conformance.known_failures import (
 from carom.engines.registry import ENTRY_POINT_GROUP, EngineInfo, distribution_of, list_adapter_points, resolve_engine
 from carom.errors import InputError, UnknownNameError
 from carom.execution.describe_engines import describe_engines
-from carom.execution.plan import DEFAULT_PROFILES
+from carom.execution.methods import DEFAULT_PROFILES
 from carom.execution.pool import Pool
 from carom.execution.shared_options import LimitOptions
 
@@ -75,7 +75,8 @@ def make_suite(
 
     Args:
         engine_names: Values of ``--carom-engine``.
-        profiles: Values of ``--carom-profile``: names, or ``all`` (default: `carom.execution.plan.DEFAULT_PROFILES`).
+        profiles: Values of ``--carom-profile``: names, or ``all``; by default those of
+            `carom.execution.methods.DEFAULT_PROFILES`.
         known_file: The file of known failures; None to use the first such file in `folders`.
         folders: pytest's root directory, and the working directory. They can differ: if the value of an option is the
             name of a folder, pytest uses this folder as its root.

@@ -11,12 +11,12 @@ from carom.comparator.non_finite import find_non_finite
 from carom.comparator.shifted_scenes import shift_start
 from carom.errors import InputError, MissingExtraError
 from carom.execution.job import Job, UnsupportedError
-from carom.execution.run_options import CERTIFY_SECONDS
 from carom.model.scene import Scene
 from carom.model.trace import Outcome, Trace
 from carom.solvers.certified.certify import certify
 from carom.solvers.pic import solve_pic
 from carom.support.formatting import format_instant
+from carom.support.limits import CERTIFY_SECONDS
 
 #: Largest number of impacts of a reference in a cross-check. Each impact needs memory.
 MOST_IMPACTS = 200_000

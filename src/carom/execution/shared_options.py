@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
 from carom.support.limits import DEFAULT_TIME_LIMIT_S, MOST_JOBS
@@ -20,6 +21,9 @@ from carom.support.options import (
 
 if TYPE_CHECKING:
     from carom.execution.pool import LocalPool, Pool
+
+#: Grades for the option ``--fail-on``. The command fails if a run has this grade or a worse one.
+FailOn = StrEnum("FailOn", "CLOSE SAMPLED INACCURATE WRONG NEVER")
 
 #: Largest seed that Carom accepts.
 MOST_SEED = 2**63 - 1

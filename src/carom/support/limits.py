@@ -66,6 +66,8 @@ MOST_ROUNDS = 1024
 MOST_SERIES = 256
 #: Default time limit of an engine, in seconds. An engine that exceeds the limit is terminated.
 DEFAULT_TIME_LIMIT_S = 60.0
+#: Time limit of the certified run of a scene, in seconds: enough for a few thousand impacts of dozens of discs.
+CERTIFY_SECONDS = 10.0
 #: Longest time limit or time budget, in seconds: four months. No system can wait for 1e10 seconds.
 LONGEST_S = 1e7
 #: Largest memory limit of a worker, in megabytes. No machine has so much memory, and every system accepts this number.

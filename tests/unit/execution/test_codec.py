@@ -18,9 +18,9 @@ from carom.execution.codec import CarriedTrace, Codec
 from carom.execution.job import Answer, Job, Method, Status
 from carom.execution.journal import Journal, JournalEntry
 from carom.execution.observation.engine_run import ObserveTask, observe_run
-from carom.execution.run_options import Options
 from carom.execution.workers.worker_main import build_codec
 from carom.model.trace import Trace
+from carom.studies.cross_check.options import Options
 from carom.studies.cross_check.run import observed_journal
 
 SCENE = all_scenes()["paper/missed"].scene

@@ -14,8 +14,9 @@ from carom import Disc, Scene, cross_check
 from carom.engines.api import Capabilities
 from carom.engines.registry import EngineInfo
 from carom.errors import UnknownNameError
-from carom.execution.describe_engines import DescribeTask, SettingsTask, describe_engines, list_methods, select_engines
+from carom.execution.describe_engines import DescribeTask, describe_engines, select_engines
 from carom.execution.job import Answer, Method, Status, Task
+from carom.execution.methods import SettingsTask, list_methods
 from carom.execution.pool import LocalPool
 
 Install = Callable[[str, dict[str, str]], None]

@@ -17,11 +17,11 @@ from tests.unit.execution.conftest import STANDING
 from carom import Scene, save_scene
 from carom.execution.environment import measure_resident_bytes
 from carom.execution.job import Status
-from carom.execution.plan import build_plan
 from carom.execution.pool import LocalPool
 from carom.execution.results import Row
-from carom.execution.run_options import Options
 from carom.execution.workers.working_folder import _clear_abandoned
+from carom.studies.cross_check.options import Options
+from carom.studies.cross_check.plan import build_plan
 from carom.studies.cross_check.run import execute
 
 LINUX = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere what leaves its group is not found")

@@ -15,10 +15,10 @@ from tests.processes import PATIENT_S, limit_only
 from tests.scene_builders import disc_at, staged, wall_at
 
 from carom.execution.job import Status
-from carom.execution.plan import build_plan
 from carom.execution.pool import LocalPool, Pool
 from carom.execution.results import Results
-from carom.execution.run_options import Options
+from carom.studies.cross_check.options import Options
+from carom.studies.cross_check.plan import build_plan
 from carom.studies.cross_check.run import execute
 
 #: Engines that a process survives, and such as end it or never answer.

@@ -16,9 +16,7 @@ from carom.conformance.suite import make_suite
 from carom.conformance.violation import Setup
 from carom.execution import cache_key, describe_engines
 from carom.execution.job import Answer, Task
-from carom.execution.plan import build_plan
 from carom.execution.pool import LocalPool
-from carom.execution.run_options import Options
 from carom.execution.score_jobs import score_journal
 from carom.execution.shared_options import LimitOptions
 from carom.execution.workers.worker_main import carry_out
@@ -28,6 +26,8 @@ from carom.studies.bench.growth import growth_journal, measure_growth
 from carom.studies.bench.options import BenchPlan, GrowthOptions
 from carom.studies.bench.run import measure_work_precision
 from carom.studies.bench.timing_pass import timing_journal
+from carom.studies.cross_check.options import Options
+from carom.studies.cross_check.plan import build_plan
 from carom.studies.cross_check.run import execute, observed_journal
 from carom.studies.diff.compare_records import compare_records
 from carom.studies.history.compare_cells import history_journal

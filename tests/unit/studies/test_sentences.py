@@ -14,14 +14,14 @@ from tests.unit.studies.examples import METHODS, build_campaign_results, build_g
 from carom import Results, Scene, solve_pic
 from carom.catalogue import CatalogueScene, find_scenes
 from carom.comparator import compare
-from carom.execution.plan import build_plan
-from carom.execution.run_options import Options
 from carom.report.document import Lines, Text
 from carom.report.replay import build_impact_rows
 from carom.studies.bench.growth_document import build_growth_document
 from carom.studies.cross_check.document import cross_check_document
 from carom.studies.cross_check.explain import explain
 from carom.studies.cross_check.grid import build_grid
+from carom.studies.cross_check.options import Options
+from carom.studies.cross_check.plan import build_plan
 from carom.studies.cross_check.sections.trend import build_trend_section
 from carom.studies.stress.document import build_stress_document
 from carom.studies.stress.result import CellEnding, CellResult

@@ -10,7 +10,7 @@ import typer
 from carom.cli import common
 from carom.cli.options import add_options
 from carom.errors import InputError
-from carom.execution.run_options import FailOn
+from carom.execution.shared_options import FailOn
 from carom.studies.diff.options import DiffOptions
 
 #: Text by which a file is recognised as an earlier comparison, and number of bytes at its beginning that are searched.

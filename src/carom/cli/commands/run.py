@@ -14,13 +14,14 @@ from carom.cli import common
 from carom.cli.command_line import get_command_line
 from carom.cli.options import add_options
 from carom.errors import InputError
-from carom.execution.run_options import FailOn, Options
+from carom.execution.shared_options import FailOn
+from carom.studies.cross_check.options import Options
 
 if TYPE_CHECKING:
     from carom.comparator import Grade
-    from carom.execution.plan import Plan
     from carom.execution.pool import Pool
     from carom.execution.results import Results
+    from carom.studies.cross_check.plan import Plan
 
 
 @add_options(Options)
@@ -61,9 +62,9 @@ def run(
     `carom run classics -e pymunk -p tuned --set iterations=5`.
     """
     from carom.comparator import Grade
-    from carom.execution.plan import build_plan
     from carom.report.files import require_report_extra
     from carom.studies.cross_check.document import PURPOSE
+    from carom.studies.cross_check.plan import build_plan
     from carom.support.folders import claim_while_writing
 
     out = out or report

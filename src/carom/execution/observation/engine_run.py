@@ -15,7 +15,7 @@ from carom.engines.api import Adapter, Contact, Observation, QuietWorld, World
 from carom.engines.registry import has_part, load_adapter
 from carom.execution.adapter_profile import load_supported_adapter, prepare_settings
 from carom.execution.codec import CarriedTrace
-from carom.execution.job import PIT_METHOD, JobTask, SettingOverrides
+from carom.execution.job import PIT_METHOD, Answer, Job, JobTask, SettingOverrides, Status
 from carom.execution.observation.final_state import LastStep
 from carom.execution.observation.free_flight import FreeFlight
 from carom.execution.observation.impact_collector import ImpactCollector
@@ -24,6 +24,7 @@ from carom.execution.observation.state_rows import StateRows
 from carom.execution.observation.step_cutter import Cutter
 from carom.execution.observation.validate_observation import Validator
 from carom.execution.phases import generate_phases
+from carom.execution.pool import TaskRunner
 from carom.execution.validate_adapter import (
     build_adapter_error,
     to_plain_counts,
@@ -59,6 +60,18 @@ class ObserveTask(JobTask):
         job = self.job
         adapter, overrides = load_supported_adapter(job), job.method.tried
         return observe_run(adapter, job.scene, job.profile, job.dt_s, overrides=overrides, samples=self.samples)
+
+
+def observe_job(job: Job, runner: TaskRunner, *, samples: bool = False) -> Answer[Trace]:
+    """Run a job and return its trace, or the reason why there is none."""
+    return check_own_scene(job, runner.run(ObserveTask(job, samples)))
+
+
+def check_own_scene(job: Job, answer: Answer[Trace]) -> Answer[Trace]:
+    """Return the answer to a job or, if it contains the trace of another scene, a failed answer."""
+    if answer.value is not None and answer.value.scene != job.scene:
+        return Answer(Status.FAILED, "invalid answer: a trace of another scene")
+    return answer
 
 
 def observe_run(

@@ -18,9 +18,10 @@ from functools import partial
 from carom.comparator.horizon import estimate_horizon
 from carom.engines.registry import EngineInfo
 from carom.errors import InputError
-from carom.execution.describe_engines import describe_engines, list_methods, select_engines
+from carom.execution.describe_engines import describe_engines, select_engines
 from carom.execution.environment import Environment, describe_environment
 from carom.execution.job import PIT_METHOD, Job, Method, Progress, no_progress
+from carom.execution.methods import list_methods
 from carom.execution.pool import Pool
 from carom.execution.scene_reference import solve_reference
 from carom.execution.settings_code import find_step_code

@@ -8,14 +8,15 @@ import time
 from collections.abc import Sequence
 from dataclasses import replace
 
+from carom.catalogue import resolve_scenes
 from carom.comparator.shifted_scenes import list_even_phases
 from carom.engines.registry import EngineInfo
 from carom.execution.cache_key import JobKey, build_job_key
-from carom.execution.describe_engines import Methods, describe_engines, list_methods, select_engines
+from carom.execution.describe_engines import describe_engines, select_engines
 from carom.execution.environment import describe_environment
 from carom.execution.job import Answer, Job, Progress, no_progress
 from carom.execution.journal import MemoryJournal
-from carom.execution.plan import resolve_scenes, select_profiles
+from carom.execution.methods import Methods, list_methods, select_profiles
 from carom.execution.pool import Pool
 from carom.execution.scheduler import TaskRequest, run_tasks
 from carom.execution.score_jobs import Measures

@@ -8,9 +8,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from carom.execution.cache_key import JobKey, build_job_key
-from carom.execution.describe_engines import Methods
 from carom.execution.job import Answer, Job, Method, Progress
 from carom.execution.journal import MemoryJournal
+from carom.execution.methods import Methods
 from carom.execution.pool import Pool
 from carom.execution.score_jobs import Measures, estimate_steps, score_jobs
 from carom.report import formatting

@@ -11,7 +11,6 @@ from carom.errors import CaromError
 from carom.execution.exception_text import describe_exception
 from carom.execution.job import Status
 from carom.execution.results import Results, Row
-from carom.execution.run_options import compute_default_dts
 from carom.report.document import Document
 from carom.report.files import pack_data
 from carom.report.provenance import build_provenance
@@ -19,6 +18,7 @@ from carom.report.replay import build_replay_data
 from carom.report.results_file.line_types import RowLine, Summary
 from carom.studies.cross_check.grid import Grid, build_grid, read_grid
 from carom.studies.cross_check.headline import build_headline
+from carom.studies.cross_check.options import compute_default_dts
 from carom.studies.cross_check.play_page import PLAY_PAGE, build_play_page
 from carom.studies.cross_check.sections.fault_pictures import build_picture_sections
 from carom.studies.cross_check.sections.grade_tables import (

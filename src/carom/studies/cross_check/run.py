@@ -23,21 +23,22 @@ from carom.execution.environment import describe_environment
 from carom.execution.exception_text import describe_exception
 from carom.execution.job import PIT_METHOD, Answer, Job, Method, Progress, Status, no_progress
 from carom.execution.journal import Journal, JournalEntry, MemoryJournal
-from carom.execution.observation.engine_run import ObserveTask
+from carom.execution.methods import select_profiles
+from carom.execution.observation.engine_run import ObserveTask, check_own_scene, observe_job
 from carom.execution.phases import compute_spread, generate_phases
-from carom.execution.plan import Plan, build_plan, check_own_scene, observe_job, select_profiles
 from carom.execution.pool import Pool
 from carom.execution.results import Results, Row
-from carom.execution.run_options import Options
 from carom.execution.scene_reference import Reference, build_reference, needs_certification, solve_reference
 from carom.execution.scheduler import TaskRequest, run_tasks
 from carom.execution.score_jobs import estimate_steps
-from carom.execution.settings_override import resolve_settings
 from carom.execution.shared_options import LimitOptions
 from carom.execution.time_saved import measure_skips
 from carom.execution.timing import TimeTask, Timing
 from carom.model.scene import Scene, to_scene
 from carom.model.trace import Setting, Trace
+from carom.studies.cross_check.options import Options
+from carom.studies.cross_check.plan import Plan, build_plan
+from carom.studies.cross_check.settings_override import resolve_settings
 from carom.support.limits import DEFAULT_TIME_LIMIT_S, MOST_DISCS_DRAWN
 from carom.support.options import build_step_kind, check_value
 
@@ -120,7 +121,7 @@ def cross_check(
         command: The command that the report shows.
         pool: Pool of worker processes, which is not closed. By default, a new pool is used and closed.
         options: ``dts``, ``profiles``, ``settings``, ``phases``, ``scheduler`` and the other fields of
-            `carom.execution.run_options.Options`.
+            `carom.studies.cross_check.options.Options`.
 
     Raises:
         InputError: There are no scenes, two scenes have the same name, or a number is out of range.

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from carom.execution.run_options import FailOn
+from carom.execution.shared_options import FailOn
 from carom.support.options import DeclaredOptions, ValueKind, build_enum_kind, declare_option
 
 

@@ -14,10 +14,11 @@ from pathlib import Path
 from carom.engines.registry import require_profile
 from carom.errors import AdapterError, CaromError, InputError, UnknownNameError
 from carom.execution.cache_key import JobKey, build_job_key
-from carom.execution.describe_engines import describe_engines, list_methods
+from carom.execution.describe_engines import describe_engines
 from carom.execution.environment import describe_environment
 from carom.execution.job import Answer, Job, Method, Progress, UnavailableError, no_progress
 from carom.execution.journal import MemoryJournal
+from carom.execution.methods import list_methods
 from carom.execution.phases import generate_phases
 from carom.execution.pool import Pool
 from carom.execution.scheduler import TaskRequest, run_tasks

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from carom.catalogue import Complaint, KnownAnswer, Symptom
 from carom.catalogue.entry import compute_deepest_overlap
 from carom.execution.job import Job, Method, Status
-from carom.execution.plan import observe_job
+from carom.execution.observation.engine_run import observe_job
 from carom.execution.pool import TaskRunner
 from carom.model.energy import kinetic_energy
 from carom.model.scene import Chain, Ring, Scene, Wall

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from carom.errors import InputError
 from carom.execution.job import Answer, Job, Method, Status
-from carom.execution.plan import observe_job
+from carom.execution.observation.engine_run import observe_job
 from carom.execution.pool import TaskRunner
 from carom.model.scene import Scene
 from carom.studies.stress.attack import Attack, CheckResult, Trial

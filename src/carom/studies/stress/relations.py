@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from carom.catalogue.closed_forms import to_vector
 from carom.errors import InputError
 from carom.execution.job import Job, Method, Status
-from carom.execution.plan import observe_job
+from carom.execution.observation.engine_run import observe_job
 from carom.execution.pool import TaskRunner
 from carom.model.scene import Disc, Scene
 from carom.model.trace import Outcome, Trace

@@ -11,11 +11,11 @@ from typing import Any
 
 from carom.catalogue import Complaint, all_scenes
 from carom.errors import UnknownNameError
-from carom.execution.describe_engines import describe_engines, list_methods, select_engines
+from carom.execution.describe_engines import describe_engines, select_engines
 from carom.execution.environment import describe_environment
 from carom.execution.job import Answer, Method, Progress, Status, no_progress
 from carom.execution.journal import Journal, JournalEntry
-from carom.execution.plan import select_profiles
+from carom.execution.methods import list_methods, select_profiles
 from carom.execution.pool import TaskRunner
 from carom.execution.scheduler import DependentTasks, TaskRequest, run_tasks
 from carom.report.formatting import capitalise

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from carom.catalogue import resolve_scenes
 from carom.comparator.thresholds import THRESHOLDS
 from carom.engines.registry import resolve_engine
 from carom.execution.job import Progress, no_progress
-from carom.execution.plan import resolve_scenes
 from carom.model.scene import Scene
 from carom.report.document import Document
 from carom.report.notebook_picture import ShownResult

@@ -12,10 +12,11 @@ from carom.engines.api import unsupported_reason
 from carom.engines.registry import EngineInfo, require_profile
 from carom.errors import AdapterError, InputError
 from carom.execution.cache_key import JobKey
-from carom.execution.describe_engines import SettingsTask, describe_engines
+from carom.execution.describe_engines import describe_engines
 from carom.execution.environment import Environment, describe_environment
 from carom.execution.job import Job, Method, Progress, SettingOverrides, UnavailableError, no_progress
 from carom.execution.journal import MemoryJournal
+from carom.execution.methods import SettingsTask
 from carom.execution.pool import Pool
 from carom.execution.scene_reference import build_reference, solve_reference
 from carom.execution.settings_code import find_changed_code

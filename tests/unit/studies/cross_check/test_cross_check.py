@@ -20,11 +20,11 @@ from carom.errors import AdapterError, InputError, UnknownNameError
 from carom.execution import scene_reference
 from carom.execution.job import Answer, Job, Method, Status, Task
 from carom.execution.observation.engine_run import ObserveTask
-from carom.execution.plan import build_plan
-from carom.execution.run_options import Options, compute_default_dts
 from carom.execution.timing import TIMING_RUNS, TimeTask
 from carom.model.trace import Outcome, Trace
 from carom.studies.cross_check import run as execute
+from carom.studies.cross_check.options import Options, compute_default_dts
+from carom.studies.cross_check.plan import build_plan
 from carom.studies.cross_check.run import observed_journal
 
 pytestmark = pytest.mark.usefixtures("hostile")

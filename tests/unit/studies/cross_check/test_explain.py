@@ -14,13 +14,13 @@ from carom.catalogue import catalogue
 from carom.execution import scene_reference
 from carom.execution.job import Answer, Job, Method, Status, Task
 from carom.execution.observation.engine_run import ObserveTask
-from carom.execution.plan import build_plan
-from carom.execution.run_options import Options
 from carom.execution.time_saved import measure_pic_saving, measure_pit_saving
 from carom.report.document import Figures, Media, Table
 from carom.solvers.pic import solve_pic
 from carom.studies.cross_check.explain import explain
 from carom.studies.cross_check.grid import build_grid
+from carom.studies.cross_check.options import Options
+from carom.studies.cross_check.plan import build_plan
 from carom.studies.cross_check.run import cross_check, execute
 from carom.studies.cross_check.sections.skipping import build_skipping_section
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from carom.execution.plan import explain_missing_profile
+from carom.engines.api import Capabilities, ContactTimes
 from carom.report import formatting
 from carom.report.document import Block, Cell, Column, Legend, Lines, Media, Replays, Section, Table, Text
 from carom.report.files import pack_data
@@ -134,3 +134,18 @@ def _describe_missing_profiles(grid: Grid) -> Iterator[str]:
         for profile in profiles:
             if info.available and info.capabilities is not None and not info.own_profiles([profile]):
                 yield f"{info.name} has no profile {profile}: {explain_missing_profile(profile, info.capabilities)}"
+
+
+def explain_missing_profile(profile: str, capabilities: Capabilities) -> str:
+    """Return the likely reason why a method with these capabilities has no profile of this name."""
+    if profile.startswith("cylinder") and capabilities.dimensions == 2:
+        return "its discs are two-dimensional: there is nothing to tip over"
+    if profile == "resting":
+        return "no settings are known that bring discs to rest better than `tuned`"
+    if profile == "no-ccd" and not capabilities.continuous_detection:
+        return "it has no continuous detection to switch off"
+    if capabilities.contact_times is ContactTimes.SOLVED:
+        return "it computes the instant of each impact, so no step must be shortened and no path checked"
+    if profile == "located":
+        return "Carom does not shorten its steps: by definition it checks only at their boundaries"
+    return "its adapter offers no such profile"

@@ -17,16 +17,16 @@ from carom.errors import InputError
 from carom.execution.cache_key import build_job_key
 from carom.execution.describe_engines import find_engine
 from carom.execution.job import Job, Method
-from carom.execution.plan import Plan, build_plan
 from carom.execution.pool import Pool
-from carom.execution.run_options import Options
-from carom.execution.settings_override import resolve_settings
 from carom.model.trace import Setting
 from carom.report.junit import render_junit
 from carom.report.render.markdown import render_markdown
 from carom.report.results_file.records import format_records
 from carom.studies.cross_check.document import cross_check_document
+from carom.studies.cross_check.options import Options
+from carom.studies.cross_check.plan import Plan, build_plan
 from carom.studies.cross_check.run import DRAWN, execute, observed_journal
+from carom.studies.cross_check.settings_override import resolve_settings
 from carom.studies.diff.compare_records import compare_records
 
 

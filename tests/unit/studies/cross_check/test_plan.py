@@ -19,11 +19,11 @@ from carom.execution import scheduler
 from carom.execution.cache_key import build_job_key
 from carom.execution.cluster import ClusterError, ClusterPool
 from carom.execution.job import Answer, Job, Method, Status
-from carom.execution.plan import build_plan
 from carom.execution.pool import LocalPool, Pool
-from carom.execution.run_options import Options
 from carom.execution.scheduler import build_batches
 from carom.execution.score_jobs import Measures, ScoreTask, estimate_steps, score_jobs, score_journal
+from carom.studies.cross_check.options import Options
+from carom.studies.cross_check.plan import build_plan
 
 SCENE = staged("pair", disc_at(0, 0, 1, 0), disc_at(3, 0), duration_s=3.0)
 

@@ -1,15 +1,14 @@
-"""Options of `carom run`, declared by `carom.support.options`."""
+"""Options of `carom run`; see `carom.support.options`."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
 from carom.errors import InputError
 from carom.execution.shared_options import LimitOptions, declare_engines, declare_profiles, declare_seed, declare_steps
-from carom.support.limits import MOST_PHASES
+from carom.support.limits import CERTIFY_SECONDS, MOST_PHASES
 from carom.support.options import (
     ValueKind,
     build_flag_kind,
@@ -21,12 +20,6 @@ from carom.support.options import (
 if TYPE_CHECKING:
     from carom.model.scene import Scene
     from carom.model.trace import Setting
-
-#: Time limit of the certified run of a scene, in seconds: enough for a few thousand impacts of dozens of discs.
-CERTIFY_SECONDS = 10.0
-
-#: Grades for the option ``--fail-on``. The command fails if a run has this grade or a worse one.
-FailOn = StrEnum("FailOn", "CLOSE SAMPLED INACCURATE WRONG NEVER")
 
 #: Each default step size of a scene is smaller than the last by this factor. The factor is large enough to show how
 #: errors decrease with the step size.
@@ -69,7 +62,7 @@ class Options(LimitOptions):
     Attributes:
         engines: Names of adapters; by default every one whose engine is installed.
         dts: Step sizes, in seconds; by default those of `compute_default_dts` for each scene.
-        profiles: Names of profiles, or "all"; by default those of `carom.execution.plan.DEFAULT_PROFILES` that an
+        profiles: Names of profiles, or "all"; by default those of `carom.execution.methods.DEFAULT_PROFILES` that an
             engine offers. If two profiles of an engine have the same settings, only the later one is run. The profile
             `located` is run only at a scene's largest step size, unless step sizes are given, since its results do not
             depend on the step size.
