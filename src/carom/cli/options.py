@@ -11,7 +11,7 @@ from typing import Annotated, Any, Concatenate, ParamSpec, TypeVar, get_type_hin
 import typer
 
 from carom.cli.command_line import insert_default
-from carom.cli.common import handle_errors
+from carom.cli.error_handling import handle_errors
 from carom.support.options import DeclaredOptions, Option, format_bound, list_declared_options
 
 Asked = TypeVar("Asked", bound=DeclaredOptions)

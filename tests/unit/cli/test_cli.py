@@ -32,7 +32,7 @@ from carom import save_scene
 from carom.catalogue import all_scenes
 from carom.cli import app, build_app
 from carom.cli.command_line import get_command_line
-from carom.cli.common import guard_journals
+from carom.cli.error_handling import guard_journals
 from carom.engines.api import Profile
 from carom.errors import InputError
 from carom.execution import describe_engines

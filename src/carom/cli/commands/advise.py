@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from carom.cli import common
+from carom.cli import arguments, output
 from carom.cli.command_line import get_command_line
 from carom.cli.options import add_options
 from carom.studies.advise.options import AdviceOptions
@@ -19,9 +19,10 @@ def advise(
     options: AdviceOptions,
     scene: Annotated[str, typer.Argument(help="Scene file (.toml, .json), or name of a catalogue scene.")],
     out: Annotated[
-        Path | None, common.declare_out_option("Output folder for a page that plots the error against the step size.")
+        Path | None,
+        arguments.declare_out_option("Output folder for a page that plots the error against the step size."),
     ] = None,
-    verbose: common.Verbose = False,
+    verbose: arguments.Verbose = False,
 ) -> None:
     """Find the largest step size at which each engine misses no impact and meets an accuracy target.
 
@@ -37,13 +38,13 @@ def advise(
     from carom.studies.advise.run import advise as find
     from carom.support.folders import claim_while_writing
 
-    loaded_scene = common.load_one_scene(scene, "SCENE")
+    loaded_scene = arguments.load_one_scene(scene, "SCENE")
     page = None
     with claim_while_writing(out, PURPOSE, "--out") if out is not None else nullcontext():
         if out is not None:  # check the folder before the search, which takes minutes
             require_report_extra()
-        with options.open_pool() as pool, common.show_progress_bar() as progress:
+        with options.open_pool() as pool, output.show_progress_bar() as progress:
             advice = find(loaded_scene, options, pool, progress=progress, command=get_command_line())
         if out is not None:
             page = write_advice(advice, out, scene)
-    common.print_document(build_advice_document(advice, scene), full=verbose, page=page)
+    output.print_document(build_advice_document(advice, scene), full=verbose, page=page)

@@ -7,8 +7,9 @@ from typing import Annotated
 
 import typer
 
-from carom.cli import common
+from carom.cli import arguments, error_handling, output
 from carom.cli.command_line import get_command_line
+from carom.cli.exit_codes import ExitCode
 from carom.cli.options import add_options, build_typer_option
 from carom.errors import InputError
 from carom.studies.bench.axes import Diagram
@@ -18,10 +19,10 @@ from carom.studies.bench.options import BenchPlan, GrowthOptions
 @add_options(BenchPlan)
 def bench(
     plan: BenchPlan,
-    scenes: Annotated[list[str] | None, common.SCENE_NAMES] = None,
-    out: Annotated[Path, common.declare_out_option("Output folder (default: carom-bench).")] = Path("carom-bench"),
-    resume: common.Resume = False,
-    retry: common.Retry = False,
+    scenes: Annotated[list[str] | None, arguments.SCENE_NAMES] = None,
+    out: Annotated[Path, arguments.declare_out_option("Output folder (default: carom-bench).")] = Path("carom-bench"),
+    resume: arguments.Resume = False,
+    retry: arguments.Retry = False,
     axes: Annotated[
         list[Diagram] | None, typer.Option("--axes", help="Diagram to draw, repeatable (default: all).")
     ] = None,
@@ -33,7 +34,7 @@ def bench(
             "or an error became worse.",
         ),
     ] = None,
-    verbose: common.Verbose = False,
+    verbose: arguments.Verbose = False,
     grow: Annotated[
         bool,
         typer.Option("--grow", help="Measure how run time and memory grow with the number of discs instead. No scene."),
@@ -63,13 +64,13 @@ def bench(
 
     if not scenes:
         raise InputError("no scene given: name a scene file or catalogue scenes, as in carom bench my-scene.toml")
-    loaded_scenes = common.load_plain_scenes(scenes)
+    loaded_scenes = arguments.load_plain_scenes(scenes)
     require_report_extra()
     # read the file before the runs, so that its errors are reported at once
     before = read_baseline(baseline, describe_environment()) if baseline is not None else None
     scored, timed = out / "journal.jsonl", out / "timings.jsonl"
     with (
-        common.run_study(out, "bench", scored, timed) as progress,
+        error_handling.run_study(out, "bench", scored, timed) as progress,
         score_journal(scored, resume=resume, retry=retry) as journal,
         timing_journal(timed, resume=resume, retry=retry) as timings,
     ):
@@ -84,9 +85,9 @@ def bench(
         )
     found = compare_points(result, before) if before is not None else None
     page = write_bench(result, out, tuple(axes or Diagram), found)
-    common.print_document(build_bench_document(result, baseline=found), full=verbose, page=page)
+    output.print_document(build_bench_document(result, baseline=found), full=verbose, page=page)
     if any(BaselineChange.REGRESSED in (one.time, one.accuracy) for one in found or ()):
-        raise typer.Exit(common.EXIT_VIOLATION)
+        raise typer.Exit(ExitCode.VIOLATION)
 
 
 def _run_growth(
@@ -105,6 +106,9 @@ def _run_growth(
     options = GrowthOptions.parse_command_line(given_options)
     require_report_extra()
     path = out / "growth.jsonl"
-    with common.run_study(out, "bench", path) as progress, growth_journal(path, resume=resume, retry=retry) as journal:
+    with (
+        error_handling.run_study(out, "bench", path) as progress,
+        growth_journal(path, resume=resume, retry=retry) as journal,
+    ):
         found = measure_growth(options, notes=journal, progress=progress, command=get_command_line())
-    common.print_document(build_growth_document(found), full=verbose, page=write_growth(found, out))
+    output.print_document(build_growth_document(found), full=verbose, page=write_growth(found, out))

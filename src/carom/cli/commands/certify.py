@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from carom.cli import common
+from carom.cli import arguments, output
+from carom.cli.exit_codes import ExitCode
 from carom.cli.options import add_options
 from carom.solvers.certified.options import CertifyOptions
 from carom.support.formatting import format_number
@@ -25,13 +26,13 @@ PURPOSE = "certified"
 @add_options(CertifyOptions)
 def certify(
     options: CertifyOptions,
-    scenes: Annotated[list[str], common.SCENE_NAMES],
+    scenes: Annotated[list[str], arguments.SCENE_NAMES],
     show: Annotated[
         int,
         typer.Option("--show", min=0, show_default=False, help="Number of impacts to print per scene (default: 40)."),
     ] = 40,
     as_json: Annotated[bool, typer.Option("--json", help="Print all impacts with their error radii as JSON.")] = False,
-    out: Annotated[Path | None, common.declare_out_option("Output folder for one JSON file per scene.")] = None,
+    out: Annotated[Path | None, arguments.declare_out_option("Output folder for one JSON file per scene.")] = None,
 ) -> None:
     """Compute impacts with proven digits, by ball arithmetic.
 
@@ -50,11 +51,11 @@ def certify(
 
     worst = 0
     documents = []
-    found_scenes = common.load_plain_scenes(scenes)
+    found_scenes = arguments.load_plain_scenes(scenes)
     if out is not None:
         claim(out, PURPOSE, "--out")
     for scene in found_scenes:
-        with common.show_progress_bar() as show_progress:
+        with output.show_progress_bar() as show_progress:
             progress = partial(_show_progress, show_progress, scene, options.max_impacts)
             found = certified(scene, **vars(options), progress=progress)
         if as_json or out is not None:
@@ -64,12 +65,12 @@ def certify(
                 text = json.dumps(document, indent=1) + "\n"
                 write_files(out, PURPOSE, {f"{build_file_name(scene.name)}.json": text})
         if not as_json:
-            common.print_document(build_certified_document(found, show))
+            output.print_document(build_certified_document(found, show))
         if found.ending is Ending.INTERRUPTED:
-            worst = common.EXIT_INTERRUPTED
+            worst = ExitCode.INTERRUPTED
             break
         if found.ending not in (Ending.COMPLETED, Ending.MAX_IMPACTS):
-            worst = common.EXIT_VIOLATION
+            worst = ExitCode.VIOLATION
     if as_json:
         typer.echo(json.dumps(documents if len(documents) > 1 else documents[0], indent=1))
     if worst:

@@ -7,7 +7,8 @@ from typing import Annotated
 
 import typer
 
-from carom.cli.common import handle_errors, say
+from carom.cli.error_handling import handle_errors
+from carom.cli.output import say
 
 
 @handle_errors

@@ -7,7 +7,8 @@ from typing import Annotated
 
 import typer
 
-from carom.cli import common
+from carom.cli import arguments, output
+from carom.cli.exit_codes import ExitCode
 from carom.cli.options import add_options
 from carom.errors import InputError
 from carom.execution.shared_options import FailOn
@@ -26,7 +27,7 @@ def diff(
         Path | None, typer.Option("--markdown", help="Write the comparison to a Markdown file; - prints only that.")
     ] = None,
     page: Annotated[Path | None, typer.Option("--page", help="Write the comparison to an HTML file.")] = None,
-    verbose: common.Verbose = False,
+    verbose: arguments.Verbose = False,
     schema: Annotated[bool, typer.Option("--schema", help="Print the JSON Schema of a line of results.jsonl.")] = False,
 ) -> None:
     """List what got better or worse from an old report to a new one, with the reason.
@@ -50,10 +51,10 @@ def diff(
         if path is not None:
             _require_own(option, path)
     found = compared(old, new, options.match)
-    common.write_report(build_diff_document(found, str(old), str(new)), page, markdown, full=verbose)
+    output.write_report(build_diff_document(found, str(old), str(new)), page, markdown, full=verbose)
     worst_grade = None if options.fail_on is FailOn.NEVER else Grade[options.fail_on.name]
     if worst_grade is not None and any(change.is_regression_to(worst_grade) for change in found.changes):
-        raise typer.Exit(common.EXIT_VIOLATION)
+        raise typer.Exit(ExitCode.VIOLATION)
 
 
 def _require_own(option: str, path: Path) -> None:

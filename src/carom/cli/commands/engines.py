@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from carom.cli import common
+from carom.cli import arguments, error_handling, output
 from carom.cli.command_line import get_command_line
 from carom.errors import InputError
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from carom.model.scene import Scene
 
 
-@common.handle_errors
+@error_handling.handle_errors
 def engines(
     names: Annotated[
         list[str] | None,
@@ -42,23 +42,23 @@ def engines(
     from carom.execution.describe_engines import engines as known_engines
     from carom.report.engine_and_scene_lists import build_engine_document, format_engine_lines
 
-    names = [common.parse_engine(name) for name in names or ()]
+    names = [arguments.parse_engine(name) for name in names or ()]
     if show is not None:
         if len(names) != 1:
             raise InputError("--show needs exactly one engine: carom engines NAME --show PROFILE")
         from carom.execution.settings_code import write_code
 
         shown_scene = _find_scene(scene, restitution, friction)
-        dt_s = 1.0 / shown_scene.frame_rate_hz if dt is None else common.parse_step(dt)
-        common.say(write_code(names[0], show, shown_scene, dt_s, command=get_command_line()).rstrip("\n"))
+        dt_s = 1.0 / shown_scene.frame_rate_hz if dt is None else arguments.parse_step(dt)
+        output.say(write_code(names[0], show, shown_scene, dt_s, command=get_command_line()).rstrip("\n"))
         return
     if any(option is not None for option in (dt, restitution, friction, scene)):
         raise InputError("--dt, --restitution, --friction and --scene need --show")
     if names:
         for info in known_engines(names):
-            common.print_document(build_engine_document(info))
+            output.print_document(build_engine_document(info))
         return
-    common.say_lines(format_engine_lines(known_engines()))
+    output.say_lines(format_engine_lines(known_engines()))
 
 
 def _find_scene(name: str | None, restitution: float | None, friction: float | None) -> Scene:
@@ -66,7 +66,7 @@ def _find_scene(name: str | None, restitution: float | None, friction: float | N
     from carom.execution.settings_code import build_example_scene
     from carom.model.scene import Scene
 
-    found = build_example_scene() if name is None else common.load_one_scene(name, "--scene")
+    found = build_example_scene() if name is None else arguments.load_one_scene(name, "--scene")
     changes = {
         **({} if restitution is None else {"restitution": restitution, "wall_restitution": restitution}),
         **({} if friction is None else {"friction": friction, "wall_friction": friction}),

@@ -6,7 +6,8 @@ from typing import Annotated
 
 import typer
 
-from carom.cli.common import build_console, handle_errors, say, say_lines
+from carom.cli.error_handling import handle_errors
+from carom.cli.output import build_console, say, say_lines
 from carom.support.escaping import escape_controls
 
 

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from carom.cli import common
+from carom.cli import arguments, error_handling, output
 from carom.cli.command_line import get_command_line
+from carom.cli.exit_codes import ExitCode
 from carom.cli.options import add_options
 from carom.errors import InputError
 from carom.studies.history.options import HistoryOptions
@@ -26,7 +27,7 @@ def history(
     engine: Annotated[
         str, typer.Argument(help="Engine name, or path of an engine.toml. Its releases must be on pip or npm.")
     ],
-    scenes: Annotated[list[str] | None, common.declare_scenes_argument("paper, classics, engines")] = None,
+    scenes: Annotated[list[str] | None, arguments.declare_scenes_argument("paper, classics, engines")] = None,
     listed: Annotated[bool, typer.Option("--list", help="List the available releases and exit.")] = False,
     bisect: Annotated[
         str | None,
@@ -37,11 +38,11 @@ def history(
         ),
     ] = None,
     out: Annotated[
-        Path | None, common.declare_out_option("Output folder for history.md, history.svg and the journal.")
+        Path | None, arguments.declare_out_option("Output folder for history.md, history.svg and the journal.")
     ] = None,
-    resume: common.Resume = False,
-    retry: common.Retry = False,
-    verbose: common.Verbose = False,
+    resume: arguments.Resume = False,
+    retry: arguments.Retry = False,
+    verbose: arguments.Verbose = False,
 ) -> None:
     """List how results changed from release to release of an engine, with the present adapter and scenes.
 
@@ -55,10 +56,10 @@ def history(
     from carom.studies.history.release_cache import open_release_cache
     from carom.studies.history.run import list_releases
 
-    name = common.parse_engine(engine)
+    name = arguments.parse_engine(engine)
     with open_release_cache(options.kept_mb * 1e6) as cache:
         if listed:
-            common.say_lines(describe_listing(*list_releases(name, options, cache)))
+            output.say_lines(describe_listing(*list_releases(name, options, cache)))
         elif bisect is not None:
             _bisect_change(name, bisect, options, cache)
         else:
@@ -71,13 +72,13 @@ def _bisect_change(engine: str, cell: str, options: HistoryOptions, cache: Relea
 
     match cell.split(":"):
         case [scene, profile, step]:
-            found = common.load_one_scene(scene, "--bisect")
+            found = arguments.load_one_scene(scene, "--bisect")
         case _:
             raise InputError(f"--bisect must be SCENE:PROFILE:STEP, such as classics/box:default:1/60, got {cell!r}")
-    with common.show_progress_bar() as progress:
-        one = bisect_change(engine, found, profile, common.parse_step(step), cache, options, progress=progress)
+    with output.show_progress_bar() as progress:
+        one = bisect_change(engine, found, profile, arguments.parse_step(step), cache, options, progress=progress)
     for line in describe_bisection(one):
-        common.say(line)
+        output.say(line)
 
 
 def _run_history(
@@ -96,26 +97,26 @@ def _run_history(
     from carom.studies.history.compare_cells import history_journal
     from carom.studies.history.document import build_history_document, write_history
 
-    loaded_scenes = common.load_plain_scenes(scenes)
+    loaded_scenes = arguments.load_plain_scenes(scenes)
     if out is None and (resume or retry):
         raise InputError("--resume and --retry need the output folder: give --out")
     command, page = get_command_line(), None
     if out is None:
-        with common.show_progress_bar() as progress:
+        with output.show_progress_bar() as progress:
             found = run.run_history(engine, loaded_scenes, cache, options, progress=progress, command=command)
     else:
         require_report_extra()
         path = out / run.JOURNAL
         with (
-            common.run_study(out, run.PURPOSE, path) as progress,
+            error_handling.run_study(out, run.PURPOSE, path) as progress,
             history_journal(path, resume=resume, retry=retry) as journal,
         ):
             found = run.run_history(
                 engine, loaded_scenes, cache, options, notes=journal, progress=progress, command=command
             )
         page = write_history(found, out)
-    common.print_document(build_history_document(found), full=verbose, report=page)
+    output.print_document(build_history_document(found), full=verbose, report=page)
     if not found.ran:
-        raise typer.Exit(common.EXIT_UNAVAILABLE)
+        raise typer.Exit(ExitCode.UNAVAILABLE)
     if found.worse_now:
-        raise typer.Exit(common.EXIT_VIOLATION)
+        raise typer.Exit(ExitCode.VIOLATION)

@@ -7,8 +7,9 @@ from typing import Annotated
 
 import typer
 
-from carom.cli import common
-from carom.cli.common import handle_errors, say
+from carom.cli import arguments, output
+from carom.cli.error_handling import handle_errors
+from carom.cli.output import say
 from carom.errors import InputError
 
 
@@ -46,7 +47,7 @@ def play(
 
     if out is not None and out.suffix != ".html":
         raise InputError(f"--out must end in .html, got {str(out)!r}")
-    own_scenes = [] if scene is None else [common.load_one_scene(scene, "SCENE")]
+    own_scenes = [] if scene is None else [arguments.load_one_scene(scene, "SCENE")]
     engine_names = [] if engine == ["none"] else engine
     installed = load_page_engines(
         DEFAULT_ENGINES if engine_names is None else engine_names, required=engine_names is not None
@@ -54,6 +55,6 @@ def play(
     html = render_page(add_gallery(*own_scenes), installed)
     page = write_file(build_temporary_path("play.html") if out is None else out, html)
     say(f"Methods: PIC, PIT{''.join(f', {one.label}' for one in installed)}.")
-    common.say_path("page", page)
+    output.say_path("page", page)
     if opened and not open_page(page.resolve()):
         say("No browser was found. Open the page yourself.")

@@ -7,18 +7,18 @@ from typing import Annotated
 
 import typer
 
-from carom.cli import common
+from carom.cli import arguments, error_handling, output
 from carom.errors import InputError
 
 
-@common.handle_errors
+@error_handling.handle_errors
 def report(
     folder: Annotated[Path, typer.Argument(help="Folder of the report, or its results.jsonl.")],
     page: Annotated[Path | None, typer.Option("--page", help="Write the report to a new HTML file.")] = None,
     markdown: Annotated[
         Path | None, typer.Option("--markdown", help="Write the report to a new Markdown file; - prints only that.")
     ] = None,
-    verbose: common.Verbose = False,
+    verbose: arguments.Verbose = False,
 ) -> None:
     """Rebuild the report from results.jsonl without running engines.
 
@@ -31,4 +31,4 @@ def report(
         if path is not None and path.is_file():
             raise InputError(f"{option}: {path} already exists: name another file")
     document = rebuild_document(*read_records(folder / "results.jsonl" if folder.is_dir() else folder))
-    common.write_report(document, page, markdown, full=verbose)
+    output.write_report(document, page, markdown, full=verbose)

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from carom.cli import common
+from carom.cli import arguments, error_handling, output
 from carom.cli.command_line import get_command_line
+from carom.cli.exit_codes import ExitCode
 from carom.cli.options import add_options
 from carom.errors import InputError
 from carom.execution.shared_options import FailOn
@@ -36,16 +37,16 @@ def run(
     ] = None,
     out: Annotated[
         Path | None,
-        common.declare_out_option("Output folder for the report: index.html, report.md, results.jsonl, junit.xml."),
+        arguments.declare_out_option("Output folder for the report: index.html, report.md, results.jsonl, junit.xml."),
     ] = None,
     report: Annotated[Path | None, typer.Option("--report", hidden=True)] = None,
-    resume: common.Resume = False,
-    retry: common.Retry = False,
+    resume: arguments.Resume = False,
+    retry: arguments.Retry = False,
     explain: Annotated[
         bool,
         typer.Option("--explain", help="Print which runs are planned or left out, with the reasons, and exit."),
     ] = False,
-    verbose: common.Verbose = False,
+    verbose: arguments.Verbose = False,
     fail_on: Annotated[
         FailOn,
         typer.Option(
@@ -69,7 +70,7 @@ def run(
 
     out = out or report
     options = replace(options, samples=out is not None)
-    loaded_scenes = common.load_scenes(scenes or [])
+    loaded_scenes = arguments.load_scenes(scenes or [])
     if out is None and (resume or retry):
         raise InputError("--resume and --retry need the output folder: give --out")
     if out is None or explain:
@@ -84,7 +85,7 @@ def run(
             from carom.studies.cross_check.explain import explain as explained
 
             for line in explained(plan):
-                common.say(line)
+                output.say(line)
             return
         worst_grade = None if fail_on is FailOn.NEVER else Grade[fail_on.name]
         results = _carry_out_plan(plan, pool, out, worst_grade, resume=resume, retry=retry, verbose=verbose)
@@ -103,21 +104,21 @@ def _carry_out_plan(
     from carom.studies.cross_check.run import execute, observed_journal
 
     if report is None:
-        with common.show_progress_bar() as progress:
+        with output.show_progress_bar() as progress:
             results = execute(plan, pool, progress=progress, command=get_command_line())
-        common.print_document(cross_check_document(results), full=verbose)
+        output.print_document(cross_check_document(results), full=verbose)
         return results
     path = report / "journal.jsonl"
     with (
-        common.guard_journals(path),
+        error_handling.guard_journals(path),
         observed_journal(path, plan.options.stamp, resume=resume, retry=retry) as journal,
-        common.show_progress_bar() as progress,
+        output.show_progress_bar() as progress,
     ):
         found = execute(plan, pool, notes=journal, progress=progress, command=get_command_line())
         built_report = build_report(found, fail_on)
         page = built_report.write(report)
         path.unlink(missing_ok=True)  # not needed any more: the report contains all results
-    common.print_document(built_report.document, full=verbose, report=page)
+    output.print_document(built_report.document, full=verbose, report=page)
     return built_report.results
 
 
@@ -135,7 +136,7 @@ def _say_settings(results: Results, scene: str) -> None:
             continue
         words = ("carom", "engines", format_engine_argument(method.engine), "--show", method.profile)
         command = shlex.join((*words, "--dt", format_step_option(max(steps)), "--scene", scene))
-        common.say(f"To print the settings of {column.name} as code:\n{command}")
+        output.say(f"To print the settings of {column.name} as code:\n{command}")
         return
 
 
@@ -144,11 +145,11 @@ def _choose_exit_code(results: Results, requested: set[str], fail_on: Grade | No
     from carom.execution.results import is_violation
 
     if any(row.status.is_failure for row in results.rows):
-        return common.EXIT_CRASHED
+        return ExitCode.CRASHED
     if any(row.status is Status.UNAVAILABLE and row.job.engine in requested for row in results.rows):
-        return common.EXIT_UNAVAILABLE
+        return ExitCode.UNAVAILABLE
     if all(row.score is None for row in results.rows):  # no job has run
-        return common.EXIT_UNAVAILABLE
+        return ExitCode.UNAVAILABLE
     if fail_on is not None and any(is_violation(row, fail_on) for row in results.rows):
-        return common.EXIT_VIOLATION
+        return ExitCode.VIOLATION
     return 0

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from carom.cli.common import handle_errors
+from carom.cli.error_handling import handle_errors
 
 
 @handle_errors

@@ -7,8 +7,9 @@ from typing import Annotated
 
 import typer
 
-from carom.cli import common
+from carom.cli import arguments, error_handling, output
 from carom.cli.command_line import get_command_line
+from carom.cli.exit_codes import ExitCode
 from carom.cli.options import add_options
 from carom.studies.stress.options import StressOptions
 
@@ -23,16 +24,16 @@ def stress(
             "relations (invariances), complaints (reported bugs). Default: all kinds. --list shows the names."
         ),
     ] = None,
-    resume: common.Resume = False,
-    retry: common.Retry = False,
+    resume: arguments.Resume = False,
+    retry: arguments.Retry = False,
     out: Annotated[
         Path,
-        common.declare_out_option(
+        arguments.declare_out_option(
             "Output folder for stress.html, stress.md, stress.json, the journal, and one scene per failure "
             "(default: stress)."
         ),
     ] = Path("stress"),
-    verbose: common.Verbose = False,
+    verbose: arguments.Verbose = False,
     list_only: Annotated[bool, typer.Option("--list", help="List all stress tests and exit.")] = False,
 ) -> None:
     """Find the value of a quantity, such as a speed, at which each engine fails, in numerically difficult scenes.
@@ -44,16 +45,16 @@ def stress(
 
     if list_only:
         for line in campaign.list_lines(quick=options.quick):
-            common.say(f"{line.kind:10} {line.name:24} {line.axis}")
+            output.say(f"{line.kind:10} {line.name:24} {line.axis}")
         return
     from carom.report.files import require_report_extra
     from carom.studies.stress.document import build_stress_document, write_stress
 
     require_report_extra()
-    with common.run_study(out, campaign.PURPOSE, out / campaign.JOURNAL) as progress:
+    with error_handling.run_study(out, campaign.PURPOSE, out / campaign.JOURNAL) as progress:
         results = campaign.run_stress_campaign(
             attacks or [], options, out=out, resume=resume, retry=retry, progress=progress, command=get_command_line()
         )
-    common.print_document(build_stress_document(results), full=verbose, report=write_stress(results, out))
+    output.print_document(build_stress_document(results), full=verbose, report=write_stress(results, out))
     if any(info.unavailable for name, info in results.engines.items() if name in (options.engines or ())):
-        raise typer.Exit(common.EXIT_UNAVAILABLE)
+        raise typer.Exit(ExitCode.UNAVAILABLE)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from carom.cli import common
+from carom.cli import arguments, error_handling, output
 from carom.cli.command_line import get_command_line
 from carom.cli.options import add_options
 from carom.studies.tune.options import TuneOptions
@@ -22,13 +22,13 @@ def tune(
     engine: Annotated[
         str, typer.Argument(help="Engine name, or path of an engine.toml, whose adapter declares settings to tune.")
     ],
-    scenes: Annotated[list[str] | None, common.declare_scenes_argument("classics")] = None,
+    scenes: Annotated[list[str] | None, arguments.declare_scenes_argument("classics")] = None,
     out: Annotated[
-        Path, common.declare_out_option("Output folder for tune.md and the journal (default: tune).")
+        Path, arguments.declare_out_option("Output folder for tune.md and the journal (default: tune).")
     ] = Path("tune"),
-    resume: common.Resume = False,
-    retry: common.Retry = False,
-    verbose: common.Verbose = False,
+    resume: arguments.Resume = False,
+    retry: arguments.Retry = False,
+    verbose: arguments.Verbose = False,
 ) -> None:
     """Find the most accurate settings of an engine, and print them as a profile.
 
@@ -44,13 +44,13 @@ def tune(
     from carom.studies.tune.search import require_tune_extra
 
     require_tune_extra()
-    name = common.parse_engine(engine)
+    name = arguments.parse_engine(engine)
     scene_names = scenes or [search.SCENES]
-    loaded_scenes = common.load_plain_scenes(scene_names)
+    loaded_scenes = arguments.load_plain_scenes(scene_names)
     path = out / search.JOURNAL
     best: list[Found] = []
     with (
-        common.run_study(out, search.PURPOSE, path) as progress,
+        error_handling.run_study(out, search.PURPOSE, path) as progress,
         tune_journal(path, resume=resume, retry=retry) as journal,
     ):
         try:
@@ -65,8 +65,8 @@ def tune(
             )
         except KeyboardInterrupt:
             if best:
-                common.say(f"best so far (trial {best[-1].trial}): {format_set_options(best[-1])}", apart=True)
+                output.say(f"best so far (trial {best[-1].trial}): {format_set_options(best[-1])}", apart=True)
             raise
-    common.print_document(
+    output.print_document(
         build_tune_document(found, scene_names), full=verbose, report=write_tune(found, scene_names, out)
     )

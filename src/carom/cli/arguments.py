@@ -1,0 +1,93 @@
+"""Arguments and options that several commands have, and the scenes, engines and steps that they name."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from carom.errors import AdapterError, InputError
+from carom.support.options import build_step_kind
+
+if TYPE_CHECKING:
+    from carom.catalogue import CatalogueScene
+    from carom.model.scene import Scene
+
+
+def declare_out_option(text: str) -> Any:
+    """Return the option for the output folder. `text` describes the option, and its default if there is one."""
+    return typer.Option("--out", "-o", show_default=False, help=text)
+
+
+def declare_scenes_argument(default: str) -> Any:
+    """Return the argument for scenes. `default` describes the scenes that are used without this argument."""
+    return typer.Argument(help=f"Scene files, or names, groups or patterns of catalogue scenes (default: {default}).")
+
+
+SCENE_NAMES = typer.Argument(help="Scene files (.toml, .json), or names, groups or patterns of catalogue scenes.")
+
+
+def parse_engine(word: str) -> str:
+    """Return an engine's name for a name or manifest on the command line. Register the engine of a manifest."""
+    from carom.engines import registry
+
+    try:
+        return registry.resolve_engine(word)
+    except AdapterError as error:
+        raise typer.BadParameter(str(error)) from None
+
+
+Resume = Annotated[
+    bool, typer.Option("--resume", help="Continue an interrupted run from the journal in the output folder.")
+]
+
+Retry = Annotated[
+    bool,
+    typer.Option("--retry", help="Like --resume, but also repeat runs that crashed, timed out or raised an error."),
+]
+
+Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Print all tables, not only the summary.")]
+
+
+def parse_step(text: str) -> float:
+    """Parse a step size such as ``1/240`` or ``0.004``."""
+    kind = build_step_kind()
+    try:
+        found: float = kind.take(kind.read(text))
+    except (ValueError, OverflowError):
+        raise kind.build_error("--dt", text) from None
+    return found
+
+
+def load_scenes(names: list[str]) -> list[Scene | CatalogueScene]:
+    """Load scene files, and find catalogue scenes by name. Without names, return the whole catalogue."""
+    from carom.catalogue import catalogue, find_scenes
+    from carom.model.scene_file import load_scene
+
+    if not names:
+        return list(catalogue().values())
+    found: list[Scene | CatalogueScene] = []
+    for name in names:
+        is_file = Path(name).suffix in {".toml", ".json"} or Path(name).is_file()
+        found += [load_scene(name)] if is_file else find_scenes([name])
+    return found
+
+
+def load_plain_scenes(names: list[str]) -> list[Scene]:
+    """Return the scenes that `load_scenes` returns, without known answers."""
+    from carom.model.scene import Scene
+
+    return [entry if isinstance(entry, Scene) else entry.scene for entry in load_scenes(names)]
+
+
+def load_one_scene(name: str, argument: str) -> Scene:
+    """Return the scene of a scene file, or the catalogue scene with a name.
+
+    Raises:
+        InputError: The name matches several scenes. In the message, the name is called `argument`.
+    """
+    found = load_plain_scenes([name])
+    if len(found) != 1:
+        raise InputError(f"{argument} must name one scene, but {name!r} matches {len(found)} scenes")
+    return found[0]
