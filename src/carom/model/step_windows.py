@@ -171,6 +171,10 @@ class LocalTruth:
             times the step size.
         rests: Structured array of `REST_DTYPE`: steps outside of windows in which a pair rests, and the contact changes
             velocities. None in journals of earlier versions.
+        invented: Number of steps outside of windows, summed over all discs, in which a velocity or rim speed changed by
+            more than 1 % of the disc's speed without a cause.
+        first_invented_s: Time of the first of these steps; NaN if there is none.
+        first_inventor: Disc that changed in this step; -1 if there is none.
     """
 
     until_s: float
@@ -185,9 +189,16 @@ class LocalTruth:
     sinks_s: float
     polygon: bool
     rests: NDArray[np.void] | None = None
+    invented: int = 0
+    first_invented_s: float = math.nan
+    first_inventor: int = -1
 
     def clip_to(self, time_s: float) -> LocalTruth:
-        """Return the part of the comparison that concerns the run up to a time."""
+        """Return the part of the comparison that concerns the run up to a time.
+
+        Counts stay those of the whole run, except that `invented` is 0 if no step up to the time is invented.
+        """
+        has_invented = self.first_invented_s <= time_s
         return replace(
             self,
             until_s=min(self.until_s, time_s),
@@ -195,4 +206,7 @@ class LocalTruth:
             meetings=self.meetings[self.meetings["end_s"] <= time_s],
             slips=self.slips[self.slips["time_s"] <= time_s],
             rests=None if self.rests is None else self.rests[self.rests["begin_s"] <= time_s],
+            invented=self.invented if has_invented else 0,
+            first_invented_s=self.first_invented_s if has_invented else math.nan,
+            first_inventor=self.first_inventor if has_invented else -1,
         )

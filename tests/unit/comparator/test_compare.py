@@ -259,3 +259,14 @@ def test_sampling_run_must_have_the_same_scene_and_step() -> None:
         compare(reference, observed, sampling=solve_pit(SLIDING.scene, frame_rate_hz=60))
     # A run without steps is compared with PIT at any step.
     assert np.isfinite(compare(reference, reference, sampling=solve_pit(scene, frame_rate_hz=3)).price_paid)
+
+
+@each("table", (0.0, 0.1))
+def test_energy_after_the_horizon_is_compared_only_if_it_is_conserved(table: float) -> None:
+    """After the horizon the final energy is compared if no table slows the discs, since it then depends on no path."""
+    discs = (disc_at(-2.0, 0.0, vx=2.0), disc_at(0.0, 0.0), disc_at(3.0, 0.0))
+    scene = staged("row", *discs, table_deceleration_m_s2=table, duration_s=4.0)
+    reference = solve_pic(scene)
+    assert len(reference.impacts) == 2
+    observed = replace(reference, final_velocity_m_s=0.9 * reference.final_velocity_m_s)
+    assert (compare(reference, observed, horizon=1).total.energy < 0.0) is (table == 0.0)

@@ -257,3 +257,51 @@ def test_largest_change_of_a_spin_is_relative_to_the_speed(monkeypatch: pytest.M
     pieces = compute_in_small_blocks(monkeypatch, scene, states, 1 / 64)
     assert whole.slips["time_s"].tolist() == pieces.slips["time_s"].tolist() == [0.5]
     assert whole.slips["rim"] == pytest.approx([0.002], rel=1e-12)
+
+
+def test_every_invented_change_is_counted_once() -> None:
+    """Each step in which a lone disc changes its velocity, its spin or both is one invention; the first is named."""
+    scene = staged("turns", disc_at(-9.0, 0.0), disc_at(9.0, 0.0, vx=1.0, spin_rad_s=1.0), duration_s=1.0)
+    times = np.arange(11) / 10
+    velocity = np.zeros((11, 2, 2))
+    velocity[:, 1, 0] = 1.0 + 0.1 * sum(times > turn for turn in (0.35, 0.55, 0.75))
+    place = np.tile(scene.arrays.position_m, (11, 1, 1))
+    place[1:, 1, 0] += np.cumsum(velocity[1:, 1, 0]) / 10
+    spins = np.ones((11, 2)) * [0.0, 1.0] + [0.0, 0.5] * (times > 0.55)[:, None]
+    found = compute_local_truth(scene, States(times, place, velocity, spins), dt_s=0.1)
+    score = score_steps(found, compute_scales(scene, solve_pic(scene)), 64)
+    assert (score.invented, score.first_invented, score.first_invented_s) == (3, "at 0.3 s, of disc 1", 0.3)
+    before = found.clip_to(0.2)
+    assert (before.invented, before.first_inventor) == (0, -1)
+
+
+CEILINGS: dict[str, list[Any]] = {
+    "half-plane": [wall_at(0.0, 0.5, 0.0, -1.0)],
+    "chain": [Chain(points_m=[(-3.0, 0.5), (3.0, 0.5)])],
+    "vertical wall": [wall_at(0.5, 0.0, -1.0, 0.0)],
+    "immovable disc": [disc_at(0.3, 0.98, r=0.5247856705360713, m=math.inf)],
+}
+
+
+@each("bodies", CEILINGS)
+def test_disc_that_hangs_on_a_body_above_or_beside_it_is_wrong(bodies: str) -> None:
+    """A disc that stays under a ceiling or next to a wall does not rest: PIC falls, so its steps are wrong."""
+    scene = staged("hangs", disc_at(0.0, 0.0), *CEILINGS[bodies], gravity_m_s2=(0.0, -10.0), duration_s=1.0)
+    times = np.arange(101) / 100
+    place, velocity = (np.tile(array, (101, 1, 1)) for array in (scene.arrays.position_m, scene.arrays.velocity_m_s))
+    found = compute_local_truth(scene, States(times, place, velocity), dt_s=0.01)
+    score = score_steps(found, compute_scales(scene, solve_pic(scene)), 64)
+    assert score.resting_steps == 0
+    assert score.grade is Grade.WRONG
+
+
+def test_disc_in_a_corner_rests_on_both_walls() -> None:
+    """A disc between a slope and a vertical wall rests on both: gravity presses it on the slope, and so on the wall."""
+    half = math.sqrt(0.5)
+    walls = [wall_at(0.5, 0.0, -1.0, 0.0), wall_at(0.5 * half, -0.5 * half, -half, half)]
+    scene = staged("corner", disc_at(0.0, 0.0), *walls, gravity_m_s2=(0.0, -10.0), duration_s=1.0, restitution=0.0)
+    times = np.arange(101) / 100
+    place, velocity = (np.tile(array, (101, 1, 1)) for array in (scene.arrays.position_m, scene.arrays.velocity_m_s))
+    velocity[1::2, 0, 0] = 0.01  # the engine's contact solver moves it against the wall
+    found = compute_local_truth(scene, States(times, place, velocity), dt_s=0.01)
+    assert score_steps(found, compute_scales(scene, solve_pic(scene)), 64).invented == 0

@@ -23,7 +23,10 @@ Array = NDArray[np.float64]
 
 #: Features with which a scene does not conserve energy.
 _NOT_CONSERVED = frozenset(
-    {Need.RESTITUTION, Need.GRAVITY, Need.DAMPING, Need.FRICTION, Need.DRIVEN_DISCS, Need.DRIVEN_WALLS}
+    {
+        *(Need.RESTITUTION, Need.GRAVITY, Need.DAMPING, Need.TABLE_FRICTION, Need.FRICTION),
+        *(Need.DRIVEN_DISCS, Need.DRIVEN_WALLS),
+    }
 )
 
 #: A body that is slower than this fraction of the scene's greatest speed counts as resting, so its direction is not

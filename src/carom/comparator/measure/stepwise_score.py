@@ -36,8 +36,8 @@ class LocalScore:
         missed_within: Number of the missed pairs before the horizon.
         first_missed: Description of the first missed pair; empty if there is none.
         first_missed_s: Time of the first missed pair, in seconds; NaN if there is none.
-        invented: Number of steps in which the velocity of a disc changed by more than 1 % although no other body was
-            near.
+        invented: Number of steps, summed over all discs, in which a velocity or rim speed changed by more than 1 % of
+            the disc's speed, although the disc's path reached no other body within two steps.
         first_invented: Description of the first of these steps; empty if there is none.
         early: Number of windows in which a path turned earlier than in PIC.
         ahead: Number of velocity changes that come more than two steps before their impact. The cause is an engine that
@@ -268,17 +268,18 @@ def _find_inventions(truth: LocalTruth) -> tuple[int, tuple[str, float | None], 
 
     Return their number, the first one, and the largest turn that is too small to count.
     """
-    turns: list[tuple[float, float, str]] = []  # time, size and disc of each turn
-    for row in truth.windows[truth.windows["turned"]]:
-        size = max(float(row["velocity"]), float(row["spin"])) / (float(row["rim"]) or 1.0)
-        turns.append((float(row["begin_s"]), size, ""))
-    for row in truth.slips:
-        size = max(float(row["velocity"]), float(row["rim"])) / (float(row["speed"]) or 1.0)
-        turns.append((float(row["time_s"]), size, f", of disc {row['disc']}"))
-    found = [(time_s, f"at {format_instant(time_s)}{of_disc}") for time_s, size, of_disc in turns if size > PASSED]
-    slipped = max([0.0, *(size for _, size, _ in turns if not size > PASSED)])
-    first_s, first = min(found, default=(None, ""))
-    return len(found), (first, first_s), slipped
+    turned, slips = truth.windows[truth.windows["turned"]], truth.slips
+    changes = [np.maximum(turned["velocity"], turned["spin"]), np.maximum(slips["velocity"], slips["rim"])]
+    speeds = [turned["rim"], slips["speed"]]
+    in_windows, alone = (size / np.where(speed > 0.0, speed, 1.0) for size, speed in zip(changes, speeds, strict=True))
+    is_invented = in_windows > PASSED
+    found = [(float(time_s), "") for time_s in turned["begin_s"][is_invented]]
+    if truth.invented:
+        found.append((truth.first_invented_s, f", of disc {truth.first_inventor}"))
+    first_s, disc = min(found, default=(math.nan, ""))
+    first = (f"at {format_instant(first_s)}{disc}", first_s) if found else ("", None)
+    slipped = max(float(np.max(sizes[sizes <= PASSED], initial=0.0)) for sizes in (in_windows, alone))
+    return truth.invented + int(is_invented.sum()), first, slipped
 
 
 def _compute_unexplained_energy(scored: NDArray[np.void]) -> float:

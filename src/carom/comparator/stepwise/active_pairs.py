@@ -65,8 +65,7 @@ def find_activity(block: Block, rest: RestHistory) -> Activity:
     for begin in range(0, len(block), steps):
         end = min(begin + steps, len(block))
         together = [*find_disc_pairs(block, begin, end), *find_wall_pairs(block, begin, end)]
-        for relative in together:
-            resting = find_resting_pairs(block, relative)
+        for relative, resting in zip(together, find_resting_pairs(block, together), strict=True):
             _enter_active_pairs(block, relative, resting, found)
             rest.add(block, relative, resting)
         for step in range(begin, end):

@@ -121,7 +121,7 @@ def _compare_nothing_due(window: Window, comparison: Comparison) -> Comparison:
     bodies, chain = window.bodies, window.chain
     # A body counts as resting if its velocity changed by at most the speed that it gains by falling during the window.
     steps = chain.end - chain.begin + 0.5
-    may_rest = bodies.pull > 0.0 and velocity <= max(RESTING_STEPS, steps) * bodies.pull * window.block.dt_s
+    may_rest = velocity <= max(RESTING_STEPS, steps) * bodies.pull * window.block.dt_s and _can_be_held_up(window)
     if chain.continues:
         # If the window is the rest of a longer contact, velocities already changed before it. So only the energy is
         # compared.
@@ -135,6 +135,20 @@ def _compare_nothing_due(window: Window, comparison: Comparison) -> Comparison:
         comparison.turned = True
         comparison.velocity, comparison.spin, comparison.place_m = velocity, spin, place
     return comparison
+
+
+def _can_be_held_up(window: Window) -> bool:
+    """Whether gravity can press a disc of the window on another body."""
+    bodies, chain, activity = window.bodies, window.chain, window.activity
+    for i, j in chain.pairs:
+        falling = [body for body in (i, j) if bodies.is_pulled(body)]
+        if len(falling) == 2 or any(activity.resting[chain.begin : chain.end, body].any() for body in falling):
+            return True
+        normal = window.start.measure_separation((i, j)).normal
+        pull = normal[0] * bodies.gravity[0] + normal[1] * bodies.gravity[1]
+        if falling and (pull if falling == [i] else -pull) > window.block.place_unit * bodies.pull:
+            return True
+    return False
 
 
 def _is_entangled(window: Window, found: Difference) -> bool:

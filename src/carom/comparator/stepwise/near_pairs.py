@@ -38,8 +38,8 @@ class NearPairs:
         gap: Gap between the bodies at each state, in metres; negative if they overlap.
         closing: Speed at which the bodies approach at each state, in metres per second.
         wait: Seconds from each step's start until the bodies meet; infinity if they do not meet.
-        pulled: Difference of the two bodies' accelerations by gravity, in metres per second squared, shape
-            ``(pairs,)``.
+        pulled: Acceleration by which gravity brings the bodies together at each state, in metres per second squared;
+            negative if it parts them, and 0 for two discs that both fall.
         touching: Rounding error of a gap, in metres.
         still: Rounding error of a speed, in metres per second.
     """
@@ -101,7 +101,10 @@ def find_disc_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
         gap = distance - contact
         with np.errstate(divide="ignore", invalid="ignore"):
             closing = np.where(distance > 0.0, -b / distance, 0.0)
-        pulled = np.where(arrays.movable[first] != arrays.movable[second], bodies.pull, 0.0)
+        # Gravity acts only on a movable disc. If this is the second disc, the pull towards the first is opposite to d.
+        falls = arrays.movable[first].astype(float) - arrays.movable[second]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            pulled = np.where(distance > 0.0, falls * (d @ np.array(bodies.gravity)) / distance, 0.0)
         place_rounding = block.place_rounding[begin:end]
         touching = place_rounding[:, first] + place_rounding[:, second]
         speeds = block.own_speed[begin:end]
@@ -113,7 +116,7 @@ def find_disc_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
             wait = bodies.slowing.damping.to_damped_array(wait)
         wait = np.where((b[:-1] < 0.0) & (gap[:-1] <= touching), 0.0, wait)
         wait = np.where((gap[:-1] <= touching) & (closing[:-1] <= speed_rounding), np.inf, np.maximum(wait, 0.0))
-        bent = np.flatnonzero((pulled > 0.0) | (bodies.slowing.table_m_s2 > 0.0))
+        bent = np.flatnonzero((falls != 0.0) & (bodies.pull > 0.0) | (bodies.slowing.table_m_s2 > 0.0))
         near = NearPairs(begin, first, second, gap, closing, wait, pulled, touching, speed_rounding)
         _meet_on_bent_paths(block, near, bent.tolist())
         yield near
@@ -162,7 +165,7 @@ def _find_pairs_with_walls(
             wait = np.where(pull == 0.0, straight, bent)
         wait = np.where((g <= touching) & (s < -speed_rounding), 0.0, wait)
         wait = np.where((g <= touching) & (s >= -speed_rounding) & (pull == 0.0), np.inf, np.maximum(wait, 0.0))
-        pulled = np.full(len(disc), bodies.pull)
+        pulled = np.broadcast_to(-pull, gap.shape)
         yield NearPairs(begin, disc, bodies.n + numbers[wall], gap, -speed, wait, pulled, touching, speed_rounding)
 
 
@@ -195,7 +198,7 @@ def _find_one_by_one(
             touches = gap[:-1] <= touching
             wait = np.where(touches & (closing[:-1] > speed_rounding), 0.0, wait)
             wait = np.where(touches & (closing[:-1] <= speed_rounding) & (wait == 0.0), np.inf, wait)
-            pulled = np.full(1, bodies.pull)
+            pulled = np.array([[one.normal] for one in separations]) @ np.array(bodies.gravity)
             yield NearPairs(
                 begin, np.array([i]), np.array([bodies.n + k]), gap, closing, wait, pulled, touching, speed_rounding
             )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -15,9 +16,9 @@ from carom.comparator.stepwise.step_block import Block
 
 Flags = NDArray[np.bool_]
 
-#: Two bodies that gravity presses together count as resting while their relative speed is at most the speed gained by
-#: falling for this many steps. One step is enough for engines that correct velocities, and two and a half for engines
-#: that correct positions (Box2D and MuJoCo `default`, 8 starting states each).
+#: Two bodies that gravity presses together count as resting while their speed along the normal is at most the speed
+#: gained by falling for this many steps. One step is enough for engines that correct velocities, and two and a half for
+#: engines that correct positions (Box2D and MuJoCo `default`, 8 starting states each).
 RESTING_STEPS = 2.5
 
 
@@ -79,11 +80,28 @@ class RestHistory:
                 self.sinks_s = float(np.fmin(self.sinks_s, begin_s))
 
 
-def find_resting_pairs(block: Block, relative: NearPairs) -> Flags:
-    """Find the steps in which pairs rest, shape ``(steps, pairs)``."""
-    gap, closing = relative.gap, np.abs(relative.closing)
-    contact = np.array([block.bodies.reach(pair) for pair in relative.pairs])
-    slow = RESTING_STEPS * relative.pulled * block.dt_s + relative.still
-    near = (relative.pulled > 0.0) & (gap[:-1] <= RESTING_GAP * contact)
-    resting: Flags = near & (closing[:-1] <= slow) & (closing[1:] <= slow)
-    return resting
+def find_resting_pairs(block: Block, together: Sequence[NearPairs]) -> list[Flags]:
+    """Find the steps in which pairs rest. Return an array of shape ``(steps, pairs)`` for each item of `together`.
+
+    A disc rests on a body onto which it falls. Then it also rests on other bodies, such as the second wall of a corner.
+    """
+    movable, pull = block.scene.arrays.movable, block.bodies.pull
+    touching, pressed = [], []
+    for relative in together:
+        closing, contact = np.abs(relative.closing), np.array([block.bodies.reach(pair) for pair in relative.pairs])
+        slow = RESTING_STEPS * pull * block.dt_s + relative.still
+        first, second = relative.list_discs(block.bodies.n)
+        falls = (relative.second >= block.bodies.n) | (movable[first] != movable[second])
+        near = falls & (pull > 0.0) & (relative.gap[:-1] <= RESTING_GAP * contact)
+        touching.append(near & (closing[:-1] <= slow) & (closing[1:] <= slow))
+        # The direction of gravity relative to a wall has the rounding error of the wall's normal.
+        pressed.append(touching[-1] & (relative.pulled[:-1] > block.place_unit * pull))
+    if all(np.array_equal(*both) for both in zip(touching, pressed, strict=True)):
+        return pressed
+    held = np.zeros((len(touching[0]), block.bodies.n), np.bool_)
+    for relative, flags in zip(together, pressed, strict=True):
+        rows, columns = np.nonzero(flags)
+        first, second = relative.list_discs(block.bodies.n)
+        held[rows, first[columns]] = held[rows, second[columns]] = True
+    discs = [relative.list_discs(block.bodies.n) for relative in together]
+    return [flags & (held[:, first] | held[:, second]) for flags, (first, second) in zip(touching, discs, strict=True)]

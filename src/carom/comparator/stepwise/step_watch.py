@@ -88,7 +88,9 @@ class StepWatch:
         self._slips: dict[tuple[int, int], tuple[float, tuple[float | int, ...]]] = {}
         self._scale = np.full(len(scene.discs), self._bodies.fast)
         self._ahead = 0
-        self._turned = self._moved = self._steps = self._resting = 0
+        self._turned = self._moved = self._steps = self._resting = self._invented = 0
+        #: Time and disc of the first invention.
+        self._first_invention = (math.nan, -1)
         self._rest = RestHistory()
         self._polygon = False
 
@@ -145,6 +147,9 @@ class StepWatch:
                 ),
                 REST_DTYPE,
             ),
+            invented=self._invented,
+            first_invented_s=self._first_invention[0],
+            first_inventor=self._first_invention[1],
         )
 
     def _to_body_number(self, j: int) -> int:
@@ -238,6 +243,10 @@ class StepWatch:
             if block.has_early_turn(step, disc):
                 has_turned[step, disc] = False
                 self._ahead += 1
+                continue
+            if not self._invented:
+                self._first_invention = (float(block.states.time_s[step]), disc)
+            self._invented += 1
         beyond = np.where(has_moved, block.moved_by - allowed, 0.0)
         # Store the largest unexplained changes of velocity, spin and position of each disc.
         columns = (block.turned_by, block.spun_by, beyond, block.own_speed, rounding)
