@@ -22,7 +22,7 @@ from carom.solvers.certified.result import CertifiedTrace
 from carom.solvers.pic import solve_pic
 
 # Largest relative error of a reliable reference. A time error is divided by the scene's duration, and a velocity error
-# by the scene's greatest speed. The value is a thousand times the rounding threshold of the verdicts, and at most a
+# as `Horizon` describes. The value is a thousand times the rounding threshold of the verdicts, and at most a
 # thousandth of PIT's errors at usual step sizes. So the results do not depend on the exact value.
 RELIABLE_ERROR = 1e-9
 
@@ -33,7 +33,8 @@ class Horizon:
 
     Attributes:
         tolerance: Largest relative error of an impact that agrees. A time error is divided by the scene's duration, and
-            an error of a velocity or rim speed by the scene's greatest speed.
+            an error of a velocity or rim speed by the scene's greatest speed at the start or, with gravity or driven
+            bodies, of the whole run.
         agreed: Number of impacts before the first one that does not agree within the tolerance.
         order_differs: Index of the first impact that has other bodies than the certified impact with this index; None
             if there is none.
@@ -96,7 +97,7 @@ def horizon(
         time_budget_s: Largest number of seconds that the certified run may take; None for no limit.
 
     Raises:
-        InputError: The tolerance is not above 0, or the scene has immovable discs under gravity.
+        InputError: The tolerance is not above 0.
         MissingExtraError: python-flint is not installed.
 
     Examples:
@@ -202,7 +203,9 @@ def _find_landing_bounces(certified: Trace, trace: Trace, alike_s: float) -> NDA
 
 
 def estimate_horizon(reference: Trace) -> float | None:
-    """Estimate the time up to which a trace by `carom.solve_pic` is reliable; None if the whole trace is reliable.
+    """Estimate the time up to which a trace by `carom.solve_pic` is reliable.
+
+    Return None if the whole trace is reliable, has no impact, or has an impact without a unique result.
 
     The scene is solved again after each number of its initial state is changed by one unit in the last place. Rounding
     changes the states after each impact by a similar amount. So neither run is reliable after the two diverge. This is

@@ -50,8 +50,8 @@ class Score(Shown):
         equals_pit: Whether the run finds the same impacts as PIT, and differs from PIT only by rounding.
         edits: Edit distance between the order of impacts in the run and in the reference.
         beyond_horizon: Number of the reference's impacts beyond the horizon, which were not compared.
-        horizon_s: End of the compared part of the run, in seconds. It ends at the horizon, or when a disc first starts
-            to rest, slide or roll. None if the whole run is compared.
+        horizon_s: End of the compared part of the run, in seconds. It ends at the horizon, or when bounces before a
+            lasting contact become too small for the step. None if the whole run is compared.
         local: Errors of each impact, relative to the exact impact that follows from the trace's own state before it.
         convention: The possible outcome that the trace took if simultaneous impacts have no unique result; otherwise
             None.

@@ -26,7 +26,7 @@ class Thresholds:
         ratio_known: Rounding error of the quotient of an error and PIT's error. In 64-bit floats, 1e-13 was observed.
         ratio_known_32: Rounding error of this quotient for a method with 32-bit floats: 5e-4 was observed.
         direction_rad: Largest error of a direction that is ignored: a degree, which is just visible in a picture.
-        energy: Largest energy error that is ignored, divided by the energy at the start. Rounding causes 1e-13 in
+        energy: Largest energy error that is ignored, divided by the scene's energy. Rounding causes 1e-13 in
             float64 engines and 1e-7 in float32 engines, both far below a millionth.
     """
 

@@ -4,7 +4,7 @@ The run's states are compared with the reference's states at the same instants. 
 bounce whenever it checks for overlap. Errors of at most PIT's size are allowed, and three further errors. First, an
 integrator may move a disc at a constant speed for a whole step. The disc then has a position error of ``dt / 2`` times
 the change of its speed in the step. Second, its velocities may be off by the change that gravity and friction cause in
-a step, ``g dt (1 + f)``. Third, an impact may be late by a step.
+a step, ``g dt (1 + f)`` with f at most 1. Third, an impact may be late by a step.
 """
 
 from __future__ import annotations

@@ -51,7 +51,7 @@ class SamplingCost:
         found: The largest errors over those phases at which PIT finds the impact and all earlier ones; 0 if there is no
             such phase.
         found_off_s: The largest error of the impact's time over those phases, in seconds, shape ``(m,)``.
-        energy: Error of the final kinetic energy, divided by the kinetic energy at the start. For several phases, this
+        energy: Error of the final kinetic energy, divided by the scene's energy. For several phases, this
             error and the final errors below are the largest over phase 0 and all phases at which PIT has no missed or
             spurious impact.
         final_position: Largest error of a final position, divided by the largest radius; 0 if not measured.
