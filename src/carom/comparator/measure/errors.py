@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ from carom.core.impact_law import ContactFrictions, RoughBodies
 from carom.model.energy import kinetic_energy
 from carom.model.scene import Need
 from carom.model.trace import Trace, rim_speeds, velocities
+from carom.support.structured_arrays import join_rows
 
 Array = NDArray[np.float64]
 
@@ -29,6 +31,9 @@ _NOT_CONSERVED = frozenset(
 #: A body that is slower than this fraction of the scene's greatest speed counts as resting, so its direction is not
 #: compared.
 AT_REST = 1e-12
+
+#: Number of impacts from which runs are not measured together. This limits memory, and saves no more time.
+MOST_JOINED = 1000
 
 
 @dataclass(frozen=True)
@@ -129,6 +134,14 @@ class Errors:
 _LARGEST_OF_IMPACTS = ("reported_time_s", "velocity", "spin", "along_normal", "across_normal", "direction_rad")
 
 
+class MatchedRun(NamedTuple):
+    """A run whose impacts were matched with those of a reference."""
+
+    reference: Trace
+    observed: Trace
+    alignment: Alignment
+
+
 @dataclass(frozen=True)
 class Measured:
     """Errors of a trace relative to a reference.
@@ -164,11 +177,34 @@ class Measured:
         return compute_own_scales(self.reference)
 
 
-def measure_errors(reference: Trace, observed: Trace, alignment: Alignment, scales: Scales) -> Measured:
-    """Measure all errors of a trace whose impacts were matched.
+def measure_errors(runs: Iterable[MatchedRun], scales: Scales) -> Iterator[Measured]:
+    """Yield all errors of each run. All runs are of one scene, but may start at different phases of a step.
 
     Final states are only compared if the whole run was matched.
     """
+    for batch in _group_small_runs(runs):
+        errors = _measure_impact_errors(batch, scales)
+        ends = np.cumsum([len(run.alignment.matched) for run in batch])[:-1]
+        for run, own_errors in zip(batch, np.split(errors, ends, axis=1), strict=True):
+            yield _build_measured(run, own_errors, scales)
+
+
+def _group_small_runs(runs: Iterable[MatchedRun]) -> Iterator[list[MatchedRun]]:
+    """Group runs that are measured together, up to the first run with which a group has `MOST_JOINED` impacts."""
+    group, impacts = list[MatchedRun](), 0
+    for run in runs:
+        group.append(run)
+        impacts += len(run.reference.impacts) + len(run.observed.impacts)
+        if impacts >= MOST_JOINED:
+            yield group
+            group, impacts = [], 0
+    if group:
+        yield group
+
+
+def _build_measured(run: MatchedRun, impact_errors: Array, scales: Scales) -> Measured:
+    """Return all errors of a run, given the errors of its impacts in the rows `_IMPACT_ERRORS` and `time_s`."""
+    reference, observed, alignment = run
     # Final states are comparable only if both runs end at the same time, except for rounding.
     end_difference_s = abs(observed.end_time_s - reference.end_time_s)
     ends_together = alignment.is_whole_run and not end_difference_s > THRESHOLDS.rounding * scales.time_s
@@ -177,8 +213,9 @@ def measure_errors(reference: Trace, observed: Trace, alignment: Alignment, scal
         momentum, ends = _measure_momentum_error(reference, observed, scales), _measure_end_errors(reference, observed)
     # If impacts conserve energy, the final energy is known even if the reference's final state is not reliable.
     is_energy_known = ends_together or not reference.scene.needs & _NOT_CONSERVED
-    errors = _measure_impact_errors(reference, observed, alignment, scales)
+    errors = dict(zip((*_IMPACT_ERRORS, "time_s"), impact_errors, strict=True))
     restitution = errors["restitution_error"]
+    final_position, final_velocity, final_spin = ends.max(axis=1).tolist()
     return Measured(
         reference=reference,
         alignment=alignment,
@@ -188,9 +225,9 @@ def measure_errors(reference: Trace, observed: Trace, alignment: Alignment, scal
             restitution=find_largest(restitution[~np.isnan(restitution)]),
             energy=_measure_energy_error(reference, observed, scales) if is_energy_known else 0.0,
             momentum=momentum,
-            final_position=float(np.max(ends[0])) / scales.length_m,
-            final_velocity=float(np.max(ends[1])) / scales.speed_m_s,
-            final_spin=float(np.max(ends[2])) / scales.rim_m_s,
+            final_position=final_position / scales.length_m,
+            final_velocity=final_velocity / scales.speed_m_s,
+            final_spin=final_spin / scales.rim_m_s,
         ),
         ends=ends,
     )
@@ -265,32 +302,65 @@ def _measure_momentum_error(reference: Trace, observed: Trace, scales: Scales) -
     return _replace_nan_by_infinity(float(np.hypot(*difference)) / (float(mass.sum()) * scales.speed_m_s))
 
 
-def _measure_impact_errors(reference: Trace, observed: Trace, alignment: Alignment, scales: Scales) -> dict[str, Array]:
-    """Return the errors of the matched impacts: the fields of `ImpactError` and its `time_s`."""
-    if not alignment.matched:
-        return dict.fromkeys(("time_s", *_IMPACT_ERRORS), np.zeros(0))
-    r, o = np.array(alignment.matched, dtype=np.intp).T
-    expected, found, known = reference.impacts[r], observed.impacts[o], ~unknown_velocities(observed)[:, o]
-    effective = np.full(len(o), math.nan) if observed.effective_time_s is None else observed.effective_time_s[o]
+def _measure_impact_errors(runs: Sequence[MatchedRun], scales: Scales) -> Array:
+    """Return the errors of the matched impacts of all runs: the fields of `ImpactError`, and `time_s` as the last row.
+
+    The runs are measured at once. Most runs have so few impacts that this takes little longer than measuring one run.
+    """
+    r, o = _number_matches(runs)
+    references, observed = [run.reference for run in runs], [run.observed for run in runs]
+    expected = join_rows([trace.impacts for trace in references])[r]
+    found = join_rows([trace.impacts for trace in observed])[o]
+    known = ~np.concatenate([unknown_velocities(trace) for trace in observed], axis=1)[:, o]
     normal, after, true_after = expected["normal"], velocities(found, "after"), velocities(expected, "after")
     difference = np.where(known[:, :, None], after - true_after, 0.0)
     across = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
+    spun = _join_rim_speeds(observed)[:, o] - _join_rim_speeds(references)[:, r]
     restitution = compute_restitutions(velocities(found, "before"), after, found["normal"])
     restitution[~known.all(axis=0)] = math.nan
-    parts = (_find_largest_part(difference, normal), _find_largest_part(difference, across), larger_error(difference))
-    columns = (
-        found["time_s"] - expected["time_s"],
-        effective - expected["time_s"],
-        *(np.where(np.isnan(part), math.inf, part) / scales.speed_m_s for part in parts),
-        _measure_spin_errors(reference, observed, r, o, known) / scales.rim_m_s,
-        np.where(known, _compute_angles(after, true_after, AT_REST * scales.speed_m_s), 0.0).max(axis=0),
-        _compute_angles(found["normal"], normal, 0.0),
-        restitution,
-        restitution - compute_restitutions(velocities(expected, "before"), true_after, normal),
+    parts = (
+        _find_largest_part(difference, normal) / scales.speed_m_s,
+        _find_largest_part(difference, across) / scales.speed_m_s,
+        larger_error(difference) / scales.speed_m_s,
+        np.where(known, np.abs(spun), 0.0).max(axis=0) / scales.rim_m_s,
     )
-    errors = dict(zip(_IMPACT_ERRORS, np.where(find_finite_impacts(observed)[o], columns, math.inf), strict=True))
-    reported, turned = errors["reported_time_s"], errors["effective_time_s"]
-    return errors | {"time_s": np.where(np.isnan(turned), reported, turned)}
+    errors = np.array(
+        [
+            found["time_s"] - expected["time_s"],
+            np.concatenate([_list_effective_times(trace) for trace in observed])[o] - expected["time_s"],
+            *np.where(np.isnan(parts), math.inf, parts),
+            np.where(known, _compute_angles(after, true_after, AT_REST * scales.speed_m_s), 0.0).max(axis=0),
+            _compute_angles(found["normal"], normal, 0.0),
+            restitution,
+            restitution - compute_restitutions(velocities(expected, "before"), true_after, normal),
+        ]
+    )
+    have_spins = [run.reference.spins is not None and run.observed.spins is not None for run in runs]
+    errors[_IMPACT_ERRORS.index("spin"), ~np.repeat(have_spins, [len(run.alignment.matched) for run in runs])] = (
+        math.nan
+    )
+    errors[:, ~np.concatenate([find_finite_impacts(trace) for trace in observed])[o]] = math.inf
+    reported_s, effective_s = errors[:2]
+    return np.concatenate([errors, np.where(np.isnan(effective_s), reported_s, effective_s)[None]])
+
+
+def _number_matches(runs: Sequence[MatchedRun]) -> NDArray[np.intp]:
+    """Return the index pairs of all runs' matches, if the impacts of all references and runs are numbered through."""
+    matched, expected, found = list[tuple[int, int]](), 0, 0
+    for run in runs:
+        matched += [(expected + r, found + o) for r, o in run.alignment.matched]
+        expected, found = expected + len(run.reference.impacts), found + len(run.observed.impacts)
+    return np.array(matched, dtype=np.intp).reshape(-1, 2).T
+
+
+def _join_rim_speeds(traces: Iterable[Trace]) -> Array:
+    """Return both bodies' rim speeds after the impacts of all traces, shape ``(2, m)``."""
+    return np.concatenate([rim_speeds(trace, "after") for trace in traces], axis=1)
+
+
+def _list_effective_times(trace: Trace) -> Array:
+    """Return the effective time of each impact; NaN if unknown."""
+    return np.full(len(trace.impacts), math.nan) if trace.effective_time_s is None else trace.effective_time_s
 
 
 def unknown_velocities(trace: Trace) -> NDArray[np.bool_]:
@@ -310,17 +380,6 @@ def unknown_velocities(trace: Trace) -> NDArray[np.bool_]:
             found[side, k] = step in later and step[0] >= 0
             later.add(step)
     return found
-
-
-def _measure_spin_errors(
-    reference: Trace, observed: Trace, r: NDArray[np.intp], o: NDArray[np.intp], known: NDArray[np.bool_]
-) -> Array:
-    """Return the larger of both bodies' rim-speed errors after each matched impact; NaN if no disc spins."""
-    if reference.spins is None or observed.spins is None:
-        return np.full(len(r), math.nan)
-    differences = np.abs(rim_speeds(observed, "after")[:, o] - rim_speeds(reference, "after")[:, r])
-    errors: Array = np.where(known, differences, 0.0).max(axis=0)
-    return np.where(np.isnan(errors), math.inf, errors)
 
 
 def _find_largest_part(difference: Array, direction: Array) -> Array:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from carom.comparator.align_impacts import AlignedRun
 from carom.comparator.measure.consistency import Consistency, measure_consistency
 from carom.comparator.measure.contact import ContactScore, score_contact
-from carom.comparator.measure.errors import ImpactError, Measured, measure_errors, unknown_velocities
+from carom.comparator.measure.errors import ImpactError, MatchedRun, Measured, measure_errors, unknown_velocities
 from carom.comparator.measure.friction_branch import WrongBranches, find_wrong_branches
 from carom.comparator.measure.local_errors import LocalErrors, measure_local_errors
 from carom.comparator.measure.reported_impacts import ReportComparison, compare_reports_with_states
@@ -101,12 +101,13 @@ class MeasuredRun(AlignedRun):
 def measure_run(aligned: AlignedRun) -> MeasuredRun:
     """Measure the errors of a run relative to the reference, its contradictions, and the errors of each step."""
     reference, observed, pit, scales = aligned.reference, aligned.observed, aligned.pit, aligned.scales
-    measured = measure_errors(reference, observed, aligned.alignment, scales)
-    sampled = against_pit = cost = None
-    if pit is not None and (alignment := aligned.pit_alignment) is not None and aligned.against_pit is not None:
-        key = (measure_errors, aligned.compared)
-        sampled = aligned.baseline.compute_once(key, lambda: measure_errors(reference, pit, alignment, scales))
-        against_pit = measure_errors(pit, observed, aligned.against_pit, scales)
+    matched, sampled, against_pit, cost = MatchedRun(reference, observed, aligned.alignment), None, None, None
+    if pit is None or aligned.pit_alignment is None or aligned.against_pit is None:
+        (measured,) = measure_errors([matched], scales)
+    else:
+        sampling, key = MatchedRun(reference, pit, aligned.pit_alignment), (measure_errors, aligned.compared)
+        sampled = aligned.baseline.compute_once(key, lambda: next(measure_errors([sampling], scales)))
+        measured, against_pit = measure_errors([matched, MatchedRun(pit, observed, aligned.against_pit)], scales)
         cost = measure_sampling_cost(aligned, pit, sampled, measured)
     non_finite, truth, until_s, possible = find_non_finite(observed), aligned.truth, aligned.compared.until_s, observed
     if reference.outcome is Outcome.CRUSHED:  # a crushed disc has no state afterwards

@@ -8,7 +8,7 @@ earlier on the same paths. The run is also compared with PIT at the phases at wh
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from carom.comparator.align_impacts import AlignedRun
 from carom.comparator.match_impacts import ComparisonRange, match_impacts
-from carom.comparator.measure.errors import Measured, larger_error, measure_errors
+from carom.comparator.measure.errors import MatchedRun, Measured, larger_error, measure_errors
 from carom.comparator.non_finite import find_non_finite
 from carom.comparator.scales import Scales, compute_scales, find_largest
 from carom.comparator.shifted_scenes import build_shifted_scenes, list_even_phases
@@ -161,10 +161,11 @@ def measure_impact_errors(measured: Measured, scales: Scales, impacts: int) -> A
     The error of a missed impact is the whole change of velocity or spin. The errors of impacts too close to the end of
     the run are 0.
     """
-    found, missed = np.zeros((2, impacts)), list(measured.alignment.missed)
+    found = np.zeros((2, impacts))
     velocity, spin = measured.of_impacts["velocity"], measured.of_impacts["spin"]
     found[:, measured.matched] = velocity, np.where(np.isnan(spin), 0.0, spin)
-    found[:, missed] = measure_changes(measured.reference, scales)[:, missed]
+    if missed := list(measured.alignment.missed):
+        found[:, missed] = measure_changes(measured.reference, scales)[:, missed]
     return found
 
 
@@ -193,22 +194,32 @@ def _measure_costs_at_phases(
     If `cut` is true, only the impacts up to a horizon are compared, and final states are not compared.
     """
     reference = solve_pic(scene, max_impacts=reliable_impacts if cut else None)
-    scales, costs = compute_scales(scene, reference), list[SamplingCost]()
-    bodies = reference.impacts[["first", "second"]][:reliable_impacts]
-    for shifted_scene in build_shifted_scenes(reference, dt_s, phases):
+    scales = compute_scales(scene, reference)
+    shifted_scenes = build_shifted_scenes(reference, dt_s, phases)
+    return tuple(
+        SamplingCost.of(dt_s, measure_impact_errors(measured, scales, reliable_impacts), measured)
+        for measured in measure_errors(
+            _run_shifted_scenes(reference, shifted_scenes, dt_s, reliable_impacts, cut), scales
+        )
+    )
+
+
+def _run_shifted_scenes(
+    reference: Trace, shifted_scenes: Iterable[Scene], dt_s: float, reliable_impacts: int, cut: bool
+) -> Iterator[MatchedRun]:
+    """Run each shifted scene with PIT, and match its impacts with those of PIC that `reference` has, too."""
+    for shifted_scene in shifted_scenes:
         try:
             truth = solve_pic(shifted_scene, max_impacts=reliable_impacts + 1)
             pit = solve_pit(shifted_scene, frame_rate_hz=1.0 / dt_s)
         except InputError:
             continue
         count = min(len(truth.impacts), reliable_impacts)
-        is_same_pair = truth.impacts[["first", "second"]][:count] == bodies[:count]
-        agreed = count if is_same_pair.all() else int(np.argmin(is_same_pair))
+        expected, found = reference.impacts[:count], truth.impacts[:count]
+        differs = (expected["first"] != found["first"]) | (expected["second"] != found["second"])
+        agreed = int(differs.argmax()) if differs.any() else count
         if not agreed or find_non_finite(truth) or find_non_finite(pit):
             continue
         is_whole_run = not cut and agreed == reliable_impacts == len(truth.impacts)
         until_s = math.inf if is_whole_run else float(truth.impacts["time_s"][agreed - 1])
-        found = measure_errors(truth, pit, match_impacts(truth, pit, ComparisonRange(agreed, until_s)), scales)
-        errors = measure_impact_errors(found, scales, agreed)
-        costs.append(SamplingCost.of(dt_s, np.pad(errors, ((0, 0), (0, reliable_impacts - agreed))), found))
-    return tuple(costs)
+        yield MatchedRun(truth, pit, match_impacts(truth, pit, ComparisonRange(agreed, until_s)))
