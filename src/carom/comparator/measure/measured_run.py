@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from carom.comparator.align_impacts import AlignedRun
 from carom.comparator.measure.consistency import Consistency, measure_consistency
 from carom.comparator.measure.contact import ContactScore, score_contact
-from carom.comparator.measure.errors import ImpactError, MatchedRun, Measured, measure_errors, unknown_velocities
+from carom.comparator.measure.errors import MatchedRun, Measured, measure_errors, unknown_velocities
 from carom.comparator.measure.friction_branch import WrongBranches, find_wrong_branches
 from carom.comparator.measure.local_errors import LocalErrors, measure_local_errors
 from carom.comparator.measure.reported_impacts import ReportComparison, compare_reports_with_states
@@ -72,13 +72,15 @@ class MeasuredRun(AlignedRun):
     local_truth: LocalScore | None
     reports: ReportComparison | None
 
-    def is_rounding(self, error: ImpactError, measured: Measured) -> bool:
-        """Whether an impact's velocity and spin errors are at most the rounding errors of the speeds before it."""
-        own_scales, impact, scales = measured.own, error.reference, self.scales
-        return (
-            error.velocity * scales.speed_m_s <= self.rounding * own_scales.speed_m_s[impact]
-            and not error.spin * scales.rim_m_s > self.rounding * own_scales.rim_m_s[impact]
+    def are_impacts_rounding(self, measured: Measured) -> bool:
+        """Whether all velocity and spin errors of impacts are at most rounding errors of the speeds before them."""
+        own_scales, impacts = self.baseline.find_own_scales(measured.reference), measured.matched
+        velocity = measured.of_impacts["velocity"] * self.scales.speed_m_s
+        rim = measured.of_impacts["spin"] * self.scales.rim_m_s
+        is_rounding = (velocity <= self.rounding * own_scales.speed_m_s[impacts]) & ~(
+            rim > self.rounding * own_scales.rim_m_s[impacts]
         )
+        return bool(is_rounding.all())
 
     def compute_end_rounding(self, measured: Measured, *, exactly: bool) -> NDArray[np.float64]:
         """Return the rounding errors of final positions, velocities and rim speeds, in the rows of `Measured.ends`.
@@ -86,7 +88,7 @@ class MeasuredRun(AlignedRun):
         In 32-bit floats, the rounding error of a position grows with each step. If `exactly` is true, this error is
         limited to a hundredth of the displacement in a step, as grade *exact* requires.
         """
-        own_scales = measured.own
+        own_scales = self.baseline.find_own_scales(measured.reference)
         place = self.place_rounding * own_scales.reach_m
         if exactly and self.observed.dt_s:
             step_m = own_scales.final_speed_m_s * self.observed.dt_s
