@@ -26,10 +26,9 @@ def compute_kinetic_energies(
     arrays = scene.arrays
     mass = np.where(arrays.movable, arrays.mass_kg, 0.0)
     energy: NDArray[np.float64] = 0.5 * (mass * (velocity_m_s**2).sum(axis=-1)).sum(axis=-1)
-    if spin_rad_s is None:
-        return energy
-    inertia = np.where(np.isinf(arrays.inertia), 0.0, arrays.inertia)
-    energy = energy + 0.5 * (mass * inertia * (arrays.radius_m * spin_rad_s) ** 2).sum(axis=-1)
+    if spin_rad_s is not None:
+        inertia = np.where(np.isinf(arrays.inertia), 0.0, arrays.inertia)
+        energy = energy + 0.5 * (mass * inertia * (arrays.radius_m * spin_rad_s) ** 2).sum(axis=-1)
     return energy
 
 
