@@ -12,7 +12,7 @@ step and an error of the solver.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from itertools import groupby
 
@@ -90,6 +90,10 @@ class LocalErrors:
         return values[~np.isnan(values)]
 
 
+#: Names of the fields of `LocalErrors` with one number per impact.
+_ERRORS = tuple(field.name for field in fields(LocalErrors) if field.name != "spurious")
+
+
 def find_own_states(trace: Trace) -> NDArray[np.void]:
     """Return the run's state before each impact, as recorded or computed by free flight after earlier impacts."""
     if trace.state_before is not None:
@@ -145,12 +149,13 @@ def measure_local_errors(trace: Trace, scales: Scales) -> LocalErrors:
 
     Only straight paths are measured. In scenes with gravity, damping or a table, all errors are NaN.
     """
+    if any(trace.scene.gravity_m_s2) or Slowing.of(trace.scene):
+        return LocalErrors(*np.full((len(_ERRORS), len(trace.impacts)), math.nan), spurious=())
     impacts, state, scene = trace.impacts, find_own_states(trace), trace.scene.arrays
     belt_speeds = _find_belt_speeds(trace)
     start, bodies = state["time_s"], _Bodies(trace, state, belt_speeds)
     # An impact with non-finite numbers has no local error; a verdict reports it.
     known = np.isfinite(bodies.position).all(axis=(0, 2)) & np.isfinite(start) & find_finite_impacts(trace)
-    known &= not any(trace.scene.gravity_m_s2) and not Slowing.of(trace.scene)
     turns = [i for i, drive in zip(scene.driven_discs, scene.disc_drives, strict=True) if len(drive.legs) > 1]
     for disc in turns:  # a disc with a prescribed motion has no straight path
         known &= (impacts["first"] != disc) & (impacts["second"] != disc)

@@ -123,15 +123,20 @@ def measure_sampling_cost(aligned: AlignedRun, pit: Trace, measured: Measured, m
             evenly spread phases, PIT also runs at the phases at which it is as late as the run.
     """
     reference, impacts, cut = aligned.reference, aligned.compared.impacts, not aligned.compared.is_whole_run
-    costs = [SamplingCost.of(pit.dt_s, measure_impact_errors(measured, aligned.scales, impacts), measured)]
+
+    def measure_even_phases() -> tuple[list[SamplingCost], SamplingCost]:
+        costs = [SamplingCost.of(pit.dt_s, measure_impact_errors(measured, aligned.scales, impacts), measured)]
+        if pit.dt_s and impacts:
+            costs += _measure_costs_at_even_phases(reference.scene, pit.dt_s, impacts, cut)
+        return costs, SamplingCost.combine(costs)
+
+    costs, cost = aligned.baseline.compute_once((measure_sampling_cost, aligned.compared), measure_even_phases)
     if not (pit.dt_s and impacts):
-        return SamplingCost.combine(costs)
-    costs += _measure_costs_at_even_phases(reference.scene, pit.dt_s, impacts, cut)
-    cost = SamplingCost.combine(costs)
+        return cost
     if phases := _find_own_phases(measured_run, cost, THRESHOLDS.ratio_known_of(aligned.observed.float_bits)):
-        costs += _measure_costs_at_phases(reference.scene, pit.dt_s, impacts, cut, phases)
+        own_costs = _measure_costs_at_phases(reference.scene, pit.dt_s, impacts, cut, phases)
         # `close_phases` counts evenly spread phases only.
-        cost = replace(SamplingCost.combine(costs), phases=cost.phases, close_phases=cost.close_phases)
+        return replace(SamplingCost.combine([*costs, *own_costs]), phases=cost.phases, close_phases=cost.close_phases)
     return cost
 
 
