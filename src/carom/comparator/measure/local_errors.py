@@ -15,6 +15,7 @@ import math
 from dataclasses import dataclass, fields
 from functools import cached_property
 from itertools import groupby
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -150,7 +151,8 @@ def measure_local_errors(trace: Trace, scales: Scales) -> LocalErrors:
     Only straight paths are measured. In scenes with gravity, damping or a table, all errors are NaN.
     """
     if any(trace.scene.gravity_m_s2) or Slowing.of(trace.scene):
-        return LocalErrors(*np.full((len(_ERRORS), len(trace.impacts)), math.nan), spurious=())
+        unknown: dict[str, Any] = dict.fromkeys(_ERRORS, np.full(len(trace.impacts), math.nan))
+        return LocalErrors(**unknown, spurious=())
     impacts, state, scene = trace.impacts, find_own_states(trace), trace.scene.arrays
     belt_speeds = _find_belt_speeds(trace)
     start, bodies = state["time_s"], _Bodies(trace, state, belt_speeds)
