@@ -95,21 +95,26 @@ class SamplingCost:
 
         The first item must contain the errors at phase 0.
         """
+        all_errors, late_s = np.array([cost.errors for cost in costs]), np.array([cost.late_s for cost in costs])
         errors, found, off_s = (
-            np.maximum.accumulate(np.max([getattr(cost, name) for cost in costs], axis=0), axis=-1)
-            for name in ("errors", "found", "found_off_s")
+            np.maximum.accumulate(sizes.max(axis=0), axis=-1)
+            for sizes in (
+                all_errors,
+                np.array([cost.found for cost in costs]),
+                np.array([cost.found_off_s for cost in costs]),
+            )
         )
         ends = [costs[0], *(cost for cost in costs[1:] if math.isfinite(cost.late_s))]
         names = ("energy", "final_position", "final_velocity", "final_spin")
         energy, place, velocity, spin = (max(getattr(cost, name) for cost in ends) for name in names)
         # PIT's impacts are close if all time errors are at most a small fraction of a step. All other errors must be at
         # most this fraction of PIT's largest error up to the impact.
-        part, rounding = THRESHOLDS.close, THRESHOLDS.rounding
-        close = sum(
-            cost.late_s <= part * cost.dt_s and bool(np.all(cost.errors <= part * errors + rounding)) for cost in costs
+        part, rounding, dt_s = THRESHOLDS.close, THRESHOLDS.rounding, costs[0].dt_s
+        is_close = (late_s <= part * dt_s) & (all_errors <= part * errors + rounding).all(axis=(1, 2))
+        close_phases = int(is_close.sum())
+        return cls(
+            dt_s, errors, found, off_s, energy, place, velocity, spin, find_largest(late_s), len(costs), close_phases
         )
-        late_s = find_largest([cost.late_s for cost in costs])
-        return cls(costs[0].dt_s, errors, found, off_s, energy, place, velocity, spin, late_s, len(costs), close)
 
 
 def measure_sampling_cost(aligned: AlignedRun, pit: Trace, measured: Measured, measured_run: Measured) -> SamplingCost:
@@ -145,18 +150,14 @@ def _find_own_phases(measured_run: Measured, cost: SamplingCost, known: float) -
 
     A phase is a number from 0 to 1. For a run that checks for overlap once per step, there is a single such phase.
     """
-    phases = dict[float, None]()
-    for error in measured_run.errors:
-        impact = error.reference
-        velocity, spin = cost.found[:, impact]
-        is_worse = error.velocity > velocity or error.spin > spin or abs(error.time_s) > cost.found_off_s[impact]
-        if is_worse and error.time_s > 0.0:
-            steps = (float(measured_run.reference.impacts["time_s"][impact]) + error.time_s) / cost.dt_s
-            # If a step ended exactly at the impact, PIT might find it at once instead of a whole step late. So a
-            # slightly smaller phase is returned.
-            just_before = (steps - 0.1 * known) % 1.0
-            # Merge phases that differ by rounding only.
-            phases[round(just_before, 11)] = None
+    errors, impacts = measured_run.of_impacts, measured_run.matched
+    (velocity, spin), late_s = cost.found[:, impacts], errors["time_s"]
+    is_worse = (errors["velocity"] > velocity) | (errors["spin"] > spin) | (late_s > cost.found_off_s[impacts])
+    is_late = is_worse & (late_s > 0.0)
+    steps = (measured_run.reference.impacts["time_s"][impacts][is_late] + late_s[is_late]) / cost.dt_s
+    # If a step ended exactly at the impact, PIT might find it at once instead of a whole step late. So slightly smaller
+    # phases are returned. Phases that differ by rounding only are merged.
+    phases = dict.fromkeys(round(just_before % 1.0, 11) for just_before in (steps - 0.1 * known).tolist())
     return tuple(phases)[: THRESHOLDS.phases]
 
 
