@@ -204,7 +204,8 @@ def _compute_edit_distance_within(a: Sequence[Pair], b: Sequence[Pair], band: in
     """Return the edit distance if it is at most `band`; otherwise return any number above `band`."""
     beyond = band + 1
     width = 2 * band + 1
-    rows = np.full((len(a) + 1, width + 2), beyond, np.int64)  # column k of row r: position r + k - 1 - band in b
+    # column k of row r: position r + k - 1 - band in b
+    rows = [[beyond] * (width + 2) for _ in range(len(a) + 1)]
     for r in range(len(a) + 1):
         row, above = rows[r], rows[r - 1]
         for c in range(max(0, r - band), min(len(b), r + band) + 1):
@@ -219,6 +220,6 @@ def _compute_edit_distance_within(a: Sequence[Pair], b: Sequence[Pair], band: in
             if r > 1 and c > 1 and a[r - 1] == b[c - 2] and a[r - 2] == b[c - 1]:
                 best = min(best, rows[r - 2][k] + 1)
             row[k] = best
-        if row.min() > band:
+        if min(row) > band:
             return beyond
-    return int(rows[len(a)][len(b) - len(a) + band + 1])
+    return rows[len(a)][len(b) - len(a) + band + 1]

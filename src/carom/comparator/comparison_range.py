@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from carom.comparator.horizon import RELIABLE_ERROR
 from carom.comparator.match_impacts import Alignment, ComparisonRange, Pair, group_by_pair, match_impacts
-from carom.comparator.scales import Scales, compute_scales
+from carom.comparator.scales import OwnScales, Scales, compute_own_scales, compute_scales
 from carom.comparator.stepwise.resting_pairs import RESTING_STEPS
 from carom.comparator.stepwise.scene_bodies import SceneBodies
 from carom.comparator.thresholds import THRESHOLDS
@@ -48,6 +48,10 @@ class Baseline:
     def scales(self) -> Scales:
         """The speed, length, time and energy that errors in this scene are divided by."""
         return compute_scales(self.reference.scene, self.reference)
+
+    def find_own_scales(self, trace: Trace) -> OwnScales:
+        """Return the speeds to which rounding errors of the reference or of PIT's run are relative."""
+        return self.compute_once((compute_own_scales, trace is self.pit), lambda: compute_own_scales(trace))
 
     @cached_property
     def unique(self) -> Baseline:
@@ -143,7 +147,10 @@ def find_range(baseline: Baseline, observed: Trace, horizon: float | None) -> Co
         InputError: The horizon is negative or not a number.
     """
     reference, pit = baseline.reference, baseline.pit
-    compared = clip_before_rest(reference, comparison_range(reference, horizon), observed.dt_s, pit)
+    compared = baseline.compute_once(
+        (clip_before_rest, horizon, type(horizon), observed.dt_s),
+        lambda: clip_before_rest(reference, comparison_range(reference, horizon), observed.dt_s, pit),
+    )
     truth, tie_s = observed.local_truth, None
     if reference.outcome is Outcome.CRUSHED and truth is not None:  # a disc has no possible state after it is crushed
         truth = truth.clip_to(compared.until_s)

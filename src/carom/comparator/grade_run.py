@@ -190,9 +190,10 @@ def _is_within_rounding(judged: JudgedRun, measured: Measured, rounding_s: float
 
     An error that is not measured is NaN and is ignored: for example, a spin error if no disc spins.
     """
-    errors, largest = measured.errors, measured.largest
+    largest = measured.largest
     return (
-        all(abs(error.time_s) <= rounding_s and judged.is_rounding(error, measured) for error in errors)
+        bool((np.abs(measured.of_impacts["time_s"]) <= rounding_s).all())
+        and judged.are_impacts_rounding(measured)
         and abs(largest.energy) <= min(judged.rounding, THRESHOLDS.energy)
         and not (measured.ends > judged.compute_end_rounding(measured, exactly=True)).any()
     )
@@ -201,7 +202,7 @@ def _is_within_rounding(judged: JudgedRun, measured: Measured, rounding_s: float
 def _has_close_impacts(judged: JudgedRun, cost: SamplingCost) -> bool:
     """Whether all time errors are below a hundredth of a step, and all other errors below a hundredth of PIT's."""
     step_s = judged.observed.dt_s or cost.dt_s
-    scale_of_impacts, scales = judged.measured.own, judged.scales
+    scale_of_impacts, scales = judged.baseline.find_own_scales(judged.reference), judged.scales
     reliable_impacts = judged.compared.impacts
     close_velocity, close_spin = THRESHOLDS.close * cost.errors
     velocity = close_velocity + judged.rounding * scale_of_impacts.speed_m_s[:reliable_impacts] / scales.speed_m_s
@@ -222,7 +223,11 @@ def _has_sampled_impacts(judged: JudgedRun, sampling: Measured, cost: SamplingCo
     at this phase, both discs keep their old paths. PIT's velocity error is then the whole change of velocity in the
     impact.
     """
-    own_scales, scales, rounding_s = judged.measured.own, judged.scales, judged.rounding * judged.scales.time_s
+    own_scales, scales, rounding_s = (
+        judged.baseline.find_own_scales(judged.reference),
+        judged.scales,
+        judged.rounding * judged.scales.time_s,
+    )
     known_ratio, dt_s = 1.0 + THRESHOLDS.ratio_known_of(judged.observed.float_bits), judged.observed.dt_s
     pit, is_found = np.zeros((3, judged.compared.impacts)), np.zeros(judged.compared.impacts, dtype=np.bool_)
     pit[1:] = judged.changes[:, : judged.compared.impacts]

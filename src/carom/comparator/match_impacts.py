@@ -69,29 +69,25 @@ def match_impacts(reference: Trace, observed: Trace, compared: ComparisonRange |
     """Match the impacts of two traces of one scene. If a range is given, only impacts within this range are matched."""
     slack = LATEST_STAMP_STEPS * observed.dt_s
     windows = _compute_time_windows(reference, slack)
-    timed = np.isfinite(observed.impacts["time_s"])  # an impact without a time matches nothing
+    timed = np.isfinite(observed.impacts["time_s"]).tolist()  # an impact without a time matches nothing
     observed_by_pair = {pair: [o for o in found if timed[o]] for pair, found in group_by_pair(observed.impacts).items()}
-    times = (reference.impacts["time_s"], observed.impacts["time_s"])
+    expected_s, found_s = reference.impacts["time_s"].tolist(), observed.impacts["time_s"].tolist()
     matched: list[tuple[int, int]] = []
     for pair, expected in group_by_pair(reference.impacts).items():
-        matched += _align_pair(expected, observed_by_pair.get(pair, []), *times, windows)
+        matched += _align_pair(expected, observed_by_pair.get(pair, []), expected_s, found_s, windows)
     matched.sort()
     hit, used = {r for r, _ in matched}, {o for _, o in matched}
     unmatched = [r for r in range(len(reference.impacts)) if r not in hit]
     # An impact in the last steps is undecided if no further step follows in which the run could report it.
     last_reportable = observed.end_time_s - slack
-    late = {
-        r
-        for r in unmatched
-        if reference.impacts["time_s"][r] > last_reportable and not _has_passed(reference.impacts[r], observed)
-    }
+    late = {r for r in unmatched if expected_s[r] > last_reportable and not _has_passed(reference.impacts[r], observed)}
     compared = compared or ComparisonRange(len(reference.impacts), math.inf)
     count, is_whole_run = compared.impacts, compared.is_whole_run
     spurious = (o for o in range(len(observed.impacts)) if o not in used)
     return Alignment(
         matched=tuple((r, o) for r, o in matched if r < count),
         missed=tuple(r for r in unmatched if r not in late and r < count),
-        spurious=tuple(o for o in spurious if is_whole_run or times[1][o] <= compared.until_s),
+        spurious=tuple(o for o in spurious if is_whole_run or found_s[o] <= compared.until_s),
         undecided=tuple(r for r in unmatched if r in late and r < count),
         is_whole_run=is_whole_run,
     )
@@ -124,11 +120,11 @@ def _compute_time_windows(reference: Trace, slack: float) -> list[tuple[float, f
     impacts = reference.impacts
     rows = list(zip(impacts["time_s"].tolist(), impacts["first"].tolist(), impacts["second"].tolist(), strict=True))
     # An immovable body keeps its path, so its other impacts do not limit the window.
-    second_changes = impacts["velocity_second_before"] != impacts["velocity_second_after"]
+    second_changes = (impacts["velocity_second_before"] != impacts["velocity_second_after"]).any(axis=1).tolist()
     times: dict[int, list[float]] = defaultdict(list)
     bodies: list[list[int]] = []
-    for k, (time, first, second) in enumerate(rows):
-        involved = [first, second] if second >= 0 and second_changes[k].any() else [first]
+    for (time, first, second), changes in zip(rows, second_changes, strict=True):
+        involved = [first, second] if second >= 0 and changes else [first]
         bodies.append(involved)
         for body in involved:
             times[body].append(time)
@@ -147,8 +143,8 @@ def _compute_time_windows(reference: Trace, slack: float) -> list[tuple[float, f
 def _align_pair(
     expected: list[int],
     found: list[int],
-    reference_time: NDArray[np.float64],
-    observed_time: NDArray[np.float64],
+    reference_time: list[float],
+    observed_time: list[float],
     windows: list[tuple[float, float]],
 ) -> list[tuple[int, int]]:
     """Match one pair's impacts in order by dynamic programming. The cost is (unmatched impacts, sum of time errors).
@@ -157,13 +153,12 @@ def _align_pair(
     impacts have later windows. So each row of the cost table is computed only for the columns in its window.
     """
     rows, columns = len(expected), len(found)
-    times = observed_time[found]
-    low = np.searchsorted(times, [windows[r][0] for r in expected], side="left").tolist()
-    high = np.searchsorted(times, [windows[r][1] for r in expected], side="right").tolist()
+    stamps = [observed_time[o] for o in found]
+    low = [bisect_left(stamps, windows[r][0]) for r in expected]
+    high = [bisect_right(stamps, windows[r][1]) for r in expected]
     if rows == columns and all(low[k] <= k < high[k] for k in range(rows)):
         return list(zip(expected, found, strict=True))  # no other alignment matches all impacts
     table: list[list[tuple[int, float]]] = [[] for _ in range(rows)]
-    stamps: list[float] = times.tolist()
 
     def cost(r: int, c: int) -> tuple[int, float]:
         skipped = 0
@@ -178,7 +173,7 @@ def _align_pair(
 
     for r in range(rows - 1, -1, -1):
         row: list[tuple[int, float]] = [(0, 0.0)] * (high[r] - low[r])
-        match, time_s = cost(r + 1, high[r]), float(reference_time[expected[r]])
+        match, time_s = cost(r + 1, high[r]), reference_time[expected[r]]
         next_cost = (match[0] + 1, match[1])  # observed impact high[r] is after the window of impact r, so r is missed
         for c in range(high[r] - 1, low[r] - 1, -1):
             missed = cost(r + 1, c)

@@ -14,15 +14,18 @@ from carom.model.trace import IMPACT_DTYPE, SPIN_DTYPE, Trace, velocities
 _NUMBERS = tuple(name for name in IMPACT_DTYPE.names or () if IMPACT_DTYPE[name].base.kind == "f")
 _SPINS = SPIN_DTYPE.names or ()
 
+#: The memory of `IMPACT_DTYPE` and of `SPIN_DTYPE`, with neighbouring floats as one field, to test them all at once.
+_JOINED_NUMBERS = np.dtype([("time_s", "f8"), ("bodies", "i8", 2), ("others", "f8", 10)])
+_JOINED_SPINS = np.dtype([("spins", "f8", 4)])
+
 
 def find_finite_impacts(trace: Trace) -> NDArray[np.bool_]:
     """Return whether all numbers of each impact are finite, shape ``(m,)``."""
-    numbers = [trace.impacts[name] for name in _NUMBERS]
-    numbers += [] if trace.spins is None else [trace.spins[name] for name in _SPINS]
-    if all(np.isfinite(values).all() for values in numbers):  # fast path for the usual case
-        return np.ones(len(trace.impacts), dtype=np.bool_)
-    sound: NDArray[np.bool_] = np.all([_find_finite_rows(values) for values in numbers], axis=0)
-    return sound
+    numbers = trace.impacts.view(_JOINED_NUMBERS)
+    finite: NDArray[np.bool_] = np.isfinite(numbers["time_s"]) & np.isfinite(numbers["others"]).all(axis=1)
+    if trace.spins is not None:
+        finite &= np.isfinite(trace.spins.view(_JOINED_SPINS)["spins"]).all(axis=1)
+    return finite
 
 
 def find_turned_impacts(before: NDArray[np.float64], after: NDArray[np.float64], float_bits: int) -> NDArray[np.bool_]:
@@ -51,18 +54,19 @@ def find_non_finite(trace: Trace) -> str:
 
 def _iterate_non_finite(trace: Trace) -> Iterator[str]:
     impacts, state, effective, samples = trace.impacts, trace.state_before, trace.effective_time_s, trace.samples
-    for name in _NUMBERS:
-        yield from _describe_first_non_finite(f"{name} of impact", impacts[name])
-    if trace.spins is not None:
-        for name in _SPINS:
-            yield from _describe_first_non_finite(f"spin {name} of impact", trace.spins[name])
+    if not find_finite_impacts(trace).all():
+        for name in _NUMBERS:
+            yield from _describe_first_non_finite(f"{name} of impact", impacts[name])
+        if trace.spins is not None:
+            for name in _SPINS:
+                yield from _describe_first_non_finite(f"spin {name} of impact", trace.spins[name])
     unknown = np.zeros(len(impacts), dtype=np.bool_)
     if state is not None:
         places = np.concatenate([state["position_first"], state["position_second"]], axis=1)
         unknown = np.isnan(places).all(axis=1) & ~np.isinf(state["time_s"])
         for name in state.dtype.names or ():
             yield from _describe_first_non_finite(f"{name} of the state before impact", state[name], unknown)
-    if effective is not None:
+    if effective is not None and not np.isfinite(effective).all():
         changed = find_turned_impacts(velocities(impacts, "before"), velocities(impacts, "after"), trace.float_bits)
         yield from _describe_first_non_finite(
             "effective_time_s of impact", effective, np.isnan(effective) & (unknown | ~changed)

@@ -103,8 +103,8 @@ def compute_own_scales(trace: Trace) -> OwnScales:
     for k, pair in enumerate(zip(impacts["first"].tolist(), impacts["second"].tolist(), strict=True)):
         # A body that never moves passes no errors on.
         bodies = [body for body in pair if body >= 0 and movable[body]]
-        greatest_speed = max([fastest[k], *(speed[body] for body in bodies)])
-        most_rim = max([greatest_speed, rims_fastest[k], *(rim[body] for body in bodies)])
+        greatest_speed = max([fastest[k], *[speed[body] for body in bodies]])
+        most_rim = max([greatest_speed, rims_fastest[k], *[rim[body] for body in bodies]])
         of_impacts[:, k] = greatest_speed, most_rim
         for body in bodies:
             speed[body], rim[body] = greatest_speed, most_rim

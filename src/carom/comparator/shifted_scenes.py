@@ -135,11 +135,17 @@ def _shift_scene(scene: Scene, shift_s: float) -> Scene:
 def _replace_states(
     scene: Scene, states: Iterable[tuple[Vector, Vector, float, tuple[Leg, ...]]], walls: list[AnyWall], **fields: float
 ) -> Scene:
-    """Return the scene with new walls and fields, and new positions, velocities, spins and motions of discs."""
-    discs = [
-        disc
-        if disc.immovable and not disc.driven
-        else {**dict(disc), "position_m": place, "velocity_m_s": velocity, "spin_rad_s": spin, "legs": legs}
-        for disc, (place, velocity, spin, legs) in zip(scene.discs, states, strict=True)
-    ]
-    return Scene(**{**dict(scene), "discs": discs, "walls": walls, **fields})
+    """Return the scene with new walls and fields, and new positions, velocities, spins and motions of discs.
+
+    Raises:
+        SceneError: Bodies overlap.
+    """
+    names = ("position_m", "velocity_m_s", "spin_rad_s", "legs")
+    discs = tuple(
+        disc if disc.immovable and not disc.driven else disc.model_copy(update=dict(zip(names, state, strict=True)))
+        for disc, state in zip(scene.discs, states, strict=True)
+    )
+    replaced = scene.model_copy(update={"discs": discs, "walls": tuple(walls), **fields})
+    # A copy is not validated. All its fields have valid types, but the bodies may overlap.
+    replaced.model_post_init(None)
+    return replaced

@@ -38,6 +38,18 @@ def require_possible_trace(trace: Trace) -> None:
             )
     if scene.arrays.turns and (spins is None or trace.final_spin_rad_s is None):
         raise InputError(f"{source} has no spins, but discs turn in the scene: use a method that declares spin")
+    if (impacts["second"] < 0).any():
+        _require_wall_motion(trace, source)
+    if math.isfinite(trace.end_time_s) and trace.end_time_s > scene.duration_s * (1.0 + THRESHOLDS.rounding):
+        raise InputError(
+            f"{source} ends at {trace.end_time_s:g} s, but the scene ends at {scene.duration_s:g} s: a trace must end "
+            "with the state at the scene's end"
+        )
+
+
+def _require_wall_motion(trace: Trace, source: str) -> None:
+    """Raise an error if a wall turns, or moves in another way than in the scene. `source` describes the trace."""
+    impacts, spins = trace.impacts, trace.spins
     of_second = {name: impacts[name] for name in ("velocity_second_before", "velocity_second_after")}
     if spins is not None:
         of_second |= {f"spin {name}": spins[name] for name in ("second_before", "second_after")}
@@ -56,11 +68,6 @@ def require_possible_trace(trace: Trace) -> None:
                 f"{name} of impact {k} of {source} is {shown_numbers}, but its second body is "
                 f"{body_name(int(impacts['second'][k]))}: {does}"
             )
-    if math.isfinite(trace.end_time_s) and trace.end_time_s > scene.duration_s * (1.0 + THRESHOLDS.rounding):
-        raise InputError(
-            f"{source} ends at {trace.end_time_s:g} s, but the scene ends at {scene.duration_s:g} s: a trace must end "
-            "with the state at the scene's end"
-        )
 
 
 def _expected_wall_velocities(trace: Trace) -> dict[str, NDArray[np.float64]]:

@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import base64
 import dataclasses
+import json
 from collections.abc import Callable
+from functools import lru_cache
 from typing import TYPE_CHECKING, Annotated, Any, Generic, TypeVar, get_args, get_origin, get_type_hints
 
 import numpy as np
@@ -77,6 +79,24 @@ def _build_array_type(dtype: DTypeLike) -> Any:
         return np.frombuffer(base64.b64decode(data, validate=True), dtype).reshape([int(size) for size in shape])
 
     return Annotated[Any, PlainSerializer(pack), _build_validator(unpack)]
+
+
+#: Number of scenes that are kept after they are read. Successive traces are often of the same few scenes.
+SCENES_KEPT = 64
+
+
+@lru_cache(maxsize=SCENES_KEPT)
+def _read_scene(text: str) -> Scene:
+    """Return the scene of a JSON text. Traces with equal texts share the scene, because checking it takes long."""
+    return Scene.model_validate_json(text)
+
+
+def _unpack_scene(found: Any) -> Scene:
+    """Return a scene that is written as a string with JSON, or as JSON as in older journals."""
+    return found if isinstance(found, Scene) else _read_scene(found if isinstance(found, str) else json.dumps(found))
+
+
+_CarriedScene = Annotated[Any, PlainSerializer(Scene.model_dump_json), _build_validator(_unpack_scene)]
 
 
 #: Fields that older journals do not contain. They are read as None.
@@ -157,6 +177,7 @@ else:
     CarriedObservation = _build_dataclass_type(Observation)
     CarriedTrace = _build_dataclass_type(
         Trace,
+        scene=_CarriedScene,
         impacts=IMPACT_DTYPE,
         state_before=STATE_DTYPE,
         spins=SPIN_DTYPE,

@@ -16,13 +16,20 @@ def kinetic_energy(
 
     `velocity_m_s` has shape ``(n, 2)``, `spin_rad_s` ``(n,)``. A disc that can't turn has no rotational energy.
     """
+    return float(compute_kinetic_energies(scene, velocity_m_s, spin_rad_s))
+
+
+def compute_kinetic_energies(
+    scene: Scene, velocity_m_s: NDArray[np.float64], spin_rad_s: NDArray[np.float64] | None = None
+) -> NDArray[np.float64]:
+    """Return the results of `kinetic_energy` for several velocities and spins, shapes ``(k, n, 2)`` and ``(k, n)``."""
     arrays = scene.arrays
     mass = np.where(arrays.movable, arrays.mass_kg, 0.0)
-    energy = float(0.5 * np.sum(mass * np.sum(velocity_m_s**2, axis=1)))
-    if spin_rad_s is None:
-        return energy
-    inertia = np.where(np.isinf(arrays.inertia), 0.0, arrays.inertia)
-    return energy + float(0.5 * np.sum(mass * inertia * (arrays.radius_m * spin_rad_s) ** 2))
+    energy: NDArray[np.float64] = 0.5 * (mass * (velocity_m_s**2).sum(axis=-1)).sum(axis=-1)
+    if spin_rad_s is not None:
+        inertia = np.where(np.isinf(arrays.inertia), 0.0, arrays.inertia)
+        energy = energy + 0.5 * (mass * inertia * (arrays.radius_m * spin_rad_s) ** 2).sum(axis=-1)
+    return energy
 
 
 def work_of_driven(trace: Trace) -> NDArray[np.float64]:

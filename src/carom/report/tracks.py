@@ -49,14 +49,11 @@ class Track:
 
     def positions_at(self, time_s: Array) -> Array:
         """Return the positions of the disc at times within the run, shape ``(len(time_s), 2)``."""
-        after = np.clip(np.searchsorted(self.time_s, time_s, side="right"), 1, len(self.time_s) - 1)
-        begin, end = self.time_s[after - 1], self.time_s[after]
-        with np.errstate(invalid="ignore", divide="ignore"):  # a flight without a duration ends where it begins
-            part = np.where(end > begin, (time_s - begin) / (end - begin), 0.0)[:, None]
-        straight = self.position_m[after - 1] * (1.0 - part) + self.position_m[after] * part
-        bulge = 0.5 * ((time_s - begin) * (time_s - end))[:, None] * self.pulls_m_s2[after - 1]
-        found: Array = straight + bulge
-        return found
+        after = np.searchsorted(self.time_s, time_s, side="right")
+        after = np.minimum(np.maximum(after, 1), len(self.time_s) - 1)
+        pull = self.pull_m_s2 if self.pull_m_s2.ndim == 1 else self.pull_m_s2[after - 1]
+        ends = (self.time_s[after - 1], self.time_s[after]), (self.position_m[after - 1], self.position_m[after])
+        return _compute_flight(time_s, *ends, pull)
 
     def convert_to_pull(self, pull_m_s2: Array, near_m: float) -> Track:
         """Convert a track to flights with a given acceleration, with a position error of at most `near_m`."""
@@ -69,6 +66,20 @@ class Track:
         pieces = [begins[k] + durations_s[k] * np.arange(n) / n for k, n in enumerate(count.tolist())]
         times = np.append(np.concatenate(pieces), self.time_s[-1])
         return Track(times, self.positions_at(times), pull_m_s2)
+
+
+def _compute_flight(
+    time_s: Array,
+    ends_s: tuple[Array | float, Array | float],
+    ends_m: tuple[Array, Array],
+    pull_m_s2: Array,
+) -> Array:
+    """Return the positions at times in flights, which have given ends and a given acceleration, shape ``(k, 2)``."""
+    (begin, end), (first, last) = ends_s, ends_m
+    with np.errstate(invalid="ignore", divide="ignore"):  # a flight without a duration ends where it begins
+        part = np.where(end > begin, (time_s - begin) / (end - begin), 0.0)[:, None]
+    bulge = 0.5 * ((time_s - begin) * (time_s - end))[:, None] * pull_m_s2
+    return first * (1.0 - part) + last * part + bulge
 
 
 @dataclass(frozen=True)
@@ -226,8 +237,9 @@ def _thin_track(times: Array, places: Array, pull: Array, near: float) -> Track:
     kept_rows, pending = [0], [(0, len(times) - 1)]
     while pending:
         first, last = pending.pop()
-        flight = Track(times[[first, last]], places[[first, last]], pull)
-        away = np.abs(flight.positions_at(times[first : last + 1]) - places[first : last + 1]).max(axis=1)
+        ends = (times[first], times[last]), (places[first], places[last])
+        flight = _compute_flight(times[first : last + 1], *ends, pull)
+        away = np.abs(flight - places[first : last + 1]).max(axis=1)
         worst = first + int(away.argmax())
         if last - first > 1 and away.max() > near:
             pending += [(worst, last), (first, worst)]

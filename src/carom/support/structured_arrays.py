@@ -1,10 +1,11 @@
-"""Builds the dtypes of structured NumPy arrays from classes that describe a row."""
+"""Structured NumPy arrays: their dtypes, which are built from classes that describe a row, and joining their rows."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from enum import IntEnum
 from typing import Any, get_type_hints
 
 import numpy as np
+from numpy.typing import NDArray
 
 _FORMATS: dict[Any, str] = {bool: "?", int: "i8", float: "f8", tuple[float, float]: "2f8"}
 
@@ -17,6 +18,14 @@ def build_dtype(record: type[Any], omitted: Collection[str] = ()) -> np.dtype[np
     """
     hints = ((name, hint) for name, hint in get_type_hints(record).items() if name not in omitted)
     return np.dtype([(name, _FORMATS[int if _is_enumeration(hint) else hint]) for name, hint in hints])
+
+
+def join_rows(arrays: Sequence[NDArray[np.void]]) -> NDArray[np.void]:
+    """Return the rows of at least one structured array of one dtype.
+
+    `np.concatenate` compares the fields of all dtypes, which takes longer than copying a few rows.
+    """
+    return np.frombuffer(b"".join([rows.tobytes() for rows in arrays]), arrays[0].dtype)
 
 
 def _is_enumeration(hint: Any) -> bool:

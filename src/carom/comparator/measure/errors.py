@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from functools import cached_property
+from functools import cached_property, partial
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from carom.comparator.match_impacts import Alignment
 from carom.comparator.non_finite import find_finite_impacts
-from carom.comparator.scales import OwnScales, Scales, compute_own_scales, find_largest
+from carom.comparator.scales import Scales, find_largest
 from carom.comparator.thresholds import THRESHOLDS
 from carom.core.impact_law import ContactFrictions, RoughBodies
-from carom.model.energy import kinetic_energy
+from carom.model.energy import compute_kinetic_energies
 from carom.model.scene import Need
 from carom.model.trace import Trace, rim_speeds, velocities
+from carom.support.structured_arrays import join_rows
 
 Array = NDArray[np.float64]
 
@@ -32,6 +34,9 @@ _NOT_CONSERVED = frozenset(
 #: A body that is slower than this fraction of the scene's greatest speed counts as resting, so its direction is not
 #: compared.
 AT_REST = 1e-12
+
+#: Number of impacts from which runs are not measured together. This limits memory, and saves no more time.
+MOST_JOINED = 1000
 
 
 @dataclass(frozen=True)
@@ -132,6 +137,14 @@ class Errors:
 _LARGEST_OF_IMPACTS = ("reported_time_s", "velocity", "spin", "along_normal", "across_normal", "direction_rad")
 
 
+class MatchedRun(NamedTuple):
+    """A run whose impacts were matched with those of a reference."""
+
+    reference: Trace
+    observed: Trace
+    alignment: Alignment
+
+
 @dataclass(frozen=True)
 class Measured:
     """Errors of a trace relative to a reference.
@@ -161,42 +174,54 @@ class Measured:
         """Indices of those impacts of the reference that have a match in the trace."""
         return [reference for reference, _ in self.alignment.matched]
 
-    @cached_property
-    def own(self) -> OwnScales:
-        """Speeds to which rounding errors are relative, at each impact of the reference and at the end."""
-        return compute_own_scales(self.reference)
 
-
-def measure_errors(reference: Trace, observed: Trace, alignment: Alignment, scales: Scales) -> Measured:
-    """Measure all errors of a trace whose impacts were matched.
+def measure_errors(runs: Iterable[MatchedRun], scales: Scales) -> Iterator[Measured]:
+    """Yield all errors of each run. All runs are of one scene, but may start at different phases of a step.
 
     Final states are only compared if the whole run was matched.
     """
-    # Final states are comparable only if both runs end at the same time, except for rounding.
-    end_difference_s = abs(observed.end_time_s - reference.end_time_s)
-    ends_together = alignment.is_whole_run and not end_difference_s > THRESHOLDS.rounding * scales.time_s
-    momentum, ends = math.nan, np.full((3, len(reference.scene.discs)), math.nan)
-    if ends_together:
-        momentum, ends = _measure_momentum_error(reference, observed, scales), _measure_end_errors(reference, observed)
-    # If impacts conserve energy, the final energy is known even if the reference's final state is not reliable.
-    is_energy_known = ends_together or not reference.scene.needs & _NOT_CONSERVED
-    errors = _measure_impact_errors(reference, observed, alignment, scales)
+    for batch in _group_small_runs(runs):
+        errors = _measure_impact_errors(batch, scales)
+        ends = np.cumsum([len(run.alignment.matched) for run in batch])[:-1]
+        impact_errors, final_errors = np.split(errors, ends, axis=1), _measure_final_errors(batch, scales)
+        yield from map(partial(_build_measured, scales), batch, impact_errors, *final_errors)
+
+
+def _build_measured(
+    scales: Scales, run: MatchedRun, impact_errors: Array, energy: float, momentum: float, ends: Array
+) -> Measured:
+    """Return all errors of a run, given the errors of its impacts in the rows `_IMPACT_ERRORS` and `time_s`."""
+    errors = dict(zip((*_IMPACT_ERRORS, "time_s"), impact_errors, strict=True))
     restitution = errors["restitution_error"]
+    final_position, final_velocity, final_spin = ends.max(axis=1).tolist()
     return Measured(
-        reference=reference,
-        alignment=alignment,
+        reference=run.reference,
+        alignment=run.alignment,
         of_impacts=errors,
         largest=Errors(
             **{name: find_largest(errors[name]) for name in ("time_s", *_LARGEST_OF_IMPACTS)},
             restitution=find_largest(restitution[~np.isnan(restitution)]),
-            energy=_measure_energy_error(reference, observed, scales) if is_energy_known else 0.0,
+            energy=energy,
             momentum=momentum,
-            final_position=float(np.max(ends[0])) / scales.length_m,
-            final_velocity=float(np.max(ends[1])) / scales.speed_m_s,
-            final_spin=float(np.max(ends[2])) / scales.rim_m_s,
+            final_position=final_position / scales.length_m,
+            final_velocity=final_velocity / scales.speed_m_s,
+            final_spin=final_spin / scales.rim_m_s,
         ),
         ends=ends,
     )
+
+
+def _group_small_runs(runs: Iterable[MatchedRun]) -> Iterator[list[MatchedRun]]:
+    """Group runs that are measured together, up to the first run with which a group has `MOST_JOINED` impacts."""
+    group, impacts = list[MatchedRun](), 0
+    for run in runs:
+        group.append(run)
+        impacts += len(run.reference.impacts) + len(run.observed.impacts)
+        if impacts >= MOST_JOINED:
+            yield group
+            group, impacts = [], 0
+    if group:
+        yield group
 
 
 def larger_error(difference: Array) -> Array:
@@ -233,67 +258,118 @@ def build_impact_bodies(trace: Trace, rims: Array) -> tuple[tuple[RoughBodies, R
     return (one, two), ContactFrictions(start.friction_of(second), sticking)
 
 
-def _replace_nan_by_infinity(error: float) -> float:
-    """Return the error, or infinity if it is NaN."""
-    return math.inf if math.isnan(error) else error
-
-
-def _measure_end_errors(reference: Trace, observed: Trace) -> Array:
-    """Return errors of each disc's final position, velocity and rim speed (NaN if no disc spins), shape ``(3, n)``."""
-    place = np.hypot(*(observed.final_position_m - reference.final_position_m).T)
-    velocity = np.hypot(*(observed.final_velocity_m_s - reference.final_velocity_m_s).T)
-    rim = np.full(len(place), math.nan)
-    if reference.final_spin_rad_s is not None and observed.final_spin_rad_s is not None:
-        rim = reference.scene.arrays.radius_m * np.abs(observed.final_spin_rad_s - reference.final_spin_rad_s)
-        rim = np.where(np.isnan(rim), math.inf, rim)
-    return np.stack([*(np.where(np.isnan(error), math.inf, error) for error in (place, velocity)), rim])
-
-
-def _measure_energy_error(reference: Trace, observed: Trace, scales: Scales) -> float:
-    if scales.energy_j == 0.0:
-        return 0.0
-    found, expected = (
-        kinetic_energy(reference.scene, trace.final_velocity_m_s, trace.final_spin_rad_s)
-        for trace in (observed, reference)
+def _measure_final_errors(runs: Sequence[MatchedRun], scales: Scales) -> tuple[list[float], list[float], Array]:
+    """Return the errors of energy and momentum of each of k runs, and their `Measured.ends`, shape ``(k, 3, n)``."""
+    references, observed = [run.reference for run in runs], [run.observed for run in runs]
+    # Final states are comparable only if both runs end at the same time, except for rounding.
+    ends_together = np.array(
+        [
+            alignment.is_whole_run
+            and not abs(found.end_time_s - expected.end_time_s) > THRESHOLDS.rounding * scales.time_s
+            for expected, found, alignment in runs
+        ]
     )
-    return _replace_nan_by_infinity((found - expected) / scales.energy_j)
-
-
-def _measure_momentum_error(reference: Trace, observed: Trace, scales: Scales) -> float:
-    start = reference.scene.arrays
+    scene, start = references[0].scene, references[0].scene.arrays
     mass = np.where(start.movable, start.mass_kg, 0.0)
-    if not mass.any():
-        return 0.0
-    difference = mass @ (observed.final_velocity_m_s - reference.final_velocity_m_s)
-    return _replace_nan_by_infinity(float(np.hypot(*difference)) / (float(mass.sum()) * scales.speed_m_s))
+    (true_velocity, true_spin), (velocity, spin) = map(_stack_final_motions, (references, observed))
+    place = np.array([found.final_position_m - expected.final_position_m for expected, found, _ in runs])
+    change = velocity - true_velocity
+    ends = np.stack(
+        [
+            np.hypot(place[..., 0], place[..., 1]),
+            np.hypot(change[..., 0], change[..., 1]),
+            start.radius_m * np.abs(spin - true_spin),
+        ],
+        axis=1,
+    )
+    momentum = np.hypot(*(mass @ change).T) / (mass.sum() * scales.speed_m_s or 1.0)
+    energy = np.zeros(len(runs))
+    if scales.energy_j:
+        found, expected = (
+            compute_kinetic_energies(scene, velocity, spin),
+            compute_kinetic_energies(scene, true_velocity, true_spin),
+        )
+        energy = (found - expected) / scales.energy_j
+    energy, momentum, ends = (np.where(np.isnan(errors), math.inf, errors) for errors in (energy, momentum, ends))
+    ends[~_have_spins(runs), 2] = math.nan
+    ends[~ends_together], momentum[~ends_together] = math.nan, math.nan
+    if scene.needs & _NOT_CONSERVED:
+        # If impacts conserve energy, the final energy is known even if the reference's final state is not reliable.
+        energy[~ends_together] = 0.0
+    return energy.tolist(), momentum.tolist(), ends
 
 
-def _measure_impact_errors(reference: Trace, observed: Trace, alignment: Alignment, scales: Scales) -> dict[str, Array]:
-    """Return the errors of the matched impacts: the fields of `ImpactError` and its `time_s`."""
-    if not alignment.matched:
-        return dict.fromkeys(("time_s", *_IMPACT_ERRORS), np.zeros(0))
-    r, o = np.array(alignment.matched, dtype=np.intp).T
-    expected, found, known = reference.impacts[r], observed.impacts[o], ~unknown_velocities(observed)[:, o]
-    effective = np.full(len(o), math.nan) if observed.effective_time_s is None else observed.effective_time_s[o]
+def _stack_final_motions(traces: Sequence[Trace]) -> tuple[Array, Array]:
+    """Return the final velocities and spins of traces, shapes ``(k, n, 2)`` and ``(k, n)``; 0 for unknown spins."""
+    spins = (trace.final_spin_rad_s for trace in traces)
+    velocity = np.array([trace.final_velocity_m_s for trace in traces])
+    return velocity, np.array([np.zeros(velocity.shape[1]) if spin is None else spin for spin in spins])
+
+
+def _have_spins(runs: Sequence[MatchedRun]) -> NDArray[np.bool_]:
+    """Return whether both traces of each run have spins."""
+    return np.array([run.reference.spins is not None and run.observed.spins is not None for run in runs])
+
+
+def _measure_impact_errors(runs: Sequence[MatchedRun], scales: Scales) -> Array:
+    """Return the errors of the matched impacts of all runs: the fields of `ImpactError`, and `time_s` as the last row.
+
+    The runs are measured at once. Most runs have so few impacts that this takes little longer than measuring one run.
+    """
+    r, o = _number_matches(runs)
+    references, observed = [run.reference for run in runs], [run.observed for run in runs]
+    expected = join_rows([trace.impacts for trace in references])[r]
+    found = join_rows([trace.impacts for trace in observed])[o]
+    known = ~np.concatenate([unknown_velocities(trace) for trace in observed], axis=1)[:, o]
     normal, after, true_after = expected["normal"], velocities(found, "after"), velocities(expected, "after")
     difference = np.where(known[:, :, None], after - true_after, 0.0)
     across = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
+    spun = _join_rim_speeds(observed)[:, o] - _join_rim_speeds(references)[:, r]
     restitution = compute_restitutions(velocities(found, "before"), after, found["normal"])
     restitution[~known.all(axis=0)] = math.nan
-    parts = (_find_largest_part(difference, normal), _find_largest_part(difference, across), larger_error(difference))
-    columns = (
-        found["time_s"] - expected["time_s"],
-        effective - expected["time_s"],
-        *(np.where(np.isnan(part), math.inf, part) / scales.speed_m_s for part in parts),
-        _measure_spin_errors(reference, observed, r, o, known) / scales.rim_m_s,
-        np.where(known, _compute_angles(after, true_after, AT_REST * scales.speed_m_s), 0.0).max(axis=0),
-        _compute_angles(found["normal"], normal, 0.0),
-        restitution,
-        restitution - compute_restitutions(velocities(expected, "before"), true_after, normal),
+    parts = (
+        _find_largest_part(difference, normal) / scales.speed_m_s,
+        _find_largest_part(difference, across) / scales.speed_m_s,
+        larger_error(difference) / scales.speed_m_s,
+        np.where(known, np.abs(spun), 0.0).max(axis=0) / scales.rim_m_s,
     )
-    errors = dict(zip(_IMPACT_ERRORS, np.where(find_finite_impacts(observed)[o], columns, math.inf), strict=True))
-    reported, turned = errors["reported_time_s"], errors["effective_time_s"]
-    return errors | {"time_s": np.where(np.isnan(turned), reported, turned)}
+    errors = np.array(
+        [
+            found["time_s"] - expected["time_s"],
+            np.concatenate([_list_effective_times(trace) for trace in observed])[o] - expected["time_s"],
+            *np.where(np.isnan(parts), math.inf, parts),
+            np.where(known, _compute_angles(after, true_after, AT_REST * scales.speed_m_s), 0.0).max(axis=0),
+            _compute_angles(found["normal"], normal, 0.0),
+            restitution,
+            restitution - compute_restitutions(velocities(expected, "before"), true_after, normal),
+        ]
+    )
+    have_spins = [run.reference.spins is not None and run.observed.spins is not None for run in runs]
+    errors[_IMPACT_ERRORS.index("spin"), ~np.repeat(have_spins, [len(run.alignment.matched) for run in runs])] = (
+        math.nan
+    )
+    errors[:, ~np.concatenate([find_finite_impacts(trace) for trace in observed])[o]] = math.inf
+    reported_s, effective_s = errors[:2]
+    return np.concatenate([errors, np.where(np.isnan(effective_s), reported_s, effective_s)[None]])
+
+
+def _number_matches(runs: Sequence[MatchedRun]) -> NDArray[np.intp]:
+    """Return the index pairs of all runs' matches, if the impacts of all references and runs are numbered through."""
+    matched, expected, found = list[tuple[int, int]](), 0, 0
+    for run in runs:
+        matched += [(expected + r, found + o) for r, o in run.alignment.matched]
+        expected, found = expected + len(run.reference.impacts), found + len(run.observed.impacts)
+    return np.array(matched, dtype=np.intp).reshape(-1, 2).T
+
+
+def _join_rim_speeds(traces: Iterable[Trace]) -> Array:
+    """Return both bodies' rim speeds after the impacts of all traces, shape ``(2, m)``."""
+    return np.concatenate([rim_speeds(trace, "after") for trace in traces], axis=1)
+
+
+def _list_effective_times(trace: Trace) -> Array:
+    """Return the effective time of each impact; NaN if unknown."""
+    return np.full(len(trace.impacts), math.nan) if trace.effective_time_s is None else trace.effective_time_s
 
 
 def unknown_velocities(trace: Trace) -> NDArray[np.bool_]:
@@ -313,17 +389,6 @@ def unknown_velocities(trace: Trace) -> NDArray[np.bool_]:
             found[side, k] = step in later and step[0] >= 0
             later.add(step)
     return found
-
-
-def _measure_spin_errors(
-    reference: Trace, observed: Trace, r: NDArray[np.intp], o: NDArray[np.intp], known: NDArray[np.bool_]
-) -> Array:
-    """Return the larger of both bodies' rim-speed errors after each matched impact; NaN if no disc spins."""
-    if reference.spins is None or observed.spins is None:
-        return np.full(len(r), math.nan)
-    differences = np.abs(rim_speeds(observed, "after")[:, o] - rim_speeds(reference, "after")[:, r])
-    errors: Array = np.where(known, differences, 0.0).max(axis=0)
-    return np.where(np.isnan(errors), math.inf, errors)
 
 
 def _find_largest_part(difference: Array, direction: Array) -> Array:

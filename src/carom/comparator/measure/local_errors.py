@@ -12,9 +12,10 @@ step and an error of the solver.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from itertools import groupby
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,6 +91,10 @@ class LocalErrors:
         return values[~np.isnan(values)]
 
 
+#: Names of the fields of `LocalErrors` with one number per impact.
+_ERRORS = tuple(field.name for field in fields(LocalErrors) if field.name != "spurious")
+
+
 def find_own_states(trace: Trace) -> NDArray[np.void]:
     """Return the run's state before each impact, as recorded or computed by free flight after earlier impacts."""
     if trace.state_before is not None:
@@ -107,28 +112,37 @@ def find_own_states(trace: Trace) -> NDArray[np.void]:
 class _Bodies:
     """The two bodies of each impact, in the run's own state before the impact. A wall has no position."""
 
-    def __init__(self, trace: Trace, state: NDArray[np.void]) -> None:
+    def __init__(self, trace: Trace, state: NDArray[np.void], belt_speeds: Array) -> None:
         start, second = trace.scene.arrays, trace.impacts["second"]
         self.wall = second < 0
         self.position = np.stack([state["position_first"], state["position_second"]])
         self.velocity = velocities(trace.impacts, "before")
         self.radius = start.radius_m[np.stack([trace.impacts["first"], np.maximum(second, 0)])]
         self.restitution = start.restitution_of(second)
-        self.bodies, self.contacts = build_impact_bodies(trace, rim_speeds(trace, "before") + _find_belt_speeds(trace))
+        self.bodies, self.contacts = build_impact_bodies(trace, rim_speeds(trace, "before") + belt_speeds)
 
-    def compute_after(self, rows: NDArray[np.intp], normal: Array) -> tuple[Array, Array]:
-        """Return velocities and rim speeds after the impacts at some indices, shapes ``(2, k, 2)`` and ``(2, k)``."""
+    def compute_after(self, normals: Array) -> tuple[Array, Array]:
+        """Return velocities and rim speeds after the impacts with k different normals each; NaN for a NaN normal.
+
+        The shapes are ``(k, m, 2)`` of the normals, ``(k, 2, m, 2)`` of the velocities, and ``(k, 2, m)`` of the rim
+        speeds. A normal can have any length.
+        """
+        cases, rows = np.nonzero(~np.isnan(normals).any(axis=-1))
         one, two = (RoughBodies(*(numbers[rows] for numbers in body)) for body in self.bodies)
         contacts = ContactFrictions(*(numbers[rows] for numbers in self.contacts))
-        after = resolve_rough_impact(one, two, normal, self.restitution[rows], contacts)
-        return np.stack([body.velocity for body in after]), np.stack([body.rim for body in after])
+        after = resolve_rough_impact(one, two, normals[cases, rows], self.restitution[rows], contacts)
+        velocity = np.full((2, *normals.shape), math.nan)
+        rim = np.full(velocity.shape[:-1], math.nan)
+        for side, body in enumerate(after):
+            velocity[side, cases, rows], rim[side, cases, rows] = body.velocity, body.rim
+        return velocity.swapaxes(0, 1), rim.swapaxes(0, 1)
 
-    def compute_energy(self, velocity: Array, rim: Array) -> Array:
-        """Return the kinetic energies of the bodies at given velocities and rim speeds, in joules, shape ``(m,)``."""
+    def compute_energies(self, velocity: Array, rim: Array) -> Array:
+        """Return the energies of both bodies for k velocities and rim speeds each, in joules, shape ``(k, m)``."""
         numbers = np.array([(body.mass, body.inertia) for body in self.bodies])
         mass, inertia = np.where(np.isinf(numbers), 0.0, numbers).swapaxes(0, 1)
-        total: Array = np.sum(0.5 * mass * (np.sum(velocity**2, axis=-1) + inertia * rim**2), axis=0)
-        return total
+        energies: Array = (0.5 * mass * ((velocity**2).sum(axis=-1) + inertia * rim**2)).sum(axis=1)
+        return energies
 
 
 def measure_local_errors(trace: Trace, scales: Scales) -> LocalErrors:
@@ -136,11 +150,14 @@ def measure_local_errors(trace: Trace, scales: Scales) -> LocalErrors:
 
     Only straight paths are measured. In scenes with gravity, damping or a table, all errors are NaN.
     """
+    if any(trace.scene.gravity_m_s2) or Slowing.of(trace.scene):
+        unknown: dict[str, Any] = dict.fromkeys(_ERRORS, np.full(len(trace.impacts), math.nan))
+        return LocalErrors(**unknown, spurious=())
     impacts, state, scene = trace.impacts, find_own_states(trace), trace.scene.arrays
-    start, bodies = state["time_s"], _Bodies(trace, state)
+    belt_speeds = _find_belt_speeds(trace)
+    start, bodies = state["time_s"], _Bodies(trace, state, belt_speeds)
     # An impact with non-finite numbers has no local error; a verdict reports it.
     known = np.isfinite(bodies.position).all(axis=(0, 2)) & np.isfinite(start) & find_finite_impacts(trace)
-    known &= not any(trace.scene.gravity_m_s2) and not Slowing.of(trace.scene)
     turns = [i for i, drive in zip(scene.driven_discs, scene.disc_drives, strict=True) if len(drive.legs) > 1]
     for disc in turns:  # a disc with a prescribed motion has no straight path
         known &= (impacts["first"] != disc) & (impacts["second"] != disc)
@@ -148,36 +165,39 @@ def measure_local_errors(trace: Trace, scales: Scales) -> LocalErrors:
     pairs, walls = np.flatnonzero(known & ~bodies.wall), np.flatnonzero(known & bodies.wall)
     wait[pairs] = _compute_time_to_contact(bodies, pairs)
     wait[walls], normal[walls] = _find_wall_meetings(trace, bodies, start, walls)
-    # Overlapping bodies met in the past, but not before the last earlier impact of one of them.
-    wait = np.where(wait < 0.0, np.maximum(wait, np.minimum(_find_last_turn_times(trace) - start, 0.0)), wait)
+    if (wait < 0.0).any():
+        # Overlapping bodies met in the past, but not before the last earlier impact of one of them.
+        since_turn = np.minimum(_find_last_turn_times(trace) - start, 0.0)
+        wait = np.where(wait < 0.0, np.maximum(wait, since_turn), wait)
     happens = known & np.isfinite(wait)
     disc_rows = np.flatnonzero(happens & ~bodies.wall)
     first, second = bodies.position[:, disc_rows] + bodies.velocity[:, disc_rows] * wait[disc_rows, None]
     normal[disc_rows] = second - first
     normal[disc_rows] /= np.hypot(*normal[disc_rows].T)[:, None]
-    after, expected = velocities(impacts, "after"), np.full((2, len(impacts), 2), math.nan)
-    rim, expected_rim = rim_speeds(trace, "after") + _find_belt_speeds(trace), np.full((2, len(impacts)), math.nan)
-    ok = np.flatnonzero(happens)
-    expected[:, ok], expected_rim[:, ok] = bodies.compute_after(ok, normal[ok])
-    sampled, sampled_rim = _predict_pit(trace, bodies, start, wait, expected, expected_rim)
+    normal[~happens] = math.nan
+    after, rim = velocities(impacts, "after"), rim_speeds(trace, "after") + belt_speeds
+    predicted, predicted_rim = bodies.compute_after(
+        np.stack([normal, _find_pit_normals(trace, bodies, start, wait, normal)])
+    )
+    (expected, sampled), (expected_rim, sampled_rim) = predicted, predicted_rim
+    energy, expected_energy = bodies.compute_energies(np.stack([after, expected]), np.stack([rim, expected_rim]))
     instant = np.where(happens, start + wait, math.nan)
-    restitution = compute_restitutions(bodies.velocity, after, normal) - bodies.restitution
-
-    def compute_spin_error(difference: Array) -> Array:
-        error: Array = np.max(np.abs(difference), axis=0) / scales.rim_m_s  # keeps NaN
-        return error if scene.turns else np.full_like(error, math.nan)
-
+    velocity, sampling_velocity, solver_velocity = (
+        larger_error(difference) / scales.speed_m_s
+        for difference in (after - expected, sampled - expected, after - sampled)
+    )
+    rims = np.abs([rim - expected_rim, sampled_rim - expected_rim, rim - sampled_rim]).max(axis=1)  # keeps NaN
+    spin, sampling_spin, solver_spin = rims / scales.rim_m_s if scene.turns else np.full_like(rims, math.nan)
     return LocalErrors(
         time_s=turn_times(trace) - instant,
-        velocity=larger_error(after - expected) / scales.speed_m_s,
-        spin=compute_spin_error(rim - expected_rim),
-        restitution=np.where(happens, restitution, math.nan),
-        energy=(bodies.compute_energy(after, rim) - bodies.compute_energy(expected, expected_rim))
-        / (scales.energy_j or 1.0),
-        sampling_velocity=larger_error(sampled - expected) / scales.speed_m_s,
-        solver_velocity=larger_error(after - sampled) / scales.speed_m_s,
-        sampling_spin=compute_spin_error(sampled_rim - expected_rim),
-        solver_spin=compute_spin_error(rim - sampled_rim),
+        velocity=velocity,
+        spin=spin,
+        restitution=compute_restitutions(bodies.velocity, after, normal) - bodies.restitution,
+        energy=(energy - expected_energy) / (scales.energy_j or 1.0),
+        sampling_velocity=sampling_velocity,
+        solver_velocity=solver_velocity,
+        sampling_spin=sampling_spin,
+        solver_spin=solver_spin,
         spurious=tuple(np.flatnonzero(known & ~np.isfinite(wait)).tolist()),
     )
 
@@ -209,7 +229,7 @@ def _compute_time_to_contact(bodies: _Bodies, rows: NDArray[np.intp]) -> Array:
     (p1, p2), (v1, v2), (r1, r2) = bodies.position[:, rows], bodies.velocity[:, rows], bodies.radius[:, rows]
     wait_s = np.asarray(time_of_impact(p1, v1, r1, p2, v2, r2), dtype=np.float64)
     d, u, reach = p2 - p1, v2 - v1, r1 + r2
-    a, b, c = np.sum(u * u, axis=1), np.sum(d * u, axis=1), np.sum(d * d, axis=1) - reach**2
+    a, b, c = (u * u).sum(axis=1), (d * u).sum(axis=1), (d * d).sum(axis=1) - reach**2
     with np.errstate(divide="ignore", invalid="ignore"):
         ago = c / (np.sqrt(np.maximum(b * b - a * c, 0.0)) - b)
     return np.where((wait_s == 0.0) & (c < 0.0), ago, wait_s)
@@ -217,7 +237,10 @@ def _compute_time_to_contact(bodies: _Bodies, rows: NDArray[np.intp]) -> Array:
 
 def _find_wall_meetings(trace: Trace, bodies: _Bodies, begun_s: Array, rows: NDArray[np.intp]) -> tuple[Array, Array]:
     """Return the seconds until discs meet walls on free paths, and the normals there."""
-    scene_bodies, wait, normal = SceneBodies(trace.scene), np.full(len(rows), math.inf), np.zeros((len(rows), 2))
+    wait, normal = np.full(len(rows), math.inf), np.zeros((len(rows), 2))
+    if not len(rows):
+        return wait, normal
+    scene_bodies = SceneBodies(trace.scene)
     for row, k in enumerate(rows.tolist()):
         number, radius = wall_index(int(trace.impacts["second"][k])), float(bodies.radius[0, k])
         begin_s = float(begun_s[k])
@@ -253,22 +276,23 @@ def _find_wall_meeting(
     return wait_s, (-nx, -ny)
 
 
-def _predict_pit(
-    trace: Trace, bodies: _Bodies, begun_s: Array, wait: Array, expected: Array, rim: Array
-) -> tuple[Array, Array]:
-    """Return velocities and rim speeds after PIT's impact, if PIT starts from the state before each impact."""
+def _find_pit_normals(trace: Trace, bodies: _Bodies, begun_s: Array, wait: Array, normal: Array) -> Array:
+    """Return the directions along which PIT applies its impacts, if PIT starts from the state before each impact.
+
+    The shape is ``(m, 2)``. The directions are NaN where PIT finds no impact.
+    """
     dt_s = trace.dt_s
-    result, rims = np.full_like(expected, math.nan), np.full_like(rim, math.nan)
     if not dt_s:
-        return result, rims
+        return np.full_like(normal, math.nan)
     # On a half-plane wall, a late impact has the same normal and lever arm as an exact one.
-    result[:, bodies.wall], rims[:, bodies.wall] = expected[:, bodies.wall], rim[:, bodies.wall]
+    found = np.where(bodies.wall[:, None], normal, math.nan)
     d, u = (states[1] - states[0] for states in (bodies.position, bodies.velocity))
     with np.errstate(divide="ignore", invalid="ignore"):
         # A contact that equals a step boundary except for rounding is found at that boundary.
         steps = np.maximum(np.ceil(wait / dt_s * (1.0 - 2.0**-40)), 0.0)
-    for k in np.flatnonzero(bodies.wall & np.isfinite(steps)).tolist():
-        number, arrays = wall_index(int(trace.impacts["second"][k])), trace.scene.arrays
+    arrays = trace.scene.arrays
+    for k in () if arrays.has_half_planes else np.flatnonzero(bodies.wall & np.isfinite(steps)).tolist():
+        number = wall_index(int(trace.impacts["second"][k]))
         wall, time_s = arrays.walls[number], float(begun_s[k] + steps[k] * dt_s)
         if isinstance(wall, tuple):
             continue
@@ -277,13 +301,11 @@ def _predict_pit(
         x, y = (bodies.position[0, k] + bodies.velocity[0, k] * steps[k] * dt_s - leg.moved_at(time_s)).tolist()
         foot = wall.find_nearest(x, y)
         towards, reach = np.array([foot.x - x, foot.y - y]), wall.half_width + float(bodies.radius[0, k])
-        result[:, k], rims[:, k] = math.nan, math.nan
-        if float(velocity @ towards) > 0.0 and 0.0 < math.hypot(*towards) <= reach * (1.0 + 2.0**-40):
-            one = np.array([k])
-            result[:, one], rims[:, one] = bodies.compute_after(one, towards[None] / math.hypot(*towards))
+        is_met = float(velocity @ towards) > 0.0 and 0.0 < math.hypot(*towards) <= reach * (1.0 + 2.0**-40)
+        found[k] = towards / math.hypot(*towards) if is_met else math.nan
     disc_rows = np.flatnonzero(np.isfinite(steps) & ~bodies.wall)
     line = d[disc_rows] + u[disc_rows] * (steps[disc_rows] * dt_s)[:, None]
-    reach = np.sum(bodies.radius[:, disc_rows], axis=0)
-    found = (np.sum(line * u[disc_rows], axis=1) < 0.0) & (np.hypot(*line.T) <= reach * (1.0 + 2.0**-40))
-    result[:, disc_rows[found]], rims[:, disc_rows[found]] = bodies.compute_after(disc_rows[found], line[found])
-    return result, rims
+    reach = bodies.radius[:, disc_rows].sum(axis=0)
+    is_met = ((line * u[disc_rows]).sum(axis=1) < 0.0) & (np.hypot(*line.T) <= reach * (1.0 + 2.0**-40))
+    found[disc_rows[is_met]] = line[is_met]
+    return found

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from carom.comparator.align_impacts import AlignedRun
 from carom.comparator.measure.consistency import Consistency, measure_consistency
 from carom.comparator.measure.contact import ContactScore, score_contact
-from carom.comparator.measure.errors import ImpactError, Measured, measure_errors, unknown_velocities
+from carom.comparator.measure.errors import MatchedRun, Measured, measure_errors, unknown_velocities
 from carom.comparator.measure.friction_branch import WrongBranches, find_wrong_branches
 from carom.comparator.measure.local_errors import LocalErrors, measure_local_errors
 from carom.comparator.measure.reported_impacts import ReportComparison, compare_reports_with_states
@@ -72,13 +72,15 @@ class MeasuredRun(AlignedRun):
     local_truth: LocalScore | None
     reports: ReportComparison | None
 
-    def is_rounding(self, error: ImpactError, measured: Measured) -> bool:
-        """Whether an impact's velocity and spin errors are at most the rounding errors of the speeds before it."""
-        own_scales, impact, scales = measured.own, error.reference, self.scales
-        return (
-            error.velocity * scales.speed_m_s <= self.rounding * own_scales.speed_m_s[impact]
-            and not error.spin * scales.rim_m_s > self.rounding * own_scales.rim_m_s[impact]
+    def are_impacts_rounding(self, measured: Measured) -> bool:
+        """Whether all velocity and spin errors of impacts are at most rounding errors of the speeds before them."""
+        own_scales, impacts = self.baseline.find_own_scales(measured.reference), measured.matched
+        velocity = measured.of_impacts["velocity"] * self.scales.speed_m_s
+        rim = measured.of_impacts["spin"] * self.scales.rim_m_s
+        is_rounding = (velocity <= self.rounding * own_scales.speed_m_s[impacts]) & ~(
+            rim > self.rounding * own_scales.rim_m_s[impacts]
         )
+        return bool(is_rounding.all())
 
     def compute_end_rounding(self, measured: Measured, *, exactly: bool) -> NDArray[np.float64]:
         """Return the rounding errors of final positions, velocities and rim speeds, in the rows of `Measured.ends`.
@@ -86,7 +88,7 @@ class MeasuredRun(AlignedRun):
         In 32-bit floats, the rounding error of a position grows with each step. If `exactly` is true, this error is
         limited to a hundredth of the displacement in a step, as grade *exact* requires.
         """
-        own_scales = measured.own
+        own_scales = self.baseline.find_own_scales(measured.reference)
         place = self.place_rounding * own_scales.reach_m
         if exactly and self.observed.dt_s:
             step_m = own_scales.final_speed_m_s * self.observed.dt_s
@@ -101,12 +103,13 @@ class MeasuredRun(AlignedRun):
 def measure_run(aligned: AlignedRun) -> MeasuredRun:
     """Measure the errors of a run relative to the reference, its contradictions, and the errors of each step."""
     reference, observed, pit, scales = aligned.reference, aligned.observed, aligned.pit, aligned.scales
-    measured = measure_errors(reference, observed, aligned.alignment, scales)
-    sampled = against_pit = cost = None
-    if pit is not None and (alignment := aligned.pit_alignment) is not None and aligned.against_pit is not None:
-        key = (measure_errors, aligned.compared)
-        sampled = aligned.baseline.compute_once(key, lambda: measure_errors(reference, pit, alignment, scales))
-        against_pit = measure_errors(pit, observed, aligned.against_pit, scales)
+    matched, sampled, against_pit, cost = MatchedRun(reference, observed, aligned.alignment), None, None, None
+    if pit is None or aligned.pit_alignment is None or aligned.against_pit is None:
+        (measured,) = measure_errors([matched], scales)
+    else:
+        sampling, key = MatchedRun(reference, pit, aligned.pit_alignment), (measure_errors, aligned.compared)
+        sampled = aligned.baseline.compute_once(key, lambda: next(measure_errors([sampling], scales)))
+        measured, against_pit = measure_errors([matched, MatchedRun(pit, observed, aligned.against_pit)], scales)
         cost = measure_sampling_cost(aligned, pit, sampled, measured)
     non_finite, truth, until_s, possible = find_non_finite(observed), aligned.truth, aligned.compared.until_s, observed
     if reference.outcome is Outcome.CRUSHED:  # a crushed disc has no state afterwards

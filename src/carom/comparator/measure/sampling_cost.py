@@ -8,7 +8,7 @@ earlier on the same paths. The run is also compared with PIT at the phases at wh
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from carom.comparator.align_impacts import AlignedRun
 from carom.comparator.match_impacts import ComparisonRange, match_impacts
-from carom.comparator.measure.errors import Measured, larger_error, measure_errors
+from carom.comparator.measure.errors import MatchedRun, Measured, larger_error, measure_errors
 from carom.comparator.non_finite import find_non_finite
 from carom.comparator.scales import Scales, compute_scales, find_largest
 from carom.comparator.shifted_scenes import build_shifted_scenes, list_even_phases
@@ -95,21 +95,26 @@ class SamplingCost:
 
         The first item must contain the errors at phase 0.
         """
+        all_errors, late_s = np.array([cost.errors for cost in costs]), np.array([cost.late_s for cost in costs])
         errors, found, off_s = (
-            np.maximum.accumulate(np.max([getattr(cost, name) for cost in costs], axis=0), axis=-1)
-            for name in ("errors", "found", "found_off_s")
+            np.maximum.accumulate(sizes.max(axis=0), axis=-1)
+            for sizes in (
+                all_errors,
+                np.array([cost.found for cost in costs]),
+                np.array([cost.found_off_s for cost in costs]),
+            )
         )
         ends = [costs[0], *(cost for cost in costs[1:] if math.isfinite(cost.late_s))]
         names = ("energy", "final_position", "final_velocity", "final_spin")
         energy, place, velocity, spin = (max(getattr(cost, name) for cost in ends) for name in names)
         # PIT's impacts are close if all time errors are at most a small fraction of a step. All other errors must be at
         # most this fraction of PIT's largest error up to the impact.
-        part, rounding = THRESHOLDS.close, THRESHOLDS.rounding
-        close = sum(
-            cost.late_s <= part * cost.dt_s and bool(np.all(cost.errors <= part * errors + rounding)) for cost in costs
+        part, rounding, dt_s = THRESHOLDS.close, THRESHOLDS.rounding, costs[0].dt_s
+        is_close = (late_s <= part * dt_s) & (all_errors <= part * errors + rounding).all(axis=(1, 2))
+        close_phases = int(is_close.sum())
+        return cls(
+            dt_s, errors, found, off_s, energy, place, velocity, spin, find_largest(late_s), len(costs), close_phases
         )
-        late_s = find_largest([cost.late_s for cost in costs])
-        return cls(costs[0].dt_s, errors, found, off_s, energy, place, velocity, spin, late_s, len(costs), close)
 
 
 def measure_sampling_cost(aligned: AlignedRun, pit: Trace, measured: Measured, measured_run: Measured) -> SamplingCost:
@@ -123,15 +128,20 @@ def measure_sampling_cost(aligned: AlignedRun, pit: Trace, measured: Measured, m
             evenly spread phases, PIT also runs at the phases at which it is as late as the run.
     """
     reference, impacts, cut = aligned.reference, aligned.compared.impacts, not aligned.compared.is_whole_run
-    costs = [SamplingCost.of(pit.dt_s, measure_impact_errors(measured, aligned.scales, impacts), measured)]
+
+    def measure_even_phases() -> tuple[list[SamplingCost], SamplingCost]:
+        costs = [SamplingCost.of(pit.dt_s, measure_impact_errors(measured, aligned.scales, impacts), measured)]
+        if pit.dt_s and impacts:
+            costs += _measure_costs_at_even_phases(reference.scene, pit.dt_s, impacts, cut)
+        return costs, SamplingCost.combine(costs)
+
+    costs, cost = aligned.baseline.compute_once((measure_sampling_cost, aligned.compared), measure_even_phases)
     if not (pit.dt_s and impacts):
-        return SamplingCost.combine(costs)
-    costs += _measure_costs_at_even_phases(reference.scene, pit.dt_s, impacts, cut)
-    cost = SamplingCost.combine(costs)
+        return cost
     if phases := _find_own_phases(measured_run, cost, THRESHOLDS.ratio_known_of(aligned.observed.float_bits)):
-        costs += _measure_costs_at_phases(reference.scene, pit.dt_s, impacts, cut, phases)
+        own_costs = _measure_costs_at_phases(reference.scene, pit.dt_s, impacts, cut, phases)
         # `close_phases` counts evenly spread phases only.
-        cost = replace(SamplingCost.combine(costs), phases=cost.phases, close_phases=cost.close_phases)
+        return replace(SamplingCost.combine([*costs, *own_costs]), phases=cost.phases, close_phases=cost.close_phases)
     return cost
 
 
@@ -140,18 +150,14 @@ def _find_own_phases(measured_run: Measured, cost: SamplingCost, known: float) -
 
     A phase is a number from 0 to 1. For a run that checks for overlap once per step, there is a single such phase.
     """
-    phases = dict[float, None]()
-    for error in measured_run.errors:
-        impact = error.reference
-        velocity, spin = cost.found[:, impact]
-        is_worse = error.velocity > velocity or error.spin > spin or abs(error.time_s) > cost.found_off_s[impact]
-        if is_worse and error.time_s > 0.0:
-            steps = (float(measured_run.reference.impacts["time_s"][impact]) + error.time_s) / cost.dt_s
-            # If a step ended exactly at the impact, PIT might find it at once instead of a whole step late. So a
-            # slightly smaller phase is returned.
-            just_before = (steps - 0.1 * known) % 1.0
-            # Merge phases that differ by rounding only.
-            phases[round(just_before, 11)] = None
+    errors, impacts = measured_run.of_impacts, measured_run.matched
+    (velocity, spin), late_s = cost.found[:, impacts], errors["time_s"]
+    is_worse = (errors["velocity"] > velocity) | (errors["spin"] > spin) | (late_s > cost.found_off_s[impacts])
+    is_late = is_worse & (late_s > 0.0)
+    steps = (measured_run.reference.impacts["time_s"][impacts][is_late] + late_s[is_late]) / cost.dt_s
+    # If a step ended exactly at the impact, PIT might find it at once instead of a whole step late. So slightly smaller
+    # phases are returned. Phases that differ by rounding only are merged.
+    phases = dict.fromkeys(round(just_before % 1.0, 11) for just_before in (steps - 0.1 * known).tolist())
     return tuple(phases)[: THRESHOLDS.phases]
 
 
@@ -161,10 +167,11 @@ def measure_impact_errors(measured: Measured, scales: Scales, impacts: int) -> A
     The error of a missed impact is the whole change of velocity or spin. The errors of impacts too close to the end of
     the run are 0.
     """
-    found, missed = np.zeros((2, impacts)), list(measured.alignment.missed)
+    found = np.zeros((2, impacts))
     velocity, spin = measured.of_impacts["velocity"], measured.of_impacts["spin"]
     found[:, measured.matched] = velocity, np.where(np.isnan(spin), 0.0, spin)
-    found[:, missed] = measure_changes(measured.reference, scales)[:, missed]
+    if missed := list(measured.alignment.missed):
+        found[:, missed] = measure_changes(measured.reference, scales)[:, missed]
     return found
 
 
@@ -193,22 +200,32 @@ def _measure_costs_at_phases(
     If `cut` is true, only the impacts up to a horizon are compared, and final states are not compared.
     """
     reference = solve_pic(scene, max_impacts=reliable_impacts if cut else None)
-    scales, costs = compute_scales(scene, reference), list[SamplingCost]()
-    bodies = reference.impacts[["first", "second"]][:reliable_impacts]
-    for shifted_scene in build_shifted_scenes(reference, dt_s, phases):
+    scales = compute_scales(scene, reference)
+    shifted_scenes = build_shifted_scenes(reference, dt_s, phases)
+    return tuple(
+        SamplingCost.of(dt_s, measure_impact_errors(measured, scales, reliable_impacts), measured)
+        for measured in measure_errors(
+            _run_shifted_scenes(reference, shifted_scenes, dt_s, reliable_impacts, cut), scales
+        )
+    )
+
+
+def _run_shifted_scenes(
+    reference: Trace, shifted_scenes: Iterable[Scene], dt_s: float, reliable_impacts: int, cut: bool
+) -> Iterator[MatchedRun]:
+    """Run each shifted scene with PIT, and match its impacts with those of PIC that `reference` has, too."""
+    for shifted_scene in shifted_scenes:
         try:
             truth = solve_pic(shifted_scene, max_impacts=reliable_impacts + 1)
             pit = solve_pit(shifted_scene, frame_rate_hz=1.0 / dt_s)
         except InputError:
             continue
         count = min(len(truth.impacts), reliable_impacts)
-        is_same_pair = truth.impacts[["first", "second"]][:count] == bodies[:count]
-        agreed = count if is_same_pair.all() else int(np.argmin(is_same_pair))
+        expected, found = reference.impacts[:count], truth.impacts[:count]
+        differs = (expected["first"] != found["first"]) | (expected["second"] != found["second"])
+        agreed = int(differs.argmax()) if differs.any() else count
         if not agreed or find_non_finite(truth) or find_non_finite(pit):
             continue
         is_whole_run = not cut and agreed == reliable_impacts == len(truth.impacts)
         until_s = math.inf if is_whole_run else float(truth.impacts["time_s"][agreed - 1])
-        found = measure_errors(truth, pit, match_impacts(truth, pit, ComparisonRange(agreed, until_s)), scales)
-        errors = measure_impact_errors(found, scales, agreed)
-        costs.append(SamplingCost.of(dt_s, np.pad(errors, ((0, 0), (0, reliable_impacts - agreed))), found))
-    return tuple(costs)
+        yield MatchedRun(truth, pit, match_impacts(truth, pit, ComparisonRange(agreed, until_s)))

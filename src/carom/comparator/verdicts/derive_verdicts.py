@@ -193,7 +193,7 @@ def _report_timing(judged: JudgedRun) -> Iterator[Finding]:
 
 
 def _report_velocities(judged: JudgedRun) -> Iterator[Finding]:
-    own_speeds, scales = judged.measured.own.speed_m_s, judged.scales
+    own_speeds, scales = judged.baseline.find_own_scales(judged.reference).speed_m_s, judged.scales
     wrong_errors = [
         e
         for e in judged.measured.errors
@@ -230,7 +230,8 @@ def _report_unknown_velocities(judged: JudgedRun) -> Iterator[Finding]:
 
 def _report_spins(judged: JudgedRun) -> Iterator[Finding]:
     """Report errors of spins, which are NaN if no disc spins."""
-    own_rim_speeds, scales, impacts = judged.measured.own.rim_m_s, judged.scales, judged.observed.impacts
+    own_rim_speeds = judged.baseline.find_own_scales(judged.reference).rim_m_s
+    scales, impacts = judged.scales, judged.observed.impacts
     wrong_spins = [
         e.spin
         for e in judged.measured.errors

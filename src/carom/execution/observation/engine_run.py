@@ -68,10 +68,12 @@ def observe_job(job: Job, runner: TaskRunner, *, samples: bool = False) -> Answe
 
 
 def check_own_scene(job: Job, answer: Answer[Trace]) -> Answer[Trace]:
-    """Return the answer to a job or, if it contains the trace of another scene, a failed answer."""
-    if answer.value is not None and answer.value.scene != job.scene:
+    """Return the answer to a job with the job's own scene, or a failed answer if its trace is of another scene."""
+    if answer.value is None:
+        return answer
+    if answer.value.scene != job.scene:
         return Answer(Status.FAILED, "invalid answer: a trace of another scene")
-    return answer
+    return replace(answer, value=replace(answer.value, scene=job.scene))
 
 
 def observe_run(

@@ -21,7 +21,9 @@ _VERDICTS = {verdict.name.lower(): verdict.value for verdict in Verdict}
 
 def build_summary(results: Results) -> Summary:
     """Build the first line of the file, which contains values that are the same for all runs."""
-    scored = [(row.job.scene.name, row.job.dt_s, row.score) for row in results.rows if row.score is not None]
+    scored = [(row.job, row.score) for row in results.rows if row.score is not None]
+    by_scene = {job.scene.name: score for job, score in scored}
+    by_step = {(job.scene.name, job.dt_s): score for job, score in scored}
     return Summary(
         format=FORMATS["results"],
         rows=len(results.rows),
@@ -31,9 +33,9 @@ def build_summary(results: Results) -> Summary:
         verdicts=_VERDICTS,
         scenes={
             name: SceneLine(score.expected, score.horizon_s, score.beyond_horizon, score.scales)
-            for name, _, score in scored
+            for name, score in by_scene.items()
         },
-        sampling=tuple({(name, dt_s): _build_pit_errors(name, dt_s, score) for name, dt_s, score in scored}.values()),
+        sampling=tuple(_build_pit_errors(name, dt_s, score) for (name, dt_s), score in by_step.items()),
     )
 
 

@@ -9,7 +9,7 @@ from functools import lru_cache
 
 from carom.comparator.comparison_range import comparison_range
 from carom.comparator.match_impacts import LATEST_STAMP_STEPS, match_impacts
-from carom.comparator.measure.errors import measure_errors
+from carom.comparator.measure.errors import MatchedRun, measure_errors
 from carom.comparator.scales import compute_scales
 from carom.comparator.shifted_scenes import list_even_phases
 from carom.execution.adapter_profile import load_supported_adapter
@@ -70,7 +70,7 @@ class StartTask(JobTask):
         reference = require_reference(_reference(scene))
         observed = observe_run(adapter, scene, job.profile, job.dt_s, overrides=job.method.tried, watched=False)
         aligned = match_impacts(reference, observed, comparison_range(reference, shifted_scene.duration_s))
-        measured = measure_errors(reference, observed, aligned, compute_scales(scene, reference))
+        (measured,) = measure_errors([MatchedRun(reference, observed, aligned)], compute_scales(scene, reference))
         # After the additional steps, only a run that ended early has undecided impacts, so they count as missed.
         wrong = aligned.missed or aligned.spurious or aligned.undecided
         return PhaseResult(

@@ -247,7 +247,8 @@ class Grid:
 
     def list_cells(self, column: GridColumn) -> tuple[GridCell, ...]:
         """Return the cells of a column, one for each scene."""
-        return tuple(cell for row in self.rows for cell in row.cells if cell.column == column)
+        number = list(self.columns.values()).index(column)
+        return tuple(row.cells[number] for row in self.rows)
 
     @property
     def marks(self) -> tuple[Mark, ...]:

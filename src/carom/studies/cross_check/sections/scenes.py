@@ -14,7 +14,7 @@ from carom.report.document import Block, Cell, Column, Legend, Lines, Media, Rep
 from carom.report.files import pack_data
 from carom.report.outcome_marks import Mark
 from carom.report.replay import build_replay_data, build_replay_key, describe_run, format_run_command
-from carom.studies.cross_check.grid import Grid, GridColumn, GridRow, keep_worst, merge_own_profiles, omission_note
+from carom.studies.cross_check.grid import Grid, GridRow, keep_worst, merge_own_profiles, omission_note
 from carom.studies.cross_check.play_page import build_play_link
 from carom.support.escaping import escape_controls
 
@@ -47,8 +47,9 @@ def build_scenes_section(grid: Grid) -> Section:
     contents = {
         column: tuple((cell.mark, cell.figure) for cell in grid.list_cells(column)) for column in grid.columns.values()
     }
+    numbers = {column: number for number, column in enumerate(grid.columns.values())}
     columns += [
-        Column(column.label, partial(_build_cell, column), "" if others else column.profile)
+        Column(column.label, partial(_build_cell, numbers[column]), "" if others else column.profile)
         for *others, column in merge_own_profiles(contents)
     ]
     legend = Legend(tuple((mark.cell, mark.meaning) for mark in grid.marks), Media.MARKDOWN | Media.DETAIL)
@@ -65,9 +66,9 @@ def build_scenes_section(grid: Grid) -> Section:
     return Section(f"Every scene on every engine, against PIC at {grid.step_phrase}", blocks, short="Every scene")
 
 
-def _build_cell(column: GridColumn, row: GridRow) -> Cell:
+def _build_cell(column_number: int, row: GridRow) -> Cell:
     """Return the cell of a scene in a column."""
-    cell = next(cell for cell in row.cells if cell.column == column)
+    cell = row.cells[column_number]
     short = cell.compact or ("" if cell.mark.ran else cell.mark.word)
     title = cell.mark.sentence if cell.has_replay else f"{cell.column.name} on {row.name}: {'; '.join(cell.reasons)}"
     return replace(cell.mark.cell, note=cell.figure, link=cell.link, short=short, title=title)
