@@ -252,8 +252,8 @@ class Box2dWorld(QuietSteps):
         ]
 
     def has_contacts(self) -> bool:
-        """Whether Box2D solved a contact in the last step."""
-        return bool(self._solved)
+        """Whether a contact has an impulse in the last step."""
+        return any(push[3] > 0 for push in self._solved)
 
     def _listen(self) -> None:
         solved, normals, belts = self._solved, self._normals, self._belts

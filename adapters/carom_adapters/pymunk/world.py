@@ -148,8 +148,11 @@ class PymunkWorld(QuietSteps):
         return [(*body.position, *body.velocity, 0.0) for body in self._bodies]
 
     def has_contacts(self) -> bool:
-        """Whether any shapes are in contact after the last step."""
-        return bool(self._list_contact_pairs())
+        """Whether a contact has an impulse in the last step."""
+        impulses: list[Vec2d] = []
+        for body in self._movable:
+            body.each_arbiter(lambda arbiter: impulses.append(arbiter.total_impulse))
+        return any(impulse != (0.0, 0.0) for impulse in impulses)
 
     def _collect_impulse(self, arbiter: pymunk.Arbiter, impulses: dict[Pair, list[ArbiterImpulse]]) -> None:
         """Add the impulse of an arbiter, which is read from its first body."""
