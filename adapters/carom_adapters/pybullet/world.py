@@ -127,6 +127,8 @@ class PybulletWorld(QuietSteps):
         bullet, client, settings = self._bullet, self._client, self._asked
         world = {name: settings[name] for name in WORLD_SETTINGS if name in settings}
         bullet.setPhysicsEngineParameter(fixedTimeStep=self._clock.dt_s, physicsClientId=client, **world)
+        # Nothing is drawn. Without this shape, Bullet would build a mesh to draw each body, which takes up to 10 ms.
+        self._visual = bullet.createVisualShape(bullet.GEOM_BOX, halfExtents=[1.0, 1.0, 1.0], physicsClientId=client)
         disc_restitution, disc_friction, of_walls = factor_walls(scene)  # the default friction is 0.5
         ccd_fraction = float(settings.get("ccd_radius_fraction", 0.0))
         for i, disc in enumerate(scene.discs):
@@ -197,6 +199,7 @@ class PybulletWorld(QuietSteps):
         body: int = bullet.createMultiBody(
             mass,
             shape,
+            self._visual,
             basePosition=[*position, 0.0],
             baseOrientation=turn,
             # With maximal coordinates, a body without a mass can't move. A multibody without a mass can move.
