@@ -62,11 +62,12 @@ class Window:
 
     def compute_difference(self, state: BodyStates, truth: BodyStates) -> tuple[float, float, float]:
         """Return the largest differences of two states in velocities, rim speeds and positions."""
-        return (
-            max(math.dist(state.velocity[disc], truth.velocity[disc]) for disc in state.xy),
-            max(abs(state.spin[disc] - truth.spin[disc]) * self.bodies.radius[disc] for disc in state.xy),
-            max(math.dist(state.xy[disc], truth.xy[disc]) for disc in state.xy),
-        )
+        velocity = spin = place = 0.0
+        for disc, xy in state.xy.items():
+            velocity = max(velocity, math.dist(state.velocity[disc], truth.velocity[disc]))
+            spin = max(spin, abs(state.spin[disc] - truth.spin[disc]) * self.bodies.radius[disc])
+            place = max(place, math.dist(xy, truth.xy[disc]))
+        return velocity, spin, place
 
     def find_nearest_difference(
         self,
