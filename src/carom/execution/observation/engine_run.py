@@ -232,7 +232,7 @@ class _Run:
         if not are_reliable:
             steps_taken = 1 + int(np.argmin(reliable))
         steps = range(first, first + steps_taken - 1)
-        rows.time_s[begin : begin + len(steps)] = np.array(steps) * self.dt_s
+        rows.time_s[begin : begin + len(steps)] = np.arange(first, first + len(steps)) * self.dt_s
         if self.stored_states is not None:
             stored = [step for step in steps if step in self.stored_steps]
             self.stored_states += [(step * self.dt_s, rows.observation(begin + step - first)) for step in stored]
