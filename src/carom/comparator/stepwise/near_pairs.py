@@ -18,6 +18,7 @@ from carom.model.prescribed_motion import Drive
 
 Array = NDArray[np.float64]
 Bodies = NDArray[np.intp]
+Flags = NDArray[np.bool_]
 
 #: An engine may change velocities this many steps before a meeting (speculative margins), or still push bodies apart
 #: this many steps after it (soft contacts).
@@ -66,25 +67,21 @@ class NearPairs:
         """
         return self.first, np.where(self.second < count, self.second, self.first)
 
+    def find_within_reach(self, block: Block) -> Flags:
+        """Return whether the pairs are so near at the start of each step that they may meet in it.
 
-def find_pairs_near_in_step(block: Block, together: Sequence[NearPairs], step: int) -> dict[int, list[Pair]]:
-    """Return, for each movable disc, its pairs that are so near at the start of a step that they may meet in it.
-
-    This includes pairs that only meet if a third body strikes one of the two in this step.
-    """
-    bodies, h = block.bodies, float(block.step_s[step])
-    own_speed = block.own_speed[step] + bodies.fastest_wall
-    reach_ahead = h * (own_speed + np.maximum((1.0 + MARGIN_STEPS) * own_speed, np.max(own_speed) + bodies.pull * h))
-    reach_ahead += RESTING_GAP * block.scene.arrays.radius_m
-    near: dict[int, list[Pair]] = defaultdict(list)
-    for relative in together:
-        one, other = relative.list_discs(bodies.n)
-        reach = reach_ahead[one] + np.where(one != other, reach_ahead[other], 0.0)
-        for column in np.flatnonzero(relative.gap[step - relative.begin] <= reach).tolist():
-            pair = relative.pairs[column]
-            for body in filter(bodies.is_movable, pair):
-                near[body].append(pair)
-    return near
+        This includes pairs that only meet if a third body strikes one of the two in this step.
+        """
+        bodies, steps = block.bodies, slice(self.begin, self.begin + len(self.wait))
+        h = block.step_s[steps, None]
+        own_speed = block.own_speed[steps] + bodies.fastest_wall
+        fastest = np.maximum.reduce(own_speed, axis=1, keepdims=True)
+        reach_ahead = h * (own_speed + np.maximum((1.0 + MARGIN_STEPS) * own_speed, fastest + bodies.pull * h))
+        reach_ahead += RESTING_GAP * block.scene.arrays.radius_m
+        one, other = self.list_discs(bodies.n)
+        reach = reach_ahead[:, one] + np.where(one != other, reach_ahead[:, other], 0.0)
+        within_reach: Flags = self.gap[:-1] <= reach
+        return within_reach
 
 
 def find_disc_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
