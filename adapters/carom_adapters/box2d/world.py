@@ -243,13 +243,14 @@ class Box2dWorld(QuietSteps):
         warning = self._find_warning(observation)
         return replace(observation, warning=warning) if warning else observation
 
-    def read(self) -> list[tuple[float, ...]]:
+    def read(self) -> list[float]:
         """Return position, velocity and spin of each disc. The unit of time is the scene's second."""
         time, turns = self._time, self._turns
-        states = [(body, body.position, body.linearVelocity) for body in self._bodies]
-        return [
-            (p.x, p.y, v.x * time, v.y * time, body.angularVelocity * time if turns else 0.0) for body, p, v in states
-        ]
+        numbers: list[float] = []
+        for body in self._bodies:
+            p, v = body.position, body.linearVelocity
+            numbers += (p.x, p.y, v.x * time, v.y * time, body.angularVelocity * time if turns else 0.0)
+        return numbers
 
     def has_contacts(self) -> bool:
         """Whether a contact has an impulse in the last step."""

@@ -247,15 +247,15 @@ class PybulletWorld(QuietSteps):
         contacts = self._read_step_contacts()
         return Observation(numbers[:, :2], velocity, contacts, self._find_warning(velocity, spin), spin)
 
-    def read(self) -> list[tuple[float, ...]]:
+    def read(self) -> list[float]:
         """Return position, velocity and spin of each disc."""
-        place, motion, client = self._place, self._motion, self._client
-        states: list[tuple[float, ...]] = []
+        place, motion, client, turns = self._place, self._motion, self._client, self._turns
+        numbers: list[float] = []
         for body in self._discs:
             (x, y, _), _ = place(body, client)
             (vx, vy, _), (_, _, spin) = motion(body, client)
-            states.append((x, y, vx, vy, spin if self._turns else 0.0))
-        return states
+            numbers += (x, y, vx, vy, spin if turns else 0.0)
+        return numbers
 
     def has_contacts(self) -> bool:
         """Whether a contact point has a force after the last step."""

@@ -141,11 +141,13 @@ class PymunkWorld(QuietSteps):
         spins = numbers[:, 4] if self._turns else None
         return Observation(numbers[:, :2], numbers[:, 2:4], tuple(contacts), spin_rad_s=spins)
 
-    def read(self) -> list[tuple[float, ...]]:
+    def read(self) -> list[float]:
         """Return position, velocity and spin of each disc."""
-        if self._turns:
-            return [(*body.position, *body.velocity, body.angular_velocity) for body in self._bodies]
-        return [(*body.position, *body.velocity, 0.0) for body in self._bodies]
+        turns = self._turns
+        numbers: list[float] = []
+        for body in self._bodies:
+            numbers += (*body.position, *body.velocity, body.angular_velocity if turns else 0.0)
+        return numbers
 
     def has_contacts(self) -> bool:
         """Whether a contact has an impulse in the last step."""
