@@ -44,7 +44,7 @@ class BodyStates:
 
     def copy(self) -> BodyStates:
         """Return a copy of the state."""
-        return BodyStates(self.bodies, dict(self.xy), dict(self.velocity), dict(self.spin), self.time_s)
+        return BodyStates(self.bodies, self.xy.copy(), self.velocity.copy(), self.spin.copy(), self.time_s)
 
     def merge_discs(self, other: BodyStates) -> None:
         """Add the discs of another state."""

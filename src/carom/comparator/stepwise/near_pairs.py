@@ -94,7 +94,7 @@ def find_disc_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
             continue
         d, u = p[:, second] - p[:, first], v[:, second] - v[:, first]
         contact = arrays.radius_m[first] + arrays.radius_m[second]
-        distance, b = np.hypot(d[..., 0], d[..., 1]), np.sum(d * u, axis=2)
+        distance, b = np.hypot(d[..., 0], d[..., 1]), _multiply(d, u)
         gap = distance - contact
         with np.errstate(divide="ignore", invalid="ignore"):
             closing = np.where(distance > 0.0, -b / distance, 0.0)
@@ -104,7 +104,7 @@ def find_disc_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
         speeds = block.own_speed[begin:end]
         speed_rounding = block.unit * np.maximum(speeds[:, first], speeds[:, second])
         with np.errstate(divide="ignore", invalid="ignore"):
-            a, c = np.sum(u * u, axis=2)[:-1], (gap * (distance + contact))[:-1]
+            a, c = _multiply(u[:-1], u[:-1]), (gap * (distance + contact))[:-1]
             root = b[:-1] ** 2 - a * c
             wait = np.where((b[:-1] < 0.0) & (root > 0.0), c / (-b[:-1] + np.sqrt(np.maximum(root, 0.0))), np.inf)
             wait = bodies.slowing.damping.to_damped_array(wait)
@@ -143,8 +143,8 @@ def _find_pairs_with_walls(
             continue
         plane = walls[wall]
         normal = plane[:, 2:]
-        gap = np.sum((p[:, disc] - plane[:, :2]) * normal, axis=2) - arrays.radius_m[disc]
-        speed = np.sum(v[:, disc] * normal, axis=2)
+        gap = _multiply(p[:, disc] - plane[:, :2], normal) - arrays.radius_m[disc]
+        speed = _multiply(v[:, disc], normal)
         pull = normal @ np.array(bodies.gravity)
         far = block.place_unit * np.max(np.abs(plane[:, :2]), axis=1)
         touching, speed_rounding = block.place_rounding[begin:end, disc] + far, block.unit * speeds[:, disc]
@@ -198,6 +198,12 @@ def _find_one_by_one(
             )
 
 
+def _multiply(one: Array, other: Array) -> Array:
+    """Return the scalar products of vectors of two components, which are the last axis."""
+    products: Array = one[..., 0] * other[..., 0] + one[..., 1] * other[..., 1]
+    return products
+
+
 def _compute_relative_motion(block: Block, begin: int, end: int, drive: Drive) -> tuple[Array, Array]:
     """Return positions and velocities of discs in some steps, relative to a wall with the motion `drive`."""
     p, v = block.states.position_m[begin : end + 1], block.states.velocity_m_s[begin : end + 1]
@@ -216,12 +222,13 @@ def _bound_paths(block: Block, begin: int, end: int, drive: Drive = STANDS) -> t
     """
     p, _ = _compute_relative_motion(block, begin, end, drive)
     own_speed = block.own_speed[begin:end] + drive.fastest
-    low, high = np.min(p, axis=0), np.max(p, axis=0)
-    longest = float(np.max(block.step_s[begin:end]))
+    low, high = np.minimum.reduce(p), np.maximum.reduce(p)
+    longest = float(np.maximum.reduce(block.step_s[begin:end]))
+    greatest = np.maximum.reduce(own_speed)
     # A third body may strike one of the two within the step and pass its speed on.
-    fastest = float(np.max(own_speed)) + block.bodies.pull * longest
+    fastest = float(np.maximum.reduce(greatest)) + block.bodies.pull * longest
     most_way = 2.0 * fastest * longest
-    own_way = (1.0 + MARGIN_STEPS) * longest * np.max(own_speed, axis=0)
+    own_way = (1.0 + MARGIN_STEPS) * longest * greatest
     radius = block.scene.arrays.radius_m
     reach = radius * (1.0 + RESTING_GAP) + 0.5 * np.hypot(*(high - low).T) + np.maximum(own_way, 0.5 * most_way)
     return 0.5 * (low + high), reach

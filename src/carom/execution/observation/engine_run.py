@@ -227,7 +227,8 @@ class _Run:
             raise build_adapter_error(f"the result of take_quiet_steps() must be at most {count}, got {steps_taken}")
         if steps_taken == 1:
             return world.observe()
-        reliable = np.all(np.abs(rows.numbers[begin : begin + steps_taken]) <= LARGEST, axis=1)
+        largest = np.maximum.reduce(np.abs(rows.numbers[begin : begin + steps_taken]), axis=1)
+        reliable = largest <= LARGEST  # false for NaN
         are_reliable = bool(reliable[: steps_taken - 1].all())
         if not are_reliable:
             steps_taken = 1 + int(np.argmin(reliable))
