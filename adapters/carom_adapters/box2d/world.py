@@ -243,17 +243,18 @@ class Box2dWorld(QuietSteps):
         warning = self._find_warning(observation)
         return replace(observation, warning=warning) if warning else observation
 
-    def read(self) -> list[tuple[float, ...]]:
+    def read(self) -> list[float]:
         """Return position, velocity and spin of each disc. The unit of time is the scene's second."""
         time, turns = self._time, self._turns
-        states = [(body, body.position, body.linearVelocity) for body in self._bodies]
-        return [
-            (p.x, p.y, v.x * time, v.y * time, body.angularVelocity * time if turns else 0.0) for body, p, v in states
-        ]
+        numbers: list[float] = []
+        for body in self._bodies:
+            p, v = body.position, body.linearVelocity
+            numbers += (p.x, p.y, v.x * time, v.y * time, body.angularVelocity * time if turns else 0.0)
+        return numbers
 
     def has_contacts(self) -> bool:
-        """Whether Box2D solved a contact in the last step."""
-        return bool(self._solved)
+        """Whether a contact has an impulse in the last step."""
+        return any(push[3] > 0 for push in self._solved)
 
     def _listen(self) -> None:
         solved, normals, belts = self._solved, self._normals, self._belts

@@ -210,7 +210,7 @@ class MujocoWorld:
         for steps_taken in range(1, steps + 1):
             self.advance(1)
             qpos[steps_taken - 1], qvel[steps_taken - 1] = self._qpos, self._qvel
-            if data.ncon or self._find_warning():
+            if (data.ncon and np.count_nonzero(data.efc_force)) or self._find_warning():
                 break
         position_m[:steps_taken], velocity_m_s[:steps_taken] = self._position, self._velocity
         position_m[:steps_taken, self._movable] = qpos[:steps_taken, self._at]

@@ -127,6 +127,8 @@ class PybulletWorld(QuietSteps):
         bullet, client, settings = self._bullet, self._client, self._asked
         world = {name: settings[name] for name in WORLD_SETTINGS if name in settings}
         bullet.setPhysicsEngineParameter(fixedTimeStep=self._clock.dt_s, physicsClientId=client, **world)
+        # Nothing is drawn. Without this shape, Bullet would build a mesh to draw each body, which takes up to 10 ms.
+        self._visual = bullet.createVisualShape(bullet.GEOM_BOX, halfExtents=[1.0, 1.0, 1.0], physicsClientId=client)
         disc_restitution, disc_friction, of_walls = factor_walls(scene)  # the default friction is 0.5
         ccd_fraction = float(settings.get("ccd_radius_fraction", 0.0))
         for i, disc in enumerate(scene.discs):
@@ -197,6 +199,7 @@ class PybulletWorld(QuietSteps):
         body: int = bullet.createMultiBody(
             mass,
             shape,
+            self._visual,
             basePosition=[*position, 0.0],
             baseOrientation=turn,
             # With maximal coordinates, a body without a mass can't move. A multibody without a mass can move.
@@ -244,15 +247,15 @@ class PybulletWorld(QuietSteps):
         contacts = self._read_step_contacts()
         return Observation(numbers[:, :2], velocity, contacts, self._find_warning(velocity, spin), spin)
 
-    def read(self) -> list[tuple[float, ...]]:
+    def read(self) -> list[float]:
         """Return position, velocity and spin of each disc."""
-        place, motion, client = self._place, self._motion, self._client
-        states: list[tuple[float, ...]] = []
+        place, motion, client, turns = self._place, self._motion, self._client, self._turns
+        numbers: list[float] = []
         for body in self._discs:
             (x, y, _), _ = place(body, client)
             (vx, vy, _), (_, _, spin) = motion(body, client)
-            states.append((x, y, vx, vy, spin if self._turns else 0.0))
-        return states
+            numbers += (x, y, vx, vy, spin if turns else 0.0)
+        return numbers
 
     def has_contacts(self) -> bool:
         """Whether a contact point has a force after the last step."""

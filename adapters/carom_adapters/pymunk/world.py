@@ -141,15 +141,20 @@ class PymunkWorld(QuietSteps):
         spins = numbers[:, 4] if self._turns else None
         return Observation(numbers[:, :2], numbers[:, 2:4], tuple(contacts), spin_rad_s=spins)
 
-    def read(self) -> list[tuple[float, ...]]:
+    def read(self) -> list[float]:
         """Return position, velocity and spin of each disc."""
-        if self._turns:
-            return [(*body.position, *body.velocity, body.angular_velocity) for body in self._bodies]
-        return [(*body.position, *body.velocity, 0.0) for body in self._bodies]
+        turns = self._turns
+        numbers: list[float] = []
+        for body in self._bodies:
+            numbers += (*body.position, *body.velocity, body.angular_velocity if turns else 0.0)
+        return numbers
 
     def has_contacts(self) -> bool:
-        """Whether any shapes are in contact after the last step."""
-        return bool(self._list_contact_pairs())
+        """Whether a contact has an impulse in the last step."""
+        impulses: list[Vec2d] = []
+        for body in self._movable:
+            body.each_arbiter(lambda arbiter: impulses.append(arbiter.total_impulse))
+        return any(impulse != (0.0, 0.0) for impulse in impulses)
 
     def _collect_impulse(self, arbiter: pymunk.Arbiter, impulses: dict[Pair, list[ArbiterImpulse]]) -> None:
         """Add the impulse of an arbiter, which is read from its first body."""

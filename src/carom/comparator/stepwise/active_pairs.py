@@ -16,7 +16,6 @@ from carom.comparator.stepwise.near_pairs import (
     MARGIN_STEPS,
     NearPairs,
     find_disc_pairs,
-    find_pairs_near_in_step,
     find_wall_pairs,
 )
 from carom.comparator.stepwise.resting_pairs import RESTING_STEPS, RestHistory, find_resting_pairs
@@ -68,9 +67,7 @@ def find_activity(block: Block, rest: RestHistory) -> Activity:
         for relative, resting in zip(together, find_resting_pairs(block, together), strict=True):
             _enter_active_pairs(block, relative, resting, found)
             rest.add(block, relative, resting)
-        for step in range(begin, end):
-            if step in found.due:
-                _enter_consequences(block, found, step, together)
+        _enter_consequences(block, found, begin, end, together)
     for step in list(found.due):
         _drop_bystanders(block, found, step)
     return found
@@ -103,13 +100,35 @@ def _enter_active_pairs(block: Block, relative: NearPairs, resting: Flags, found
         flags[begin + rows, first[columns]] = flags[begin + rows, second[columns]] = True
 
 
-def _enter_consequences(block: Block, found: Activity, step: int, together: Sequence[NearPairs]) -> None:
-    """Add pairs that meet only because of an earlier impact in the same step."""
+def _enter_consequences(block: Block, found: Activity, begin: int, end: int, together: Sequence[NearPairs]) -> None:
+    """Add pairs that meet only because of an earlier impact in the same step, for the steps from `begin` to `end`.
+
+    `together` contains the near pairs of these steps.
+    """
+    due_steps = [step for step in range(begin, end) if step in found.due and _has_other_pairs(found.due[step], together)]
+    within_reach = [near_pairs.find_within_reach(block) for near_pairs in together] if due_steps else []
+    for step in due_steps:
+        near: dict[int, list[Pair]] = defaultdict(list)
+        for near_pairs, flags in zip(together, within_reach, strict=True):
+            for column in np.flatnonzero(flags[step - begin]).tolist():
+                pair = near_pairs.pairs[column]
+                for body in filter(block.bodies.is_movable, pair):
+                    near[body].append(pair)
+        _enter_consequences_in_step(block, found, step, near)
+
+
+def _has_other_pairs(active: Mapping[Pair, float], together: Sequence[NearPairs]) -> bool:
+    """Whether any active pair meets, and any near pair is not active."""
+    return any(due_s >= 0.0 for due_s in active.values()) and any(
+        pair not in active for near_pairs in together for pair in near_pairs.pairs
+    )
+
+
+def _enter_consequences_in_step(block: Block, found: Activity, step: int, near: dict[int, list[Pair]]) -> None:
+    """Add the pairs of one step. `near` contains, for each movable disc, its pairs that may meet in the step."""
     bodies, active = block.bodies, found.due[step]
     due = [(due_s, pair) for pair, due_s in active.items() if due_s >= 0.0]
-    if not due or all(pair in active for near_pairs in together for pair in near_pairs.pairs):
-        return
-    if _are_all_active(active, due, near := find_pairs_near_in_step(block, together, step)):
+    if _are_all_active(active, due, near):
         return
     struck_bodies = (body for _, pair in due for body in pair if body in near)
     if not block.is_possible(step, {pair for body in struck_bodies for pair in near[body]}):

@@ -44,7 +44,7 @@ class BodyStates:
 
     def copy(self) -> BodyStates:
         """Return a copy of the state."""
-        return BodyStates(self.bodies, dict(self.xy), dict(self.velocity), dict(self.spin), self.time_s)
+        return BodyStates(self.bodies, self.xy.copy(), self.velocity.copy(), self.spin.copy(), self.time_s)
 
     def merge_discs(self, other: BodyStates) -> None:
         """Add the discs of another state."""
@@ -77,6 +77,12 @@ class BodyStates:
     def move_freely(self, seconds: float, resting: Pair | None = None) -> None:
         """Move all discs along their free paths. Gravity does not act between the two bodies of the pair `resting`."""
         bodies, half = self.bodies, 0.5 * seconds * seconds
+        if bodies.moves_straight:
+            for disc, (x, y) in self.xy.items():
+                vx, vy = self.velocity[disc]
+                self.xy[disc] = (x + vx * seconds, y + vy * seconds)
+            self.time_s += seconds
+            return
         # A scene has either gravity or slowing, so only one of them bends a path.
         for disc, (x, y) in self.xy.items():
             if bodies.disc_drives and (drive := bodies.disc_drives.get(disc)) is not None and len(drive.legs) > 1:

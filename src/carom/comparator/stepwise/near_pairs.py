@@ -18,6 +18,7 @@ from carom.model.prescribed_motion import Drive
 
 Array = NDArray[np.float64]
 Bodies = NDArray[np.intp]
+Flags = NDArray[np.bool_]
 
 #: An engine may change velocities this many steps before a meeting (speculative margins), or still push bodies apart
 #: this many steps after it (soft contacts).
@@ -66,25 +67,21 @@ class NearPairs:
         """
         return self.first, np.where(self.second < count, self.second, self.first)
 
+    def find_within_reach(self, block: Block) -> Flags:
+        """Return whether the pairs are so near at the start of each step that they may meet in it.
 
-def find_pairs_near_in_step(block: Block, together: Sequence[NearPairs], step: int) -> dict[int, list[Pair]]:
-    """Return, for each movable disc, its pairs that are so near at the start of a step that they may meet in it.
-
-    This includes pairs that only meet if a third body strikes one of the two in this step.
-    """
-    bodies, h = block.bodies, float(block.step_s[step])
-    own_speed = block.own_speed[step] + bodies.fastest_wall
-    reach_ahead = h * (own_speed + np.maximum((1.0 + MARGIN_STEPS) * own_speed, np.max(own_speed) + bodies.pull * h))
-    reach_ahead += RESTING_GAP * block.scene.arrays.radius_m
-    near: dict[int, list[Pair]] = defaultdict(list)
-    for relative in together:
-        one, other = relative.list_discs(bodies.n)
-        reach = reach_ahead[one] + np.where(one != other, reach_ahead[other], 0.0)
-        for column in np.flatnonzero(relative.gap[step - relative.begin] <= reach).tolist():
-            pair = relative.pairs[column]
-            for body in filter(bodies.is_movable, pair):
-                near[body].append(pair)
-    return near
+        This includes pairs that only meet if a third body strikes one of the two in this step.
+        """
+        bodies, steps = block.bodies, slice(self.begin, self.begin + len(self.wait))
+        h = block.step_s[steps, None]
+        own_speed = block.own_speed[steps] + bodies.fastest_wall
+        fastest = np.maximum.reduce(own_speed, axis=1, keepdims=True)
+        reach_ahead = h * (own_speed + np.maximum((1.0 + MARGIN_STEPS) * own_speed, fastest + bodies.pull * h))
+        reach_ahead += RESTING_GAP * block.scene.arrays.radius_m
+        one, other = self.list_discs(bodies.n)
+        reach = reach_ahead[:, one] + np.where(one != other, reach_ahead[:, other], 0.0)
+        within_reach: Flags = self.gap[:-1] <= reach
+        return within_reach
 
 
 def find_disc_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
@@ -97,7 +94,7 @@ def find_disc_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
             continue
         d, u = p[:, second] - p[:, first], v[:, second] - v[:, first]
         contact = arrays.radius_m[first] + arrays.radius_m[second]
-        distance, b = np.hypot(d[..., 0], d[..., 1]), np.sum(d * u, axis=2)
+        distance, b = np.hypot(d[..., 0], d[..., 1]), _multiply(d, u)
         gap = distance - contact
         with np.errstate(divide="ignore", invalid="ignore"):
             closing = np.where(distance > 0.0, -b / distance, 0.0)
@@ -110,7 +107,7 @@ def find_disc_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
         speeds = block.own_speed[begin:end]
         speed_rounding = block.unit * np.maximum(speeds[:, first], speeds[:, second])
         with np.errstate(divide="ignore", invalid="ignore"):
-            a, c = np.sum(u * u, axis=2)[:-1], (gap * (distance + contact))[:-1]
+            a, c = _multiply(u[:-1], u[:-1]), (gap * (distance + contact))[:-1]
             root = b[:-1] ** 2 - a * c
             wait = np.where((b[:-1] < 0.0) & (root > 0.0), c / (-b[:-1] + np.sqrt(np.maximum(root, 0.0))), np.inf)
             wait = bodies.slowing.damping.to_damped_array(wait)
@@ -149,8 +146,8 @@ def _find_pairs_with_walls(
             continue
         plane = walls[wall]
         normal = plane[:, 2:]
-        gap = np.sum((p[:, disc] - plane[:, :2]) * normal, axis=2) - arrays.radius_m[disc]
-        speed = np.sum(v[:, disc] * normal, axis=2)
+        gap = _multiply(p[:, disc] - plane[:, :2], normal) - arrays.radius_m[disc]
+        speed = _multiply(v[:, disc], normal)
         pull = normal @ np.array(bodies.gravity)
         far = block.place_unit * np.max(np.abs(plane[:, :2]), axis=1)
         touching, speed_rounding = block.place_rounding[begin:end, disc] + far, block.unit * speeds[:, disc]
@@ -204,6 +201,12 @@ def _find_one_by_one(
             )
 
 
+def _multiply(one: Array, other: Array) -> Array:
+    """Return the scalar products of vectors of two components, which are the last axis."""
+    products: Array = one[..., 0] * other[..., 0] + one[..., 1] * other[..., 1]
+    return products
+
+
 def _compute_relative_motion(block: Block, begin: int, end: int, drive: Drive) -> tuple[Array, Array]:
     """Return positions and velocities of discs in some steps, relative to a wall with the motion `drive`."""
     p, v = block.states.position_m[begin : end + 1], block.states.velocity_m_s[begin : end + 1]
@@ -222,12 +225,13 @@ def _bound_paths(block: Block, begin: int, end: int, drive: Drive = STANDS) -> t
     """
     p, _ = _compute_relative_motion(block, begin, end, drive)
     own_speed = block.own_speed[begin:end] + drive.fastest
-    low, high = np.min(p, axis=0), np.max(p, axis=0)
-    longest = float(np.max(block.step_s[begin:end]))
+    low, high = np.minimum.reduce(p), np.maximum.reduce(p)
+    longest = float(np.maximum.reduce(block.step_s[begin:end]))
+    greatest = np.maximum.reduce(own_speed)
     # A third body may strike one of the two within the step and pass its speed on.
-    fastest = float(np.max(own_speed)) + block.bodies.pull * longest
+    fastest = float(np.maximum.reduce(greatest)) + block.bodies.pull * longest
     most_way = 2.0 * fastest * longest
-    own_way = (1.0 + MARGIN_STEPS) * longest * np.max(own_speed, axis=0)
+    own_way = (1.0 + MARGIN_STEPS) * longest * greatest
     radius = block.scene.arrays.radius_m
     reach = radius * (1.0 + RESTING_GAP) + 0.5 * np.hypot(*(high - low).T) + np.maximum(own_way, 0.5 * most_way)
     return 0.5 * (low + high), reach

@@ -72,6 +72,8 @@ class SceneBodies:
         self._stand = [drive.stands for drive in self.wall_drives]
         self._has_legs = any(len(drive.legs) > 1 for drive in (*self.wall_drives, *self.disc_drives.values()))
         self.slows = bool(self.slowing)
+        #: Whether every disc moves along one straight line between impacts, at a constant velocity.
+        self.moves_straight = not (self.pull or self.slows or self._has_legs)
         self.pulls = [scene.gravity_m_s2 if self.is_pulled(disc) else (0.0, 0.0) for disc in range(self.n)]
         #: On a table: greatest speed at the start, in metres per second. Rounding errors of velocities are relative to
         #: this speed, because a slow disc may once have been as fast.
@@ -142,7 +144,7 @@ class SceneBodies:
 
         If it changes at this time (or due to rounding slightly later), return the new velocity.
         """
-        return self.wall_drives[wall].velocity_at(time_s * TOUCH)
+        return (0.0, 0.0) if self._stand[wall] else self.wall_drives[wall].velocity_at(time_s * TOUCH)
 
     def list_later_legs(self, pair: Pair, time_s: float) -> tuple[Course, ...]:
         """Return the parts of a pair's prescribed motion that begin after `time_s`; none without such a motion."""

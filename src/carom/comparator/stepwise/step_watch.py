@@ -171,12 +171,12 @@ class StepWatch:
             # error.
             scale = np.tile(self._scale, (len(block), 1))
             for chain in finished:
-                discs = list(chain.discs)
-                before = float(self._scale[discs].max()) if chain.continues else 0.0
+                before = float(self._scale[list(chain.discs)].max()) if chain.continues else 0.0
                 known = self._record_found_by_pit(block, chain)
                 comparison = compare_window(block, chain, activity, known, ends=ends, speed_before=before)
                 self._record(block, chain, comparison)
-                scale[chain.end :, discs] = self._scale[discs] = max(before, comparison.speed)
+                for disc in chain.discs:
+                    scale[chain.end :, disc] = self._scale[disc] = max(before, comparison.speed)
             open_chains = [chain.shift_steps(-self._gone) for chain in self._chains.open_chains]
             flight_steps = slice(self._flown - self._gone, len(block) if ends else self._chains.settled_to - self._gone)
             self._check_free_flight(

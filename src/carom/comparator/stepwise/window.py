@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
 
 from carom.comparator.stepwise.active_pairs import Activity
 from carom.comparator.stepwise.bodies import BodyStates
@@ -19,8 +21,7 @@ from carom.comparator.stepwise.window_runs import Met, simulate_pic
 _RESTING = 1e-3
 
 
-@dataclass(frozen=True)
-class Difference:
+class Difference(NamedTuple):
     """Differences between a state of the run and of PIC, with PIC's state and its number of impacts."""
 
     velocity: float
@@ -40,8 +41,8 @@ class Window:
         self.lasts = float(times[chain.end] - times[chain.begin])
         discs, steps = list(chain.discs), slice(chain.begin, chain.end)
         #: Rounding error of the distance between two discs, in metres.
-        self.touching = 2.0 * float(block.place_rounding[steps][:, discs].max())
-        fastest = max(float(block.own_speed[steps][:, discs].max()), 1e-300)
+        self.touching = 2.0 * float(np.maximum.reduce(block.place_rounding[steps, discs], axis=None))
+        fastest = max(float(np.maximum.reduce(block.own_speed[steps, discs], axis=None)), 1e-300)
         seconds = self.lasts + (2.0 + MARGIN_STEPS) * block.dt_s
         # An impact may double a speed. The factor of 4 allows for two such impacts.
         reach = 4.0 * (fastest + self.bodies.fastest_wall) * seconds + self.bodies.pull * seconds**2
@@ -62,11 +63,12 @@ class Window:
 
     def compute_difference(self, state: BodyStates, truth: BodyStates) -> tuple[float, float, float]:
         """Return the largest differences of two states in velocities, rim speeds and positions."""
-        return (
-            max(math.dist(state.velocity[disc], truth.velocity[disc]) for disc in state.xy),
-            max(abs(state.spin[disc] - truth.spin[disc]) * self.bodies.radius[disc] for disc in state.xy),
-            max(math.dist(state.xy[disc], truth.xy[disc]) for disc in state.xy),
-        )
+        velocity = spin = place = 0.0
+        for disc, xy in state.xy.items():
+            velocity = max(velocity, math.dist(state.velocity[disc], truth.velocity[disc]))
+            spin = max(spin, abs(state.spin[disc] - truth.spin[disc]) * self.bodies.radius[disc])
+            place = max(place, math.dist(xy, truth.xy[disc]))
+        return velocity, spin, place
 
     def find_nearest_difference(
         self,

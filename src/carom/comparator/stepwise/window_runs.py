@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from carom.comparator.stepwise.bodies import BodyStates, Separation
 from carom.comparator.stepwise.scene_bodies import NO_FEATURE, TOUCH, Pair
@@ -13,8 +13,7 @@ from carom.comparator.stepwise.scene_bodies import NO_FEATURE, TOUCH, Pair
 MOST_IMPACTS = 2000
 
 
-@dataclass(frozen=True, slots=True)
-class Met:
+class Met(NamedTuple):
     """One impact in a window: the seconds since the window's start, the pair, its separation and the state after it."""
 
     time_s: float

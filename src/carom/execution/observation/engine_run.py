@@ -17,7 +17,7 @@ from carom.execution.adapter_profile import load_supported_adapter, prepare_sett
 from carom.execution.codec import CarriedTrace
 from carom.execution.job import PIT_METHOD, Answer, Job, JobTask, SettingOverrides, Status
 from carom.execution.observation.final_state import LastStep
-from carom.execution.observation.free_flight import FreeFlight
+from carom.execution.observation.free_flight import QUIET_STEPS, FreeFlight
 from carom.execution.observation.impact_collector import ImpactCollector
 from carom.execution.observation.open_contact import compute_gravity
 from carom.execution.observation.state_rows import StateRows
@@ -44,6 +44,9 @@ MOST_STORED_STATES = 256
 
 #: States are stored in blocks. Number of states in a block times number of discs; a block takes about 3 MB.
 _ROWS = 2**16
+
+#: Fraction of a step that covers the rounding of instants.
+_ROUNDED = 1e-6
 
 #: Largest number of samples, which are positions for drawing. No picture is wider than this number of pixels.
 MOST_SAMPLES = 4096
@@ -198,8 +201,7 @@ class _Run:
         while self.taken < self.steps:
             observed = None
             if takes_quiet_steps and not self.collector.open:
-                until_s = flight.needed_from_s if straight else math.inf
-                observed = self._take_quiet_steps(cast("QuietWorld", world), until_s)
+                observed = self._take_quiet_steps(cast("QuietWorld", world), flight if straight else None)
             step = self.taken + 1
             pieces = _take_step_in_pieces(world, cutter, step, self.dt_s) if observed is None else (step * self.dt_s,)
             for time_s in pieces:
@@ -216,13 +218,11 @@ class _Run:
                 self.stored_states.append((step * self.dt_s, self.state))
             if self.samples and step % self.stride == 0:
                 self.positions.append(self.rows.position_m[self.row].copy())
-            end_s = step * self.dt_s
-            is_needed = straight and (self.contacts or end_s >= flight.needed_from_s)
-            if is_needed and flight.has_begun(end_s, self.state):
+            if straight and flight.has_begun(step * self.dt_s, self.state):
                 return
 
-    def _take_quiet_steps(self, world: QuietWorld, until_s: float) -> Observation | None:
-        """Take steps without contacts in one call, until a step has contacts or a warning, or ends near `until_s`.
+    def _take_quiet_steps(self, world: QuietWorld, flight: FreeFlight | None) -> Observation | None:
+        """Take steps without contacts in one call, until a step has contacts or a warning, or free flight is possible.
 
         Return the observation after the last step, and add the states after all earlier steps. If only one step may
         be taken, take none and return None. Call this method only while no contact continues from the last step.
@@ -230,8 +230,10 @@ class _Run:
         if self.row + 1 == len(self.rows.time_s):
             self._begin_rows()
         rows, begin, first = self.rows, self.row + 1, self.taken + 1
-        count = int(min(self.steps - self.taken, len(rows.time_s) - begin, max(1.0, until_s / self.dt_s - self.taken)))
-        if count == 1:
+        count = min(self.steps - self.taken, len(rows.time_s) - begin)
+        if flight is not None and flight.look_from_s < self.steps * self.dt_s:
+            count = min(count, math.ceil(flight.look_from_s / self.dt_s - _ROUNDED) - self.taken)
+        if count <= 1:
             return None
         part = slice(begin, begin + count)
         found = world.take_quiet_steps(rows.position_m[part], rows.velocity_m_s[part], rows.spin_rad_s[part])
@@ -240,18 +242,22 @@ class _Run:
             raise build_adapter_error(f"the result of take_quiet_steps() must be at most {count}, got {steps_taken}")
         if steps_taken == 1:
             return world.observe()
-        reliable = np.all(np.abs(rows.numbers[begin : begin + steps_taken]) <= LARGEST, axis=1)
+        largest = np.maximum.reduce(np.abs(rows.numbers[begin : begin + steps_taken]), axis=1)
+        reliable = largest <= LARGEST  # false for NaN
         are_reliable = bool(reliable[: steps_taken - 1].all())
         if not are_reliable:
             steps_taken = 1 + int(np.argmin(reliable))
         steps = range(first, first + steps_taken - 1)
-        rows.time_s[begin : begin + len(steps)] = np.array(steps) * self.dt_s
+        rows.time_s[begin : begin + len(steps)] = np.arange(first, first + len(steps)) * self.dt_s
         if self.stored_states is not None:
             stored = [step for step in steps if step in self.stored_steps]
             self.stored_states += [(step * self.dt_s, rows.observation(begin + step - first)) for step in stored]
         if self.samples:
             sampled = [step for step in steps if step % self.stride == 0]
             self.positions += [rows.position_m[begin + step - first].copy() for step in sampled]
+        if flight is not None:
+            for row in range(begin, begin + len(steps))[-QUIET_STEPS:]:
+                flight.add_state(float(rows.time_s[row]), rows.observation(row))
         self.row += len(steps)
         self.taken += len(steps)
         return world.observe() if are_reliable else rows.observation(begin + steps_taken - 1)

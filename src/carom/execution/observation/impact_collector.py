@@ -8,7 +8,7 @@ used.
 from __future__ import annotations
 
 import math
-from collections import Counter
+from collections.abc import Mapping
 from dataclasses import replace
 from itertools import count
 
@@ -89,7 +89,10 @@ class ImpactCollector:
                 self._done.append((next(self._numbers), record, contact.time_s, state))
             elif self._has_effect(contact, before, observation, time_s - self._last_s):
                 active[pair] = contact
-        touched = Counter(body for pair in active for body in self._list_movable(pair))
+        touched: dict[int, int] = {}
+        for pair in active:
+            for body in self._list_movable(pair):
+                touched[body] = touched.get(body, 0) + 1
         motion = {body: self._motion_of(before, body) for body in touched}
         for pair in [pair for pair in self.open if pair not in active]:
             self._close(pair)
@@ -150,13 +153,14 @@ class ImpactCollector:
         pair: Pair,
         contact: Contact,
         motion: dict[int, Motion],
-        touched: Counter[int],
+        touched: Mapping[int, int],
         time_s: float,
         observation: Observation,
     ) -> None:
         """Open a contact, or extend it by a step.
 
         `motion` contains each body's velocity and spin after the earlier contacts of the step. This method updates it.
+        `touched` contains the number of contacts of each movable disc in the step.
         """
         first, second = pair
         unchanged = [self._find_unchanged_motion(body, time_s) for body in pair]
@@ -182,7 +186,7 @@ class ImpactCollector:
             known = OpenContact(number, contact, motions_before, start_s, start, after, time_s, observation)
             self.open[pair] = known
         known.after, known.end_s, known.end = after, time_s, observation
-        known.alone = known.alone and all(touched[body] <= 1 for body in pair)
+        known.alone = known.alone and all(touched.get(body, 0) <= 1 for body in pair)
         impulse = contact.impulse_n_s
         known.add(
             math.dist(compute_relative_velocity(after), compute_relative_velocity(motions_before))

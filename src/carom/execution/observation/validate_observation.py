@@ -72,15 +72,12 @@ class Validator:
         rows.velocity_m_s[row] = found.velocity_m_s
         if found.warning != "":  # most steps have no warning
             to_plain_text(found.warning, "the warning of an observation")
-        # Fast check after every step: if the sum of squares is within the limit, so is each number. The sum may
-        # overflow, and then each number is checked below.
         numbers = rows.numbers[row]
-        with np.errstate(over="ignore"):
-            squares = numbers.dot(numbers)
-        if squares <= LARGEST:
+        sizes = np.abs(numbers)
+        if np.maximum.reduce(sizes) <= LARGEST:  # false for NaN
             return True
         finite = np.isfinite(numbers)
-        if (far := (np.abs(numbers) > LARGEST) & finite).any():
+        if (far := (sizes > LARGEST) & finite).any():
             raise build_adapter_error(
                 f"{rows.describe_column(int(far.argmax()))} {format_limits(0.0, LARGEST)}, got {numbers[far][0]:g}"
             )
@@ -123,17 +120,15 @@ class Validator:
         x, y = _check_vector(found.normal, "normal", owner)
         if not abs(math.hypot(x, y) - 1.0) <= self._rounding:
             raise build_adapter_error(f"normal {owner} must have the length 1, got {x:g}, {y:g}")
-        optional: dict[str, Any] = {
-            name: None if (value := getattr(found, name)) is None else _check_number(value, name, owner)
-            for name in ("impulse_n_s", "tangential_impulse_n_s")
-        }
-        acts = found.velocities is not None or any(optional.values())
+        impulse = _check_optional_number(found.impulse_n_s, "impulse_n_s", owner)
+        tangential = _check_optional_number(found.tangential_impulse_n_s, "tangential_impulse_n_s", owner)
+        acts = found.velocities is not None or impulse or tangential
         if acts and not self._movable[first] and (second < 0 or not self._movable[second]):
             raise build_adapter_error(
                 f"a contact is of bodies {first} and {second}, neither of which can move: they never collide"
             )
         if found.velocities is None:
-            return Contact(first, second, time_s, (x, y), **optional)
+            return Contact(first, second, time_s, (x, y), impulse, None, tangential)
         if self._needs_spins and found.spins_rad_s is None:
             raise build_adapter_error(
                 f"a contact of bodies {first} and {second} has velocities but no spins_rad_s, in a scene whose discs "
@@ -159,7 +154,7 @@ class Validator:
                     )
                     raise build_adapter_error(f"{name} {owner} must be {does}, got {numbers_text}")
             velocities = (velocities[0], drive, velocities[2], drive)
-        return Contact(first, second, time_s, (x, y), velocities=velocities, spins_rad_s=spins, **optional)
+        return Contact(first, second, time_s, (x, y), impulse, velocities, tangential, spins)
 
 
 def _check_array(found: object, name: str, shape: tuple[int, ...]) -> None:
@@ -186,6 +181,10 @@ def _check_number(found: object, name: str, owner: str) -> float:
     if _is_plain(found):
         return found
     return _check_numbers((found,), f"{name} {owner}", 1)[0]
+
+
+def _check_optional_number(found: object, name: str, owner: str) -> float | None:
+    return None if found is None else _check_number(found, name, owner)
 
 
 def _check_vector(found: object, name: str, owner: str) -> Vector:
