@@ -101,7 +101,7 @@ def _declare_metric(name: str) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Errors:
-    """Largest errors of one trace relative to another, a field for each kind of error; NaN (energy: 0) if there is none.
+    """Largest errors of one trace relative to another, a field per kind of error; NaN (energy: 0) if there is none.
 
     Each field is explained in `docs/theory/scoring.md`, and appears in all tables and results files. The first eight
     fields are errors of impacts (see `ImpactError`). Each is the error of largest magnitude, with its sign. Final
