@@ -56,7 +56,7 @@ class Consistency:
             that reported the impact.
         across: Largest velocity change perpendicular to the normal at an impact, divided by the scene's greatest speed.
             If the velocity change has the wrong sign along the normal, the whole change counts.
-        normal_rad: Largest angle between the normal of an impact and its velocity change, in radians.
+        normal_rad: Angle between normal and velocity change at the impact that determines `across`, in radians.
         normal_length: Largest difference between a normal's length and 1.
         momentum: Largest change of the velocity of two discs' centre of mass at their impact, divided by the scene's
             greatest speed.
@@ -68,7 +68,8 @@ class Consistency:
         strayed: The largest distance, as in `position`, but divided by the largest coordinate that the disc can reach.
             Rounding of positions is proportional to this coordinate.
         strayed_excess: The largest `excess`, also divided by the largest coordinate that the disc can reach.
-        unchecked: Number of free flights that can't be followed because a disc had several contacts in one step.
+        unchecked: Number of free flights that are not followed, because a disc had several contacts in one step or the
+            compared range ends before.
     """
 
     velocity: Deviation

@@ -64,7 +64,7 @@ def report_contradictions(run: MeasuredRun) -> Iterator[Finding]:
     if not consistency.across <= rounding:
         yield Finding(
             Verdict.WRONG_NORMAL,
-            f"by up to {format_number(degrees, 3)} degrees from the direction of the velocity change",
+            f"{format_number(degrees, 3)} degrees from the velocity change at the impact with the largest sideways change",
         )
     if not consistency.normal_length <= rounding:
         yield Finding(

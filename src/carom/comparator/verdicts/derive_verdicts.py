@@ -216,7 +216,7 @@ def _report_velocities(judged: JudgedRun) -> Iterator[Finding]:
     falls = any(judged.reference.scene.gravity_m_s2)  # with gravity, kinetic energy is not conserved
     if abs(energy) > THRESHOLDS.energy and not falls:
         verdict = Verdict.ENERGY_GAINED if energy > 0 else Verdict.ENERGY_LOST
-        yield Finding(verdict, f"{format_number(abs(energy), 3)} of the energy at the start")
+        yield Finding(verdict, f"{format_number(abs(energy), 3)} of the scene's energy")
 
 
 def _report_unknown_velocities(judged: JudgedRun) -> Iterator[Finding]:

@@ -100,7 +100,10 @@ class FreeFlight:
         motions = {state.velocity_m_s.tobytes() for state in states}
         if len(motions) > 1:
             return False
-        if self._turns and len({None if state.spin_rad_s is None else state.spin_rad_s.tobytes() for state in states}) > 1:
+        if (
+            self._turns
+            and len({None if state.spin_rad_s is None else state.spin_rad_s.tobytes() for state in states}) > 1
+        ):
             return False
         return self._has_moved_straight(states[-1].velocity_m_s)
 

@@ -81,7 +81,7 @@ def test_energy_above_the_reference_is_not_described_as_a_gain() -> None:
     observed = dataclasses.replace(other, scene=reference.scene, dt_s=DT)
     assert kinetic_energy(reference.scene, observed.final_velocity_m_s) < 0.5 * 4.0**2
     score = compare(reference, observed, sampling=solve_pit(reference.scene, frame_rate_hz=1 / DT))
-    assert find_reason(score, Verdict.ENERGY_GAINED).startswith("0.11 of the energy at the start")
+    assert find_reason(score, Verdict.ENERGY_GAINED).startswith("0.11 of the scene's energy")
     assert Verdict.ENERGY_GAINED.value == "discs end with more kinetic energy than the reference's"
 
 
