@@ -64,7 +64,7 @@ def report_contradictions(run: MeasuredRun) -> Iterator[Finding]:
     if not consistency.across <= rounding:
         yield Finding(
             Verdict.WRONG_NORMAL,
-            f"{format_number(degrees, 3)} degrees from the velocity change at the impact with the largest sideways change",
+            f"{format_number(degrees, 3)} degrees from the velocity change at the impact with the largest error",
         )
     if not consistency.normal_length <= rounding:
         yield Finding(
