@@ -10,7 +10,7 @@ import tomli_w
 from carom.catalogue import CatalogueScene, Complaint
 from carom.model.trace import Mode, body_name, pair_name
 from carom.report import formatting
-from carom.report.document import Column, Document, Headline, Section, Table
+from carom.report.document import Column, Document, Section, Table
 
 if TYPE_CHECKING:
     import numpy as np
@@ -52,7 +52,7 @@ def build_certified_document(certified: CertifiedTrace, max_rows: int) -> Docume
     blocks: tuple[Table, ...] = (table,) if max_rows and len(certified) else ()
     if max_rows and certified.trace.modes is not None:
         blocks = (*blocks, _build_modes_table(certified, certified.trace.modes, max_rows))
-    return Document("Carom: certified", Headline.of(_describe_reach(certified)), (Section(table.title, blocks),))
+    return Document("Carom: certified", tuple(_describe_reach(certified)), (Section(table.title, blocks),))
 
 
 def _build_modes_table(certified: CertifiedTrace, modes: NDArray[np.void], max_rows: int) -> Table:

@@ -10,7 +10,7 @@ from carom.catalogue import CatalogueScene, Complaint, all_scenes
 from carom.engines.api import Capabilities, ContactTimes, Knob, Stamp
 from carom.engines.registry import EngineInfo
 from carom.report import formatting
-from carom.report.document import Block, Cell, Column, Document, Facts, Headline, Lines, Media, Section, Table
+from carom.report.document import Block, Cell, Column, Document, Facts, Lines, Media, Section, Table
 
 
 def format_engine_lines(infos: Sequence[EngineInfo]) -> list[str]:
@@ -105,7 +105,7 @@ def build_engine_document(info: EngineInfo) -> Document:
         availability = f"is not available: {info.unavailable}"
     return Document(
         f"Carom: {info.name}",
-        Headline(f"{' '.join(filter(None, (info.engine, info.version)))} {availability}."),
+        (f"{' '.join(filter(None, (info.engine, info.version)))} {availability}.",),
         tuple(sections),
     )
 

@@ -18,7 +18,6 @@ from carom.report.document import (
     Document,
     Figure,
     Figures,
-    Headline,
     Lines,
     Media,
     Section,
@@ -75,7 +74,7 @@ def build_advice_document(advice: Advice, scene_word: str = "") -> Document:
             Section("All tested steps", tested, only=Media.IN_FULL),
         ]
     making_of = build_provenance(advice.environment, advice.command, advice.elapsed_s)
-    return Document("Carom: advice", Headline(answer), (*sections, *making_of))
+    return Document("Carom: advice", (answer,), (*sections, *making_of))
 
 
 def _list_questions(advice: Advice) -> Iterator[tuple[str, Callable[[Advised], StepRange]]]:

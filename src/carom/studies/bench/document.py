@@ -9,7 +9,7 @@ from pathlib import Path
 
 from carom.execution.job import Method
 from carom.report import formatting
-from carom.report.document import Block, Document, Figure, Figures, Headline, Lines, Media, Section, Text
+from carom.report.document import Block, Document, Figure, Figures, Lines, Media, Section, Text
 from carom.report.files import fields_of, format_json, require_report_extra
 from carom.report.provenance import build_provenance, format_stamp_lines
 from carom.report.render.html import render_html
@@ -47,7 +47,7 @@ def build_bench_document(
         *(section for scene in bench.scenes for section in _build_scene_sections(bench, scene, axes, targets)),
         *build_provenance(bench.environment, bench.command, bench.elapsed_s),
     )
-    headline = Headline.of((*compared, *describe_bench(bench), *_describe_coverage(bench)))
+    headline = (*compared, *describe_bench(bench), *_describe_coverage(bench))
     return Document("Carom bench", headline, sections)
 
 

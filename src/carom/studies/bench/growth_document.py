@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from urllib.parse import quote
 
 from carom.report import formatting, svg
-from carom.report.document import Cell, Column, Document, Figure, Figures, Headline, Lines, Media, Section, Table
+from carom.report.document import Cell, Column, Document, Figure, Figures, Lines, Media, Section, Table
 from carom.report.files import format_json, require_report_extra
 from carom.report.provenance import build_provenance, format_stamp_lines
 from carom.report.render.html import render_html
@@ -50,7 +50,7 @@ def build_growth_document(growth: Growth) -> Document:
         Section("Omitted runs", (Lines(left_out, Media.IN_FULL),) if left_out else (), level=3),
         *build_provenance(growth.environment, growth.command, growth.elapsed_s),
     )
-    return Document("Carom bench: growth", Headline.of(_describe_growth(growth)), sections)
+    return Document("Carom bench: growth", tuple(_describe_growth(growth)), sections)
 
 
 def _describe_growth(growth: Growth) -> Iterator[str]:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 
 from carom.report import formatting
-from carom.report.document import Cell, Column, Document, Headline, Media, Section, Table, Text
+from carom.report.document import Cell, Column, Document, Media, Section, Table, Text
 from carom.studies.diff.compare_records import Change, Diff, Kind
 
 #: Largest number of rows. The whole table must fit into a comment on a pull request, whose length is limited.
@@ -55,7 +55,7 @@ def build_diff_document(found: Diff, old: str, new: str) -> Document:
         *((Section("Changes, worst first", tables, only=Media.IN_FULL),) if changes else ()),
         *((Section("Versions and machine", (around,), only=Media.IN_FULL),) if found.around else ()),
     )
-    headline = Headline.of((*_build_headline(found), *_describe_setting_changes(changes)))
+    headline = (*_build_headline(found), *_describe_setting_changes(changes))
     return Document(f"Carom diff: {old} → {new}", headline, sections)
 
 

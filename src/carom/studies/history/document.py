@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from carom.comparator import Grade
 from carom.report import formatting
-from carom.report.document import Column, Document, Headline, Lines, Media, Section, Table, Text
+from carom.report.document import Column, Document, Lines, Media, Section, Table, Text
 from carom.report.outcome_marks import mark_of_grade
 from carom.report.provenance import build_provenance
 from carom.report.render.markdown import render_markdown
@@ -79,7 +79,7 @@ def build_history_document(found: History) -> Document:
         Section("How changes are detected", (Text(RULE.format(phases=found.options.phases)),), only=Media.ON_PAPER),
         *build_provenance(found.environment, found.command, found.elapsed_s),
     )
-    return Document(f"Carom: releases of {found.origin.engine}", Headline.of(_build_headline(found)), sections)
+    return Document(f"Carom: releases of {found.origin.engine}", tuple(_build_headline(found)), sections)
 
 
 def write_history(found: History, folder: Path) -> Path:

@@ -13,7 +13,7 @@ from urllib.parse import quote
 from carom.engines.registry import format_engine_argument
 from carom.execution.job import Method, Status
 from carom.report import formatting
-from carom.report.document import Block, Cell, Column, Document, Headline, Legend, Lines, Media, Section, Table, Text
+from carom.report.document import Block, Cell, Column, Document, Legend, Lines, Media, Section, Table, Text
 from carom.report.files import fields_of, format_json
 from carom.report.provenance import build_provenance
 from carom.report.render.html import render_html
@@ -87,7 +87,7 @@ def build_stress_document(results: StressResults) -> Document:
         *(section for kind, lines in kinds.items() if lines for section in _build_kind_sections(results, kind, lines)),
         *build_provenance(results.environment, results.command, results.elapsed_s),
     )
-    return Document("Carom: stress", Headline.of(_describe_results(results, kinds)), sections)
+    return Document("Carom: stress", tuple(_describe_results(results, kinds)), sections)
 
 
 def _sort_worst_first(results: StressResults, lines: list[StressTest]) -> list[StressTest]:

@@ -17,7 +17,7 @@ from carom.engines.registry import format_engine_argument
 from carom.execution.job import Method
 from carom.model.trace import format_setting
 from carom.report import formatting
-from carom.report.document import Cell, Code, Column, Document, Headline, Lines, Media, Section, Table, Text
+from carom.report.document import Cell, Code, Column, Document, Lines, Media, Section, Table, Text
 from carom.report.outcome_marks import mark_of_grade
 from carom.report.provenance import build_provenance
 from carom.report.render.markdown import render_markdown
@@ -77,7 +77,7 @@ def build_tune_document(found: Tuning, scene_words: Sequence[str]) -> Document:
         *(_build_code_sections(found, scene_words) if better else ()),
         *build_provenance(found.environment, found.command, found.elapsed_s),
     )
-    return Document(f"Carom: settings of {found.engine}", Headline.of(_build_headline(found)), sections)
+    return Document(f"Carom: settings of {found.engine}", tuple(_build_headline(found)), sections)
 
 
 def write_tune(found: Tuning, scene_words: Sequence[str], folder: Path) -> Path:
