@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from operator import itemgetter
 
 from carom.catalogue import CatalogueScene, Complaint, all_scenes
 from carom.engines.api import Capabilities, ContactTimes, Knob, Stamp
 from carom.engines.registry import EngineInfo
 from carom.report import formatting
-from carom.report.document import Block, Cell, Column, Document, Facts, Lines, Media, Section, Table
+from carom.report.document import Block, Column, Document, Facts, Lines, Media, Section, Table
 
 
 def format_engine_lines(infos: Sequence[EngineInfo]) -> list[str]:
@@ -86,13 +87,13 @@ def build_engine_document(info: EngineInfo) -> Document:
     sections = [Section(info.name, (Facts(tuple(_list_facts(info)), only=Media.EVERYWHERE),))]
     if info.profiles:
         table = Table(
-            (Column("profile", lambda item: item[0]), Column("meaning", lambda item: item[1])),
+            (Column("profile", itemgetter(0)), Column("meaning", itemgetter(1))),
             list(info.profiles.items()),
         )
         sections.append(Section("Profiles", (table,)))
     if info.knobs:
         knobs = Table(
-            (Column("setting", lambda item: item[0]), Column("range", lambda item: _format_range(item[1]))),
+            (Column("setting", itemgetter(0)), Column("range", lambda item: _format_range(item[1]))),
             list(info.knobs.items()),
             note=f"To search these settings: carom tune {info.name}.",
         )
@@ -173,14 +174,10 @@ def _build_capabilities(kinds: Mapping[str, Capabilities]) -> Section:
         values = [getattr(capabilities, name) for capabilities in kinds.values()]
         if all(value in (math.inf, 0.0) and not isinstance(value, bool) for value in values):
             continue  # no limit
-        rows.append((word, [_format_value(value, unit) for value in values]))
+        rows.append((word, *(_format_value(value, unit) for value in values)))
 
-    def build_column(head: str, k: int) -> Column:
-        return Column(head, lambda row: Cell(row[1][k]))
-
-    columns = [Column("capability", lambda row: row[0])]
-    columns += [build_column(profile, k) for k, profile in enumerate(kinds)]
-    return Section("Capabilities", (Table(tuple(columns), rows),))
+    columns = [Column(head, itemgetter(k)) for k, head in enumerate(("capability", *kinds))]
+    return Section("Capabilities", (Table(columns, rows),))
 
 
 def _format_value(value: object, unit: str) -> str:

@@ -108,8 +108,6 @@ def plot_beside(*traces: Trace) -> list[Axes]:
     draw_traces(several, traces)
     for axes, trace in zip(several, traces, strict=True):
         axes.set_title(f"{trace.method} {trace.profile_shown}".strip())
-        if not axes.get_xlabel():
-            _label_axes_in_metres(axes)
     return several
 
 
@@ -117,12 +115,9 @@ def _draw(result: object, axes: Axes) -> None:
     match result:
         case Scene():
             draw_start(axes, result)
-            _label_axes_in_metres(axes)
         case Trace():
             _require_finite(result)
             draw_traces([axes], [result])
-            if not axes.get_xlabel():
-                _label_axes_in_metres(axes)
         case CertifiedTrace():
             _draw(result.trace, axes)
         case Results():
@@ -156,11 +151,6 @@ def _draw_results(result: Results, axes: Axes) -> None:
     axes.locator_params(axis="x", integer=True)
     axes.set_xlabel("runs")
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
-
-
-def _label_axes_in_metres(axes: Axes) -> None:
-    axes.set_xlabel("x in m")
-    axes.set_ylabel("y in m")
 
 
 def _has_picture(result: object) -> bool:

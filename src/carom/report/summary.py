@@ -88,7 +88,9 @@ def _format_scene(scene: Scene) -> list[str]:
 
 
 def _format_disc(disc: Disc) -> str:
-    mass = "driven" if disc.driven else "immovable" if disc.immovable else f"{_format_number(disc.mass_kg)} kg"
+    mass = f"{_format_number(disc.mass_kg)} kg"
+    if disc.immovable:
+        mass = "driven" if disc.driven else "immovable"
     spin = f", spin {_format_number(disc.spin_rad_s)} rad/s" if disc.spin_rad_s else ""
     inertia = f", inertia factor {_format_number(disc.inertia_factor)}" if disc.inertia_factor != 0.5 else ""
     moves = f"at {_format_vector(disc.position_m)} m, {_format_velocity(disc)}{spin}"
