@@ -12,7 +12,7 @@ from carom.comparator import Errors, Grade, LocalScore
 from carom.comparator.measure.consistency import Consistency
 from carom.comparator.scales import Scales
 from carom.execution.environment import Environment
-from carom.execution.job import Status
+from carom.execution.job import Method, Status
 from carom.execution.phases import PhaseSpread
 from carom.execution.timing import Timing
 from carom.model.trace import Outcome, Setting
@@ -125,3 +125,8 @@ class RowLine:
     timing: Timing | None = None
     untimed: str = ""
     time_ratio: float | None = None
+
+    @property
+    def method(self) -> Method:
+        """The method that ran."""
+        return Method(self.engine, self.profile, tuple(self.tried.items()))

@@ -276,7 +276,7 @@ def read_grid(summary: Summary, lines: Sequence[RowLine]) -> Grid:
 
 
 def _assemble_grid(summary: Summary, lines: Sequence[RowLine], rows: Sequence[Row | None], results: Results) -> Grid:
-    methods = list(dict.fromkeys(map(_build_method, lines)))
+    methods = list(dict.fromkeys(line.method for line in lines))
     # Put the profiles of each engine together. They may be separated, because not all profiles run with the first step
     # size.
     engines = list(dict.fromkeys(method.engine for method in methods))
@@ -286,7 +286,7 @@ def _assemble_grid(summary: Summary, lines: Sequence[RowLine], rows: Sequence[Ro
     runs = tuple(
         GridCell(
             line.scene,
-            columns[_build_method(line)],
+            columns[line.method],
             parse_mark(line.status, line.grade, line.float_bits),
             list_reasons(line, summary.verdicts),
             line,
@@ -318,10 +318,6 @@ def _build_absent_cell(scene: str, column: GridColumn) -> GridCell:
         reason=NOT_PLANNED,
     )
     return GridCell(scene, column, Mark.ABSENT, (NOT_PLANNED,), line, _NO_SCENE, {}, None)
-
-
-def _build_method(line: RowLine) -> Method:
-    return Method(line.engine, line.profile, tuple(line.tried.items()))
 
 
 def merge_own_profiles(contents: Mapping[GridColumn, object]) -> list[list[GridColumn]]:

@@ -139,13 +139,11 @@ class _ReleaseRuns:
         """
         answers = self.run_jobs((self.job(name, cell) for name in names for cell in cells), pool)
         seen_cells = {name: {cell: SeenCell(answers[self.job(name, cell)]) for cell in cells} for name in names}
-        todo = {
-            (name, cell)
-            for cell in cells
-            for pair in pairwise(name for name in names if seen_cells[name][cell].ran)
-            if _needs_phases(*(seen_cells[name][cell] for name in pair))
-            for name in pair
-        }
+        todo = set[tuple[str, RunCell]]()
+        for cell in cells:
+            for pair in pairwise(name for name in names if seen_cells[name][cell].ran):
+                if _needs_phases(*(seen_cells[name][cell] for name in pair)):
+                    todo.update((name, cell) for name in pair)
         phases = generate_phases(self.options.phases, self.options.seed)
         jobs = {place: [self.job(*place, phase) for phase in phases] for place in sorted(todo)}
         found = self.run_jobs(chain.from_iterable(jobs.values()), pool)

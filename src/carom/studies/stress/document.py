@@ -148,7 +148,9 @@ def _build_heat_cell(results: StressResults, lines: list[StressTest], method: Me
     """Return the number of tests of a group that a method passes. A terminal shows a character for each test."""
     run_endings = _list_endings(results, lines, method)
     passed = run_endings.count(CellEnding.PASSES)
-    _, css = _NOT if not run_endings else _GOOD if passed == len(run_endings) else _WAY if passed else _BAD
+    _, css = _WAY if passed else _BAD
+    if passed == len(run_endings):
+        _, css = _GOOD if run_endings else _NOT
     signs = "".join(_format_sign(line, results.cells[line.name, method.name]) for line in lines)
     total_text = f" of {len(run_endings)}" if len(run_endings) < len(lines) else ""
     return Cell(f"{passed}{total_text}", short=signs, css=css, style=_STYLES[css], title=signs)
