@@ -19,12 +19,11 @@ from numpy.typing import NDArray
 
 from carom.catalogue.closed_forms import to_vector
 from carom.errors import InputError
-from carom.execution.job import Job, Method, Status
-from carom.execution.observation.engine_run import observe_job
+from carom.execution.job import Method, Status
 from carom.execution.pool import TaskRunner
 from carom.model.scene import Disc, Scene
 from carom.model.trace import Outcome, Trace
-from carom.studies.stress.failure_search import NotRunError, rename_scene
+from carom.studies.stress.failure_search import NotRunError, observe, rename_scene
 from carom.studies.stress.result import CellEnding, CellResult, UnsavedResult
 from carom.support.formatting import format_number
 
@@ -53,29 +52,6 @@ class State(NamedTuple):
     position: NDArray[np.float64]
     velocity: NDArray[np.float64]
     spin: NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Relation:
-    """An invariance: a relation between the results of two runs of the same method.
-
-    Attributes:
-        name: Short name, as on the command line.
-        states: The invariance in one sentence.
-        deviation: Function that runs a base scene and a changed scene, and returns how much the second result deviates
-            from the expected one. Deviations of positions are divided by the largest radius, and those of velocities
-            and rim speeds by the greatest speed. The function raises SceneError if the changed scene can't start from
-            the final state of the first run.
-        base: Function that returns the base scene.
-        of_runs: Whether the changed scene starts from the final state of the first run, so that it differs between
-            methods.
-    """
-
-    name: str
-    states: str
-    deviation: Callable[[Scene, Run], float]
-    base: Callable[[], Scene]
-    of_runs: bool = False
 
 
 def build_base_scene() -> Scene:
@@ -111,6 +87,29 @@ def build_superball_scene() -> Scene:
     rough = build_rough_scene()
     about = {"name": "stress/superball-relations", "description": _SUPERBALLS}
     return _build_variant(rough, rough.discs, **about, friction=_GRIP, tangential_restitution=1.0)
+
+
+@dataclass(frozen=True)
+class Relation:
+    """An invariance: a relation between the results of two runs of the same method.
+
+    Attributes:
+        name: Short name, as on the command line.
+        states: The invariance in one sentence.
+        deviation: Function that runs a base scene and a changed scene, and returns how much the second result deviates
+            from the expected one. Deviations of positions are divided by the largest radius, and those of velocities
+            and rim speeds by the greatest speed. The function raises SceneError if the changed scene can't start from
+            the final state of the first run.
+        base: Function that returns the base scene.
+        of_runs: Whether the changed scene starts from the final state of the first run, so that it differs between
+            methods.
+    """
+
+    name: str
+    states: str
+    deviation: Callable[[Scene, Run], float]
+    base: Callable[[], Scene] = build_base_scene
+    of_runs: bool = False
 
 
 def _build_variant(scene: Scene, discs: Sequence[Disc], **fields: float | str) -> Scene:
@@ -161,7 +160,7 @@ def _build_invariance(
         first = _final_state_of(run(base))
         return _compute_deviation(base, undo(_final_state_of(run(change(base)))), first)
 
-    return Relation(name, states, deviation, build_base_scene)
+    return Relation(name, states, deviation)
 
 
 def _measure_reversal_deviation(base: Scene, run: Run) -> float:
@@ -254,7 +253,6 @@ def list_relations() -> list[Relation]:
         "reversal",
         "If all velocities are reversed at the end, the run returns to its start.",
         _measure_reversal_deviation,
-        build_base_scene,
         of_runs=True,
     )
     far = Disc(position_m=(1000.0, 1000.0), radius_m=0.25)
@@ -268,7 +266,6 @@ def list_relations() -> list[Relation]:
         "split",
         "A run that is stopped at 1 s and continued from its state there ends like the whole run.",
         _measure_split_deviation,
-        build_base_scene,
         of_runs=True,
     )
     superballs = "If velocities and spins of superballs are reversed at the end, the run returns to its start."
@@ -298,7 +295,7 @@ def check_relation(relation: Relation, method: Method, runner: TaskRunner) -> Un
 
     def run(scene: Scene) -> Trace:
         used.append(scene)
-        answer = observe_job(Job(scene, method, 1.0 / scene.frame_rate_hz), runner)
+        answer = observe(scene, method, runner)
         if answer.status in {Status.UNAVAILABLE, Status.UNSUPPORTED}:
             raise NotRunError(answer)
         if answer.value is None:

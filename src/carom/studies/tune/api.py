@@ -15,7 +15,7 @@ from carom.engines.registry import resolve_engine
 from carom.execution.job import Progress, no_progress
 from carom.model.scene import Scene
 from carom.report.document import Document
-from carom.report.notebook_picture import ShownResult
+from carom.report.notebook import ShownResult
 from carom.report.svg import format_tick
 from carom.studies.tune.document import FOUND_LABEL, build_tune_document
 from carom.studies.tune.options import TuneOptions
