@@ -137,18 +137,18 @@ def _find_missed_frames(
     """Return the discs of each missed impact, with their positions at the steps just before and after the impact."""
     if observed.frame_times is None or observed.frame_positions is None:
         return []
-    found = []
+    disc_positions = []
     for index in missed:
         impact = reference.impacts[index]
         after = int(np.searchsorted(observed.frame_times, impact["time_s"]))
         for frame in (after - 1, after):
             if 0 <= frame < len(observed.frame_times):
-                found += [
+                disc_positions += [
                     (int(body), observed.frame_positions[frame, body])
                     for body in (impact["first"], impact["second"])
                     if body >= 0
                 ]
-    return found
+    return disc_positions
 
 
 def _colour_of(disc: int) -> str:

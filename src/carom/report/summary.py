@@ -148,13 +148,13 @@ def _format_trace(trace: Trace) -> list[str]:
 
 def _format_score(score: Score) -> list[str]:
     total, expected = score.total, formatting.format_count(score.expected, "impact")
-    found = f"{len(score.errors)} of {expected} found, {len(score.missed)} missed, {len(score.spurious)} invented"
+    counts = f"{len(score.errors)} of {expected} found, {len(score.missed)} missed, {len(score.spurious)} invented"
     undecided = f", {len(score.undecided)} undecided" if score.undecided else ""
     beyond = f", {score.beyond_horizon} not compared" if score.beyond_horizon else ""
     spin = "" if math.isnan(total.spin) else f", spin {_format_number(total.spin)}"
     heading = (
         f"Score: {mark_of_grade(score.grade, score.float_bits).word}",
-        f"  {found}{undecided}{beyond}",
+        f"  {counts}{undecided}{beyond}",
         f"  largest errors: velocity {_format_number(total.velocity)}{spin}, time "
         f"{formatting.format_seconds(total.time_s)}, final position {_format_number(total.final_position)}, energy "
         f"{_format_number(total.energy)}",
@@ -162,7 +162,7 @@ def _format_score(score: Score) -> list[str]:
         _format_steps(score),
     )
     return _limit_lines(
-        heading, (f"{found.verdict.value} ({found.reason})" for found in score.findings), len(score.findings)
+        heading, (f"{finding.verdict.value} ({finding.reason})" for finding in score.findings), len(score.findings)
     )
 
 

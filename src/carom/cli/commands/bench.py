@@ -83,10 +83,10 @@ def bench(
             progress=progress,
             command=get_command_line(),
         )
-    found = compare_points(result, before) if before is not None else None
-    page = write_bench(result, out, tuple(axes or Diagram), found)
-    output.print_document(build_bench_document(result, baseline=found), full=verbose, page=page)
-    if any(BaselineChange.REGRESSED in (one.time, one.accuracy) for one in found or ()):
+    changes = compare_points(result, before) if before is not None else None
+    page = write_bench(result, out, tuple(axes or Diagram), changes)
+    output.print_document(build_bench_document(result, changes=changes), full=verbose, page=page)
+    if any(BaselineChange.REGRESSED in (one.time, one.accuracy) for one in changes or ()):
         raise typer.Exit(ExitCode.VIOLATION)
 
 

@@ -103,7 +103,7 @@ def _run_history(
     command, page = get_command_line(), None
     if out is None:
         with output.show_progress_bar() as progress:
-            found = run.run_history(engine, loaded_scenes, cache, options, progress=progress, command=command)
+            result = run.run_history(engine, loaded_scenes, cache, options, progress=progress, command=command)
     else:
         require_report_extra()
         path = out / run.JOURNAL
@@ -111,12 +111,12 @@ def _run_history(
             error_handling.run_study(out, run.PURPOSE, path) as progress,
             history_journal(path, resume=resume, retry=retry) as journal,
         ):
-            found = run.run_history(
+            result = run.run_history(
                 engine, loaded_scenes, cache, options, notes=journal, progress=progress, command=command
             )
-        page = write_history(found, out)
-    output.print_document(build_history_document(found), full=verbose, report=page)
-    if not found.ran:
+        page = write_history(result, out)
+    output.print_document(build_history_document(result), full=verbose, report=page)
+    if not result.ran:
         raise typer.Exit(ExitCode.UNAVAILABLE)
-    if found.worse_now:
+    if result.worse_now:
         raise typer.Exit(ExitCode.VIOLATION)

@@ -13,7 +13,7 @@ from carom.cli.options import add_options
 from carom.studies.tune.options import TuneOptions
 
 if TYPE_CHECKING:
-    from carom.studies.tune.search import Found
+    from carom.studies.tune.search import TriedSettings
 
 
 @add_options(TuneOptions)
@@ -48,13 +48,13 @@ def tune(
     scene_names = scenes or [search.SCENES]
     loaded_scenes = arguments.load_plain_scenes(scene_names)
     path = out / search.JOURNAL
-    best: list[Found] = []
+    best: list[TriedSettings] = []
     with (
         error_handling.run_study(out, search.PURPOSE, path) as progress,
         tune_journal(path, resume=resume, retry=retry) as journal,
     ):
         try:
-            found = search.tune(
+            tuning = search.tune(
                 name,
                 loaded_scenes,
                 options,
@@ -68,5 +68,5 @@ def tune(
                 output.say(f"best so far (trial {best[-1].trial}): {format_set_options(best[-1])}", apart=True)
             raise
     output.print_document(
-        build_tune_document(found, scene_names), full=verbose, report=write_tune(found, scene_names, out)
+        build_tune_document(tuning, scene_names), full=verbose, report=write_tune(tuning, scene_names, out)
     )

@@ -80,7 +80,7 @@ class StepRange:
 
 
 @dataclass(frozen=True)
-class Advised:
+class StepAdvice:
     """Result of the search for one method.
 
     Attributes:
@@ -122,7 +122,7 @@ class Advised:
 
 
 @dataclass(frozen=True)
-class Wanted:
+class StepRequest:
     """A step size that a search wants to test, with the number of evenly spread phases."""
 
     dt_s: float
@@ -195,7 +195,7 @@ class StepSearch:
         self._used_part = 1.0
         self._ending = SearchEnding.FINEST
         self._requests = self._generate_steps()
-        self.wanted: Wanted | None = next(self._requests, None)
+        self.wanted: StepRequest | None = next(self._requests, None)
 
     @property
     def refused_all(self) -> bool:
@@ -212,11 +212,11 @@ class StepSearch:
         except StopIteration:
             self.wanted = None
 
-    def build_answer(self) -> Advised:
+    def build_answer(self) -> StepAdvice:
         """Return the result."""
         refused_s, refusal = self._refused_step or (None, "")
         misses, demand = (self._build_range(passes) for passes in self._questions)
-        return Advised(self._method, self._tested, misses, demand, self._ending, refused_s, refusal)
+        return StepAdvice(self._method, self._tested, misses, demand, self._ending, refused_s, refusal)
 
     @property
     def _tested(self) -> tuple[StepTrial, ...]:
@@ -226,7 +226,7 @@ class StepSearch:
     def _questions(self) -> tuple[Callable[[StepTrial], bool], ...]:
         return (lambda trial: trial.never_misses, lambda trial: trial.is_within(self._demand))
 
-    def _generate_steps(self) -> Generator[Wanted, StepTrial | str, None]:
+    def _generate_steps(self) -> Generator[StepRequest, StepTrial | str, None]:
         for dt_s in self._grid:
             if reason := self._refusal(dt_s):
                 self._refused_step = (dt_s, reason)
@@ -243,14 +243,14 @@ class StepSearch:
                 self._ending = SearchEnding.FLAT
                 return
 
-    def _test(self, dt_s: float, even: int) -> Generator[Wanted, StepTrial | str, bool]:
+    def _test(self, dt_s: float, even: int) -> Generator[StepRequest, StepTrial | str, bool]:
         """Request a step size, and return whether the search continues."""
         max_steps = compute_step_limit(self._duration_s, dt_s, even + self._aimed)
         # Expect that the runs end as early as those with the previous step size.
         if max_steps * self._used_part > self._budget_left:
             self._ending = SearchEnding.BUDGET
             return False
-        trial = yield Wanted(dt_s, even)
+        trial = yield StepRequest(dt_s, even)
         if isinstance(trial, str):
             self._refused_step = (dt_s, trial)
             return True

@@ -16,7 +16,7 @@ from carom.report.render.html import render_html
 from carom.report.svg import to_separate_svg
 from carom.studies.bench import tables
 from carom.studies.bench.axes import Diagram
-from carom.studies.bench.baseline import Compared, build_baseline_section, describe_baseline
+from carom.studies.bench.baseline import PointChange, build_baseline_section, describe_baseline
 from carom.studies.bench.figure import render_diagram_png, render_diagram_svg
 from carom.studies.bench.headline import describe_bench, describe_scene
 from carom.studies.bench.result import Bench, SceneBench
@@ -29,20 +29,20 @@ DIAGRAM_NOTE = (
 
 
 def build_bench_document(
-    bench: Bench, axes: Sequence[Diagram] = tuple(Diagram), baseline: Sequence[Compared] | None = None
+    bench: Bench, axes: Sequence[Diagram] = tuple(Diagram), changes: Sequence[PointChange] | None = None
 ) -> Document:
     """Return the document of a bench: for each scene its diagrams, tables, omitted points and the conditions of timing.
 
     Args:
         bench: The bench.
         axes: Diagrams to show.
-        baseline: Comparison of the points with an earlier bench, or None.
+        changes: Comparison of the points with an earlier bench, or None.
     """
     targets = tables.list_reached_targets(bench)
     suite = (tables.build_suite_table(bench, targets),) if len(bench.scenes) > 1 else ()
-    compared = describe_baseline(baseline) if baseline is not None else ()
+    compared = describe_baseline(changes) if changes is not None else ()
     sections = (
-        *((build_baseline_section(baseline, bench.plan.error),) if baseline else ()),
+        *((build_baseline_section(changes, bench.plan.error),) if changes else ()),
         Section("Every method", suite),
         *(section for scene in bench.scenes for section in _build_scene_sections(bench, scene, axes, targets)),
         *build_provenance(bench.environment, bench.command, bench.elapsed_s),
@@ -52,7 +52,7 @@ def build_bench_document(
 
 
 def write_bench(
-    bench: Bench, folder: Path, axes: Sequence[Diagram] = tuple(Diagram), baseline: Sequence[Compared] | None = None
+    bench: Bench, folder: Path, axes: Sequence[Diagram] = tuple(Diagram), changes: Sequence[PointChange] | None = None
 ) -> Path:
     """Write `index.html`, `bench.json`, and one diagram per scene and pair of axes.
 
@@ -66,7 +66,7 @@ def write_bench(
     require_report_extra()
     scenes = [{**fields_of(scene), "scene": scene.scene.name} for scene in bench.scenes]
     files: dict[str, str | bytes] = {
-        "index.html": render_html(build_bench_document(bench, axes, baseline)),
+        "index.html": render_html(build_bench_document(bench, axes, changes)),
         "bench.json": format_json("bench", bench, scenes=scenes),
     }
     kind_of_error, foot = bench.plan.error, format_stamp_lines(bench.environment, bench.command)

@@ -51,7 +51,7 @@ START_S = 2.0
 
 
 @dataclass(frozen=True)
-class Grown:
+class GrowthRun:
     """Run time and memory of one run.
 
     Attributes:
@@ -81,7 +81,7 @@ class GrowthTask:
         """Name of the adapter."""
         return self.method.engine
 
-    def carry_out(self) -> Grown:
+    def carry_out(self) -> GrowthRun:
         """Run the gas, and return the run time and the memory.
 
         Raises:
@@ -99,7 +99,7 @@ class GrowthTask:
         time_run(adapter, small, profile, DT_S, steps=1, runs=1, zero=True)
         before = measure_resident_bytes() or 0
         timing = time_run(adapter, scene, profile, DT_S, steps=STEPS, runs=REPEATS, enough_s=SHORT_S)
-        return Grown(timing, before, measure_resident_bytes("VmHWM") or 0, self.sitting)
+        return GrowthRun(timing, before, measure_resident_bytes("VmHWM") or 0, self.sitting)
 
 
 @dataclass(frozen=True)
@@ -124,7 +124,7 @@ class GrowthKey:
 
 
 #: Function that opens the journal of a growth bench.
-growth_journal = partial(Journal[GrowthKey, Grown], "growth", JournalEntry[GrowthKey, Grown])
+growth_journal = partial(Journal[GrowthKey, GrowthRun], "growth", JournalEntry[GrowthKey, GrowthRun])
 
 
 @dataclass(frozen=True)
@@ -208,7 +208,7 @@ class Growth:
 def measure_growth(
     options: GrowthOptions,
     *,
-    notes: MemoryJournal[GrowthKey, Grown] | None = None,
+    notes: MemoryJournal[GrowthKey, GrowthRun] | None = None,
     progress: Progress = no_progress,
     command: str = "",
 ) -> Growth:
@@ -258,7 +258,7 @@ def measure_growth(
             curve_points, method = points[info.name, gravity], methods[info.name]
             key = GrowthKey(size, method, find_versions(info.name), environment.machine, gravity, STEPS)
             reason = info.unavailable or _find_skip_reason(curve_points, size, min(left_s, options.time_limit_s))
-            refused = Answer[Grown](Status.UNSUPPORTED, reason) if reason else None
+            refused = Answer[GrowthRun](Status.UNSUPPORTED, reason) if reason else None
             pool.renew()
             ask = TaskRequest(size, key, GrowthTask(size, method, environment.date, gravity), refused)
             ((_, answer),) = run_tasks([ask], pool, notes, one_at_a_time=True)
@@ -293,7 +293,7 @@ def _find_skip_reason(curve_points: Sequence[GrowthPoint], size: int, allowed_s:
     return f"{expected}, and only {allowed_s:.0f} s are left; raise --budget or --time-limit"
 
 
-def _build_point(discs: int, answer: Answer[Grown]) -> GrowthPoint:
+def _build_point(discs: int, answer: Answer[GrowthRun]) -> GrowthPoint:
     grown = answer.value
     if grown is None:
         started = answer.status in {Status.CRASHED, Status.TIMED_OUT}

@@ -316,20 +316,20 @@ def _format_command(scene: str, plan: BenchPlan, point: Point) -> str:
     return shlex.join(words)
 
 
-def format_milliseconds(found: Spread) -> str:
+def format_milliseconds(spread: Spread) -> str:
     """Return the median of a run time in milliseconds, without the unit."""
-    return formatting.format_number(found.median * 1e3, 3)
+    return formatting.format_number(spread.median * 1e3, 3)
 
 
-def _format_spread(found: Spread) -> str:
-    return formatting.format_percent((found.high - found.low) / found.median)
+def _format_spread(spread: Spread) -> str:
+    return formatting.format_percent((spread.high - spread.low) / spread.median)
 
 
-def _format_median(found: Spread | None) -> str:
-    return formatting.ABSENT if found is None else formatting.format_ratio(found.median)
+def _format_median(spread: Spread | None) -> str:
+    return formatting.ABSENT if spread is None else formatting.format_ratio(spread.median)
 
 
-def _format_quartiles(found: Spread | None) -> str:
-    if found is None:
+def _format_quartiles(spread: Spread | None) -> str:
+    if spread is None:
         return formatting.ABSENT
-    return f"{formatting.format_number(found.low)} to {formatting.format_number(found.high)}"
+    return f"{formatting.format_number(spread.low)} to {formatting.format_number(spread.high)}"

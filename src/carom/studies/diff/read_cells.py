@@ -81,8 +81,8 @@ def _build_cell(
     summary: Summary, line: RowLine, references: Mapping[str, Mapping[str, Any]], shared: dict[Any, Any]
 ) -> DiffCell:
     mark = parse_mark(line.status, line.grade, line.float_bits)
-    found = {one.verdict: one.reason for one in line.verdicts}
-    verdict_texts = tuple(f"{summary.verdicts[name]} ({reason})" for name, reason in found.items())
+    reasons = {one.verdict: one.reason for one in line.verdicts}
+    verdict_texts = tuple(f"{summary.verdicts[name]} ({reason})" for name, reason in reasons.items())
     settings = dict(line.settings or {})
     return DiffCell(
         method=shared.setdefault(line.method, line.method),
@@ -90,7 +90,7 @@ def _build_cell(
         dt_s=line.dt_s,
         mark=mark,
         measures=_read_measures(line, summary.scenes[line.scene].scales) if mark.ran else (),
-        numbers=tuple(_list_numbers(line, found)) if mark.ran else (),
+        numbers=tuple(_list_numbers(line, reasons)) if mark.ran else (),
         verdicts=verdict_texts or (line.reason,) * bool(line.reason),
         # Settings are compared as text, because 1, 1.0 and True are different settings but equal values.
         settings=shared.setdefault(repr(settings), settings),
@@ -131,7 +131,7 @@ def _list_measures(bits: int, dt_s: float, scales: Scales) -> tuple[Measure, ...
     )
 
 
-def _list_numbers(line: RowLine, found: Mapping[str, str]) -> Iterator[float | bool | None]:
+def _list_numbers(line: RowLine, verdicts: Mapping[str, str]) -> Iterator[float | bool | None]:
     """Yield the numbers of a run that are compared, in the order of `_list_measures`."""
     missed, invented = len(line.missed or ()), len(line.spurious or ())
     # After a trajectory has diverged, impacts match only by chance, so use the comparison of single steps.
@@ -140,7 +140,7 @@ def _list_numbers(line: RowLine, found: Mapping[str, str]) -> Iterator[float | b
     yield float(missed)
     yield float(invented)
     for verdict in _FLAGS:
-        yield verdict.name.lower() in found
+        yield verdict.name.lower() in verdicts
     for name in _ERRORS:
         error: float = getattr(line.total, name)
         if name == "direction_rad":

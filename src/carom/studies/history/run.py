@@ -294,22 +294,22 @@ def bisect_change(
                     raise UnavailableError(f"{origin.package} {version}: {reason}")
                 seen_cells = study.seen([one.name for one in columns], [cell], pool)
                 old, new = (seen_cells[one.name][cell] for one in columns)
-            found = classify_change(old, new)
-            if found.kind is ChangeKind.NOT_RUN:
+            change = classify_change(old, new)
+            if change.kind is ChangeKind.NOT_RUN:
                 what = f"{origin.package} {version} can't run this scene with this profile and step size"
-                raise CaromError(f"{what}: {found.why}")
-            return found
+                raise CaromError(f"{what}: {change.why}")
+            return change
 
         if len(candidates) < 2 or not (newest := find_change(candidates[-1])).kind.real:
             return None
-        low, high, found = 0, len(candidates) - 1, newest
+        low, high, change = 0, len(candidates) - 1, newest
         while high - low > 1:
             middle = (low + high) // 2
             if (one := find_change(candidates[middle])).kind.real:
-                high, found = middle, one
+                high, change = middle, one
             else:
                 low = middle
-    return Bisection(cell, candidates[low], candidates[high], found, (candidates[0], *order))
+    return Bisection(cell, candidates[low], candidates[high], change, (candidates[0], *order))
 
 
 #: Matches versions of final releases, which have no mark such as alpha or nightly. The mark `post` is allowed: it is a

@@ -13,8 +13,8 @@ from carom.model.scene import Disc, Scene
 from carom.studies.advise.sampling_limit import Demand
 from carom.studies.advise.step_search import (
     CONFIRM,
-    Advised,
     SearchEnding,
+    StepAdvice,
     StepSearch,
     count_steps_per_frame,
     generate_step_grid,
@@ -37,7 +37,7 @@ def run_search(
     broken: Callable[[float], bool] = lambda _: False,
     guess_s: float = math.inf,
     share: float = 1.0,
-) -> tuple[Advised, list[tuple[float, int]]]:
+) -> tuple[StepAdvice, list[tuple[float, int]]]:
     """Return what is found of a curve, and what was tried for it, in order."""
 
     def refusal(dt_s: float) -> str:

@@ -72,14 +72,14 @@ class _RunTimes(NamedTuple):
 
 def build_run_time_section(grid: Grid) -> Section:
     """Return the measured run times at each scene's largest step size."""
-    found = []
+    run_times = []
     for column in grid.columns.values():
         lines = [cell.line for cell in grid.list_cells(column)]
         ratios = [line.time_ratio for line in lines if line.time_ratio is not None]
         ends = [line.timing.ends for line in lines if line.timing is not None and line.timing.ends is not None]
         if ratios:
-            found.append(_RunTimes(column, ratios, ends))
-    medians = {times.column: statistics.median(times.ratios) for times in found}
+            run_times.append(_RunTimes(column, ratios, ends))
+    medians = {times.column: statistics.median(times.ratios) for times in run_times}
 
     def build_median_cell(times: _RunTimes) -> Cell:
         return Cell(formatting.format_ratio(medians[times.column]), part=medians[times.column] / max(medians.values()))
@@ -95,9 +95,9 @@ def build_run_time_section(grid: Grid) -> Section:
             number=True,
         ),
     )
-    table = Table(columns, found, css="times", only=Media.ON_PAPER)
+    table = Table(columns, run_times, css="times", only=Media.ON_PAPER)
     notes = (Text(RUN_TIME_NOTE, Media.ON_PAPER), Text(RUN_TIME_DETAIL, Media.ON_PAPER, folded=True))
-    return Section("Run time", (table, *notes) if found else ())
+    return Section("Run time", (table, *notes) if run_times else ())
 
 
 def build_settings_section(grid: Grid) -> Section:

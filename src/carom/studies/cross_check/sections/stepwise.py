@@ -45,8 +45,8 @@ def build_steps_section(grid: Grid) -> Section:
 
     A terminal shows the section only for a single scene.
     """
-    found = list(_find_listed_runs(grid))
-    if not found:
+    cells = list(_find_listed_runs(grid))
+    if not cells:
         return Section("", ())
     is_single_scene, media = len(grid.rows) == 1, Media.EVERYWHERE if len(grid.rows) == 1 else Media.IN_FULL
 
@@ -61,7 +61,7 @@ def build_steps_section(grid: Grid) -> Section:
         Column("method", lambda cell: cell.column.name),
         Column("grade", lambda cell: replace(cell.mark.cell, link=cell.link), only=Media.ON_PAPER),
         Column("steps", lambda cell: mark_of_grade(cell.line.local_truth.grade, cell.line.local_truth.float_bits).cell),
-        *([diverged] * any(map(_format_divergence_time, found))),
+        *([diverged] * any(map(_format_divergence_time, cells))),
         build_column("due", lambda local: str(local.due)),
         build_column("impacts", _format_impacts, "- (PIT's) +", only=_OFF_PAPER),
         build_column("missed", _format_missed, "(PIT's)"),
@@ -77,12 +77,12 @@ def build_steps_section(grid: Grid) -> Section:
         build_column("entangled", lambda local: formatting.format_percent(_compute_entangled_fraction(local))),
         build_column("until", lambda local: formatting.format_seconds(local.until_s)),
     )
-    listed = keep_worst(found, MOST_RUNS, lambda cell: (cell,))
+    listed = keep_worst(cells, MOST_RUNS, lambda cell: (cell,))
     folded = "" if is_single_scene else formatting.format_count(len(listed), "run")
     blocks: tuple[Block, ...] = (
         Table(columns, listed, folded=folded, css="cells", only=media),
-        *omission_note(listed, found, "runs", media),
-        *(Text(line, media) for line in (_describe_divergence(found) if is_single_scene else ())),
+        *omission_note(listed, cells, "runs", media),
+        *(Text(line, media) for line in (_describe_divergence(cells) if is_single_scene else ())),
         Text(NOTE, Media.ON_PAPER),
         Text(DETAIL_NOTE, Media.ON_PAPER, folded=True),
         Text(SHORT_NOTE, media & ~Media.ON_PAPER),
@@ -141,9 +141,9 @@ def _format_divergence_time(cell: GridCell) -> str:
     return "" if time_s is None else formatting.format_seconds(time_s)
 
 
-def _describe_divergence(found: Sequence[GridCell]) -> Iterator[str]:
+def _describe_divergence(cells: Sequence[GridCell]) -> Iterator[str]:
     """Yield a sentence with the times at which methods and PIT diverged from the reference, if any did."""
-    lines = [cell.line for cell in found if cell.line.diverged_s is not None]
+    lines = [cell.line for cell in cells if cell.line.diverged_s is not None]
     times_s = sorted(line.diverged_s for line in lines if line.diverged_s is not None)
     pit_times_s = {line.pit_diverged_s for line in lines if line.pit_diverged_s is not None}
     if times_s:
