@@ -24,7 +24,6 @@ from carom.report.document import (
     Table,
     Text,
 )
-from carom.report.files import require_report_extra
 from carom.report.provenance import build_provenance
 from carom.report.render.html import render_html
 from carom.studies.advise.figure import render_advice_svg
@@ -93,7 +92,7 @@ def _build_table(advice: Advice, rows: Sequence[StepAdvice]) -> Table:
     frame = f"{formatting.format_number(advice.scene.frame_rate_hz, 4)} Hz"
     return Table(
         (
-            Column("", lambda answer: answer.method.label + " +CCD" * (answer.method in advice.swept)),
+            Column("", lambda answer: answer.method.label + (" +CCD" if answer.method in advice.swept else "")),
             *(column for question in _list_questions(advice) for column in build_columns(*question)),
             Column(f"at {frame}", lambda answer: _format_frame_step_result(advice, answer)),
         ),
@@ -126,7 +125,6 @@ def write_advice(advice: Advice, folder: Path, scene_word: str = "") -> Path:
         MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed. InputError: The folder is not
         writable, or contains files that Carom did not write.
     """
-    require_report_extra()
     return write_files(folder, PURPOSE, {"index.html": render_html(build_advice_document(advice, scene_word))})
 
 

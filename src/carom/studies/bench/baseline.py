@@ -205,10 +205,11 @@ def build_baseline_section(changes: Sequence[PointChange], kind: ErrorKind) -> S
         f"Run time divided by PIT's in the same round, with a {CONFIDENCE:.0%} confidence interval for all points "
         f"together. A point has changed if its whole interval differs from 1 by more than {LEAST_CHANGE:.0%}."
     )
-    tables = [Table(columns, changed, title="Changes from the baseline", note=note)] * bool(changed)
-    unchanged = [one for one in changes if one not in changed]
-    tables += [Table(columns, unchanged, title="No change", only=Media.IN_FULL)] * bool(unchanged)
-    return Section("Baseline", tuple(tables))
+    tables = (
+        Table(columns, changed, title="Changes from the baseline", note=note),
+        Table(columns, [one for one in changes if one not in changed], title="No change", only=Media.IN_FULL),
+    )
+    return Section("Baseline", tuple(table for table in tables if table.items))
 
 
 def _format_name(one: PointChange) -> str:

@@ -10,7 +10,7 @@ from pathlib import Path
 from carom.execution.job import Method
 from carom.report import formatting
 from carom.report.document import Block, Document, Figure, Figures, Lines, Media, Section, Text
-from carom.report.files import fields_of, format_json, require_report_extra
+from carom.report.files import fields_of, format_json
 from carom.report.provenance import build_provenance, format_stamp_lines
 from carom.report.render.html import render_html
 from carom.report.svg import to_separate_svg
@@ -63,7 +63,6 @@ def write_bench(
         MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed. InputError: The folder is not
         writable, or contains files that Carom did not write.
     """
-    require_report_extra()
     scenes = [{**fields_of(scene), "scene": scene.scene.name} for scene in bench.scenes]
     files: dict[str, str | bytes] = {
         "index.html": render_html(build_bench_document(bench, axes, changes)),
@@ -119,13 +118,15 @@ def _describe_coverage(bench: Bench) -> Iterator[str]:
     """Yield a sentence with the numbers of points without a score or a run time, if there are any."""
     points = [point for scene in bench.scenes for point in scene.points]
     unrun, untimed = [p.reason for p in points if p.reason], [p.untimed for p in points if p.untimed]
-    if unrun or untimed:
-        of = f"of {len(points)} points"
-        left = [f"{len(unrun)} {of} could not be scored"] * bool(unrun)
-        left += [f"{len(untimed)} {of} could not be timed"] * bool(untimed)
-        reasons = {*unrun, *untimed}
-        why = f": {reasons.pop()}" if len(reasons) == 1 else "; the page lists the reasons"
-        yield f"{formatting.join_words(left)}{why}."
+    parts = [
+        f"{len(reasons)} of {len(points)} points could not be {action}"
+        for reasons, action in ((unrun, "scored"), (untimed, "timed"))
+        if reasons
+    ]
+    if parts:
+        all_reasons = {*unrun, *untimed}
+        why = f": {all_reasons.pop()}" if len(all_reasons) == 1 else "; the page lists the reasons"
+        yield f"{formatting.join_words(parts)}{why}."
 
 
 def _describe_missing_points(bench: SceneBench) -> Iterator[str]:

@@ -12,7 +12,7 @@ from urllib.parse import quote
 
 from carom.report import formatting, svg
 from carom.report.document import Cell, Column, Document, Figure, Figures, Lines, Media, Section, Table
-from carom.report.files import format_json, require_report_extra
+from carom.report.files import format_json
 from carom.report.provenance import build_provenance, format_stamp_lines
 from carom.report.render.html import render_html
 from carom.studies.bench.growth import DT_S, PACKING, STEPS, Growth, GrowthCurve, GrowthPoint
@@ -232,7 +232,6 @@ def write_growth(growth: Growth, folder: Path) -> Path:
         MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed. InputError: The folder is not
         writable, or contains files that Carom did not write.
     """
-    require_report_extra()
     foot = format_stamp_lines(growth.environment, growth.command)
     page, numbers = render_html(build_growth_document(growth)), format_json("growth", growth)
     files: dict[str, str | bytes] = {"growth.html": page, "growth.json": numbers}

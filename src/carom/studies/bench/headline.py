@@ -24,7 +24,7 @@ def describe_bench(bench: Bench) -> Iterator[str]:
     scene_count = formatting.format_count(len(bench.scenes), "scene")
     results = [(scene, scene.find_cheapest_engine(target)) for scene in bench.scenes]
     fastest = formatting.group_by((_format_method(point), scene) for scene, point in results if point is not None)
-    parts = [f"PIC is exact on {len(exact)} of {scene_count}{_format_time_range(exact)}"] * bool(exact)
+    parts = [f"PIC is exact on {len(exact)} of {scene_count}{_format_time_range(exact)}"] if exact else []
     target_text = f"{format_error(target, kind)} error"
     if fastest:
         most_common = sorted(fastest.items(), key=lambda item: -len(item[1]))

@@ -61,8 +61,10 @@ def list_reached_targets(bench: Bench) -> list[float]:
     engines = [point for scene in bench.scenes for curve in scene.engines for point in curve.points]
     all_points = [point for scene in bench.scenes for point in scene.points]
     targets = sorted({bench.plan.target, *TARGETS}, reverse=True)
-    found = [target for target in targets if any(_is_within_target(point, target) for point in engines)]
-    return found + [THRESHOLDS.rounding] * any(_is_within_target(point, THRESHOLDS.rounding) for point in all_points)
+    reached = [target for target in targets if any(_is_within_target(point, target) for point in engines)]
+    if any(_is_within_target(point, THRESHOLDS.rounding) for point in all_points):
+        reached.append(THRESHOLDS.rounding)
+    return reached
 
 
 def _is_within_target(point: Point, target: float) -> bool:
@@ -208,7 +210,7 @@ def _build_least_error_cell(kind: ErrorKind, curve: Curve) -> Cell:
 
 def format_losses(point: Point) -> str:
     """Describe a point's missed and invented impacts over all phases."""
-    losses = [f"misses {point.missed}"] * bool(point.missed) + [f"invents {point.spurious}"] * bool(point.spurious)
+    losses = [f"{verb} {count}" for verb, count in (("misses", point.missed), ("invents", point.spurious)) if count]
     if not losses:
         return "has no error to measure"
     return f"{formatting.join_words(losses)} of {formatting.format_count(point.expected, 'impact')}"

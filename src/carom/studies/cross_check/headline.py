@@ -46,7 +46,7 @@ def _describe_run(cell: GridCell) -> str:
     """Describe the worst fault of a run: missed or invented impacts, velocity error, or time error."""
     if cell.has_verdict(Verdict.DIVERGED):
         return cell.mark.word if cell.mark is not Mark.WRONG else "wrong, with a diverged trajectory"
-    losses = [f"{cell.missed} missed"] * bool(cell.missed) + [f"{cell.invented} invented"] * bool(cell.invented)
+    losses = [f"{count} {word}" for count, word in ((cell.missed, "missed"), (cell.invented, "invented")) if count]
     if losses:
         return f"{formatting.join_words(losses)} of {formatting.format_count(cell.expected, 'impact')}"
     if cell.matched and cell.mark not in (Mark.EXACT, Mark.EXACT_32):

@@ -91,7 +91,7 @@ def _build_cell(
         mark=mark,
         measures=_read_measures(line, summary.scenes[line.scene].scales) if mark.ran else (),
         numbers=tuple(_list_numbers(line, reasons)) if mark.ran else (),
-        verdicts=verdict_texts or (line.reason,) * bool(line.reason),
+        verdicts=verdict_texts or tuple(filter(None, (line.reason,))),
         # Settings are compared as text, because 1, 1.0 and True are different settings but equal values.
         settings=shared.setdefault(repr(settings), settings),
         reference=references[line.scene] if mark.ran else {},

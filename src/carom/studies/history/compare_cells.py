@@ -304,7 +304,8 @@ def classify_change(old: SeenCell, new: SeenCell) -> CellChange:
     if (fewest := min(len(old.ran), len(new.ran))) < FEWEST_PHASES:
         return CellChange(ChangeKind.OVERLAP, f"only {fewest} of the required {FEWEST_PHASES} phases ran")
     separate = list(_find_separated_measures(_MOTION, old.ran, new.ran))
-    if separate or (elsewhere := _describe_coordinate(old.ran, new.ran)):
+    elsewhere = "" if separate else _describe_coordinate(old.ran, new.ran)
+    if separate or elsewhere:
         kinds = {kind for kind, _ in separate}
         unknown = Grade.UNGRADED.name in (a.grade, b.grade)  # it is unknown which of the two is correct
         kind = kinds.pop() if len(kinds) == 1 and not unknown else ChangeKind.NEITHER

@@ -61,7 +61,7 @@ def build_steps_section(grid: Grid) -> Section:
         Column("method", lambda cell: cell.column.name),
         Column("grade", lambda cell: replace(cell.mark.cell, link=cell.link), only=Media.ON_PAPER),
         Column("steps", lambda cell: mark_of_grade(cell.line.local_truth.grade, cell.line.local_truth.float_bits).cell),
-        *([diverged] * any(map(_format_divergence_time, cells))),
+        *([diverged] if any(map(_format_divergence_time, cells)) else []),
         build_column("due", lambda local: str(local.due)),
         build_column("impacts", _format_impacts, "- (PIT's) +", only=_OFF_PAPER),
         build_column("missed", _format_missed, "(PIT's)"),
