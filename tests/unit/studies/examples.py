@@ -54,7 +54,7 @@ def build_bench(*names: str) -> Bench:
         curves = []
         for method in METHODS:
             own = tuple(build_point(method, k) for k in range(len(STEPS)))
-            order = fit_order([p.dt_s for p in own if p.sound], [p.error for p in own if p.sound])
+            order = fit_order([p.dt_s for p in own if p.is_sound], [p.error for p in own if p.is_sound])
             curves.append(Curve(method.engine, method.profile, own, order, find_cheapest(own, plan.target)))
         every = [p for curve in curves for p in curve.points]
         front = find_pareto_front([p for p in every if p.engine != "pic"])

@@ -117,5 +117,5 @@ def _run_history(
     output.print_document(build_history_document(result), full=verbose, report=page)
     if not result.ran:
         raise typer.Exit(ExitCode.UNAVAILABLE)
-    if result.worse_now:
+    if result.is_worse:
         raise typer.Exit(ExitCode.VIOLATION)

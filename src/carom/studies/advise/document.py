@@ -164,12 +164,12 @@ def _describe_longest_step(advice: Advice, question: Callable[[StepAdvice], Step
     longest = max(found.passes.dt_s for found, _ in passing if found.passes)
     best = [(found, answer) for found, answer in passing if found.passes and found.passes.dt_s == longest]
     names = formatting.join_words([answer.method.label for _, answer in best], "or")
-    any_step = all(_passes_at_any_step(answer, found) for found, answer in best)
+    any_step = all(_has_no_step_limit(answer, found) for found, answer in best)
     steps = "any tested step size ({} or more steps per second)" if any_step else "{} steps/s"
     return f"use {steps.format(_format_rate(longest))}{_describe_substeps(advice, best[0][0])} with {names}"
 
 
-def _passes_at_any_step(answer: StepAdvice, step_range: StepRange) -> bool:
+def _has_no_step_limit(answer: StepAdvice, step_range: StepRange) -> bool:
     """Whether every tested step size passes, including the whole run in one step."""
     return step_range.passes is not None and step_range.fails is None and answer.refused_s is None
 
@@ -218,7 +218,7 @@ def _build_code_blocks(advice: Advice, rows: Sequence[StepAdvice], scene_word: s
 def _describe_passing_step(answer: StepAdvice, step_range: StepRange) -> str:
     if step_range.passes is None:
         return _format_rate_range(step_range)
-    return "any tried" if _passes_at_any_step(answer, step_range) else _format_rate(step_range.passes.dt_s)
+    return "any tried" if _has_no_step_limit(answer, step_range) else _format_rate(step_range.passes.dt_s)
 
 
 def _format_frame_step_result(advice: Advice, answer: StepAdvice) -> str:

@@ -156,7 +156,7 @@ def advise(
     unable = []
     for method in (method for info in other_infos for method in methods.at[info.name, frame_s]):
         search = build_search(method)
-        if search.refused_all:
+        if search.is_refused:
             unable.append(UnsearchedMethod(method, find_refusal(method, frame_s) or search.build_answer().refusal))
         else:
             searches[method] = search

@@ -151,7 +151,7 @@ def _build_scene_bench(scene: Scene, points: Sequence[Point], timing: SceneTimin
     by_curve = formatting.group_by(((point.engine, point.profile), point) for point in points)
     curves = []
     for (engine, profile), curve_points in by_curve.items():
-        sound = [point for point in curve_points if point.sound]
+        sound = [point for point in curve_points if point.is_sound]
         order = fit_order([point.dt_s for point in sound], [point.error for point in sound])
         curves.append(Curve(engine, profile, tuple(curve_points), order, find_cheapest(curve_points, target)))
     return SceneBench(

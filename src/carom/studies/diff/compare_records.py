@@ -49,12 +49,12 @@ class BeforeAfter:
     unit: str = ""
 
     @property
-    def counts(self) -> bool:
+    def is_count(self) -> bool:
         """Whether this is a number of impacts, for which every difference is a change."""
         return self.rounding == 0.0
 
     @property
-    def changed(self) -> bool:
+    def is_changed(self) -> bool:
         """Whether the number differs, or is measured in one run only."""
         if self.old is None or self.new is None:
             return self.old is not self.new
@@ -127,9 +127,9 @@ class Change:
         Changes are compared by these values in turn: whether they are graded, their kind, the new and the old grade,
         the growth of missed and spurious impacts, and the largest growth of an error.
         """
-        impacts = sum(measure.growth for measure in self.measures if measure.counts)
+        impacts = sum(measure.growth for measure in self.measures if measure.is_count)
         # Only errors without a unit are compared, because seconds and degrees are not comparable.
-        growth = max((one.growth for one in self.measures if not (one.counts or one.unit)), default=0.0)
+        growth = max((one.growth for one in self.measures if not (one.is_count or one.unit)), default=0.0)
         kind = -list(Kind).index(self.kind)
         return (float(self.graded), kind, _rank_of(self.new), -_rank_of(self.old), impacts, growth)
 
@@ -144,7 +144,7 @@ class Change:
         direction = -1.0 if self.kind is Kind.BETTER else 1.0
 
         def order(one: BeforeAfter) -> tuple[bool, bool, bool, bool]:
-            return (direction * one.growth > 0.0, one.counts, not isinstance(one.old, bool), not one.unit)
+            return (direction * one.growth > 0.0, one.is_count, not isinstance(one.old, bool), not one.unit)
 
         return max(self.measures, key=order, default=None)
 
@@ -295,14 +295,14 @@ def _list_changed_numbers(old: DiffCell, new: DiffCell) -> Iterator[BeforeAfter]
     for a, b, before, after in zip(old.measures, new.measures, old.numbers, new.numbers, strict=True):
         if before != after:
             measure = BeforeAfter(a.name, before, after, min(a.rounding, b.rounding), a.unit)
-            if measure.changed:
+            if measure.is_changed:
                 yield measure
 
 
 def _classify(old_mark: Mark, new_mark: Mark, measures: Sequence[BeforeAfter]) -> Kind | None:
     grew = _rank_of(new_mark) - _rank_of(old_mark) if _are_graded(old_mark, new_mark) else 0
     # Numbers of impacts are compared first, because a run has no errors for impacts that it does not find.
-    impacts = sum(measure.growth for measure in measures if measure.counts)
+    impacts = sum(measure.growth for measure in measures if measure.is_count)
     growths = [impacts] if impacts else [measure.growth for measure in measures]
     rose, fell = any(growth > 0 for growth in growths), any(growth < 0 for growth in growths)
     if grew < 0:

@@ -93,7 +93,7 @@ def _group_changes(changes: Sequence[Change]) -> list[_Group]:
 
     def shared(change: Change) -> tuple[object, ...]:
         # Changed numbers of impacts and changed errors are in different groups, because they have different causes.
-        counts = any(measure.counts for measure in change.measures)
+        counts = any(measure.is_count for measure in change.measures)
         return (change.kind, change.old, change.new, counts, tuple(name for name, _ in change.changed))
 
     return list(formatting.group_by((shared(change), change) for change in changes).values())

@@ -30,8 +30,8 @@ from carom.studies.history.compare_cells import (
     HistoryTask,
     ReleaseRun,
     SeenCell,
-    are_different,
     classify_change,
+    has_changed,
 )
 from carom.studies.history.options import HistoryOptions
 from carom.studies.history.registry_clients import CLIENTS, Client, ClientError
@@ -157,7 +157,7 @@ def _needs_phases(old: SeenCell, new: SeenCell) -> bool:
     a, b = old.own.value, new.own.value
     if a is None or b is None or a.settings != b.settings or a.misses_contacts or b.misses_contacts:
         return False
-    return are_different(a, b)
+    return has_changed(a, b)
 
 
 @contextmanager

@@ -190,7 +190,7 @@ def test_refused_steps_are_not_run_and_do_not_fail() -> None:
     assert found.refusal == "too far a step"
     search = StepSearch(SCENE, Method("an", "engine"), Demand(DEGREE), 1.0, 8, 3, 10**9, lambda _: "no walls")
     assert search.wanted is None
-    assert search.refused_all
+    assert search.is_refused
 
 
 def test_crash_at_large_step_fails_and_at_frame_ends_search() -> None:
