@@ -24,12 +24,11 @@ def format_engine_lines(infos: Sequence[EngineInfo]) -> list[str]:
 
 
 def _build_engine_row(info: EngineInfo, capabilities: Capabilities) -> tuple[str, ...]:
-    version = info.version or "unavailable"
     # The profile `tuned` has the adapter's general capabilities.
     kinds = {"tuned": capabilities, **info.own}
     return (
         info.name,
-        version,
+        info.version or "unavailable",
         ", ".join(name for name, one in kinds.items() if one.continuous_detection) or "no",
         "yes" if capabilities.friction[1] > 0 else "no",
         "yes" if capabilities.spin else "no",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections import Counter
 from collections.abc import Callable, Iterator
 from functools import partial
 from html import escape
@@ -140,17 +141,15 @@ def _draw_results(result: Results, axes: Axes) -> None:
 
     Each part of a bar shows the number of runs with one outcome. The best outcome is on the left.
     """
-    marks = [mark_of(row) for row in result.rows]
-    methods = list(dict.fromkeys(row.job.method.name for row in result.rows))
-    ended = dict.fromkeys(methods, 0)
-    for mark in (mark for mark in Mark if mark in marks):
-        counts = dict.fromkeys(methods, 0)
-        for row, found in zip(result.rows, marks, strict=True):
-            counts[row.job.method.name] += found is mark
-        colour = _COLOUR.get(mark, _OTHER)
-        left, label = list(ended.values()), f"{mark.symbol} {mark.word}"
-        axes.barh(methods, list(counts.values()), left=left, color=colour, label=label)
-        ended = {method: ended[method] + counts[method] for method in methods}
+    tally = Counter((row.job.method.name, mark_of(row)) for row in result.rows)
+    methods = list(dict.fromkeys(method for method, _ in tally))
+    ends = [0] * len(methods)
+    for mark in Mark:
+        counts = [tally[method, mark] for method in methods]
+        if any(counts):
+            colour, label = _COLOUR.get(mark, _OTHER), f"{mark.symbol} {mark.word}"
+            axes.barh(methods, counts, left=ends, color=colour, label=label)
+            ends = [end + count for end, count in zip(ends, counts, strict=True)]
     axes.invert_yaxis()
     axes.locator_params(axis="x", integer=True)
     axes.set_xlabel("runs")

@@ -97,10 +97,8 @@ def _build_tables(growth: Growth) -> tuple[Table, ...]:
     def format_falling(format_cell: Callable[[GrowthCurve], Cell | str]) -> Callable[[GrowthCurve], Cell | str]:
         return lambda curve: format_cell(falling) if (falling := curve_of.get((curve.label, True))) else ""
 
-    def largest_column(
-        head: str, format_cell: Callable[[GrowthPoint], str], under: str = "max n", only: Media = Media.EVERYWHERE
-    ) -> Column:
-        return Column(head, _format_largest(format_cell), under, number=True, only=only)
+    def largest_column(head: str, format_cell: Callable[[GrowthPoint], str], only: Media = Media.EVERYWHERE) -> Column:
+        return Column(head, _format_largest(format_cell), "max n", number=True, only=only)
 
     def number_column(head: str, read: Callable[[GrowthPoint], float]) -> Column:
         return Column(head, lambda run: formatting.format_number(read(run.point), 3), number=True)
@@ -111,7 +109,7 @@ def _build_tables(growth: Growth) -> tuple[Table, ...]:
                 METHOD,
                 Column("run time", lambda curve: _build_power_cell(curve.time_exponent), "grows as"),
                 Column("falling", format_falling(lambda curve: _build_power_cell(curve.time_exponent)), "grows as"),
-                largest_column("discs", lambda point: str(point.discs), "max n"),
+                largest_column("discs", lambda point: str(point.discs)),
                 largest_column("a second", _format_cost),
                 Column("falling", format_falling(_format_largest(_format_cost)), "max n", number=True),
                 Column("memory", lambda c: _build_power_cell(c.memory_exponent), "grows as", only=Media.IN_FULL),

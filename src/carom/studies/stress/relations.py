@@ -207,18 +207,19 @@ def _build_motion_invariance(
     )
 
 
-def _build_boost_relation(velocity: tuple[float, float]) -> Relation:
+def _build_boost_relation() -> Relation:
+    velocity = (11.0, -7.0)
     path_m = np.array(velocity) * build_base_scene().duration_s
     return _build_motion_invariance(
         "boost",
-        "Adding a velocity of ({:g}, {:g}) m/s to all discs changes nothing else.".format(*velocity),
+        "Adding a velocity of (11, -7) m/s to all discs changes nothing else.",
         lambda state: state._replace(velocity=state.velocity + velocity),
         lambda state: State(state.position - path_m, state.velocity - velocity, state.spin),
     )
 
 
-def _build_rotation_relation(angle_rad: float) -> Relation:
-    turn, states = cmath.rect(1.0, angle_rad), f"Turning the scene by {angle_rad:g} rad turns its result."
+def _build_rotation_relation() -> Relation:
+    turn, states = cmath.rect(1.0, 0.7), "Turning the scene by 0.7 rad turns its result."
 
     def rotate(state: State) -> State:
         place, velocity = ([to_vector(complex(*row) * turn) for row in rows.tolist()] for rows in state[:2])
@@ -270,7 +271,7 @@ def list_relations() -> list[Relation]:
     )
     superballs = "If velocities and spins of superballs are reversed at the end, the run returns to its start."
     slow_motion = "Slowing the scene and its frames a thousandfold changes nothing but the unit of time."
-    general = [_build_boost_relation((11.0, -7.0)), _build_rotation_relation(0.7), mirror, relabelling, units_of_two]
+    general = [_build_boost_relation(), _build_rotation_relation(), mirror, relabelling, units_of_two]
     rough = [
         replace(one, name=f"rough-{one.name}", states=f"With friction and spin: {one.states}", base=build_rough_scene)
         for one in (*general, split)
