@@ -113,8 +113,9 @@ def _run_history(
         result = run.run_history(
             engine, loaded_scenes, cache, options, notes=journal, progress=progress, command=get_command_line()
         )
-    page = None if out is None else write_history(result, out)
-    output.print_document(build_history_document(result), full=verbose, report=page)
+    document = build_history_document(result)
+    page = None if out is None else write_history(result, document, out)
+    output.print_document(document, full=verbose, report=page)
     if not result.ran:
         raise typer.Exit(ExitCode.UNAVAILABLE)
     if result.is_worse:

@@ -38,10 +38,12 @@ def tune(
     Examples: `carom tune pymunk`, `carom tune box2d classics paper --trials 300`, `carom tune pymunk --resume --trials
     300`.
     """
+    from carom.report.render.markdown import render_markdown
     from carom.studies.tune import run as search
-    from carom.studies.tune.document import build_tune_document, format_set_options, write_tune
+    from carom.studies.tune.document import build_tune_document, format_set_options
     from carom.studies.tune.evaluate import tune_journal
     from carom.studies.tune.search import require_tune_extra
+    from carom.support.folders import write_files
 
     require_tune_extra()
     name = arguments.parse_engine(engine)
@@ -67,6 +69,6 @@ def tune(
             if best:
                 output.say(f"best so far (trial {best[-1].trial}): {format_set_options(best[-1])}", apart=True)
             raise
-    output.print_document(
-        build_tune_document(tuning, scene_names), full=verbose, report=write_tune(tuning, scene_names, out)
-    )
+    document = build_tune_document(tuning, scene_names)
+    report = write_files(out, search.PURPOSE, {"tune.md": render_markdown(document)})
+    output.print_document(document, full=verbose, report=report)

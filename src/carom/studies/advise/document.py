@@ -6,7 +6,6 @@ import math
 import shlex
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
-from pathlib import Path
 
 from carom.engines.registry import format_engine_argument
 from carom.model.trace import body_name
@@ -25,13 +24,11 @@ from carom.report.document import (
     Text,
 )
 from carom.report.provenance import build_provenance
-from carom.report.render.html import render_html
 from carom.studies.advise.figure import render_advice_svg
 from carom.studies.advise.run import Advice
 from carom.studies.advise.sampling_limit import Cause
 from carom.studies.advise.step_search import CONFIRM, SearchEnding, StepAdvice, StepRange, count_steps_per_frame
 from carom.studies.advise.step_trial import StepTrial
-from carom.support.folders import write_files
 from carom.support.formatting import format_step_option
 
 #: Name of the study in its output folders.
@@ -116,16 +113,6 @@ def _build_evidence_table(advice: Advice, rows: Sequence[StepAdvice]) -> Table:
     )
     title = "Steps per second that pass, from the largest step size to the smallest tested one:"
     return Table(columns, rows, title=title, only=Media.IN_FULL)
-
-
-def write_advice(advice: Advice, folder: Path, scene_word: str = "") -> Path:
-    """Write ``index.html`` into a folder and return its path. `scene_word` is as in `build_advice_document`.
-
-    Raises:
-        MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed. InputError: The folder is not
-        writable, or contains files that Carom did not write.
-    """
-    return write_files(folder, PURPOSE, {"index.html": render_html(build_advice_document(advice, scene_word))})
 
 
 def _build_headline(advice: Advice) -> Iterator[str]:

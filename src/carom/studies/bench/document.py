@@ -51,9 +51,7 @@ def build_bench_document(
     return Document("Carom bench", headline, sections)
 
 
-def write_bench(
-    bench: Bench, folder: Path, axes: Sequence[Diagram] = tuple(Diagram), changes: Sequence[PointChange] | None = None
-) -> Path:
+def write_bench(bench: Bench, document: Document, folder: Path, axes: Sequence[Diagram] = tuple(Diagram)) -> Path:
     """Write `index.html`, `bench.json`, and one diagram per scene and pair of axes.
 
     Returns:
@@ -65,7 +63,7 @@ def write_bench(
     """
     scenes = [{**fields_of(scene), "scene": scene.scene.name} for scene in bench.scenes]
     files: dict[str, str | bytes] = {
-        "index.html": render_html(build_bench_document(bench, axes, changes)),
+        "index.html": render_html(document),
         "bench.json": format_json("bench", bench, scenes=scenes),
     }
     kind_of_error, foot = bench.plan.error, format_stamp_lines(bench.environment, bench.command)

@@ -223,7 +223,7 @@ def _draw_figure(growth: Growth, memory: bool, foot: Sequence[str] = (), *, narr
     return figure
 
 
-def write_growth(growth: Growth, folder: Path) -> Path:
+def write_growth(growth: Growth, document: Document, folder: Path) -> Path:
     """Write `growth.html`, `growth.json` and the diagrams as SVG and PNG, and return the path of the page.
 
     Raises:
@@ -231,8 +231,10 @@ def write_growth(growth: Growth, folder: Path) -> Path:
         writable, or contains files that Carom did not write.
     """
     foot = format_stamp_lines(growth.environment, growth.command)
-    page, numbers = render_html(build_growth_document(growth)), format_json("growth", growth)
-    files: dict[str, str | bytes] = {"growth.html": page, "growth.json": numbers}
+    files: dict[str, str | bytes] = {
+        "growth.html": render_html(document),
+        "growth.json": format_json("growth", growth),
+    }
     for memory, name in ((False, "growth-time"), (True, "growth-memory")):
         files[f"{name}.svg"] = svg.to_separate_svg(_render_svg(growth, memory))
         with svg.use_drawing_style():

@@ -82,13 +82,13 @@ def build_history_document(history: History) -> Document:
     return Document(f"Carom: releases of {history.origin.engine}", tuple(_build_headline(history)), sections)
 
 
-def write_history(history: History, folder: Path) -> Path:
-    """Write ``history.md`` and ``history.svg`` into a folder, and return the path of ``history.md``.
+def write_history(history: History, document: Document, folder: Path) -> Path:
+    """Write a history's document as ``history.md`` and its ``history.svg``, and return the path of ``history.md``.
 
     Raises:
         InputError: The folder contains files that Carom did not write. OSError: The files can't be written.
     """
-    files = {"history.md": render_markdown(build_history_document(history)), "history.svg": render_error_chart(history)}
+    files = {"history.md": render_markdown(document), "history.svg": render_error_chart(history)}
     return write_files(folder, PURPOSE, files)
 
 

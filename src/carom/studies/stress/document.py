@@ -67,14 +67,13 @@ _MEANINGS = (
 )
 
 
-def write_stress(results: StressResults, folder: Path) -> Path:
+def write_stress(results: StressResults, document: Document, folder: Path) -> Path:
     """Write `stress.html`, `stress.md` and `stress.json` into a folder, and return the path of the page.
 
     Raises:
         MissingExtraError: jinja2, of the extra `report`, is not installed. InputError: The folder is not writable, or
         contains files that Carom did not write.
     """
-    document = build_stress_document(results)
     pages = {"stress.html": render_html(document), "stress.md": render_markdown(document)}
     return write_files(folder, "stress", pages | {"stress.json": _format_json(results)})
 

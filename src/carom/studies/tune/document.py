@@ -7,7 +7,6 @@ import shlex
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from itertools import starmap
-from pathlib import Path
 from typing import NamedTuple
 
 import tomli_w
@@ -20,11 +19,9 @@ from carom.report import formatting
 from carom.report.document import Cell, Code, Column, Document, Lines, Media, Section, Table, Text
 from carom.report.outcome_marks import mark_of_grade
 from carom.report.provenance import build_provenance
-from carom.report.render.markdown import render_markdown
 from carom.studies.tune.objective import SceneResult
-from carom.studies.tune.run import PURPOSE, Tuning
+from carom.studies.tune.run import Tuning
 from carom.studies.tune.search import TriedSettings
-from carom.support.folders import write_files
 
 ERROR_NOTE = (
     "The error is the largest velocity or spin error, divided by PIT's largest over the phases of the step. An error "
@@ -78,15 +75,6 @@ def build_tune_document(tuning: Tuning, scene_words: Sequence[str]) -> Document:
         *build_provenance(tuning.environment, tuning.command, tuning.elapsed_s),
     )
     return Document(f"Carom: settings of {tuning.engine}", tuple(_build_headline(tuning)), sections)
-
-
-def write_tune(tuning: Tuning, scene_words: Sequence[str], folder: Path) -> Path:
-    """Write ``tune.md`` into a folder, and return its path. `scene_words` is as in `build_tune_document`.
-
-    Raises:
-        InputError: The folder contains files that Carom did not write. OSError: The file can't be written.
-    """
-    return write_files(folder, PURPOSE, {"tune.md": render_markdown(build_tune_document(tuning, scene_words))})
 
 
 def format_set_options(found: TriedSettings) -> str:

@@ -37,7 +37,8 @@ def build_scaled_bench(factor: float, *, error: float = 1.0, engine: str = "pymu
 def baseline_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of a bench, as it was written."""
     folder = tmp_path_factory.mktemp("earlier")
-    write_bench(build_scaled_bench(1.0), folder, axes=())
+    bench = build_scaled_bench(1.0)
+    write_bench(bench, build_bench_document(bench, ()), folder, axes=())
     return folder
 
 
