@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -243,16 +243,15 @@ def measure_growth(
         spent = dict.fromkeys(points, 0.0)
         for done, (size, gravity, info) in enumerate(planned_runs):
             before = time.perf_counter()
-            # Each engine may use an equal share of the time, and the time that finished engines have not used.
             all_left_s = 2 * budget_s - (before - started)
-            to_run = {(one.name, falls) for _, falls, one in planned_runs[done:]}
+            waiting = {(one.name, falls) for _, falls, one in planned_runs[done:]}
+            # A curve whose last run failed needs no more time.
             shares_s = {
                 key: max(0.0, 2 * budget_s / len(points) - spent[key])
-                for key in to_run
+                for key in waiting
                 if not (points[key] and points[key][-1].reason)
             }
-            own_s = shares_s.pop((info.name, gravity), 0.0)
-            left_s = min(all_left_s, max(own_s, all_left_s - sum(shares_s.values())))
+            left_s = _compute_time_left((info.name, gravity), shares_s, all_left_s)
             description = f"{size} {'falling ' if gravity else ''}discs on {info.name}"
             progress(done, len(planned_runs), f"{description}{formatting.format_time_left(all_left_s)}")
             curve_points, method = points[info.name, gravity], methods[info.name]
@@ -270,6 +269,12 @@ def measure_growth(
         curves.append(_build_curve(methods[name], gravity, curve_points, pit))
     elapsed_s = time.perf_counter() - started
     return Growth(tuple(curves), environment, budget_s, command, elapsed_s)
+
+
+def _compute_time_left(curve: tuple[str, bool], shares_s: Mapping[tuple[str, bool], float], all_left_s: float) -> float:
+    """Return the seconds that a run may take: its curve's share, or all time that the other curves' shares leave."""
+    others_s = sum(share_s for key, share_s in shares_s.items() if key != curve)
+    return min(all_left_s, max(shares_s.get(curve, 0.0), all_left_s - others_s))
 
 
 def _find_skip_reason(curve_points: Sequence[GrowthPoint], size: int, allowed_s: float) -> str:
