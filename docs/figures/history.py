@@ -202,7 +202,7 @@ def section(found: History, sentence: str) -> str:
     """Return an engine's part of the page: its summary and its tables, without the description of the machine."""
     whole = build_history_document(found)
     parts = tuple(one for one in whole.sections if one.heading in {"Releases", "Changed cells"})
-    body = render_markdown(Document("x", whole.answer, tuple(Section(one.heading, one.blocks, 3) for one in parts)))
+    body = render_markdown(Document("x", whole.lead, tuple(Section(one.heading, one.blocks, 3) for one in parts)))
     body = _SETTINGS.sub(lambda line: f"{line[1]}`{line[2].replace(chr(92), '')}`", body)
     return f"## {found.origin.engine}\n\n{sentence}\n\n{body.partition(chr(10))[2].strip()}\n"
 

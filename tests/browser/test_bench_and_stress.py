@@ -11,9 +11,9 @@ from tests.browser.conftest import A4_PX, Window, find_cut_off, find_violations
 from tests.unit.studies.examples import build_bench, build_campaign_results, build_growth
 
 from carom.report import formatting
-from carom.studies.bench.document import write_bench
-from carom.studies.bench.growth_document import write_growth
-from carom.studies.stress.document import write_stress
+from carom.studies.bench.document import build_bench_document, write_bench
+from carom.studies.bench.growth_document import build_growth_document, write_growth
+from carom.studies.stress.document import build_stress_document, write_stress
 
 pytestmark = pytest.mark.browser
 
@@ -25,10 +25,11 @@ SHOWN = 1e-3
 def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     """The page of a bench of one scene, that of a campaign, and that of a growth bench, of every method."""
     folder = tmp_path_factory.mktemp("pages")
+    bench, stress, growth = build_bench(), build_campaign_results(), build_growth()
     return {
-        "bench": write_bench(build_bench(), folder / "bench"),
-        "stress": write_stress(build_campaign_results(), folder / "stress"),
-        "growth": write_growth(build_growth(), folder / "growth"),
+        "bench": write_bench(bench, build_bench_document(bench), folder / "bench"),
+        "stress": write_stress(stress, build_stress_document(stress), folder / "stress"),
+        "growth": write_growth(growth, build_growth_document(growth), folder / "growth"),
     }
 
 

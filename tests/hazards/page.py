@@ -11,7 +11,7 @@ from tests.hazards.spread import OFF, Spread
 from carom.catalogue.find_scenes import find_scenes
 from carom.engines.api import Adapter
 from carom.execution.job import Method
-from carom.report.document import Column, Document, Headline, Section, Table
+from carom.report.document import Column, Document, Section, Table
 from carom.report.formatting import format_number, format_percent
 from carom.report.render.markdown import render_markdown
 
@@ -103,7 +103,7 @@ def build_tables(figures: Sequence[Figure]) -> dict[str, Table]:
 
 def _render_rows(table: Table) -> list[str]:
     """Return the rows of a table in Markdown, without its head."""
-    lines = render_markdown(Document("", Headline(""), (Section("", (table,)),))).splitlines()
+    lines = render_markdown(Document("", (), (Section("", (table,)),))).splitlines()
     return [line for line in lines if line.startswith("| ")][2:]
 
 
@@ -154,7 +154,7 @@ def render_page(figures: Sequence[Figure], adapters: Sequence[Adapter], versions
     shown = build_tables(figures)
     sections = [Section(head, (replace(table, note=NOTES[head]),)) for head, table in shown.items()]
     changes = Section("What default changes", (replace(_build_changes_table(adapters), note=CHANGES),))
-    return render_markdown(Document("Hazards, over many phases", Headline.of(lead), (*sections, changes)))
+    return render_markdown(Document("Hazards, over many phases", lead, (*sections, changes)))
 
 
 CHANGES = (

@@ -58,7 +58,7 @@ def build_app(names: Sequence[str]) -> typer.Typer:
 
     A command line with fewer commands starts faster, because Typer reads the options of each command.
     """
-    found = typer.Typer(
+    app = typer.Typer(
         cls=CommandGroup,
         no_args_is_help=True,
         pretty_exceptions_enable=False,
@@ -71,11 +71,11 @@ def build_app(names: Sequence[str]) -> typer.Typer:
     )
     for name in names:
         module, function = _SPELT.get(name, (name, name))
-        one = getattr(importlib.import_module(f"carom.cli.commands.{module}"), function)
+        command = getattr(importlib.import_module(f"carom.cli.commands.{module}"), function)
         # Without `short_help`, the list of commands would cut first sentences at 45 characters.
-        found.command(name, cls=Command, short_help=(one.__doc__ or "").partition("\n\n")[0])(one)
-    found.callback()(_options)
-    return found
+        app.command(name, cls=Command, short_help=(command.__doc__ or "").partition("\n\n")[0])(command)
+    app.callback()(_options)
+    return app
 
 
 def __getattr__(name: str) -> Any:

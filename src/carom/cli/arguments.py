@@ -28,12 +28,12 @@ def declare_scenes_argument(default: str) -> Any:
 SCENE_NAMES = typer.Argument(help="Scene files (.toml, .json), or names, groups or patterns of catalogue scenes.")
 
 
-def parse_engine(word: str) -> str:
+def parse_engine(name: str) -> str:
     """Return an engine's name for a name or manifest on the command line. Register the engine of a manifest."""
     from carom.engines import registry
 
     try:
-        return registry.resolve_engine(word)
+        return registry.resolve_engine(name)
     except AdapterError as error:
         raise typer.BadParameter(str(error)) from None
 

@@ -60,18 +60,18 @@ class Command(TyperCommand):
     def invoke(self, ctx: Any) -> Any:
         """Run the command."""
         words = ["carom", ctx.info_name or ""]
-        for one in self.params:
-            name, source = one.name or "", ctx.get_parameter_source(one.name or "")
+        for parameter in self.params:
+            name, source = parameter.name or "", ctx.get_parameter_source(parameter.name or "")
             if source is None or source.name != "COMMANDLINE" or name in _NO_PART:
                 continue
             value = ctx.params[name]
-            if one.param_type_name == "argument":
+            if parameter.param_type_name == "argument":
                 words += map(str, value if isinstance(value, list | tuple) else [value])
             elif isinstance(value, bool):
-                words.append((one.opts if value else one.secondary_opts)[0])
+                words.append((parameter.opts if value else parameter.secondary_opts)[0])
             else:
                 for item in value if isinstance(value, list | tuple) else [value]:
-                    words += [one.opts[0], str(item)]
+                    words += [parameter.opts[0], str(item)]
         token = _ASKED.set(shlex.join(words))
         try:
             return super().invoke(ctx)

@@ -10,7 +10,7 @@ import tomli_w
 from carom.catalogue import CatalogueScene, Complaint
 from carom.model.trace import Mode, body_name, pair_name
 from carom.report import formatting
-from carom.report.document import Column, Document, Headline, Section, Table
+from carom.report.document import Column, Document, Section, Table
 
 if TYPE_CHECKING:
     import numpy as np
@@ -34,7 +34,6 @@ def format_scene_file(entry: CatalogueScene) -> str:
 
 def build_certified_document(certified: CertifiedTrace, max_rows: int) -> Document:
     """Return a document with the proven digits of the first impacts. It also describes how far the run is certified."""
-    left_out = len(certified) - max_rows
     columns = [
         Column("#", str, number=True),
         Column("time, s", lambda k: list_decimals(certified, k)[0]),
@@ -43,43 +42,37 @@ def build_certified_document(certified: CertifiedTrace, max_rows: int) -> Docume
     ]
     if certified.trace.spins is not None:
         columns.append(Column("spins after, rad/s", lambda k: "  ".join(list_decimals(certified, k)[5:])))
-    table = Table(
-        columns,
-        range(min(max_rows, len(certified))),
-        title=f"{certified.trace.scene.name}: every digit is proven",
-        note=f"and {left_out} more" if left_out > 0 else "",
+    table = _build_limited_table(
+        columns, len(certified), max_rows, f"{certified.trace.scene.name}: every digit is proven"
     )
     blocks: tuple[Table, ...] = (table,) if max_rows and len(certified) else ()
     if max_rows and certified.trace.modes is not None:
         blocks = (*blocks, _build_modes_table(certified, certified.trace.modes, max_rows))
-    return Document("Carom: certified", Headline.of(_describe_reach(certified)), (Section(table.title, blocks),))
+    return Document("Carom: certified", tuple(_describe_reach(certified)), (Section(table.title, blocks),))
+
+
+def _build_limited_table(columns: Sequence[Column], count: int, max_rows: int, title: str) -> Table:
+    """Return a table of the first numbers from 0 to `count`. Its note gives the number of omitted rows."""
+    note = f"and {count - max_rows} more" if count > max_rows else ""
+    return Table(columns, range(min(max_rows, count)), title=title, note=note)
 
 
 def _build_modes_table(certified: CertifiedTrace, modes: NDArray[np.void], max_rows: int) -> Table:
     """Return a table of the first changes of discs between flight, sliding, rolling and rest."""
     from carom.solvers.certified.result import proven_decimal
 
-    def format_proven_number(k: int, field: str, *part: int) -> str:
-        radii = certified.mode_radii
-        bound = 0.0 if radii is None else radii[field][k][part[0]] if part else radii[field][k]
-        return proven_decimal(float(modes[field][k][part[0]] if part else modes[field][k]), float(bound))
+    def format_proven_number(field: str, *index: int) -> str:
+        bound = 0.0 if certified.mode_radii is None else certified.mode_radii[field][index]
+        return proven_decimal(float(modes[field][index]), float(bound))
 
-    left_out = len(modes) - max_rows
-    return Table(
-        (
-            Column("time, s", lambda k: format_proven_number(k, "time_s")),
-            Column("disc", lambda k: body_name(int(modes["disc"][k]))),
-            Column("on", lambda k: body_name(int(modes["wall"][k]))),
-            Column("new mode", lambda k: Mode(modes["after"][k]).name.lower()),
-            Column(
-                "velocity, m/s",
-                lambda k: f"({format_proven_number(k, 'velocity', 0)}, {format_proven_number(k, 'velocity', 1)})",
-            ),
-        ),
-        range(min(max_rows, len(modes))),
-        title=f"{certified.trace.scene.name}: contact",
-        note=f"and {left_out} more" if left_out > 0 else "",
+    columns = (
+        Column("time, s", lambda k: format_proven_number("time_s", k)),
+        Column("disc", lambda k: body_name(int(modes["disc"][k]))),
+        Column("on", lambda k: body_name(int(modes["wall"][k]))),
+        Column("new mode", lambda k: Mode(modes["after"][k]).name.lower()),
+        Column("velocity, m/s", lambda k: "({}, {})".format(*(format_proven_number("velocity", k, c) for c in (0, 1)))),
     )
+    return _build_limited_table(columns, len(modes), max_rows, f"{certified.trace.scene.name}: contact")
 
 
 def list_decimals(certified: CertifiedTrace, k: int) -> Sequence[str]:

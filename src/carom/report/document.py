@@ -282,51 +282,23 @@ class Section:
 
 
 @dataclass(frozen=True)
-class Headline:
-    """The first sentences of a document, which state the main result.
-
-    Attributes:
-        sentence: The main result, which a terminal prints on the first line.
-        more: Further sentences, which a terminal prints last, so that they stay visible.
-    """
-
-    sentence: str
-    more: tuple[str, ...] = ()
-
-    @classmethod
-    def of(cls, sentences: Iterable[str]) -> Headline:
-        """Build a headline from one or more sentences. The first sentence must state the main result."""
-        first, *further = sentences
-        return cls(first, tuple(further))
-
-    @property
-    def sentences(self) -> tuple[str, ...]:
-        """All sentences in order."""
-        return tuple(filter(None, (self.sentence, *self.more)))
-
-
-@dataclass(frozen=True)
 class Document:
     """A document.
 
     Attributes:
         title: The title.
-        answer: The headline.
+        lead: The headline: sentences that state the main result. A terminal prints the first sentence on the first
+            line, and the others last, so that they stay visible.
         sections: The sections.
         about: A description of the method in two sentences, for new readers. A terminal does not show it.
         watch: Link to the replay that a reader should watch first; None for none.
     """
 
     title: str
-    answer: Headline
+    lead: tuple[str, ...]
     sections: tuple[Section, ...]
     about: str = ""
     watch: Cell | None = None
-
-    @property
-    def lead(self) -> tuple[str, ...]:
-        """The sentences of the headline."""
-        return self.answer.sentences
 
     def select_for(self, medium: Media) -> Iterable[Section]:
         """Return the sections that a medium shows, except for empty ones."""

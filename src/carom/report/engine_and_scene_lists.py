@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from operator import itemgetter
 
 from carom.catalogue import CatalogueScene, Complaint, all_scenes
 from carom.engines.api import Capabilities, ContactTimes, Knob, Stamp
 from carom.engines.registry import EngineInfo
 from carom.report import formatting
-from carom.report.document import Block, Cell, Column, Document, Facts, Headline, Lines, Media, Section, Table
+from carom.report.document import Block, Column, Document, Facts, Lines, Media, Section, Table
 
 
 def format_engine_lines(infos: Sequence[EngineInfo]) -> list[str]:
@@ -23,12 +24,11 @@ def format_engine_lines(infos: Sequence[EngineInfo]) -> list[str]:
 
 
 def _build_engine_row(info: EngineInfo, capabilities: Capabilities) -> tuple[str, ...]:
-    version = info.version or "unavailable"
     # The profile `tuned` has the adapter's general capabilities.
     kinds = {"tuned": capabilities, **info.own}
     return (
         info.name,
-        version,
+        info.version or "unavailable",
         ", ".join(name for name, one in kinds.items() if one.continuous_detection) or "no",
         "yes" if capabilities.friction[1] > 0 else "no",
         "yes" if capabilities.spin else "no",
@@ -86,13 +86,13 @@ def build_engine_document(info: EngineInfo) -> Document:
     sections = [Section(info.name, (Facts(tuple(_list_facts(info)), only=Media.EVERYWHERE),))]
     if info.profiles:
         table = Table(
-            (Column("profile", lambda item: item[0]), Column("meaning", lambda item: item[1])),
+            (Column("profile", itemgetter(0)), Column("meaning", itemgetter(1))),
             list(info.profiles.items()),
         )
         sections.append(Section("Profiles", (table,)))
     if info.knobs:
         knobs = Table(
-            (Column("setting", lambda item: item[0]), Column("range", lambda item: _format_range(item[1]))),
+            (Column("setting", itemgetter(0)), Column("range", lambda item: _format_range(item[1]))),
             list(info.knobs.items()),
             note=f"To search these settings: carom tune {info.name}.",
         )
@@ -105,7 +105,7 @@ def build_engine_document(info: EngineInfo) -> Document:
         availability = f"is not available: {info.unavailable}"
     return Document(
         f"Carom: {info.name}",
-        Headline(f"{' '.join(filter(None, (info.engine, info.version)))} {availability}."),
+        (f"{' '.join(filter(None, (info.engine, info.version)))} {availability}.",),
         tuple(sections),
     )
 
@@ -173,14 +173,10 @@ def _build_capabilities(kinds: Mapping[str, Capabilities]) -> Section:
         values = [getattr(capabilities, name) for capabilities in kinds.values()]
         if all(value in (math.inf, 0.0) and not isinstance(value, bool) for value in values):
             continue  # no limit
-        rows.append((word, [_format_value(value, unit) for value in values]))
+        rows.append((word, *(_format_value(value, unit) for value in values)))
 
-    def build_column(head: str, k: int) -> Column:
-        return Column(head, lambda row: Cell(row[1][k]))
-
-    columns = [Column("capability", lambda row: row[0])]
-    columns += [build_column(profile, k) for k, profile in enumerate(kinds)]
-    return Section("Capabilities", (Table(tuple(columns), rows),))
+    columns = [Column(head, itemgetter(k)) for k, head in enumerate(("capability", *kinds))]
+    return Section("Capabilities", (Table(columns, rows),))
 
 
 def _format_value(value: object, unit: str) -> str:

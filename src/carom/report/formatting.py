@@ -58,7 +58,7 @@ def format_count(n: int, one: str, many: str = "") -> str:
 
 def format_missed_and_invented(missed: int, invented: int) -> str:
     """Format the numbers of missed and invented impacts that are not 0, such as -1 +2."""
-    return " ".join([f"-{missed}"] * bool(missed) + [f"+{invented}"] * bool(invented))
+    return " ".join(f"{sign}{count}" for sign, count in (("-", missed), ("+", invented)) if count)
 
 
 def join_words(words: Sequence[str], last: str = "and") -> str:

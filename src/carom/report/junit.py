@@ -40,7 +40,9 @@ def _classify_row(row: Row, fail_on: Grade | None) -> str:
     if fail_on is not None and is_violation(row, fail_on):
         return "failure"
     mark = mark_of(row)
-    return "error" if mark in BROKEN else "skipped" if mark in _SKIPPED else ""
+    if mark in BROKEN:
+        return "error"
+    return "skipped" if mark in _SKIPPED else ""
 
 
 def _add_case(suite: ET.Element, row: Row, fail_on: Grade | None) -> None:

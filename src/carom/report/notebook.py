@@ -1,13 +1,14 @@
-"""Results as HTML for notebooks, and the function `plot`, which draws results."""
+"""Results in notebooks: their text and pictures as HTML, and the function `plot`, which draws results."""
 
 from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Callable, Iterator
 from functools import partial
 from html import escape
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Self
 
 from carom.comparator import Score
 from carom.comparator.non_finite import find_non_finite
@@ -18,10 +19,9 @@ from carom.model.scene import Scene
 from carom.model.trace import Trace
 from carom.report import formatting
 from carom.report.files import require_report_extra
-from carom.report.notebook_picture import get_axes, render_picture
 from carom.report.outcome_marks import Mark, mark_of, mark_of_grade
 from carom.report.picture import draw_start, draw_traces
-from carom.report.svg import INK, SERIES, SURFACE
+from carom.report.svg import INK, SERIES, SURFACE, build_figure, render, use_drawing_style
 from carom.solvers.certified.result import CertifiedTrace
 from carom.support.checks import check_instance
 from carom.support.limits import MOST_DISCS_DRAWN
@@ -29,7 +29,12 @@ from carom.support.limits import MOST_DISCS_DRAWN
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_SIZE_IN = (5.0, 3.6)
+    from carom.report.document import Document
+
+#: Sizes of pictures in a notebook: of scenes, traces and results, and of the results of studies.
+_SIZE_IN, _STUDY_SIZE_IN = (5.0, 3.6), (7.0, 3.8)
+#: Size of a picture that a phone shows without scrolling.
+_NARROW_IN = (3.9, 4.6)
 #: Largest number of impacts for a picture in a notebook's cell; `plot` has no limit.
 _MOST_IMPACTS_DRAWN = 1000
 #: Colours of bars: green, light blue, blue, ochre, plum, violet, red. All others are grey.
@@ -108,8 +113,6 @@ def plot_beside(*traces: Trace) -> list[Axes]:
     draw_traces(several, traces)
     for axes, trace in zip(several, traces, strict=True):
         axes.set_title(f"{trace.method} {trace.profile_shown}".strip())
-        if not axes.get_xlabel():
-            _label_axes_in_metres(axes)
     return several
 
 
@@ -117,12 +120,9 @@ def _draw(result: object, axes: Axes) -> None:
     match result:
         case Scene():
             draw_start(axes, result)
-            _label_axes_in_metres(axes)
         case Trace():
             _require_finite(result)
             draw_traces([axes], [result])
-            if not axes.get_xlabel():
-                _label_axes_in_metres(axes)
         case CertifiedTrace():
             _draw(result.trace, axes)
         case Results():
@@ -141,26 +141,19 @@ def _draw_results(result: Results, axes: Axes) -> None:
 
     Each part of a bar shows the number of runs with one outcome. The best outcome is on the left.
     """
-    marks = [mark_of(row) for row in result.rows]
-    methods = list(dict.fromkeys(row.job.method.name for row in result.rows))
-    ended = dict.fromkeys(methods, 0)
-    for mark in (mark for mark in Mark if mark in marks):
-        counts = dict.fromkeys(methods, 0)
-        for row, found in zip(result.rows, marks, strict=True):
-            counts[row.job.method.name] += found is mark
-        colour = _COLOUR.get(mark, _OTHER)
-        left, label = list(ended.values()), f"{mark.symbol} {mark.word}"
-        axes.barh(methods, list(counts.values()), left=left, color=colour, label=label)
-        ended = {method: ended[method] + counts[method] for method in methods}
+    tally = Counter((row.job.method.name, mark_of(row)) for row in result.rows)
+    methods = list(dict.fromkeys(method for method, _ in tally))
+    ends = [0] * len(methods)
+    for mark in Mark:
+        counts = [tally[method, mark] for method in methods]
+        if any(counts):
+            colour, label = _COLOUR.get(mark, _OTHER), f"{mark.symbol} {mark.word}"
+            axes.barh(methods, counts, left=ends, color=colour, label=label)
+            ends = [end + count for end, count in zip(ends, counts, strict=True)]
     axes.invert_yaxis()
     axes.locator_params(axis="x", integer=True)
     axes.set_xlabel("runs")
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
-
-
-def _label_axes_in_metres(axes: Axes) -> None:
-    axes.set_xlabel("x in m")
-    axes.set_ylabel("y in m")
 
 
 def _has_picture(result: object) -> bool:
@@ -190,3 +183,69 @@ def _score_rows(score: Score) -> Iterator[str]:
     rows |= {finding.verdict.value: finding.reason for finding in score.findings}
     for name, value in rows.items():
         yield f'<tr><th style="text-align:left">{escape(name)}</th><td>{escape(value)}</td></tr>'
+
+
+class ShownResult:
+    """Base class of study results that can be printed, plotted, and shown in a notebook with a picture."""
+
+    def _show(self) -> tuple[Document, str, Callable[[Axes], None]]:
+        """Return the document of the result, and the title and the drawing function of its picture."""
+        raise NotImplementedError
+
+    @classmethod
+    def of(cls, found: Any) -> Self:
+        """Copy the fields of a study's result to an instance of this class."""
+        return cls(**{field.name: getattr(found, field.name) for field in dataclasses.fields(found)})
+
+    def __repr__(self) -> str:
+        from carom.report.render.terminal import render_plain_text  # imports Rich
+
+        return render_plain_text(self._show()[0])
+
+    def _repr_html_(self) -> str | None:
+        """Return the result as HTML, with a picture; None if the extra `report` is not installed."""
+        try:
+            require_report_extra()
+        except MissingExtraError:
+            return None
+        _, title, draw = self._show()
+        return f'<div style="max-width:46em">{render_picture(draw, title)}</div><pre>{escape(repr(self))}</pre>'
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw the picture of the result on the given axes, or on new ones, and return the axes.
+
+        Raises:
+            MissingExtraError: The extra `report` is not installed.
+        """
+        axes = get_axes(ax)
+        self._show()[2](axes)
+        return axes
+
+
+def render_picture(
+    draw: Callable[[Axes], None], title: str, size_in: tuple[float, float] = _STUDY_SIZE_IN, *, narrow: bool = False
+) -> str:
+    """Draw on new axes and return the picture as SVG. A narrow picture fits a phone.
+
+    Raises:
+        MissingExtraError: The extra `report` is not installed.
+    """
+    with use_drawing_style():
+        figure = build_figure(*(_NARROW_IN if narrow else size_in))
+        figure.set_layout_engine("constrained")
+        draw(figure.add_subplot())
+        return render(figure, title, narrow=narrow)
+
+
+def get_axes(ax: Axes | None, size_in: tuple[float, float] = _STUDY_SIZE_IN) -> Axes:
+    """Return the given axes, or new axes.
+
+    Raises:
+        MissingExtraError: The extra `report` is not installed.
+    """
+    require_report_extra()
+    if ax is not None:
+        return ax
+    from matplotlib import pyplot as plt
+
+    return plt.subplots(figsize=size_in, layout="constrained")[1]

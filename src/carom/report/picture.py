@@ -92,6 +92,7 @@ def draw_traces(several: Sequence[Axes], traces: Sequence[Trace]) -> None:
         else:
             draw_walls(axes, scene, limits)
             _draw_paths(axes, scene, one, [], dotted=dotted)
+            axes.set(xlabel="x in m", ylabel="y in m")
 
 
 def draw_start(axes: Axes, scene: Scene) -> None:
@@ -100,6 +101,7 @@ def draw_start(axes: Axes, scene: Scene) -> None:
     paths = Paths(tuple((np.zeros(1), place[None]) for place in start.position_m), ())
     draw_walls(axes, scene, compute_limits(scene, paths, paths))
     _draw_paths(axes, scene, paths, [], dotted=False)
+    axes.set(xlabel="x in m", ylabel="y in m")
     if start.velocity_m_s.any():
         axes.quiver(*start.position_m.T, *start.velocity_m_s.T, angles="xy", color=INK, width=0.006, zorder=5)
 
@@ -135,18 +137,18 @@ def _find_missed_frames(
     """Return the discs of each missed impact, with their positions at the steps just before and after the impact."""
     if observed.frame_times is None or observed.frame_positions is None:
         return []
-    found = []
+    disc_positions = []
     for index in missed:
         impact = reference.impacts[index]
         after = int(np.searchsorted(observed.frame_times, impact["time_s"]))
         for frame in (after - 1, after):
             if 0 <= frame < len(observed.frame_times):
-                found += [
+                disc_positions += [
                     (int(body), observed.frame_positions[frame, body])
                     for body in (impact["first"], impact["second"])
                     if body >= 0
                 ]
-    return found
+    return disc_positions
 
 
 def _colour_of(disc: int) -> str:
@@ -267,16 +269,16 @@ def draw_walls(axes: Axes, scene: Scene, limits: Limits, *, ends: bool = True) -
     if ends:
         for wall in scene.walls:
             if wall.driven:
-                list(_draw_wall(axes, move_wall(wall, *wall.drive.moved_at(scene.duration_s)), limits, _GONE))
-    return [list(_draw_wall(axes, wall, limits, 1.0)) for wall in scene.walls]
+                list(_draw_wall(axes, move_wall(wall, *wall.drive.moved_at(scene.duration_s)), limits, alpha=_GONE))
+    return [list(_draw_wall(axes, wall, limits)) for wall in scene.walls]
 
 
-def _draw_wall(axes: Axes, wall: AnyWall, limits: Limits, alpha: float) -> Iterator[Artist]:
-    """Draw a wall, and yield its artists."""
+def _draw_wall(axes: Axes, wall: AnyWall, limits: Limits, **style: float) -> Iterator[Artist]:
+    """Draw a wall, and yield its artists. `style` is added to the style of walls."""
     from matplotlib.patches import Polygon
 
     if not isinstance(wall, Wall):
-        yield from _draw_outline(axes, wall.outline, alpha)
+        yield from _draw_outline(axes, wall.outline, **style)
         return
     low, high = limits
     reach = 4.0 * float(np.max(high - low))  # both ends of the line are outside the picture
@@ -291,22 +293,21 @@ def _draw_wall(axes: Axes, wall: AnyWall, limits: Limits, alpha: float) -> Itera
         foot + along * reach - normal * reach,
         foot - along * reach - normal * reach,
     ]
-    yield axes.add_artist(Polygon(corners, **(_SOLID | ({} if alpha == 1.0 else {"alpha": alpha}))))
+    yield axes.add_artist(Polygon(corners, **(_SOLID | style)))
 
 
-def _draw_outline(axes: Axes, outline: Outline, alpha: float) -> Iterator[Artist]:
+def _draw_outline(axes: Axes, outline: Outline, **style: Any) -> Iterator[Artist]:
     """Draw a finite wall: its line, and the area within its half width."""
     from matplotlib.patches import Circle, Polygon
 
-    faint: dict[str, Any] = {} if alpha == 1.0 else {"alpha": alpha}
     points = np.array(list(outline.build_polyline(ARC_PARTS)))
     if outline.solid:
-        yield axes.add_artist(Polygon(points, **(_SOLID | faint)))
-    yield from axes.plot(*points.T, color=WALL, linewidth=1.5, zorder=1, solid_capstyle="butt", **faint)
+        yield axes.add_artist(Polygon(points, **(_SOLID | style)))
+    yield from axes.plot(*points.T, color=WALL, linewidth=1.5, zorder=1, solid_capstyle="butt", **style)
     width = outline.half_width
     if width == 0.0:
         return
-    shade: dict[str, Any] = {"facecolor": WALL, "edgecolor": "none", "zorder": 1} | faint
+    shade = {"facecolor": WALL, "edgecolor": "none", "zorder": 1, **style}
     for a, b in pairwise(points):
         along = (b - a) / (np.hypot(*(b - a)) or 1.0)
         across = width * np.array([-along[1], along[0]])

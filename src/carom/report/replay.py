@@ -109,20 +109,23 @@ def build_replay_data(reference: Trace, runs: Iterable[tuple[Trace, Score, Mappi
             for x, y, overlap_s in list_meetings(reference)
         ],
         "runs": [
-            {
-                **description,
-                "dt": trace.dt_s or 1.0 / scene.frame_rate_hz,
-                "sampled": trace.dt_s > 0.0,
-                "end": trace.end_time_s,
-                "tracks": [_build_track(track, places) for track in build_observed_tracks(trace, extent_m)],
-                "turned": _build_turnings(trace),
-                "modes": _build_modes(trace),
-                "sampler": _build_sampler(reference, trace),
-                **_build_impacts(reference, trace, score),
-                "settings": {name: formatting.format_setting(value) for name, value in trace.settings.items()},
-            }
+            {**description, **_build_run(reference, trace, score, extent_m, places)}
             for trace, score, description in runs
         ],
+    }
+
+
+def _build_run(reference: Trace, trace: Trace, score: Score, extent_m: float, places: int) -> Json:
+    return {
+        "dt": trace.dt_s or 1.0 / trace.scene.frame_rate_hz,
+        "sampled": trace.dt_s > 0.0,
+        "end": trace.end_time_s,
+        "tracks": [_build_track(track, places) for track in build_observed_tracks(trace, extent_m)],
+        "turned": _build_turnings(trace),
+        "modes": _build_modes(trace),
+        "sampler": _build_sampler(reference, trace),
+        **_build_impacts(reference, trace, score),
+        "settings": {name: formatting.format_setting(value) for name, value in trace.settings.items()},
     }
 
 

@@ -88,7 +88,9 @@ def _format_scene(scene: Scene) -> list[str]:
 
 
 def _format_disc(disc: Disc) -> str:
-    mass = "driven" if disc.driven else "immovable" if disc.immovable else f"{_format_number(disc.mass_kg)} kg"
+    mass = f"{_format_number(disc.mass_kg)} kg"
+    if disc.immovable:
+        mass = "driven" if disc.driven else "immovable"
     spin = f", spin {_format_number(disc.spin_rad_s)} rad/s" if disc.spin_rad_s else ""
     inertia = f", inertia factor {_format_number(disc.inertia_factor)}" if disc.inertia_factor != 0.5 else ""
     moves = f"at {_format_vector(disc.position_m)} m, {_format_velocity(disc)}{spin}"
@@ -146,13 +148,13 @@ def _format_trace(trace: Trace) -> list[str]:
 
 def _format_score(score: Score) -> list[str]:
     total, expected = score.total, formatting.format_count(score.expected, "impact")
-    found = f"{len(score.errors)} of {expected} found, {len(score.missed)} missed, {len(score.spurious)} invented"
+    counts = f"{len(score.errors)} of {expected} found, {len(score.missed)} missed, {len(score.spurious)} invented"
     undecided = f", {len(score.undecided)} undecided" if score.undecided else ""
     beyond = f", {score.beyond_horizon} not compared" if score.beyond_horizon else ""
     spin = "" if math.isnan(total.spin) else f", spin {_format_number(total.spin)}"
     heading = (
         f"Score: {mark_of_grade(score.grade, score.float_bits).word}",
-        f"  {found}{undecided}{beyond}",
+        f"  {counts}{undecided}{beyond}",
         f"  largest errors: velocity {_format_number(total.velocity)}{spin}, time "
         f"{formatting.format_seconds(total.time_s)}, final position {_format_number(total.final_position)}, energy "
         f"{_format_number(total.energy)}",
@@ -160,7 +162,7 @@ def _format_score(score: Score) -> list[str]:
         _format_steps(score),
     )
     return _limit_lines(
-        heading, (f"{found.verdict.value} ({found.reason})" for found in score.findings), len(score.findings)
+        heading, (f"{finding.verdict.value} ({finding.reason})" for finding in score.findings), len(score.findings)
     )
 
 

@@ -196,7 +196,7 @@ def build_observed_tracks(trace: Trace, extent_m: float) -> tuple[Track, ...]:
         return tuple(map(_cut_at_non_finite, impact_tracks))
     times, places = sampled
     near = SHARPNESS * extent_m
-    if all(_does_pass_through(track, times, places[:, disc], near) for disc, track in enumerate(impact_tracks)):
+    if all(_has_states(track, times, places[:, disc], near) for disc, track in enumerate(impact_tracks)):
         return impact_tracks
     return tuple(
         _thin_track(times, places[:, k], np.array((0.0, 0.0) if disc.immovable else trace.scene.gravity_m_s2), near)
@@ -224,7 +224,7 @@ def _cut_at_non_finite(track: Track) -> Track:
     return track if count == len(known) else Track(track.time_s[:count], track.position_m[:count], track.pull_m_s2)
 
 
-def _does_pass_through(track: Track, times: Array, places: Array, near: float) -> bool:
+def _has_states(track: Track, times: Array, places: Array, near: float) -> bool:
     """Return whether a track passes through all given states; False if the track contains NaN or infinite numbers."""
     away = np.abs(track.positions_at(times) - places)
     return bool(np.isfinite(away).all() and away.max() <= near)

@@ -30,7 +30,7 @@ def load_page_engines(names: Iterable[str], *, required: bool) -> list[PageEngin
     Raises:
         InputError: An engine can't run in a page, or is required but not installed.
     """
-    found = []
+    engines = []
     for name in names:
         require_named(name)
         adapter = load_adapter(name)
@@ -39,7 +39,7 @@ def load_page_engines(names: Iterable[str], *, required: bool) -> list[PageEngin
         engine = build_page_engine(name, Path(adapter.folder) / "engine.toml")
         if engine is not None:
             lacks = tuple(need.value for need in _NEEDS if not supports(adapter.capabilities, need))
-            found.append(replace(engine, lacks=lacks))
+            engines.append(replace(engine, lacks=lacks))
         elif required:
             raise InputError(f"{name} is not installed: {adapter.manifest.install}")
-    return found
+    return engines

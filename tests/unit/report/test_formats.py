@@ -28,7 +28,7 @@ from carom.comparator import Grade
 from carom.errors import InputError, MissingExtraError
 from carom.execution.job import Status
 from carom.execution.results import Results, is_violation
-from carom.report.document import Column, Document, Headline, Media, Section, Table
+from carom.report.document import Column, Document, Media, Section, Table
 from carom.report.junit import render_junit
 from carom.report.outcome_marks import Mark
 from carom.report.render.html import render_html as html_of
@@ -354,7 +354,7 @@ def test_added_column_appears_in_every_format() -> None:
     """A column that is added to a table appears in the page, in the Markdown and on the terminal."""
     table = Table((Column("scene", str.title), Column("discs", lambda _: "2")), ["one"], title="Sizes")
     wider = replace(table, columns=(*table.columns, Column("added", lambda _: "here")))
-    document = Document("A report", Headline("It is a report."), (Section("Sizes", (wider,)),))
+    document = Document("A report", ("It is a report.",), (Section("Sizes", (wider,)),))
     _answer, _heading, printed = render_terminal(document, 160)
     buffer = io.StringIO()
     Console(file=buffer, width=100).print(printed)

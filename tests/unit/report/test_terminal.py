@@ -14,7 +14,7 @@ import carom
 from carom import Scene
 from carom.catalogue import find_scenes
 from carom.cli.ascii import ERRORS
-from carom.report.document import Column, Document, Headline, Section, Table
+from carom.report.document import Column, Document, Section, Table
 from carom.report.render.terminal import render_terminal
 from carom.report.summary import MOST_LINES, WIDTH, format_printable
 from carom.studies.cross_check.document import cross_check_document
@@ -65,7 +65,7 @@ def test_number_and_unit_stay_on_one_line(width: int) -> None:
     """Even at 30 to 40 columns no number in a table is separated from its unit."""
     columns = [Column(f"error {k}", lambda share: f"{share} %", number=True) for k in range(3)]
     table = Table([Column("method", str), *columns], [0.044, 12.25, 100])
-    lines = print_document(Document("title", Headline(""), (Section("errors", (table,)),)), width)
+    lines = print_document(Document("title", (), (Section("errors", (table,)),)), width)
     for share in (0.044, 12.25, 100):
         assert sum(line.count(f" {share} %") for line in lines) == 3
 

@@ -9,7 +9,7 @@ from carom.execution.job import Method
 from carom.model.scene import Disc, Scene
 from carom.studies.advise.run import Advice, ClosedForm
 from carom.studies.advise.sampling_limit import Cause, ContactWindow, Demand, HardImpact, PairLimit
-from carom.studies.advise.step_search import Advised, SearchEnding, StepRange, count_steps_per_frame
+from carom.studies.advise.step_search import SearchEnding, StepAdvice, StepRange, count_steps_per_frame
 from carom.studies.advise.step_trial import StepTrial
 from carom.studies.bench.convergence import fit_order
 from carom.studies.bench.growth import Growth, GrowthCurve, GrowthPoint
@@ -54,7 +54,7 @@ def build_bench(*names: str) -> Bench:
         curves = []
         for method in METHODS:
             own = tuple(build_point(method, k) for k in range(len(STEPS)))
-            order = fit_order([p.dt_s for p in own if p.sound], [p.error for p in own if p.sound])
+            order = fit_order([p.dt_s for p in own if p.is_sound], [p.error for p in own if p.is_sound])
             curves.append(Curve(method.engine, method.profile, own, order, find_cheapest(own, plan.target)))
         every = [p for curve in curves for p in curve.points]
         front = find_pareto_front([p for p in every if p.engine != "pic"])
@@ -107,7 +107,7 @@ def build_advice() -> Advice:
         lost = method == Method("mujoco", "default")
         whole = StepRange(None, None, fine[-1].dt_s, fine[-1], (), ()) if lost else never
         ending = SearchEnding.FLAT if lost else SearchEnding.FOUND
-        answers.append(Advised(method, (*first, *fine), never, whole, ending))
+        answers.append(StepAdvice(method, (*first, *fine), never, whole, ending))
     limit = PairLimit(ContactWindow.of(0.9, (0.9, 0.1), (6.0, 0.0)), 0.148, 0.0055)
     return Advice(
         scene=build_scene(),

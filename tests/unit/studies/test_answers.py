@@ -23,7 +23,7 @@ from carom.execution.job import Method
 from carom.report import formatting
 from carom.report.document import Document, Media, Table
 from carom.studies.advise.document import build_advice_document
-from carom.studies.advise.run import Advice, Unable
+from carom.studies.advise.run import Advice, UnsearchedMethod
 from carom.studies.advise.step_search import SearchEnding, StepRange
 from carom.studies.bench.axes import ErrorKind
 from carom.studies.bench.document import build_bench_document
@@ -71,7 +71,7 @@ def test_every_symbol_has_an_ascii_replacement(document: Document) -> None:
 
 def test_bench_names_fastest_engine_within_target_error() -> None:
     """The bench names the fastest engine with at most 0.1 % error, or else the most accurate one."""
-    below = [p for m in METHODS[3:] for k in range(len(STEPS)) if (p := build_point(m, k)).error <= 1e-3 and p.sound]
+    below = [p for m in METHODS[3:] for k in range(len(STEPS)) if (p := build_point(m, k)).error <= 1e-3 and p.is_sound]
     best = min(below, key=lambda p: p.timing.advance_s.median if p.timing else 0.0)
     spent = formatting.format_number(best.timing.advance_s.median * 1e3, 3) if best.timing else ""
     asked = replace(build_bench(), plan=replace(build_bench().plan, target=1e-3))
@@ -233,7 +233,7 @@ def test_advice_claims_no_bounds_and_has_no_rows_for_pic_and_pit() -> None:
     refused = replace(one, never_misses=never, demand=never, refused_s=0.5, refusal="too far a step")
     (row,) = list_range_rows(replace(found, answers=(refused,)))
     assert row.count("refused") == 2
-    unable = Unable(Method("box2d", "default"), "the scene has walls")
+    unable = UnsearchedMethod(Method("box2d", "default"), "the scene has walls")
     assert "Not run: box2d default (the scene has walls)." in render_advice(replace(found, unable=(unable,)))
 
 

@@ -34,9 +34,10 @@ def advise(
     --miss-probability 0.1`.
     """
     from carom.report.files import require_report_extra
-    from carom.studies.advise.document import PURPOSE, build_advice_document, write_advice
+    from carom.report.render.html import render_html
+    from carom.studies.advise.document import PURPOSE, build_advice_document
     from carom.studies.advise.run import advise as find
-    from carom.support.folders import claim_while_writing
+    from carom.support.folders import claim_while_writing, write_files
 
     loaded_scene = arguments.load_one_scene(scene, "SCENE")
     page = None
@@ -45,6 +46,7 @@ def advise(
             require_report_extra()
         with options.open_pool() as pool, output.show_progress_bar() as progress:
             advice = find(loaded_scene, options, pool, progress=progress, command=get_command_line())
+        document = build_advice_document(advice, scene)
         if out is not None:
-            page = write_advice(advice, out, scene)
-    output.print_document(build_advice_document(advice, scene), full=verbose, page=page)
+            page = write_files(out, PURPOSE, {"index.html": render_html(document)})
+    output.print_document(document, full=verbose, page=page)

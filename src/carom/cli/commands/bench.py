@@ -83,10 +83,11 @@ def bench(
             progress=progress,
             command=get_command_line(),
         )
-    found = compare_points(result, before) if before is not None else None
-    page = write_bench(result, out, tuple(axes or Diagram), found)
-    output.print_document(build_bench_document(result, baseline=found), full=verbose, page=page)
-    if any(BaselineChange.REGRESSED in (one.time, one.accuracy) for one in found or ()):
+    changes = compare_points(result, before) if before is not None else None
+    shown_axes = tuple(axes or Diagram)
+    document = build_bench_document(result, shown_axes, changes)
+    output.print_document(document, full=verbose, page=write_bench(result, document, out, shown_axes))
+    if any(BaselineChange.REGRESSED in (one.time, one.accuracy) for one in changes or ()):
         raise typer.Exit(ExitCode.VIOLATION)
 
 
@@ -111,4 +112,5 @@ def _run_growth(
         growth_journal(path, resume=resume, retry=retry) as journal,
     ):
         found = measure_growth(options, notes=journal, progress=progress, command=get_command_line())
-    output.print_document(build_growth_document(found), full=verbose, page=write_growth(found, out))
+    document = build_growth_document(found)
+    output.print_document(document, full=verbose, page=write_growth(found, document, out))

@@ -57,19 +57,19 @@ def certify(
     for scene in found_scenes:
         with output.show_progress_bar() as show_progress:
             progress = partial(_show_progress, show_progress, scene, options.max_impacts)
-            found = certified(scene, **vars(options), progress=progress)
+            result = certified(scene, **vars(options), progress=progress)
         if as_json or out is not None:
-            document = enclosures(found)
+            document = enclosures(result)
             documents.append(document)
             if out is not None:
                 text = json.dumps(document, indent=1) + "\n"
                 write_files(out, PURPOSE, {f"{build_file_name(scene.name)}.json": text})
         if not as_json:
-            output.print_document(build_certified_document(found, show))
-        if found.ending is Ending.INTERRUPTED:
+            output.print_document(build_certified_document(result, show))
+        if result.ending is Ending.INTERRUPTED:
             worst = ExitCode.INTERRUPTED
             break
-        if found.ending not in (Ending.COMPLETED, Ending.MAX_IMPACTS):
+        if result.ending not in (Ending.COMPLETED, Ending.MAX_IMPACTS):
             worst = ExitCode.VIOLATION
     if as_json:
         typer.echo(json.dumps(documents if len(documents) > 1 else documents[0], indent=1))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -100,23 +101,22 @@ def _run_history(
     loaded_scenes = arguments.load_plain_scenes(scenes)
     if out is None and (resume or retry):
         raise InputError("--resume and --retry need the output folder: give --out")
-    command, page = get_command_line(), None
-    if out is None:
-        with output.show_progress_bar() as progress:
-            found = run.run_history(engine, loaded_scenes, cache, options, progress=progress, command=command)
-    else:
-        require_report_extra()
-        path = out / run.JOURNAL
-        with (
-            error_handling.run_study(out, run.PURPOSE, path) as progress,
-            history_journal(path, resume=resume, retry=retry) as journal,
-        ):
-            found = run.run_history(
-                engine, loaded_scenes, cache, options, notes=journal, progress=progress, command=command
-            )
-        page = write_history(found, out)
-    output.print_document(build_history_document(found), full=verbose, report=page)
-    if not found.ran:
+    with ExitStack() as stack:
+        journal = None
+        if out is None:
+            progress = stack.enter_context(output.show_progress_bar())
+        else:
+            require_report_extra()
+            path = out / run.JOURNAL
+            progress = stack.enter_context(error_handling.run_study(out, run.PURPOSE, path))
+            journal = stack.enter_context(history_journal(path, resume=resume, retry=retry))
+        result = run.run_history(
+            engine, loaded_scenes, cache, options, notes=journal, progress=progress, command=get_command_line()
+        )
+    document = build_history_document(result)
+    page = None if out is None else write_history(result, document, out)
+    output.print_document(document, full=verbose, report=page)
+    if not result.ran:
         raise typer.Exit(ExitCode.UNAVAILABLE)
-    if found.worse_now:
+    if result.is_worse:
         raise typer.Exit(ExitCode.VIOLATION)

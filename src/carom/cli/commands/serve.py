@@ -37,14 +37,14 @@ def serve(
     from carom.engines.registry import distribution_of, explain_unavailable_adapter, find_version, load_adapter
     from carom.errors import AdapterError
 
-    found = load_adapter(adapter)
-    version = find_version(found, distribution_of(adapter))
+    loaded_adapter = load_adapter(adapter)
+    version = find_version(loaded_adapter, distribution_of(adapter))
     if manifest is not None:
         path_options = [] if path is None else ["--path", str(path.resolve())]
         command = [sys.executable, "-m", "carom", "serve", adapter, *path_options]
-        answers.write(program.build_manifest(found, manifest, version, command))
+        answers.write(program.build_manifest(loaded_adapter, manifest, version, command))
         answers.close()
         return
-    if reason := explain_unavailable_adapter(found):
+    if reason := explain_unavailable_adapter(loaded_adapter):
         raise AdapterError(f"{adapter}: {reason}")
-    program.serve(program.Server(found, version), sys.stdin, answers.write)
+    program.serve(program.Server(loaded_adapter, version), sys.stdin, answers.write)

@@ -55,6 +55,7 @@ def stress(
         results = campaign.run_stress_campaign(
             attacks or [], options, out=out, resume=resume, retry=retry, progress=progress, command=get_command_line()
         )
-    output.print_document(build_stress_document(results), full=verbose, report=write_stress(results, out))
+    document = build_stress_document(results)
+    output.print_document(document, full=verbose, report=write_stress(results, document, out))
     if any(info.unavailable for name, info in results.engines.items() if name in (options.engines or ())):
         raise typer.Exit(ExitCode.UNAVAILABLE)

@@ -13,7 +13,7 @@ from carom.cli.options import add_options
 from carom.studies.tune.options import TuneOptions
 
 if TYPE_CHECKING:
-    from carom.studies.tune.search import Found
+    from carom.studies.tune.search import TriedSettings
 
 
 @add_options(TuneOptions)
@@ -38,23 +38,25 @@ def tune(
     Examples: `carom tune pymunk`, `carom tune box2d classics paper --trials 300`, `carom tune pymunk --resume --trials
     300`.
     """
+    from carom.report.render.markdown import render_markdown
     from carom.studies.tune import run as search
-    from carom.studies.tune.document import build_tune_document, format_set_options, write_tune
+    from carom.studies.tune.document import build_tune_document, format_set_options
     from carom.studies.tune.evaluate import tune_journal
     from carom.studies.tune.search import require_tune_extra
+    from carom.support.folders import write_files
 
     require_tune_extra()
     name = arguments.parse_engine(engine)
     scene_names = scenes or [search.SCENES]
     loaded_scenes = arguments.load_plain_scenes(scene_names)
     path = out / search.JOURNAL
-    best: list[Found] = []
+    best: list[TriedSettings] = []
     with (
         error_handling.run_study(out, search.PURPOSE, path) as progress,
         tune_journal(path, resume=resume, retry=retry) as journal,
     ):
         try:
-            found = search.tune(
+            tuning = search.tune(
                 name,
                 loaded_scenes,
                 options,
@@ -67,6 +69,6 @@ def tune(
             if best:
                 output.say(f"best so far (trial {best[-1].trial}): {format_set_options(best[-1])}", apart=True)
             raise
-    output.print_document(
-        build_tune_document(found, scene_names), full=verbose, report=write_tune(found, scene_names, out)
-    )
+    document = build_tune_document(tuning, scene_names)
+    report = write_files(out, search.PURPOSE, {"tune.md": render_markdown(document)})
+    output.print_document(document, full=verbose, report=report)

@@ -30,8 +30,7 @@ def render_terminal(document: Document, width: int, *, full: bool = False) -> It
         full: Whether to show the whole document instead of a summary.
     """
     medium = Media.DETAIL if full else Media.TERMINAL
-    if document.answer.sentence:
-        yield escape_controls(document.answer.sentence)
+    yield from map(escape_controls, document.lead[:1])
     for section in document.select_for(medium):
         below = list[str]()  # legend of a table
         for block in section.select_for(medium):
@@ -51,7 +50,7 @@ def render_terminal(document: Document, width: int, *, full: bool = False) -> It
                     yield from (escape_controls(f"{name}: {value}") for name, value in block.items)
                 case blocks.Figures() | blocks.Pairs() | blocks.Replays():  # pages only
                     pass
-    yield from map(escape_controls, document.answer.more)
+    yield from map(escape_controls, document.lead[1:])
 
 
 def render_plain_text(document: Document, width: int = 80) -> str:

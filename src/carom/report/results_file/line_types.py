@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
 from pydantic import Field
@@ -13,7 +12,7 @@ from carom.comparator import Errors, Grade, LocalScore
 from carom.comparator.measure.consistency import Consistency
 from carom.comparator.scales import Scales
 from carom.execution.environment import Environment
-from carom.execution.job import Status
+from carom.execution.job import Method, Status
 from carom.execution.phases import PhaseSpread
 from carom.execution.timing import Timing
 from carom.model.trace import Outcome, Setting
@@ -74,7 +73,7 @@ class OutcomeComparison:
     matches: bool
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class RowLine:
     """A line of the file after the first one: the result for a scene, a method and a step size.
 
@@ -94,35 +93,40 @@ class RowLine:
     scene: str
     engine: str
     profile: str
-    tried: Mapping[str, Setting] = dataclasses.field(default_factory=dict, kw_only=True)
+    tried: Mapping[str, Setting] = field(default_factory=dict)
     dt_s: Step
     refinement: int
     status: Status
     reason: str
-    grade: Grade | None
-    verdicts: tuple[VerdictLine, ...]
-    matched: int | None
-    missed: tuple[int, ...] | None
-    spurious: tuple[int, ...] | None
-    undecided: tuple[int, ...] | None
-    total: Errors | None
-    against_pit: Errors | None
-    own_velocity: float | None
-    price_paid: float | Literal["inf"] | None
-    float_bits: Literal[32, 64] | None
-    equals_pit: bool | None
-    edits: int | None
-    local: Mapping[str, int | float] | None
-    local_truth: LocalScore | None
-    diverged_s: float | None
-    pit_diverged_s: float | None
-    consistency: Consistency | None
-    outcome_taken: OutcomeComparison | None
-    spread: PhaseSpread | None
-    counts: Mapping[str, int] | None
-    outcome: Outcome | None
-    notes: tuple[str, ...]
-    settings: Mapping[str, Setting] | None
-    timing: Timing | None
-    untimed: str
-    time_ratio: float | None
+    grade: Grade | None = None
+    verdicts: tuple[VerdictLine, ...] = ()
+    matched: int | None = None
+    missed: tuple[int, ...] | None = None
+    spurious: tuple[int, ...] | None = None
+    undecided: tuple[int, ...] | None = None
+    total: Errors | None = None
+    against_pit: Errors | None = None
+    own_velocity: float | None = None
+    price_paid: float | Literal["inf"] | None = None
+    float_bits: Literal[32, 64] | None = None
+    equals_pit: bool | None = None
+    edits: int | None = None
+    local: Mapping[str, int | float] | None = None
+    local_truth: LocalScore | None = None
+    diverged_s: float | None = None
+    pit_diverged_s: float | None = None
+    consistency: Consistency | None = None
+    outcome_taken: OutcomeComparison | None = None
+    spread: PhaseSpread | None = None
+    counts: Mapping[str, int] | None = None
+    outcome: Outcome | None = None
+    notes: tuple[str, ...] = ()
+    settings: Mapping[str, Setting] | None = None
+    timing: Timing | None = None
+    untimed: str = ""
+    time_ratio: float | None = None
+
+    @property
+    def method(self) -> Method:
+        """The method that ran."""
+        return Method(self.engine, self.profile, tuple(self.tried.items()))

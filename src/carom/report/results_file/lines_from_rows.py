@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Mapping
-from typing import Any, Literal, cast
+from typing import Any
 
 from carom.comparator import Score, Verdict
 from carom.execution.job import Status
@@ -51,7 +51,7 @@ def _build_pit_errors(scene: str, dt_s: float, score: Score) -> dict[str, str | 
 
 #: Fields of a score that a line contains with the same names.
 _OF_SCORE = (
-    *("missed", "spurious", "undecided", "total", "against_pit", "own_velocity", "equals_pit", "edits"),
+    *("missed", "spurious", "undecided", "total", "against_pit", "own_velocity", "float_bits", "equals_pit", "edits"),
     *("local_truth", "diverged_s", "pit_diverged_s", "consistency"),
 )
 
@@ -59,7 +59,19 @@ _OF_SCORE = (
 def build_line(row: Row) -> RowLine:
     """Build the line of a run without the errors of single impacts, which take longest to compute."""
     job, score, trace = row.job, row.score, row.trace
-    scored: dict[str, Any] = {name: getattr(score, name) if score else None for name in _OF_SCORE}
+    of_score: dict[str, Any] = {}
+    if score is not None:
+        of_score = {name: getattr(score, name) for name in _OF_SCORE} | {
+            "verdicts": tuple(VerdictLine(one.verdict.name.lower(), one.reason) for one in score.findings),
+            "matched": len(score.errors),
+            # JSON can't express an infinite number.
+            "price_paid": "inf" if math.isinf(score.price_paid) else score.price_paid,
+            "outcome_taken": _build_outcome(score),
+        }
+    of_trace: dict[str, Any] = {}
+    if trace is not None:
+        of_trace = {name: getattr(trace, name) for name in ("counts", "outcome", "settings")}
+        of_trace["notes"] = tuple(trace.notes)
     return RowLine(
         scene=job.scene.name,
         engine=job.engine,
@@ -70,22 +82,12 @@ def build_line(row: Row) -> RowLine:
         status=row.status,
         reason=row.reason or (NO_REFERENCE if row.status is Status.RAN and score is None else ""),
         grade=row.grade,
-        verdicts=tuple(VerdictLine(one.verdict.name.lower(), one.reason) for one in score.findings) if score else (),
-        matched=len(score.errors) if score else None,
-        **scored,
-        # JSON can't express an infinite number.
-        price_paid=("inf" if math.isinf(score.price_paid) else score.price_paid) if score else None,
-        float_bits=cast("Literal[32, 64]", score.float_bits) if score else None,
-        local=None,
-        outcome_taken=_build_outcome(score) if score else None,
         spread=row.spread,
-        counts=trace.counts if trace else None,
-        outcome=trace.outcome if trace else None,
-        notes=tuple(trace.notes) if trace else (),
-        settings=trace.settings if trace else None,
         timing=row.timing,
         untimed=row.untimed,
         time_ratio=row.time_ratio,
+        **of_score,
+        **of_trace,
     )
 
 

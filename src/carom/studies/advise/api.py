@@ -13,7 +13,7 @@ from carom.execution.job import Progress, no_progress
 from carom.execution.pool import Pool
 from carom.model.scene import Scene, to_scene
 from carom.report.document import Document
-from carom.report.notebook_picture import ShownResult
+from carom.report.notebook import ShownResult
 from carom.studies.advise.document import build_advice_document
 from carom.studies.advise.figure import draw_advice, format_title
 from carom.studies.advise.options import AdviceOptions

@@ -6,7 +6,6 @@ import math
 import shlex
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
-from pathlib import Path
 
 from carom.engines.registry import format_engine_argument
 from carom.model.trace import body_name
@@ -18,22 +17,18 @@ from carom.report.document import (
     Document,
     Figure,
     Figures,
-    Headline,
     Lines,
     Media,
     Section,
     Table,
     Text,
 )
-from carom.report.files import require_report_extra
 from carom.report.provenance import build_provenance
-from carom.report.render.html import render_html
 from carom.studies.advise.figure import render_advice_svg
 from carom.studies.advise.run import Advice
 from carom.studies.advise.sampling_limit import Cause
-from carom.studies.advise.step_search import CONFIRM, Advised, SearchEnding, StepRange, count_steps_per_frame
+from carom.studies.advise.step_search import CONFIRM, SearchEnding, StepAdvice, StepRange, count_steps_per_frame
 from carom.studies.advise.step_trial import StepTrial
-from carom.support.folders import write_files
 from carom.support.formatting import format_step_option
 
 #: Name of the study in its output folders.
@@ -52,7 +47,7 @@ def build_advice_document(advice: Advice, scene_word: str = "") -> Document:
             scenes of the catalogue.
     """
 
-    def order(one: Advised) -> tuple[bool, float, float]:
+    def order(one: StepAdvice) -> tuple[bool, float, float]:
         return one.method in advice.located, _compute_sort_key(one.demand), _compute_sort_key(one.never_misses)
 
     rows = sorted(advice.answers, key=order)
@@ -75,17 +70,17 @@ def build_advice_document(advice: Advice, scene_word: str = "") -> Document:
             Section("All tested steps", tested, only=Media.IN_FULL),
         ]
     making_of = build_provenance(advice.environment, advice.command, advice.elapsed_s)
-    return Document("Carom: advice", Headline(answer), (*sections, *making_of))
+    return Document("Carom: advice", (answer,), (*sections, *making_of))
 
 
-def _list_questions(advice: Advice) -> Iterator[tuple[str, Callable[[Advised], StepRange]]]:
+def _list_questions(advice: Advice) -> Iterator[tuple[str, Callable[[StepAdvice], StepRange]]]:
     """Yield the heading of each accuracy criterion, and a function that returns the step sizes that meet it."""
     yield "no miss", lambda answer: answer.never_misses
     yield f"≤ {_format_target_angle(advice)}", lambda answer: answer.demand
 
 
-def _build_table(advice: Advice, rows: Sequence[Advised]) -> Table:
-    def build_columns(head: str, read: Callable[[Advised], StepRange]) -> Iterator[Column]:
+def _build_table(advice: Advice, rows: Sequence[StepAdvice]) -> Table:
+    def build_columns(head: str, read: Callable[[StepAdvice], StepRange]) -> Iterator[Column]:
         yield Column(head, lambda answer: _describe_passing_step(answer, read(answer)), "steps/s", number=True)
         yield Column(
             "per", lambda answer: str(_count_steps_per_frame(advice, read(answer)) or ""), "frame", number=True
@@ -94,7 +89,7 @@ def _build_table(advice: Advice, rows: Sequence[Advised]) -> Table:
     frame = f"{formatting.format_number(advice.scene.frame_rate_hz, 4)} Hz"
     return Table(
         (
-            Column("", lambda answer: answer.method.label + " +CCD" * (answer.method in advice.swept)),
+            Column("", lambda answer: answer.method.label + (" +CCD" if answer.method in advice.swept else "")),
             *(column for question in _list_questions(advice) for column in build_columns(*question)),
             Column(f"at {frame}", lambda answer: _format_frame_step_result(advice, answer)),
         ),
@@ -105,8 +100,8 @@ def _build_table(advice: Advice, rows: Sequence[Advised]) -> Table:
     )
 
 
-def _build_evidence_table(advice: Advice, rows: Sequence[Advised]) -> Table:
-    def build_columns(head: str, read: Callable[[Advised], StepRange]) -> Iterator[Column]:
+def _build_evidence_table(advice: Advice, rows: Sequence[StepAdvice]) -> Table:
+    def build_columns(head: str, read: Callable[[StepAdvice], StepRange]) -> Iterator[Column]:
         yield Column(head, lambda answer: _format_rate_range(read(answer)), number=True)
         yield Column("fails", lambda answer: _format_failing_rate(answer, read(answer)), "at", number=True)
 
@@ -118,17 +113,6 @@ def _build_evidence_table(advice: Advice, rows: Sequence[Advised]) -> Table:
     )
     title = "Steps per second that pass, from the largest step size to the smallest tested one:"
     return Table(columns, rows, title=title, only=Media.IN_FULL)
-
-
-def write_advice(advice: Advice, folder: Path, scene_word: str = "") -> Path:
-    """Write ``index.html`` into a folder and return its path. `scene_word` is as in `build_advice_document`.
-
-    Raises:
-        MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed. InputError: The folder is not
-        writable, or contains files that Carom did not write.
-    """
-    require_report_extra()
-    return write_files(folder, PURPOSE, {"index.html": render_html(build_advice_document(advice, scene_word))})
 
 
 def _build_headline(advice: Advice) -> Iterator[str]:
@@ -154,7 +138,7 @@ def _format_target_angle(advice: Advice) -> str:
     return _format_degrees(advice.demand.direction_error_rad)
 
 
-def _describe_longest_step(advice: Advice, question: Callable[[Advised], StepRange]) -> str:
+def _describe_longest_step(advice: Advice, question: Callable[[StepAdvice], StepRange]) -> str:
     """Describe the largest step size that passes, and its method.
 
     Methods whose steps Carom shortens are considered only if there are no other methods, because no setting of an
@@ -167,30 +151,31 @@ def _describe_longest_step(advice: Advice, question: Callable[[Advised], StepRan
     longest = max(found.passes.dt_s for found, _ in passing if found.passes)
     best = [(found, answer) for found, answer in passing if found.passes and found.passes.dt_s == longest]
     names = formatting.join_words([answer.method.label for _, answer in best], "or")
-    any_step = all(_passes_at_any_step(answer, found) for found, answer in best)
+    any_step = all(_has_no_step_limit(answer, found) for found, answer in best)
     steps = "any tested step size ({} or more steps per second)" if any_step else "{} steps/s"
     return f"use {steps.format(_format_rate(longest))}{_describe_substeps(advice, best[0][0])} with {names}"
 
 
-def _passes_at_any_step(answer: Advised, found: StepRange) -> bool:
+def _has_no_step_limit(answer: StepAdvice, step_range: StepRange) -> bool:
     """Whether every tested step size passes, including the whole run in one step."""
-    return found.passes is not None and found.fails is None and answer.refused_s is None
+    return step_range.passes is not None and step_range.fails is None and answer.refused_s is None
 
 
-def _describe_substeps(advice: Advice, found: StepRange) -> str:
+def _describe_substeps(advice: Advice, step_range: StepRange) -> str:
     """Describe the number of steps per frame at the largest passing step size that divides a frame."""
-    if (times := _count_steps_per_frame(advice, found)) is None:
+    if (times := _count_steps_per_frame(advice, step_range)) is None:
         return ""
     rate = formatting.format_number(advice.scene.frame_rate_hz, 4)
-    enough = "" if found.in_frame is found.passes else f" {'is' if times == 1 else 'are'} enough"
+    enough = "" if step_range.in_frame is step_range.passes else f" {'is' if times == 1 else 'are'} enough"
     return f" ({formatting.format_count(times, 'step')} per frame at {rate} Hz{enough})"
 
 
-def _count_steps_per_frame(advice: Advice, found: StepRange) -> int | None:
-    return None if found.in_frame is None else count_steps_per_frame(found.in_frame.dt_s, advice.scene.frame_rate_hz)
+def _count_steps_per_frame(advice: Advice, step_range: StepRange) -> int | None:
+    trial = step_range.in_frame
+    return None if trial is None else count_steps_per_frame(trial.dt_s, advice.scene.frame_rate_hz)
 
 
-def _build_code_blocks(advice: Advice, rows: Sequence[Advised], scene_word: str) -> Iterator[Block]:
+def _build_code_blocks(advice: Advice, rows: Sequence[StepAdvice], scene_word: str) -> Iterator[Block]:
     """For each method, yield its steps per frame, the engine's code for a frame, and a command that prints settings.
 
     On a terminal, only the first method is shown.
@@ -217,13 +202,13 @@ def _build_code_blocks(advice: Advice, rows: Sequence[Advised], scene_word: str)
         media = Media.IN_FULL
 
 
-def _describe_passing_step(answer: Advised, found: StepRange) -> str:
-    if found.passes is None:
-        return _format_rate_range(found)
-    return "any tried" if _passes_at_any_step(answer, found) else _format_rate(found.passes.dt_s)
+def _describe_passing_step(answer: StepAdvice, step_range: StepRange) -> str:
+    if step_range.passes is None:
+        return _format_rate_range(step_range)
+    return "any tried" if _has_no_step_limit(answer, step_range) else _format_rate(step_range.passes.dt_s)
 
 
-def _format_frame_step_result(advice: Advice, answer: Advised) -> str:
+def _format_frame_step_result(advice: Advice, answer: StepAdvice) -> str:
     """Describe the method's result with one step per frame."""
     rate_hz = advice.scene.frame_rate_hz
     trial = next((one for one in answer.trials if count_steps_per_frame(one.dt_s, rate_hz) == 1), None)
@@ -272,7 +257,7 @@ def _build_notes(advice: Advice) -> Iterator[str]:
     yield _describe_hardest_impact(advice)
 
 
-def _build_trials_table(answer: Advised) -> Table:
+def _build_trials_table(answer: StepAdvice) -> Table:
     columns = (
         Column("steps/s", lambda trial: _format_rate(trial.dt_s), number=True),
         Column("step size, s", lambda trial: formatting.format_number(trial.dt_s, 4), number=True),
@@ -284,8 +269,8 @@ def _build_trials_table(answer: Advised) -> Table:
     return Table(columns, answer.trials, title=name, folded=name, only=Media.IN_FULL)
 
 
-def _compute_sort_key(found: StepRange) -> float:
-    return math.inf if found.passes is None else -found.passes.dt_s
+def _compute_sort_key(step_range: StepRange) -> float:
+    return math.inf if step_range.passes is None else -step_range.passes.dt_s
 
 
 def _format_rate(dt_s: float) -> str:
@@ -300,24 +285,24 @@ def _format_rates(trials: Iterable[StepTrial]) -> str:
     return f"{rates[0]} to {rates[-1]} ({len(rates)} step sizes tested)"
 
 
-def _format_rate_range(found: StepRange) -> str:
-    if found.passes is not None:
-        return f"{_format_rate(found.passes.dt_s)}-{_format_rate(found.down_to_s)}"
-    if math.isnan(found.down_to_s):
+def _format_rate_range(step_range: StepRange) -> str:
+    if step_range.passes is not None:
+        return f"{_format_rate(step_range.passes.dt_s)}-{_format_rate(step_range.down_to_s)}"
+    if math.isnan(step_range.down_to_s):
         return formatting.ABSENT
-    failed = found.fails is not None and found.fails.dt_s == found.down_to_s
+    failed = step_range.fails is not None and step_range.fails.dt_s == step_range.down_to_s
     return "none" if failed else "unfinished"
 
 
-def _format_failing_rate(answer: Advised, found: StepRange) -> str:
-    if found.fails is not None:
-        return _format_rate(found.fails.dt_s)
+def _format_failing_rate(answer: StepAdvice, step_range: StepRange) -> str:
+    if step_range.fails is not None:
+        return _format_rate(step_range.fails.dt_s)
     if not answer.trials:
         return formatting.ABSENT
     return "none" if answer.refused_s is None else "refused"
 
 
-def _describe_search(advice: Advice, rows: Sequence[Advised]) -> Iterator[str]:
+def _describe_search(advice: Advice, rows: Sequence[StepAdvice]) -> Iterator[str]:
     """Yield the reasons why searches ended and step sizes were refused, and describe the tested phases."""
     for ending, names in formatting.group_by((one.ending, one.method.label) for one in rows).items():
         yield f"For {formatting.join_words(names)}, no smaller step size was tested, because {ending.value}."
@@ -331,7 +316,7 @@ def _describe_search(advice: Advice, rows: Sequence[Advised]) -> Iterator[str]:
     )
 
 
-def _format_direction_error(answer: Advised) -> str:
+def _format_direction_error(answer: StepAdvice) -> str:
     """Return the error at the recommended step size, or at the smallest tested one."""
     trial = answer.demand.passes or (answer.trials[-1] if answer.trials else None)
     if trial is None:

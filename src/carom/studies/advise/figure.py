@@ -6,7 +6,7 @@ import math
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from carom.report.notebook_picture import render_picture
+from carom.report.notebook import render_picture
 from carom.report.svg import INK, choose_line_style, format_tick
 from carom.studies.advise.run import Advice
 

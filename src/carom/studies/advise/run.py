@@ -29,7 +29,7 @@ from carom.model.scene import Scene
 from carom.model.trace import Trace
 from carom.studies.advise.options import AdviceOptions
 from carom.studies.advise.sampling_limit import Demand, HardImpact, rank_hardest_impacts
-from carom.studies.advise.step_search import Advised, StepSearch
+from carom.studies.advise.step_search import StepAdvice, StepSearch
 from carom.studies.advise.step_trial import StepTrial, list_start_phases, try_phases
 
 #: Number of the hardest impacts for which additional phases are tested.
@@ -44,7 +44,7 @@ class ReferenceCut(Enum):
 
 
 @dataclass(frozen=True)
-class Unable:
+class UnsearchedMethod:
     """A method that was not searched.
 
     Attributes:
@@ -99,9 +99,9 @@ class Advice:
     impacts: int
     hardest: tuple[HardImpact, ...]
     closed_form: ClosedForm | None
-    sampling: Advised | None
-    answers: tuple[Advised, ...]
-    unable: tuple[Unable, ...]
+    sampling: StepAdvice | None
+    answers: tuple[StepAdvice, ...]
+    unable: tuple[UnsearchedMethod, ...]
     phases: int
     budget_steps: int
     swept: frozenset[Method]
@@ -156,15 +156,15 @@ def advise(
     unable = []
     for method in (method for info in other_infos for method in methods.at[info.name, frame_s]):
         search = build_search(method)
-        if search.refused_all:
-            unable.append(Unable(method, find_refusal(method, frame_s) or search.build_answer().refusal))
+        if search.is_refused:
+            unable.append(UnsearchedMethod(method, find_refusal(method, frame_s) or search.build_answer().refusal))
         else:
             searches[method] = search
     _run_searches(scene, searches, aimed_s, pool, progress)
-    found = {method: search.build_answer() for method, search in searches.items()}
-    sampling = found.pop(PIT_METHOD, None)
-    located = frozenset(method for method in found if method.profile in methods.infos[method.engine].located)
-    own = {method: answer for method, answer in found.items() if method not in located}
+    answers = {method: search.build_answer() for method, search in searches.items()}
+    sampling = answers.pop(PIT_METHOD, None)
+    located = frozenset(method for method in answers if method.profile in methods.infos[method.engine].located)
+    own = {method: answer for method, answer in answers.items() if method not in located}
     return Advice(
         scene,
         demand,
@@ -172,7 +172,7 @@ def advise(
         hardest[:AIMED],
         closed_form,
         sampling,
-        tuple(found.values()),
+        tuple(answers.values()),
         tuple(unable),
         phases,
         options.budget_steps,
@@ -191,7 +191,7 @@ def _has_continuous_detection(info: EngineInfo, profile: str) -> bool:
     return capabilities is not None and capabilities.continuous_detection
 
 
-def _write_frame_code(scene: Scene, answer: Advised, pool: Pool) -> str:
+def _write_frame_code(scene: Scene, answer: StepAdvice, pool: Pool) -> str:
     """Return the engine's code for one frame.
 
     If no step size meets the target, the code uses the largest step size that misses no impact.

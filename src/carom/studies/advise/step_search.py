@@ -80,7 +80,7 @@ class StepRange:
 
 
 @dataclass(frozen=True)
-class Advised:
+class StepAdvice:
     """Result of the search for one method.
 
     Attributes:
@@ -115,14 +115,14 @@ class Advised:
         """
         run: list[StepTrial] = []
         for trial in reversed(_select_finest_passing(self.trials, lambda trial: trial.never_misses)):
-            if not _are_equal([one.direction_error_rad for one in (trial, *run)]):
+            if not _is_constant([one.direction_error_rad for one in (trial, *run)]):
                 break
             run.insert(0, trial)
-        return run[0].dt_s if _spans_octaves(run, LONGEST) else None
+        return run[0].dt_s if _has_octaves(run, LONGEST) else None
 
 
 @dataclass(frozen=True)
-class Wanted:
+class StepRequest:
     """A step size that a search wants to test, with the number of evenly spread phases."""
 
     dt_s: float
@@ -195,10 +195,10 @@ class StepSearch:
         self._used_part = 1.0
         self._ending = SearchEnding.FINEST
         self._requests = self._generate_steps()
-        self.wanted: Wanted | None = next(self._requests, None)
+        self.wanted: StepRequest | None = next(self._requests, None)
 
     @property
-    def refused_all(self) -> bool:
+    def is_refused(self) -> bool:
         """Whether the method refuses every step size."""
         return all(self._refusal(dt_s) for dt_s in self._grid)
 
@@ -212,11 +212,11 @@ class StepSearch:
         except StopIteration:
             self.wanted = None
 
-    def build_answer(self) -> Advised:
+    def build_answer(self) -> StepAdvice:
         """Return the result."""
         refused_s, refusal = self._refused_step or (None, "")
         misses, demand = (self._build_range(passes) for passes in self._questions)
-        return Advised(self._method, self._tested, misses, demand, self._ending, refused_s, refusal)
+        return StepAdvice(self._method, self._tested, misses, demand, self._ending, refused_s, refusal)
 
     @property
     def _tested(self) -> tuple[StepTrial, ...]:
@@ -226,7 +226,7 @@ class StepSearch:
     def _questions(self) -> tuple[Callable[[StepTrial], bool], ...]:
         return (lambda trial: trial.never_misses, lambda trial: trial.is_within(self._demand))
 
-    def _generate_steps(self) -> Generator[Wanted, StepTrial | str, None]:
+    def _generate_steps(self) -> Generator[StepRequest, StepTrial | str, None]:
         for dt_s in self._grid:
             if reason := self._refusal(dt_s):
                 self._refused_step = (dt_s, reason)
@@ -243,14 +243,14 @@ class StepSearch:
                 self._ending = SearchEnding.FLAT
                 return
 
-    def _test(self, dt_s: float, even: int) -> Generator[Wanted, StepTrial | str, bool]:
+    def _test(self, dt_s: float, even: int) -> Generator[StepRequest, StepTrial | str, bool]:
         """Request a step size, and return whether the search continues."""
         max_steps = compute_step_limit(self._duration_s, dt_s, even + self._aimed)
         # Expect that the runs end as early as those with the previous step size.
         if max_steps * self._used_part > self._budget_left:
             self._ending = SearchEnding.BUDGET
             return False
-        trial = yield Wanted(dt_s, even)
+        trial = yield StepRequest(dt_s, even)
         if isinstance(trial, str):
             self._refused_step = (dt_s, trial)
             return True
@@ -269,7 +269,7 @@ class StepSearch:
         """Return a step size that is recommended if it also passes at more phases; None if there is none."""
         for passes in self._questions:
             run = _select_finest_passing(self._tested, passes)
-            for trial in (*run[:1], *self._select_frame_divisor(run)) if self._spans_enough(run) else ():
+            for trial in (*run[:1], *self._select_frame_divisor(run)) if self._is_long_enough(run) else ():
                 if trial.dt_s not in self._confirmed:
                     return trial
         return None
@@ -278,14 +278,14 @@ class StepSearch:
         """Return a list of the result with the largest step size that divides a frame; an empty list if none does."""
         return [trial for trial in run if count_steps_per_frame(trial.dt_s, self._rate_hz)][:1]
 
-    def _spans_enough(self, run: Sequence[StepTrial]) -> bool:
+    def _is_long_enough(self, run: Sequence[StepTrial]) -> bool:
         """Whether enough smaller step sizes were tested to recommend the first step size of `run`."""
-        falling = _are_equal([trial.direction_error_rad / trial.dt_s for trial in run])
-        return _spans_octaves(run, OCTAVES_BELOW if falling else LONGEST) and run[-1].dt_s <= self._coarsest_end_s
+        falling = _is_constant([trial.direction_error_rad / trial.dt_s for trial in run])
+        return _has_octaves(run, OCTAVES_BELOW if falling else LONGEST) and run[-1].dt_s <= self._coarsest_end_s
 
     def _is_found(self, passes: Callable[[StepTrial], bool]) -> bool:
         run = _select_finest_passing(self._tested, passes)
-        return self._spans_enough(run) and run[0].dt_s in self._confirmed
+        return self._is_long_enough(run) and run[0].dt_s in self._confirmed
 
     def _is_flat(self, dt_s: float) -> bool:
         """Whether smaller step sizes can't help, because the error is too large and no longer decreases.
@@ -297,7 +297,7 @@ class StepSearch:
         never_misses, meets_target = self._questions
         run = _select_finest_passing(self._tested, lambda trial: never_misses(trial) and not meets_target(trial))
         last = [trial for trial in run if trial.dt_s <= 2**LONGEST * run[-1].dt_s]
-        return _spans_octaves(last, LONGEST) and _are_equal([trial.direction_error_rad for trial in last])
+        return _has_octaves(last, LONGEST) and _is_constant([trial.direction_error_rad for trial in last])
 
     def _build_range(self, passes: Callable[[StepTrial], bool]) -> StepRange:
         tested = self._tested
@@ -315,12 +315,12 @@ def _select_finest_passing(trials: Sequence[StepTrial], passes: Callable[[StepTr
     return list(takewhile(passes, reversed(trials)))[::-1]
 
 
-def _spans_octaves(run: Sequence[StepTrial], octaves: int) -> bool:
+def _has_octaves(run: Sequence[StepTrial], octaves: int) -> bool:
     """Whether the step sizes cover this number of octaves (factors of 2)."""
     return bool(run) and run[0].dt_s >= 2**octaves * run[-1].dt_s
 
 
-def _are_equal(values: Sequence[float]) -> bool:
+def _is_constant(values: Sequence[float]) -> bool:
     """Whether the largest number is at most 1.25 times the smallest. False if a number is NaN or infinite."""
     sound = all(0.0 < value < math.inf for value in values)
     return sound and max(values, default=0.0) <= SAME * min(values, default=0.0)

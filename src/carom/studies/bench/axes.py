@@ -43,7 +43,7 @@ class ErrorKind(StrEnum):
         return _TEXTS[self][0]
 
     @property
-    def in_percent(self) -> bool:
+    def is_percent(self) -> bool:
         """Whether the error is shown in per cent. Angles are shown in radians."""
         return self is not ErrorKind.DIRECTION
 

@@ -40,7 +40,7 @@ class BaselineChange(Enum):
     SAME = "no change"
 
 
-class Before(NamedTuple):
+class BaselinePoint(NamedTuple):
     """A point of the earlier bench.
 
     Run times are divided by PIT's in each round. `lost` counts missed and invented impacts.
@@ -52,7 +52,7 @@ class Before(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Compared:
+class PointChange:
     """A method and step size on a scene, compared with the same point of an earlier bench.
 
     Attributes:
@@ -68,7 +68,7 @@ class Compared:
 
     scene: str
     point: Point
-    before: Before
+    before: BaselinePoint
     ratio: float
     low: float
     high: float
@@ -92,7 +92,7 @@ class Compared:
         return BaselineChange.REGRESSED if current > earlier else BaselineChange.IMPROVED
 
 
-def read_baseline(path: Path, environment: Environment) -> dict[tuple[str, At], Before]:
+def read_baseline(path: Path, environment: Environment) -> dict[tuple[str, At], BaselinePoint]:
     """Read an earlier bench, and return its points by scene, method and step size.
 
     Args:
@@ -108,7 +108,7 @@ def read_baseline(path: Path, environment: Environment) -> dict[tuple[str, At], 
         if content["format"] != FORMATS["bench"]:
             raise InputError(f"{file} has format {content['format']}; this version of Carom reads {FORMATS['bench']}")
         machine = tuple(content["environment"][name] for name in ("system", "processor", "cores"))
-        found = {
+        points = {
             # `Method` translates profile names of earlier versions.
             (scene["scene"], (Method(point["engine"], point["profile"]), point["dt_s"])): _read_point(point)
             for scene in content["scenes"]
@@ -125,17 +125,17 @@ def read_baseline(path: Path, environment: Environment) -> dict[tuple[str, At], 
             f"the baseline ran on another machine ({', '.join(map(str, machine))}): "
             "run times are comparable only on one machine"
         )
-    return found
+    return points
 
 
-def _read_point(point: dict[str, Any]) -> Before:
+def _read_point(point: dict[str, Any]) -> BaselinePoint:
     error = point["error"]
     ratios = (point["timing"] or {}).get("ratios") or ()
     lost = int(point["missed"]) + int(point["spurious"])
-    return Before([float(one) for one in ratios], math.nan if error is None else float(error), lost)
+    return BaselinePoint([float(one) for one in ratios], math.nan if error is None else float(error), lost)
 
 
-def compare_points(bench: Bench, before: dict[tuple[str, At], Before]) -> list[Compared]:
+def compare_points(bench: Bench, before: dict[tuple[str, At], BaselinePoint]) -> list[PointChange]:
     """Compare each scored point with the same point of the baseline, if the baseline has it.
 
     PIT's points are omitted, because all ratios are relative to them.
@@ -147,10 +147,10 @@ def compare_points(bench: Bench, before: dict[tuple[str, At], Before]) -> list[C
         if point.engine != "pit" and not point.reason
         if (found := before.get((scene.scene.name, point.at))) is not None
     ]
-    return [Compared(scene, point, found, *_compute_ratio(point, found, len(both))) for scene, point, found in both]
+    return [PointChange(scene, point, found, *_compute_ratio(point, found, len(both))) for scene, point, found in both]
 
 
-def _compute_ratio(point: Point, before: Before, points: int) -> tuple[float, float, float]:
+def _compute_ratio(point: Point, before: BaselinePoint, points: int) -> tuple[float, float, float]:
     """Return the quotient of a point's mean run time and the earlier one, and both ends of its confidence interval.
 
     Means are geometric. The interval is that of Welch's t-test. It is widened so that the confidence level holds for
@@ -173,23 +173,24 @@ def _round_error(error: float) -> float:
     return math.inf if math.isnan(error) else float(f"{error:.1e}")
 
 
-def describe_baseline(found: Sequence[Compared]) -> Iterator[str]:
+def describe_baseline(changes: Sequence[PointChange]) -> Iterator[str]:
     """Describe how many points became worse, became better or did not change, and name the worst point."""
-    if not found:
+    if not changes:
         yield "The baseline has none of these points. Run the baseline with the same scenes, engines and steps."
         return
-    times = [one.time for one in found]
+    times = [one.time for one in changes]
     counts = [f"{times.count(change)} {change.value}" for change in BaselineChange]
-    text = f"Run time of {formatting.format_count(len(found), 'point')} compared with the baseline: {', '.join(counts)}"
-    worst = max((one for one in found if one.time is BaselineChange.REGRESSED), key=lambda one: one.low, default=None)
+    points = formatting.format_count(len(changes), "point")
+    text = f"Run time of {points} compared with the baseline: {', '.join(counts)}"
+    worst = max((one for one in changes if one.time is BaselineChange.REGRESSED), key=lambda one: one.low, default=None)
     yield f"{text}; worst: {_format_name(worst)}, {_format_interval(worst)}." if worst else f"{text}."
-    changed = [one for one in found if one.accuracy is not BaselineChange.SAME]
+    changed = [one for one in changes if one.accuracy is not BaselineChange.SAME]
     if changed:
         worse = sum(one.accuracy is BaselineChange.REGRESSED for one in changed)
         yield f"Errors: {worse} regressed, {len(changed) - worse} improved."
 
 
-def build_baseline_section(found: Sequence[Compared], kind: ErrorKind) -> Section:
+def build_baseline_section(changes: Sequence[PointChange], kind: ErrorKind) -> Section:
     """Return a section with a table of the changed points. A full document also has a table of all other points."""
     columns = (
         Column("point", _format_name),
@@ -199,27 +200,28 @@ def build_baseline_section(found: Sequence[Compared], kind: ErrorKind) -> Sectio
         Column("then", lambda one: _format_error(one.before, kind), number=True),
         Column("now", lambda one: _format_error(one.point, kind), number=True),
     )
-    changed = [one for one in found if (one.time, one.accuracy) != (BaselineChange.SAME, BaselineChange.SAME)]
+    changed = [one for one in changes if (one.time, one.accuracy) != (BaselineChange.SAME, BaselineChange.SAME)]
     note = (
         f"Run time divided by PIT's in the same round, with a {CONFIDENCE:.0%} confidence interval for all points "
         f"together. A point has changed if its whole interval differs from 1 by more than {LEAST_CHANGE:.0%}."
     )
-    tables = [Table(columns, changed, title="Changes from the baseline", note=note)] * bool(changed)
-    unchanged = [one for one in found if one not in changed]
-    tables += [Table(columns, unchanged, title="No change", only=Media.IN_FULL)] * bool(unchanged)
-    return Section("Baseline", tuple(tables))
+    tables = (
+        Table(columns, changed, title="Changes from the baseline", note=note),
+        Table(columns, [one for one in changes if one not in changed], title="No change", only=Media.IN_FULL),
+    )
+    return Section("Baseline", tuple(table for table in tables if table.items))
 
 
-def _format_name(one: Compared) -> str:
+def _format_name(one: PointChange) -> str:
     return f"{one.scene}, {format_point_name(one.point)}"
 
 
-def _format_interval(one: Compared) -> str:
+def _format_interval(one: PointChange) -> str:
     if math.isnan(one.ratio):
         return formatting.ABSENT
     ends = f"{formatting.format_number(one.low)} to {formatting.format_number(one.high)}"
     return f"{formatting.format_ratio(one.ratio)} ({ends})"
 
 
-def _format_error(one: Point | Before, kind: ErrorKind) -> str:
+def _format_error(one: Point | BaselinePoint, kind: ErrorKind) -> str:
     return f"{one.lost} lost" if one.lost else format_error(one.error, kind)

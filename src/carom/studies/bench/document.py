@@ -9,14 +9,14 @@ from pathlib import Path
 
 from carom.execution.job import Method
 from carom.report import formatting
-from carom.report.document import Block, Document, Figure, Figures, Headline, Lines, Media, Section, Text
-from carom.report.files import fields_of, format_json, require_report_extra
+from carom.report.document import Block, Document, Figure, Figures, Lines, Media, Section, Text
+from carom.report.files import fields_of, format_json
 from carom.report.provenance import build_provenance, format_stamp_lines
 from carom.report.render.html import render_html
 from carom.report.svg import to_separate_svg
 from carom.studies.bench import tables
 from carom.studies.bench.axes import Diagram
-from carom.studies.bench.baseline import Compared, build_baseline_section, describe_baseline
+from carom.studies.bench.baseline import PointChange, build_baseline_section, describe_baseline
 from carom.studies.bench.figure import render_diagram_png, render_diagram_svg
 from carom.studies.bench.headline import describe_bench, describe_scene
 from carom.studies.bench.result import Bench, SceneBench
@@ -29,31 +29,29 @@ DIAGRAM_NOTE = (
 
 
 def build_bench_document(
-    bench: Bench, axes: Sequence[Diagram] = tuple(Diagram), baseline: Sequence[Compared] | None = None
+    bench: Bench, axes: Sequence[Diagram] = tuple(Diagram), changes: Sequence[PointChange] | None = None
 ) -> Document:
     """Return the document of a bench: for each scene its diagrams, tables, omitted points and the conditions of timing.
 
     Args:
         bench: The bench.
         axes: Diagrams to show.
-        baseline: Comparison of the points with an earlier bench, or None.
+        changes: Comparison of the points with an earlier bench, or None.
     """
     targets = tables.list_reached_targets(bench)
     suite = (tables.build_suite_table(bench, targets),) if len(bench.scenes) > 1 else ()
-    compared = describe_baseline(baseline) if baseline is not None else ()
+    compared = describe_baseline(changes) if changes is not None else ()
     sections = (
-        *((build_baseline_section(baseline, bench.plan.error),) if baseline else ()),
+        *((build_baseline_section(changes, bench.plan.error),) if changes else ()),
         Section("Every method", suite),
         *(section for scene in bench.scenes for section in _build_scene_sections(bench, scene, axes, targets)),
         *build_provenance(bench.environment, bench.command, bench.elapsed_s),
     )
-    headline = Headline.of((*compared, *describe_bench(bench), *_describe_coverage(bench)))
+    headline = (*compared, *describe_bench(bench), *_describe_coverage(bench))
     return Document("Carom bench", headline, sections)
 
 
-def write_bench(
-    bench: Bench, folder: Path, axes: Sequence[Diagram] = tuple(Diagram), baseline: Sequence[Compared] | None = None
-) -> Path:
+def write_bench(bench: Bench, document: Document, folder: Path, axes: Sequence[Diagram] = tuple(Diagram)) -> Path:
     """Write `index.html`, `bench.json`, and one diagram per scene and pair of axes.
 
     Returns:
@@ -63,10 +61,9 @@ def write_bench(
         MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed. InputError: The folder is not
         writable, or contains files that Carom did not write.
     """
-    require_report_extra()
     scenes = [{**fields_of(scene), "scene": scene.scene.name} for scene in bench.scenes]
     files: dict[str, str | bytes] = {
-        "index.html": render_html(build_bench_document(bench, axes, baseline)),
+        "index.html": render_html(document),
         "bench.json": format_json("bench", bench, scenes=scenes),
     }
     kind_of_error, foot = bench.plan.error, format_stamp_lines(bench.environment, bench.command)
@@ -119,13 +116,15 @@ def _describe_coverage(bench: Bench) -> Iterator[str]:
     """Yield a sentence with the numbers of points without a score or a run time, if there are any."""
     points = [point for scene in bench.scenes for point in scene.points]
     unrun, untimed = [p.reason for p in points if p.reason], [p.untimed for p in points if p.untimed]
-    if unrun or untimed:
-        of = f"of {len(points)} points"
-        left = [f"{len(unrun)} {of} could not be scored"] * bool(unrun)
-        left += [f"{len(untimed)} {of} could not be timed"] * bool(untimed)
-        reasons = {*unrun, *untimed}
-        why = f": {reasons.pop()}" if len(reasons) == 1 else "; the page lists the reasons"
-        yield f"{formatting.join_words(left)}{why}."
+    parts = [
+        f"{len(reasons)} of {len(points)} points could not be {action}"
+        for reasons, action in ((unrun, "scored"), (untimed, "timed"))
+        if reasons
+    ]
+    if parts:
+        all_reasons = {*unrun, *untimed}
+        why = f": {all_reasons.pop()}" if len(all_reasons) == 1 else "; the page lists the reasons"
+        yield f"{formatting.join_words(parts)}{why}."
 
 
 def _describe_missing_points(bench: SceneBench) -> Iterator[str]:

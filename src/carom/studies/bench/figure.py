@@ -72,7 +72,7 @@ class _Drawing:
     @property
     def unit(self) -> float:
         """Factor that converts an error to the unit of the axis."""
-        return 100.0 if self.error.in_percent else 1.0
+        return 100.0 if self.error.is_percent else 1.0
 
     def compute_place(self, point: Point) -> tuple[float, float]:
         height = self.unit * (max(point.error, self.floor) if point.error > THRESHOLDS.rounding else self.floor)
@@ -88,14 +88,14 @@ class _Drawing:
             return
         name = {"pit": "PIT"}.get(curve.engine, Method(curve.engine, curve.profile).label)
         end = drawn_points[-1][0]
-        if curve.exact:
+        if curve.is_pic:
             name, end = "PIC", (self.axes.get_xlim()[1], end[1])
             self.draw_exact(drawn_points, style)
         else:
             marks = {key: style.pop(key) for key in ("marker", "markersize", "markerfacecolor")}
             self.axes.plot(*zip(*(place for place, _ in drawn_points), strict=True), **style)
             for (x, y), point in drawn_points:
-                sound = self.kind is Diagram.TIME_DT or point.sound
+                sound = self.kind is Diagram.TIME_DT or point.is_sound
                 # If impacts are missed or invented, the error is only that of the other impacts. Such points are drawn
                 # as crosses.
                 as_drawn = marks if sound else {**marks, "marker": "x", "markersize": 6.0}
@@ -137,7 +137,7 @@ class _Drawing:
         axes, axis_max = self.axes, 2.0 * self.largest
         axes.set_ylabel(self.error.label)
         ticks = [10.0**k for k in range(round(math.log10(self.floor * _FOOT)), 2) if 10.0**k < axis_max]
-        marked = [tick for tick in ticks if self.error.in_percent and any(math.isclose(tick, m) for m in _MARKED)]
+        marked = [tick for tick in ticks if self.error.is_percent and any(math.isclose(tick, m) for m in _MARKED)]
         words = [
             formatting.format_percent(t) if t in marked else formatting.format_number(self.unit * t) for t in ticks
         ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -51,7 +51,7 @@ START_S = 2.0
 
 
 @dataclass(frozen=True)
-class Grown:
+class GrowthRun:
     """Run time and memory of one run.
 
     Attributes:
@@ -81,7 +81,7 @@ class GrowthTask:
         """Name of the adapter."""
         return self.method.engine
 
-    def carry_out(self) -> Grown:
+    def carry_out(self) -> GrowthRun:
         """Run the gas, and return the run time and the memory.
 
         Raises:
@@ -99,7 +99,7 @@ class GrowthTask:
         time_run(adapter, small, profile, DT_S, steps=1, runs=1, zero=True)
         before = measure_resident_bytes() or 0
         timing = time_run(adapter, scene, profile, DT_S, steps=STEPS, runs=REPEATS, enough_s=SHORT_S)
-        return Grown(timing, before, measure_resident_bytes("VmHWM") or 0, self.sitting)
+        return GrowthRun(timing, before, measure_resident_bytes("VmHWM") or 0, self.sitting)
 
 
 @dataclass(frozen=True)
@@ -124,7 +124,7 @@ class GrowthKey:
 
 
 #: Function that opens the journal of a growth bench.
-growth_journal = partial(Journal[GrowthKey, Grown], "growth", JournalEntry[GrowthKey, Grown])
+growth_journal = partial(Journal[GrowthKey, GrowthRun], "growth", JournalEntry[GrowthKey, GrowthRun])
 
 
 @dataclass(frozen=True)
@@ -208,7 +208,7 @@ class Growth:
 def measure_growth(
     options: GrowthOptions,
     *,
-    notes: MemoryJournal[GrowthKey, Grown] | None = None,
+    notes: MemoryJournal[GrowthKey, GrowthRun] | None = None,
     progress: Progress = no_progress,
     command: str = "",
 ) -> Growth:
@@ -243,22 +243,21 @@ def measure_growth(
         spent = dict.fromkeys(points, 0.0)
         for done, (size, gravity, info) in enumerate(planned_runs):
             before = time.perf_counter()
-            # Each engine may use an equal share of the time, and the time that finished engines have not used.
             all_left_s = 2 * budget_s - (before - started)
-            to_run = {(one.name, falls) for _, falls, one in planned_runs[done:]}
+            waiting = {(one.name, falls) for _, falls, one in planned_runs[done:]}
+            # A curve whose last run failed needs no more time.
             shares_s = {
                 key: max(0.0, 2 * budget_s / len(points) - spent[key])
-                for key in to_run
+                for key in waiting
                 if not (points[key] and points[key][-1].reason)
             }
-            own_s = shares_s.pop((info.name, gravity), 0.0)
-            left_s = min(all_left_s, max(own_s, all_left_s - sum(shares_s.values())))
+            left_s = _compute_time_left((info.name, gravity), shares_s, all_left_s)
             description = f"{size} {'falling ' if gravity else ''}discs on {info.name}"
             progress(done, len(planned_runs), f"{description}{formatting.format_time_left(all_left_s)}")
             curve_points, method = points[info.name, gravity], methods[info.name]
             key = GrowthKey(size, method, find_versions(info.name), environment.machine, gravity, STEPS)
             reason = info.unavailable or _find_skip_reason(curve_points, size, min(left_s, options.time_limit_s))
-            refused = Answer[Grown](Status.UNSUPPORTED, reason) if reason else None
+            refused = Answer[GrowthRun](Status.UNSUPPORTED, reason) if reason else None
             pool.renew()
             ask = TaskRequest(size, key, GrowthTask(size, method, environment.date, gravity), refused)
             ((_, answer),) = run_tasks([ask], pool, notes, one_at_a_time=True)
@@ -270,6 +269,12 @@ def measure_growth(
         curves.append(_build_curve(methods[name], gravity, curve_points, pit))
     elapsed_s = time.perf_counter() - started
     return Growth(tuple(curves), environment, budget_s, command, elapsed_s)
+
+
+def _compute_time_left(curve: tuple[str, bool], shares_s: Mapping[tuple[str, bool], float], all_left_s: float) -> float:
+    """Return the seconds that a run may take: its curve's share, or all time that the other curves' shares leave."""
+    others_s = sum(share_s for key, share_s in shares_s.items() if key != curve)
+    return min(all_left_s, max(shares_s.get(curve, 0.0), all_left_s - others_s))
 
 
 def _find_skip_reason(curve_points: Sequence[GrowthPoint], size: int, allowed_s: float) -> str:
@@ -293,7 +298,7 @@ def _find_skip_reason(curve_points: Sequence[GrowthPoint], size: int, allowed_s:
     return f"{expected}, and only {allowed_s:.0f} s are left; raise --budget or --time-limit"
 
 
-def _build_point(discs: int, answer: Answer[Grown]) -> GrowthPoint:
+def _build_point(discs: int, answer: Answer[GrowthRun]) -> GrowthPoint:
     grown = answer.value
     if grown is None:
         started = answer.status in {Status.CRASHED, Status.TIMED_OUT}

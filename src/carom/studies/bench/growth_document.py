@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, NamedTuple
 from urllib.parse import quote
 
 from carom.report import formatting, svg
-from carom.report.document import Cell, Column, Document, Figure, Figures, Headline, Lines, Media, Section, Table
-from carom.report.files import format_json, require_report_extra
+from carom.report.document import Cell, Column, Document, Figure, Figures, Lines, Media, Section, Table
+from carom.report.files import format_json
 from carom.report.provenance import build_provenance, format_stamp_lines
 from carom.report.render.html import render_html
 from carom.studies.bench.growth import DT_S, PACKING, STEPS, Growth, GrowthCurve, GrowthPoint
@@ -50,7 +50,7 @@ def build_growth_document(growth: Growth) -> Document:
         Section("Omitted runs", (Lines(left_out, Media.IN_FULL),) if left_out else (), level=3),
         *build_provenance(growth.environment, growth.command, growth.elapsed_s),
     )
-    return Document("Carom bench: growth", Headline.of(_describe_growth(growth)), sections)
+    return Document("Carom bench: growth", tuple(_describe_growth(growth)), sections)
 
 
 def _describe_growth(growth: Growth) -> Iterator[str]:
@@ -97,10 +97,8 @@ def _build_tables(growth: Growth) -> tuple[Table, ...]:
     def format_falling(format_cell: Callable[[GrowthCurve], Cell | str]) -> Callable[[GrowthCurve], Cell | str]:
         return lambda curve: format_cell(falling) if (falling := curve_of.get((curve.label, True))) else ""
 
-    def largest_column(
-        head: str, format_cell: Callable[[GrowthPoint], str], under: str = "max n", only: Media = Media.EVERYWHERE
-    ) -> Column:
-        return Column(head, _format_largest(format_cell), under, number=True, only=only)
+    def largest_column(head: str, format_cell: Callable[[GrowthPoint], str], only: Media = Media.EVERYWHERE) -> Column:
+        return Column(head, _format_largest(format_cell), "max n", number=True, only=only)
 
     def number_column(head: str, read: Callable[[GrowthPoint], float]) -> Column:
         return Column(head, lambda run: formatting.format_number(read(run.point), 3), number=True)
@@ -111,7 +109,7 @@ def _build_tables(growth: Growth) -> tuple[Table, ...]:
                 METHOD,
                 Column("run time", lambda curve: _build_power_cell(curve.time_exponent), "grows as"),
                 Column("falling", format_falling(lambda curve: _build_power_cell(curve.time_exponent)), "grows as"),
-                largest_column("discs", lambda point: str(point.discs), "max n"),
+                largest_column("discs", lambda point: str(point.discs)),
                 largest_column("a second", _format_cost),
                 Column("falling", format_falling(_format_largest(_format_cost)), "max n", number=True),
                 Column("memory", lambda c: _build_power_cell(c.memory_exponent), "grows as", only=Media.IN_FULL),
@@ -225,17 +223,18 @@ def _draw_figure(growth: Growth, memory: bool, foot: Sequence[str] = (), *, narr
     return figure
 
 
-def write_growth(growth: Growth, folder: Path) -> Path:
+def write_growth(growth: Growth, document: Document, folder: Path) -> Path:
     """Write `growth.html`, `growth.json` and the diagrams as SVG and PNG, and return the path of the page.
 
     Raises:
         MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed. InputError: The folder is not
         writable, or contains files that Carom did not write.
     """
-    require_report_extra()
     foot = format_stamp_lines(growth.environment, growth.command)
-    page, numbers = render_html(build_growth_document(growth)), format_json("growth", growth)
-    files: dict[str, str | bytes] = {"growth.html": page, "growth.json": numbers}
+    files: dict[str, str | bytes] = {
+        "growth.html": render_html(document),
+        "growth.json": format_json("growth", growth),
+    }
     for memory, name in ((False, "growth-time"), (True, "growth-memory")):
         files[f"{name}.svg"] = svg.to_separate_svg(_render_svg(growth, memory))
         with svg.use_drawing_style():

@@ -24,14 +24,14 @@ def describe_bench(bench: Bench) -> Iterator[str]:
     scene_count = formatting.format_count(len(bench.scenes), "scene")
     results = [(scene, scene.find_cheapest_engine(target)) for scene in bench.scenes]
     fastest = formatting.group_by((_format_method(point), scene) for scene, point in results if point is not None)
-    parts = [f"PIC is exact on {len(exact)} of {scene_count}{_format_time_range(exact)}"] * bool(exact)
+    parts = [f"PIC is exact on {len(exact)} of {scene_count}{_format_time_range(exact)}"] if exact else []
     target_text = f"{format_error(target, kind)} error"
     if fastest:
         most_common = sorted(fastest.items(), key=lambda item: -len(item[1]))
         best = formatting.join_words([f"{name} on {_format_scenes(scenes, bench)}" for name, scenes in most_common])
         parts.append(f"the fastest engine with at most {target_text} is {best.removesuffix(' on every scene')}")
     unreached = [scene for scene, point in results if point is None]
-    lossy = [scene for scene in unreached if not any(curve.best and curve.best.sound for curve in scene.engines)]
+    lossy = [scene for scene in unreached if not any(curve.best and curve.best.is_sound for curve in scene.engines)]
     if lossy:
         parts.append(f"every engine misses or invents impacts on {_format_scenes(lossy, bench)}")
     if len(unreached) > len(lossy):
@@ -71,7 +71,7 @@ def describe_scene(scene: SceneBench, target: float, kind: ErrorKind, *, next_be
         timing = exact.timing
         parts.append(f"PIC takes {format_milliseconds(timing.advance_s)} ms" if timing else "PIC is exact")
     ranked = [(curve, curve.best) for curve in scene.engines]
-    sound = [(curve, best) for curve, best in ranked if best is not None and best.sound]
+    sound = [(curve, best) for curve, best in ranked if best is not None and best.is_sound]
     if sound:
         parts += _describe_engines(scene, sound, target, kind)
         other_points = [best for curve, best in sound if curve.engine != sound[0][0].engine]

@@ -99,10 +99,10 @@ def _build_jobs(
     """
     plain, _ = resolve_scenes(scenes)
     steps = {scene.name: sorted(set(plan.dts or compute_default_steps(scene)), reverse=True) for scene in plain}
-    found = list_methods(infos, profiles, [dt_s for scene_steps in steps.values() for dt_s in scene_steps], pool)
+    all_methods = list_methods(infos, profiles, [dt_s for scene_steps in steps.values() for dt_s in scene_steps], pool)
     added = list_own_methods(plan.engines)
     methods_at_step = {
-        (name, dt_s): [added[name]] if name in added else methods for (name, dt_s), methods in found.at.items()
+        (name, dt_s): [added[name]] if name in added else methods for (name, dt_s), methods in all_methods.at.items()
     }
     jobs = [
         Job(scene, method, dt_s, refinement, phase)
@@ -113,16 +113,18 @@ def _build_jobs(
         if method != EXACT_METHOD or refinement == 0
         for phase in list_even_phases(plan.phases)
     ]
-    return jobs, found
+    return jobs, all_methods
 
 
-def _build_point(method_step: At, found: Sequence[Answer[Measures] | None], unscored: str, kind: ErrorKind) -> Point:
+def _build_point(
+    method_step: At, phase_answers: Sequence[Answer[Measures] | None], unscored: str, kind: ErrorKind
+) -> Point:
     """Combine the answers for all phases to one point of a method and step size.
 
     The answer of an omitted job is None.
     """
     method, dt_s = method_step
-    answers = [answer for answer in found if answer is not None]
+    answers = [answer for answer in phase_answers if answer is not None]
     measured = [answer.value for answer in answers if answer.value is not None]
     errors = [error for measures in measured if not math.isnan(error := compute_error(measures, kind))]
     reason = unscored or next((answer.said for answer in answers if answer.said), "")
@@ -137,7 +139,7 @@ def _build_point(method_step: At, found: Sequence[Answer[Measures] | None], unsc
         error=max(errors, default=math.nan),
         error_median=statistics.median(errors) if errors else math.nan,
         error_least=min(errors, default=math.nan),
-        phases=len(found),
+        phases=len(phase_answers),
         expected=sum(measures.expected for measures in measured),
         missed=sum(measures.missed + measures.undecided for measures in measured),
         spurious=sum(measures.spurious for measures in measured),
@@ -149,7 +151,7 @@ def _build_scene_bench(scene: Scene, points: Sequence[Point], timing: SceneTimin
     by_curve = formatting.group_by(((point.engine, point.profile), point) for point in points)
     curves = []
     for (engine, profile), curve_points in by_curve.items():
-        sound = [point for point in curve_points if point.sound]
+        sound = [point for point in curve_points if point.is_sound]
         order = fit_order([point.dt_s for point in sound], [point.error for point in sound])
         curves.append(Curve(engine, profile, tuple(curve_points), order, find_cheapest(curve_points, target)))
     return SceneBench(

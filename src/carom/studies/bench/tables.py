@@ -48,7 +48,7 @@ def format_error(error: float, kind: ErrorKind) -> str:
     """Return an error as shown in tables and sentences: exact, 0.16 %, 2e-6, or 0.01 rad."""
     if error <= THRESHOLDS.rounding:
         return EXACT
-    if not kind.in_percent:
+    if not kind.is_percent:
         return f"{formatting.format_number(error)} rad"
     return formatting.format_percent(error) if error >= LEAST_PERCENT else formatting.format_number(error)
 
@@ -61,12 +61,14 @@ def list_reached_targets(bench: Bench) -> list[float]:
     engines = [point for scene in bench.scenes for curve in scene.engines for point in curve.points]
     all_points = [point for scene in bench.scenes for point in scene.points]
     targets = sorted({bench.plan.target, *TARGETS}, reverse=True)
-    found = [target for target in targets if any(_is_within_target(point, target) for point in engines)]
-    return found + [THRESHOLDS.rounding] * any(_is_within_target(point, THRESHOLDS.rounding) for point in all_points)
+    reached = [target for target in targets if any(_is_within_target(point, target) for point in engines)]
+    if any(_is_within_target(point, THRESHOLDS.rounding) for point in all_points):
+        reached.append(THRESHOLDS.rounding)
+    return reached
 
 
 def _is_within_target(point: Point, target: float) -> bool:
-    return point.sound and point.error <= target
+    return point.is_sound and point.error <= target
 
 
 def build_method_table(scene: SceneBench, kind: ErrorKind, targets: Sequence[float]) -> Table:
@@ -114,7 +116,7 @@ def build_suite_table(bench: Bench, targets: Sequence[float]) -> Table:
     kind = bench.plan.error
     columns = [
         METHOD,
-        Column("found", lambda method: _format_share(method, sum(b.sound for b in method.best)), "all", number=True),
+        Column("found", lambda method: _format_share(method, sum(b.is_sound for b in method.best)), "all", number=True),
         *(
             Column(format_error(target, kind), partial(_build_reach_cell, target), "n, ×", only=only)  # noqa: RUF001 - the sign of a ratio
             for target, only in zip(targets, _select_media(targets), strict=True)
@@ -192,7 +194,7 @@ def _format_order(order: ConvergenceOrder) -> Cell:
 
 
 def _format_sound_steps(curve: Curve) -> str:
-    return f"{sum(point.sound for point in curve.points)} of {sum(not point.reason for point in curve.points)}"
+    return f"{sum(point.is_sound for point in curve.points)} of {sum(not point.reason for point in curve.points)}"
 
 
 def _build_least_error_cell(kind: ErrorKind, curve: Curve) -> Cell:
@@ -200,7 +202,7 @@ def _build_least_error_cell(kind: ErrorKind, curve: Curve) -> Cell:
     if best is None:
         reasons = list(dict.fromkeys(point.reason for point in curve.points))
         return Cell("not run", "; ".join(reasons), short=reasons[0].partition(":")[0] if reasons else "")
-    if best.sound:
+    if best.is_sound:
         return Cell(format_error(best.error, kind))
     short = formatting.format_missed_and_invented(best.missed, best.spurious) or formatting.ABSENT
     return Cell(format_losses(best), short=short)
@@ -208,7 +210,7 @@ def _build_least_error_cell(kind: ErrorKind, curve: Curve) -> Cell:
 
 def format_losses(point: Point) -> str:
     """Describe a point's missed and invented impacts over all phases."""
-    losses = [f"misses {point.missed}"] * bool(point.missed) + [f"invents {point.spurious}"] * bool(point.spurious)
+    losses = [f"{verb} {count}" for verb, count in (("misses", point.missed), ("invents", point.spurious)) if count]
     if not losses:
         return "has no error to measure"
     return f"{formatting.join_words(losses)} of {formatting.format_count(point.expected, 'impact')}"
@@ -217,7 +219,7 @@ def format_losses(point: Point) -> str:
 def _format_best_step(curve: Curve) -> str:
     if curve.best is None:
         return ""
-    return "any" if curve.exact else formatting.format_step(curve.best.dt_s).removesuffix(" s")
+    return "any" if curve.is_pic else formatting.format_step(curve.best.dt_s).removesuffix(" s")
 
 
 def _build_cost_cell(scene: SceneBench, target: float, curve: Curve) -> Cell:
@@ -229,7 +231,7 @@ def _build_cost_cell(scene: SceneBench, target: float, curve: Curve) -> Cell:
         return Cell("") if reaching_point is None else Cell("reached", title=why, short="yes")
     whole = format_milliseconds(point.timing.whole_s)
     title = f"at {formatting.format_step(point.dt_s)}; {whole} ms with preparation"
-    if scene.exact is not None and not curve.exact:
+    if scene.exact is not None and not curve.is_pic:
         title += f"; {formatting.format_ratio(read_run_time(point) / read_run_time(scene.exact))} PIC's"
     return Cell(format_milliseconds(point.timing.advance_s), title=title)
 
@@ -316,20 +318,20 @@ def _format_command(scene: str, plan: BenchPlan, point: Point) -> str:
     return shlex.join(words)
 
 
-def format_milliseconds(found: Spread) -> str:
+def format_milliseconds(spread: Spread) -> str:
     """Return the median of a run time in milliseconds, without the unit."""
-    return formatting.format_number(found.median * 1e3, 3)
+    return formatting.format_number(spread.median * 1e3, 3)
 
 
-def _format_spread(found: Spread) -> str:
-    return formatting.format_percent((found.high - found.low) / found.median)
+def _format_spread(spread: Spread) -> str:
+    return formatting.format_percent((spread.high - spread.low) / spread.median)
 
 
-def _format_median(found: Spread | None) -> str:
-    return formatting.ABSENT if found is None else formatting.format_ratio(found.median)
+def _format_median(spread: Spread | None) -> str:
+    return formatting.ABSENT if spread is None else formatting.format_ratio(spread.median)
 
 
-def _format_quartiles(found: Spread | None) -> str:
-    if found is None:
+def _format_quartiles(spread: Spread | None) -> str:
+    if spread is None:
         return formatting.ABSENT
-    return f"{formatting.format_number(found.low)} to {formatting.format_number(found.high)}"
+    return f"{formatting.format_number(spread.low)} to {formatting.format_number(spread.high)}"

@@ -96,16 +96,16 @@ def _count_needed_steps(scene: Scene, reference: Trace, dt_s: float) -> int:
 def describe_pic(scene: Scene, trace: Trace) -> str:
     """Describe which variant of PIC solves a scene, with the numbers of its impacts and predictions."""
     predicted = format_count(trace.counts.get("predictions", 0), "prediction")
-    found = f"{format_count(len(trace.impacts), 'impact')} in {predicted}"
+    impacts = f"{format_count(len(trace.impacts), 'impact')} in {predicted}"
     walls = "" if scene.walls else ", no walls to test"
     if scene.damping_per_s:
         undamped = describe_pic(scene.undamped, trace)
         return f"in transformed time, where damped discs move in straight lines: {undamped}"
     if scene.gravity_m_s2 != (0.0, 0.0) or scene.table_deceleration_m_s2:
-        return f"event-driven along parabolas, with a grid of cells{walls}: {found}"
+        return f"event-driven along parabolas, with a grid of cells{walls}: {impacts}"
     if not time_saved.is_closed_form(trace):
-        return f"event-driven, with a grid of cells{walls}: {found}"
-    return f"closed form for two discs, without event queue or grid{walls}: {found}"
+        return f"event-driven, with a grid of cells{walls}: {impacts}"
+    return f"closed form for two discs, without event queue or grid{walls}: {impacts}"
 
 
 def describe_pit(scene: Scene, dt_s: float) -> str:

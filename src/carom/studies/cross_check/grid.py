@@ -11,12 +11,12 @@ import re
 import statistics
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any, NamedTuple, TypeVar
+from typing import NamedTuple, TypeVar
 from urllib.parse import quote
 
 from carom.comparator import Errors, Verdict
 from carom.comparator.thresholds import THRESHOLDS
-from carom.execution.job import Method
+from carom.execution.job import Method, Status
 from carom.execution.results import Results, Row
 from carom.report import formatting
 from carom.report.document import Media, Text
@@ -32,9 +32,6 @@ _OWN = frozenset({"pic", "pit"})
 #: Reason for a missing run: `carom.execution` omits a profile that has the same settings as another profile.
 NOT_PLANNED = "not run separately, because another profile of the engine has the same settings at this step size"
 _NO_ERRORS = Errors(**{field.name: math.nan for field in fields(Errors)})
-#: Fields of a results.jsonl line, all unknown, for a cell without a run.
-_NOTHING: dict[str, Any] = {field.name: None for field in fields(RowLine)}
-_NO_LINE = RowLine(**_NOTHING | {"dt_s": math.nan, "reason": NOT_PLANNED, "verdicts": (), "refinement": 0})
 _NO_SCENE = SceneLine(0, None, 0, None)  # type: ignore[arg-type] # not scored
 #: Verdicts which state that an impact was missed. After a trajectory has diverged, its impacts cause no such verdict.
 _MISSES = {verdict.name.lower() for verdict in (Verdict.MISSED, Verdict.MULTIPLE_MISSED, Verdict.PASSED_THROUGH)}
@@ -280,7 +277,7 @@ def read_grid(summary: Summary, lines: Sequence[RowLine]) -> Grid:
 
 
 def _assemble_grid(summary: Summary, lines: Sequence[RowLine], rows: Sequence[Row | None], results: Results) -> Grid:
-    methods = list(dict.fromkeys(map(_build_method, lines)))
+    methods = list(dict.fromkeys(line.method for line in lines))
     # Put the profiles of each engine together. They may be separated, because not all profiles run with the first step
     # size.
     engines = list(dict.fromkeys(method.engine for method in methods))
@@ -290,7 +287,7 @@ def _assemble_grid(summary: Summary, lines: Sequence[RowLine], rows: Sequence[Ro
     runs = tuple(
         GridCell(
             line.scene,
-            columns[_build_method(line)],
+            columns[line.method],
             parse_mark(line.status, line.grade, line.float_bits),
             list_reasons(line, summary.verdicts),
             line,
@@ -312,11 +309,16 @@ def _assemble_grid(summary: Summary, lines: Sequence[RowLine], rows: Sequence[Ro
 
 
 def _build_absent_cell(scene: str, column: GridColumn) -> GridCell:
-    return GridCell(scene, column, Mark.ABSENT, (NOT_PLANNED,), _NO_LINE, _NO_SCENE, {}, None)
-
-
-def _build_method(line: RowLine) -> Method:
-    return Method(line.engine, line.profile, tuple(line.tried.items()))
+    line = RowLine(
+        scene=scene,
+        engine=column.engine,
+        profile=column.method.profile,
+        dt_s=math.nan,
+        refinement=0,
+        status=Status.UNAVAILABLE,
+        reason=NOT_PLANNED,
+    )
+    return GridCell(scene, column, Mark.ABSENT, (NOT_PLANNED,), line, _NO_SCENE, {}, None)
 
 
 def merge_own_profiles(contents: Mapping[GridColumn, object]) -> list[list[GridColumn]]:

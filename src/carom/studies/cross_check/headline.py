@@ -9,7 +9,6 @@ from carom.comparator import Horizon, Verdict
 from carom.comparator.thresholds import THRESHOLDS
 from carom.execution.results import Results
 from carom.report import formatting
-from carom.report.document import Headline
 from carom.report.outcome_marks import RIGHT, Mark
 from carom.studies.cross_check.grid import Grid, GridCell, GridColumn
 
@@ -19,7 +18,7 @@ SHIPPED = "default"
 MOST_NAMES = 4
 
 
-def build_headline(grid: Grid) -> Headline:
+def build_headline(grid: Grid) -> tuple[str, ...]:
     """Build the headline: the main result, and sentences on the reference, the grades and the effect of phases."""
     compared = grid.compared
     columns = [column for column in compared if not column.own] or compared
@@ -28,7 +27,7 @@ def build_headline(grid: Grid) -> Headline:
     else:
         sentence = _describe_scene(grid, columns) if len(grid.rows) == 1 else _describe_scenes(grid, columns)
     details = (_describe_reference(grid.results), _describe_counts(grid, columns), *_describe_phase_dependence(grid))
-    return Headline(sentence, tuple(filter(None, details)))
+    return (sentence, *filter(None, details))
 
 
 def _describe_scene(grid: Grid, columns: Sequence[GridColumn]) -> str:
@@ -47,7 +46,7 @@ def _describe_run(cell: GridCell) -> str:
     """Describe the worst fault of a run: missed or invented impacts, velocity error, or time error."""
     if cell.has_verdict(Verdict.DIVERGED):
         return cell.mark.word if cell.mark is not Mark.WRONG else "wrong, with a diverged trajectory"
-    losses = [f"{cell.missed} missed"] * bool(cell.missed) + [f"{cell.invented} invented"] * bool(cell.invented)
+    losses = [f"{count} {word}" for count, word in ((cell.missed, "missed"), (cell.invented, "invented")) if count]
     if losses:
         return f"{formatting.join_words(losses)} of {formatting.format_count(cell.expected, 'impact')}"
     if cell.matched and cell.mark not in (Mark.EXACT, Mark.EXACT_32):

@@ -226,8 +226,8 @@ class _Observer:
         with self._pool.to_local_pool() as pool:
             yield from self._count_each(run_tasks(asks, pool, one_at_a_time=True))
 
-    def _count_each(self, found: Iterable[tuple[Job, Answer[T]]]) -> Iterator[tuple[Job, Answer[T]]]:
-        for job, answer in found:
+    def _count_each(self, answers: Iterable[tuple[Job, Answer[T]]]) -> Iterator[tuple[Job, Answer[T]]]:
+        for job, answer in answers:
             self.count(f"{job.scene.name} on {job.engine}")
             yield job, answer
 
@@ -239,16 +239,16 @@ def _build_key(job: Job) -> Key:
 def _solve_references(plan: Plan, progress: Progress) -> dict[str, Reference | str]:
     """Return the reference of each scene, or the reason why the scene has no reference."""
     options = plan.options
-    found: dict[str, Reference | str] = {}
+    references: dict[str, Reference | str] = {}
     for scene in plan.scenes:
         trace = solve_reference(scene)
         if isinstance(trace, str):
-            found[scene.name] = trace
+            references[scene.name] = trace
             continue
         if needs_certification(scene, options.certified):
             progress(0, len(plan.jobs), f"certifying {scene.name}")
-        found[scene.name] = build_reference(trace, options.certified, options.certify_s)
-    return found
+        references[scene.name] = build_reference(trace, options.certified, options.certify_s)
+    return references
 
 
 def _build_pit_job(job: Job) -> Job:

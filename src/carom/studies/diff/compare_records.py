@@ -13,7 +13,6 @@ from carom.comparator import Grade
 from carom.comparator.thresholds import THRESHOLDS
 from carom.errors import InputError
 from carom.execution.environment import Environment
-from carom.execution.job import Method
 from carom.report import formatting
 from carom.report.outcome_marks import BROKEN, GRADED, Mark
 from carom.studies.diff.options import DiffOptions
@@ -50,12 +49,12 @@ class BeforeAfter:
     unit: str = ""
 
     @property
-    def counts(self) -> bool:
+    def is_count(self) -> bool:
         """Whether this is a number of impacts, for which every difference is a change."""
         return self.rounding == 0.0
 
     @property
-    def changed(self) -> bool:
+    def is_changed(self) -> bool:
         """Whether the number differs, or is measured in one run only."""
         if self.old is None or self.new is None:
             return self.old is not self.new
@@ -128,9 +127,9 @@ class Change:
         Changes are compared by these values in turn: whether they are graded, their kind, the new and the old grade,
         the growth of missed and spurious impacts, and the largest growth of an error.
         """
-        impacts = sum(measure.growth for measure in self.measures if measure.counts)
+        impacts = sum(measure.growth for measure in self.measures if measure.is_count)
         # Only errors without a unit are compared, because seconds and degrees are not comparable.
-        growth = max((one.growth for one in self.measures if not (one.counts or one.unit)), default=0.0)
+        growth = max((one.growth for one in self.measures if not (one.is_count or one.unit)), default=0.0)
         kind = -list(Kind).index(self.kind)
         return (float(self.graded), kind, _rank_of(self.new), -_rank_of(self.old), impacts, growth)
 
@@ -145,7 +144,7 @@ class Change:
         direction = -1.0 if self.kind is Kind.BETTER else 1.0
 
         def order(one: BeforeAfter) -> tuple[bool, bool, bool, bool]:
-            return (direction * one.growth > 0.0, one.counts, not isinstance(one.old, bool), not one.unit)
+            return (direction * one.growth > 0.0, one.is_count, not isinstance(one.old, bool), not one.unit)
 
         return max(self.measures, key=order, default=None)
 
@@ -222,10 +221,11 @@ def _has_run(cell: DiffCell | None) -> bool:
 
 
 def _find_method(cells: Sequence[DiffCell], name: str, path: Path) -> list[DiffCell]:
-    def names_of(method: Method) -> tuple[str, ...]:
-        return method.engine, f"{method.engine}/{method.profile}", method.name
-
-    found = [cell for cell in cells if name in names_of(cell.method)]
+    found = [
+        cell
+        for cell in cells
+        if name in (cell.method.engine, f"{cell.method.engine}/{cell.method.profile}", cell.method.name)
+    ]
     if not found:
         known = formatting.join_words(sorted({cell.method.name for cell in cells}))
         raise InputError(f"--engine: {path} has no engine or method {name!r}", hints=[f"it has {known or 'no rows'}"])
@@ -274,18 +274,17 @@ def _are_equal(a: object, b: object) -> bool:
 
 def _compare_cell(old: DiffCell | None, new: DiffCell | None, versions: Mapping[str, str]) -> Change | None:
     """Compare two runs, and return the change; None if nothing changed."""
-    one = new or old
-    if one is None:
-        return None
     old_mark, new_mark = (Mark.ABSENT if cell is None else cell.mark for cell in (old, new))
     measures = tuple(_list_changed_numbers(old, new)) if old and new and old_mark.ran and new_mark.ran else ()
-    has_run = _has_run(old), _has_run(new)
-    kind = _classify(old_mark, new_mark, measures) if all(has_run) else Kind.APPEARED if has_run[1] else Kind.VANISHED
-    if kind is None:
+    kind: Kind | None = Kind.APPEARED if _has_run(new) else Kind.VANISHED
+    if _has_run(old) and _has_run(new):
+        kind = _classify(old_mark, new_mark, measures)
+    either = new or old
+    if kind is None or either is None:
         return None
     methods = dict.fromkeys(cell.method.label for cell in (old, new) if cell)
     verdicts, changed = tuple(_list_changed_verdicts(old, new)), tuple(_list_causes(old, new, versions))
-    return Change(kind, one.scene, " → ".join(methods), one.dt_s, old_mark, new_mark, measures, verdicts, changed)
+    return Change(kind, either.scene, " → ".join(methods), either.dt_s, old_mark, new_mark, measures, verdicts, changed)
 
 
 def _list_changed_numbers(old: DiffCell, new: DiffCell) -> Iterator[BeforeAfter]:
@@ -296,20 +295,24 @@ def _list_changed_numbers(old: DiffCell, new: DiffCell) -> Iterator[BeforeAfter]
     for a, b, before, after in zip(old.measures, new.measures, old.numbers, new.numbers, strict=True):
         if before != after:
             measure = BeforeAfter(a.name, before, after, min(a.rounding, b.rounding), a.unit)
-            if measure.changed:
+            if measure.is_changed:
                 yield measure
 
 
 def _classify(old_mark: Mark, new_mark: Mark, measures: Sequence[BeforeAfter]) -> Kind | None:
     grew = _rank_of(new_mark) - _rank_of(old_mark) if _are_graded(old_mark, new_mark) else 0
     # Numbers of impacts are compared first, because a run has no errors for impacts that it does not find.
-    impacts = sum(measure.growth for measure in measures if measure.counts)
+    impacts = sum(measure.growth for measure in measures if measure.is_count)
     growths = [impacts] if impacts else [measure.growth for measure in measures]
     rose, fell = any(growth > 0 for growth in growths), any(growth < 0 for growth in growths)
-    if grew:
-        return Kind.BETTER if grew < 0 else Kind.MIXED if fell and not rose else Kind.WORSE
+    if grew < 0:
+        return Kind.BETTER
+    if grew > 0:
+        return Kind.MIXED if fell and not rose else Kind.WORSE
+    if rose and fell:
+        return Kind.MIXED
     if rose or fell:
-        return Kind.MIXED if rose and fell else Kind.WORSE if rose else Kind.BETTER
+        return Kind.WORSE if rose else Kind.BETTER
     return Kind.CHANGED if measures or old_mark is not new_mark else None
 
 
@@ -319,8 +322,9 @@ def _are_graded(old_mark: Mark, new_mark: Mark) -> bool:
 
 def _rank_of(mark: Mark) -> int:
     """Return a number that is larger for a worse grade, and largest for a failed run."""
-    grades = list(Grade)
-    return len(grades) if mark in BROKEN else -1 if mark not in GRADED else grades.index(GRADED[mark])
+    if mark in BROKEN:
+        return len(Grade)
+    return list(Grade).index(GRADED[mark]) if mark in GRADED else -1
 
 
 def _list_changed_verdicts(old: DiffCell | None, new: DiffCell | None) -> Iterator[str]:

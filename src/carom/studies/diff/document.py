@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 
 from carom.report import formatting
-from carom.report.document import Cell, Column, Document, Headline, Media, Section, Table, Text
+from carom.report.document import Cell, Column, Document, Media, Section, Table, Text
 from carom.studies.diff.compare_records import Change, Diff, Kind
 
 #: Largest number of rows. The whole table must fit into a comment on a pull request, whose length is limited.
@@ -32,30 +32,30 @@ _COLUMNS = (
 _Group = list[Change]
 
 
-def build_diff_document(found: Diff, old: str, new: str) -> Document:
+def build_diff_document(diff: Diff, old: str, new: str) -> Document:
     """Return a document with the changed runs and their numbers.
 
     On a terminal, only the most important ones are shown, in 25 lines.
 
     Args:
-        found: The changes.
+        diff: The changes.
         old: Name of the old cross-check, as given by the user.
         new: Name of the new cross-check.
     """
-    changes, left_out = found.changes, len(found.changes) - MOST_ROWS
+    changes, left_out = diff.changes, len(diff.changes) - MOST_ROWS
     note = f"{left_out} more are not shown; --page FILE writes all" if left_out > 0 else ""
     tables = (
         Table(_COLUMNS, changes, css="cells diff", only=Media.PAGE | Media.DETAIL),
         Table(_COLUMNS, changes[:MOST_ROWS], note=note, only=Media.MARKDOWN),
     )
-    around = Text(f"These differ between the runs: {'; '.join(found.around)}.", Media.IN_FULL)
+    around = Text(f"These differ between the runs: {'; '.join(diff.around)}.", Media.IN_FULL)
     in_few = tuple(_build_summary_tables(changes))
     sections = (
         *((Section("Summary", in_few, only=Media.TERMINAL),) if in_few else ()),
         *((Section("Changes, worst first", tables, only=Media.IN_FULL),) if changes else ()),
-        *((Section("Versions and machine", (around,), only=Media.IN_FULL),) if found.around else ()),
+        *((Section("Versions and machine", (around,), only=Media.IN_FULL),) if diff.around else ()),
     )
-    headline = Headline.of((*_build_headline(found), *_describe_setting_changes(changes)))
+    headline = (*_build_headline(diff), *_describe_setting_changes(changes))
     return Document(f"Carom diff: {old} → {new}", headline, sections)
 
 
@@ -93,23 +93,23 @@ def _group_changes(changes: Sequence[Change]) -> list[_Group]:
 
     def shared(change: Change) -> tuple[object, ...]:
         # Changed numbers of impacts and changed errors are in different groups, because they have different causes.
-        counts = any(measure.counts for measure in change.measures)
+        counts = any(measure.is_count for measure in change.measures)
         return (change.kind, change.old, change.new, counts, tuple(name for name, _ in change.changed))
 
     return list(formatting.group_by((shared(change), change) for change in changes).values())
 
 
-def _build_headline(found: Diff) -> list[str]:
-    tally = Counter(change.kind for change in found.changes if change.graded)
+def _build_headline(diff: Diff) -> list[str]:
+    tally = Counter(change.kind for change in diff.changes if change.graded)
     counted = [f"{tally[kind]} {kind.value}" for kind in Kind if tally[kind]]
-    ungraded_count = sum(not change.graded for change in found.changes)
+    ungraded_count = sum(not change.graded for change in diff.changes)
     counted += [f"{ungraded_count} not graded"] if ungraded_count else []
-    unchanged_text = formatting.format_count(found.unchanged, "cell")
+    unchanged_text = formatting.format_count(diff.unchanged, "cell")
     lead = [f"No change: all {unchanged_text} are equal, except for rounding."]
     if counted:
         lead = [f"{formatting.capitalise(formatting.join_words(counted))}; {unchanged_text} unchanged."]
     if tally[Kind.WORSE] or tally[Kind.MIXED]:
-        worst = found.changes[0]
+        worst = diff.changes[0]
         number = f" ({worst.telling})" if worst.telling else ""
         run_text = f"{worst.scene} on {worst.method} at {formatting.format_step(worst.dt_s)}"
         lead.append(f"Worst: {run_text}, {_format_marks(worst)}{number}.")

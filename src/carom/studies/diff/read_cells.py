@@ -81,26 +81,35 @@ def _build_cell(
     summary: Summary, line: RowLine, references: Mapping[str, Mapping[str, Any]], shared: dict[Any, Any]
 ) -> DiffCell:
     mark = parse_mark(line.status, line.grade, line.float_bits)
-    found = {one.verdict: one.reason for one in line.verdicts}
-    verdict_texts = tuple(f"{summary.verdicts[name]} ({reason})" for name, reason in found.items())
-    method = Method(line.engine, line.profile, tuple(line.tried.items()))
+    reasons = {one.verdict: one.reason for one in line.verdicts}
+    verdict_texts = tuple(f"{summary.verdicts[name]} ({reason})" for name, reason in reasons.items())
     settings = dict(line.settings or {})
     return DiffCell(
-        method=shared.setdefault(method, method),
+        method=shared.setdefault(line.method, line.method),
         scene=line.scene,
         dt_s=line.dt_s,
         mark=mark,
-        measures=_read_measures(line, summary) if mark.ran else (),
-        numbers=tuple(_list_numbers(line, found)) if mark.ran else (),
-        verdicts=verdict_texts or (line.reason,) * bool(line.reason),
+        measures=_read_measures(line, summary.scenes[line.scene].scales) if mark.ran else (),
+        numbers=tuple(_list_numbers(line, reasons)) if mark.ran else (),
+        verdicts=verdict_texts or tuple(filter(None, (line.reason,))),
         # Settings are compared as text, because 1, 1.0 and True are different settings but equal values.
         settings=shared.setdefault(repr(settings), settings),
         reference=references[line.scene] if mark.ran else {},
     )
 
 
-def _read_measures(line: RowLine, summary: Summary) -> tuple[Measure, ...]:
-    return _list_measures(_read_float_width(line), line.dt_s, summary.scenes[line.scene].scales)
+def _read_measures(line: RowLine, scales: Scales) -> tuple[Measure, ...]:
+    """Return name, rounding and unit of each number of a line.
+
+    A line of a run must have the width of its floats, errors, and missed and spurious impacts.
+
+    Raises:
+        ValueError: The line lacks one of these values.
+    """
+    if line.float_bits is None or line.total is None or line.missed is None or line.spurious is None:
+        lacking = [name for name in ("float_bits", "total", "missed", "spurious") if getattr(line, name) is None]
+        raise ValueError(f"it has a grade and no {lacking}")
+    return _list_measures(line.float_bits, line.dt_s, scales)
 
 
 @lru_cache
@@ -122,21 +131,7 @@ def _list_measures(bits: int, dt_s: float, scales: Scales) -> tuple[Measure, ...
     )
 
 
-def _read_float_width(line: RowLine) -> int:
-    """Return the width of a line's floats in bits.
-
-    A line of a run must have a width, errors, and missed and spurious impacts.
-
-    Raises:
-        ValueError: The line lacks one of these values.
-    """
-    if line.float_bits is None or line.total is None or line.missed is None or line.spurious is None:
-        lacking = [name for name in ("float_bits", "total", "missed", "spurious") if getattr(line, name) is None]
-        raise ValueError(f"it has a grade and no {lacking}")
-    return line.float_bits
-
-
-def _list_numbers(line: RowLine, found: Mapping[str, str]) -> Iterator[float | bool | None]:
+def _list_numbers(line: RowLine, verdicts: Mapping[str, str]) -> Iterator[float | bool | None]:
     """Yield the numbers of a run that are compared, in the order of `_list_measures`."""
     missed, invented = len(line.missed or ()), len(line.spurious or ())
     # After a trajectory has diverged, impacts match only by chance, so use the comparison of single steps.
@@ -145,7 +140,9 @@ def _list_numbers(line: RowLine, found: Mapping[str, str]) -> Iterator[float | b
     yield float(missed)
     yield float(invented)
     for verdict in _FLAGS:
-        yield verdict.name.lower() in found
+        yield verdict.name.lower() in verdicts
     for name in _ERRORS:
         error: float = getattr(line.total, name)
-        yield None if math.isnan(error) else math.degrees(error) if name == "direction_rad" else error
+        if name == "direction_rad":
+            error = math.degrees(error)
+        yield None if math.isnan(error) else error

@@ -257,27 +257,29 @@ _CONTACTS = (
 )
 
 
-def are_different(old: ReleaseRun, new: ReleaseRun) -> bool:
+def has_changed(old: ReleaseRun, new: ReleaseRun) -> bool:
     """Return whether two runs differ by more than rounding in their grades, verdicts, numbers or motion."""
-    if (old.grade, old.verdicts) != (new.grade, new.verdicts) or not _have_same_motion(old, new):
+    if (old.grade, old.verdicts) != (new.grade, new.verdicts) or not _has_same_motion(old, new):
         return True
-    return any(_do_differ(one.of(old), one.of(new), _compute_largest_rounding(one, [old, new])) for one in _CONTACTS)
+    return any(_is_changed(one.of(old), one.of(new), _compute_largest_rounding(one, [old, new])) for one in _CONTACTS)
 
 
 def _compute_largest_rounding(measure: _Measure, runs: Sequence[ReleaseRun]) -> float:
     return max(map(measure.rounding, runs))
 
 
-def _do_differ(a: float, b: float, rounding: float) -> bool:
+def _is_changed(a: float, b: float, rounding: float) -> bool:
     return math.isnan(a) is not math.isnan(b) or (a != b and abs(a - b) > rounding)
 
 
-def _have_same_motion(old: ReleaseRun, new: ReleaseRun) -> bool:
+def _has_same_motion(old: ReleaseRun, new: ReleaseRun) -> bool:
     """Whether positions and final velocities are equal, except for rounding."""
     speed = max(_read_rounding(old), _read_rounding(new)) * old.speed_m_s
     place = max(old.place_rounding_m, new.place_rounding_m)
     states = ((old.off_m, new.off_m, place), (old.off_m_s, new.off_m_s, speed))
-    return not any(_do_differ(a, b, limit) for ours, theirs, limit in states for a, b in zip(ours, theirs, strict=True))
+    return not any(
+        _is_changed(a, b, limit) for ours, theirs, limit in states for a, b in zip(ours, theirs, strict=True)
+    )
 
 
 def classify_change(old: SeenCell, new: SeenCell) -> CellChange:
@@ -299,19 +301,20 @@ def classify_change(old: SeenCell, new: SeenCell) -> CellChange:
         return CellChange(ChangeKind.OTHER_SETTINGS, ", ".join(_describe_changed_settings(a.settings, b.settings)))
     if a.misses_contacts or b.misses_contacts:  # missed contacts would look like changes of the engine
         return CellChange(ChangeKind.UNOBSERVED)
-    if not are_different(a, b):
+    if not has_changed(a, b):
         return CellChange(ChangeKind.ROUNDING)
     if (fewest := min(len(old.ran), len(new.ran))) < FEWEST_PHASES:
         return CellChange(ChangeKind.OVERLAP, f"only {fewest} of the required {FEWEST_PHASES} phases ran")
     separate = list(_find_separated_measures(_MOTION, old.ran, new.ran))
-    if separate or (elsewhere := _describe_coordinate(old.ran, new.ran)):
+    elsewhere = "" if separate else _describe_coordinate(old.ran, new.ran)
+    if separate or elsewhere:
         kinds = {kind for kind, _ in separate}
         unknown = Grade.UNGRADED.name in (a.grade, b.grade)  # it is unknown which of the two is correct
         kind = kinds.pop() if len(kinds) == 1 and not unknown else ChangeKind.NEITHER
         return CellChange(kind, "; ".join(why for _, why in separate) or elsewhere)
     changes = [why for _, why in _find_separated_measures(_CONTACTS, old.ran, new.ran)]
     changes += _find_verdict_changes(old.ran, new.ran)
-    alike = all(map(_have_same_motion, old.ran, new.ran))
+    alike = all(map(_has_same_motion, old.ran, new.ran))
     kind = ChangeKind.OTHER_CONTACTS if changes or alike else ChangeKind.OVERLAP
     return CellChange(kind, "; ".join(changes or _describe_all_ranges(old.ran, new.ran)))
 

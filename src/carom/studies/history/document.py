@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from carom.comparator import Grade
 from carom.report import formatting
-from carom.report.document import Column, Document, Headline, Lines, Media, Section, Table, Text
+from carom.report.document import Column, Document, Lines, Media, Section, Table, Text
 from carom.report.outcome_marks import mark_of_grade
 from carom.report.provenance import build_provenance
 from carom.report.render.markdown import render_markdown
@@ -64,31 +64,31 @@ class _Changed(NamedTuple):
     change: CellChange
 
 
-def build_history_document(found: History) -> Document:
+def build_history_document(history: History) -> Document:
     """Return the document of a history."""
-    since = {step.new.version: step for step in found.transitions}
-    rows = [_Row(release, since.get(release.version)) for release in reversed(found.releases)]
+    since = {step.new.version: step for step in history.transitions}
+    rows = [_Row(release, since.get(release.version)) for release in reversed(history.releases)]
     changed = [
         _Changed(step, cell, change)
-        for step in reversed(found.transitions)
+        for step in reversed(history.transitions)
         for cell, change in sorted(step.real.items(), key=lambda item: (item[1].kind.name, item[0]))
     ]
     sections = (
-        Section("Releases", (Table(_build_release_columns(found), rows), *_describe_settings(found))),
+        Section("Releases", (Table(_build_release_columns(history), rows), *_describe_settings(history))),
         *((Section("Changed cells", (Table(_CHANGE_COLUMNS, changed),)),) if changed else ()),
-        Section("How changes are detected", (Text(RULE.format(phases=found.options.phases)),), only=Media.ON_PAPER),
-        *build_provenance(found.environment, found.command, found.elapsed_s),
+        Section("How changes are detected", (Text(RULE.format(phases=history.options.phases)),), only=Media.ON_PAPER),
+        *build_provenance(history.environment, history.command, history.elapsed_s),
     )
-    return Document(f"Carom: releases of {found.origin.engine}", Headline.of(_build_headline(found)), sections)
+    return Document(f"Carom: releases of {history.origin.engine}", tuple(_build_headline(history)), sections)
 
 
-def write_history(found: History, folder: Path) -> Path:
-    """Write ``history.md`` and ``history.svg`` into a folder, and return the path of ``history.md``.
+def write_history(history: History, document: Document, folder: Path) -> Path:
+    """Write a history's document as ``history.md`` and its ``history.svg``, and return the path of ``history.md``.
 
     Raises:
         InputError: The folder contains files that Carom did not write. OSError: The files can't be written.
     """
-    files = {"history.md": render_markdown(build_history_document(found)), "history.svg": render_error_chart(found)}
+    files = {"history.md": render_markdown(document), "history.svg": render_error_chart(history)}
     return write_files(folder, PURPOSE, files)
 
 
@@ -107,25 +107,25 @@ def describe_listing(origin: Origin, versions: tuple[str, ...]) -> Iterator[str]
         yield f"{version:16} {'; '.join(notes)}".rstrip()
 
 
-def describe_bisection(found: Bisection | None) -> Iterator[str]:
+def describe_bisection(bisection: Bisection | None) -> Iterator[str]:
     """Yield sentences with the result of a bisection."""
-    if found is None:
+    if bisection is None:
         yield "The oldest and the newest release agree in this run within the range over phases."
         return
-    oldest = found.asked[0]
-    agrees = f"{found.last}, which agrees with the oldest, {oldest}"
-    before = f"{oldest}, the oldest" if found.last == oldest else agrees
-    why = f"{found.change.kind.value}: {found.change.why}"
-    cell = f"{found.cell.scene} with {found.cell.profile} at {formatting.format_step(found.cell.dt_s)}"
-    yield f"{cell}: {found.first} differs from {before} ({why})."
-    yield f"Releases run: {', '.join(dict.fromkeys(found.asked))}."
+    oldest = bisection.asked[0]
+    agrees = f"{bisection.last}, which agrees with the oldest, {oldest}"
+    before = f"{oldest}, the oldest" if bisection.last == oldest else agrees
+    why = f"{bisection.change.kind.value}: {bisection.change.why}"
+    cell = f"{bisection.cell.scene} with {bisection.cell.profile} at {formatting.format_step(bisection.cell.dt_s)}"
+    yield f"{cell}: {bisection.first} differs from {before} ({why})."
+    yield f"Releases run: {', '.join(dict.fromkeys(bisection.asked))}."
 
 
-def _build_headline(found: History) -> Iterator[str]:
-    run_releases, engine = found.ran, found.origin.engine
-    changed_steps = [step for step in found.transitions if step.real]
+def _build_headline(history: History) -> Iterator[str]:
+    run_releases, engine = history.ran, history.origin.engine
+    changed_steps = [step for step in history.transitions if step.real]
     if len(run_releases) >= 2 and not changed_steps:
-        is_identical = all(step.count(ChangeKind.NOTHING) == step.compared for step in found.transitions)
+        is_identical = all(step.count(ChangeKind.NOTHING) == step.compared for step in history.transitions)
         nothing = "no bit changed" if is_identical else "nothing changed beyond the range over phases"
         yield f"In {engine} from {run_releases[0].version} to {run_releases[-1].version}, {nothing}."
     for step in reversed(changed_steps):
@@ -139,22 +139,23 @@ def _build_headline(found: History) -> Iterator[str]:
         phrases = [f"{formatting.format_count(first[0], 'cell')} {first[1]}", *(f"{n} {words}" for n, words in others)]
         yield f"From {engine} {step.old.version} to {step.new.version}, {formatting.join_words(phrases)}."
     cells = formatting.format_count(max((len(one.seen) for one in run_releases), default=0), "cell")
-    requested = formatting.format_count(len(found.releases), "requested release")
+    requested = formatting.format_count(len(history.releases), "requested release")
     yield f"{len(run_releases)} of {requested} of {engine} ran, each on {cells}."
 
 
-def _build_release_columns(found: History) -> tuple[Column, ...]:
-    ran = [one for release in found.ran for seen_cell in release.seen.values() for one in seen_cell.ran[:1]]
+def _build_release_columns(history: History) -> tuple[Column, ...]:
+    ran = [one for release in history.ran for seen_cell in release.seen.values() for one in seen_cell.ran[:1]]
     bits, grades = max((one.float_bits for one in ran), default=64), {one.grade for one in ran}
     marks = {grade: mark_of_grade(grade, bits).word for grade in Grade if grade.name in grades}
 
-    kinds = [kind for kind in _HEADINGS if any(step.count(kind) for step in found.transitions)]
+    kinds = [kind for kind in _HEADINGS if any(step.count(kind) for step in history.transitions)]
+    note = Column("note", lambda row: _release_note(row.release))
     return (
         Column("release", lambda row: row.release.version),
         *(Column(word, partial(_count_grade, grade), number=True) for grade, word in marks.items()),
         Column("same bits", _format_same_bits, number=True),
         *(Column(_HEADINGS[kind], partial(_count_changes, kind), number=True) for kind in kinds),
-        *([Column("note", lambda row: _release_note(row.release))] if any(map(_release_note, found.releases)) else ()),
+        *([note] if any(map(_release_note, history.releases)) else ()),
     )
 
 
@@ -179,17 +180,17 @@ def _release_note(release: Release) -> str:
     return release.not_run
 
 
-def _describe_settings(found: History) -> Iterator[Lines]:
+def _describe_settings(history: History) -> Iterator[Lines]:
     """Describe the settings that differ between consecutive releases, and the runs that failed."""
     setting_changes = dict.fromkeys(
         f"Different settings: {step.old.version} → {step.new.version}, {cell.profile}: {change.why}"
-        for step in found.transitions
+        for step in history.transitions
         for cell, change in step.changes.items()
         if change.kind is ChangeKind.OTHER_SETTINGS
     )
     lacking = formatting.group_by(
         ((cell.profile, seen_cell.own.said), release.version)
-        for release in found.ran
+        for release in history.ran
         for cell, seen_cell in release.seen.items()
         if seen_cell.own.value is None
     )
@@ -211,24 +212,24 @@ _CHANGE_COLUMNS = (
 )
 
 
-def render_error_chart(found: History) -> str:
+def render_error_chart(history: History) -> str:
     """Draw the median and the largest velocity error of each profile against the release, as SVG.
 
     Only scenes and step sizes with a known error in every release are included. A vertical line marks a release in
     which a bit of a result changed.
     """
     with use_drawing_style():
-        figure, axes = build_framed_figure(_WIDTH_IN, _HEIGHT_IN, f"{found.origin.engine}: velocity error by release")
-        releases = [release for release in found.ran if not release.observes_no_contact]
+        figure, axes = build_framed_figure(_WIDTH_IN, _HEIGHT_IN, f"{history.origin.engine}: velocity error by release")
+        releases = [release for release in history.ran if not release.observes_no_contact]
         places, thin = range(len(releases)), {"linewidth": 0.6, "markersize": 2.5}
-        for profile in found.options.profiles:
+        for profile in history.options.profiles:
             errors = _list_errors(releases, profile)
             if not errors or not errors[0]:
                 continue
-            style = choose_line_style(found.engine, profile=profile)
+            style = choose_line_style(history.engine, profile=profile)
             axes.plot(places, [statistics.median(one) for one in errors], label=f"{profile}, median", **style)
             axes.plot(places, [max(one) for one in errors], label=f"{profile}, largest", **style | thin)
-        for k, step in enumerate(found.transitions, 1):
+        for k, step in enumerate(history.transitions, 1):
             if step.count(ChangeKind.NOTHING) < step.compared:
                 axes.axvline(k, linewidth=0.6, alpha=0.4, zorder=0)
         axes.set_yscale("symlog", linthresh=1e-9)
@@ -236,7 +237,7 @@ def render_error_chart(found: History) -> str:
         axes.set_ylabel("velocity error / scene's greatest speed")
         if axes.lines:
             finish(axes)
-        return to_separate_svg(render(figure, f"Velocity error of {found.origin.engine} by release"))
+        return to_separate_svg(render(figure, f"Velocity error of {history.origin.engine} by release"))
 
 
 def _list_errors(releases: list[Release], profile: str) -> list[list[float]]:

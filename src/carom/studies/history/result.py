@@ -115,7 +115,7 @@ class History:
         return tuple(_build_transition(old, new) for old, new in pairwise(self.ran))
 
     @property
-    def worse_now(self) -> bool:
+    def is_worse(self) -> bool:
         """Whether the newest release is worse than the previous one in some run, beyond the effect of the phase."""
         last = self.transitions[-1:] if self.ran and self.ran[-1] is self.releases[-1] else ()
         return any(change.kind is ChangeKind.WORSE for one in last for change in one.changes.values())

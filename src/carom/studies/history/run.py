@@ -30,8 +30,8 @@ from carom.studies.history.compare_cells import (
     HistoryTask,
     ReleaseRun,
     SeenCell,
-    are_different,
     classify_change,
+    has_changed,
 )
 from carom.studies.history.options import HistoryOptions
 from carom.studies.history.registry_clients import CLIENTS, Client, ClientError
@@ -139,13 +139,11 @@ class _ReleaseRuns:
         """
         answers = self.run_jobs((self.job(name, cell) for name in names for cell in cells), pool)
         seen_cells = {name: {cell: SeenCell(answers[self.job(name, cell)]) for cell in cells} for name in names}
-        todo = {
-            (name, cell)
-            for cell in cells
-            for pair in pairwise(name for name in names if seen_cells[name][cell].ran)
-            if _needs_phases(*(seen_cells[name][cell] for name in pair))
-            for name in pair
-        }
+        todo = set[tuple[str, RunCell]]()
+        for cell in cells:
+            for pair in pairwise(name for name in names if seen_cells[name][cell].ran):
+                if _needs_phases(*(seen_cells[name][cell] for name in pair)):
+                    todo.update((name, cell) for name in pair)
         phases = generate_phases(self.options.phases, self.options.seed)
         jobs = {place: [self.job(*place, phase) for phase in phases] for place in sorted(todo)}
         found = self.run_jobs(chain.from_iterable(jobs.values()), pool)
@@ -159,7 +157,7 @@ def _needs_phases(old: SeenCell, new: SeenCell) -> bool:
     a, b = old.own.value, new.own.value
     if a is None or b is None or a.settings != b.settings or a.misses_contacts or b.misses_contacts:
         return False
-    return are_different(a, b)
+    return has_changed(a, b)
 
 
 @contextmanager
@@ -296,22 +294,22 @@ def bisect_change(
                     raise UnavailableError(f"{origin.package} {version}: {reason}")
                 seen_cells = study.seen([one.name for one in columns], [cell], pool)
                 old, new = (seen_cells[one.name][cell] for one in columns)
-            found = classify_change(old, new)
-            if found.kind is ChangeKind.NOT_RUN:
+            change = classify_change(old, new)
+            if change.kind is ChangeKind.NOT_RUN:
                 what = f"{origin.package} {version} can't run this scene with this profile and step size"
-                raise CaromError(f"{what}: {found.why}")
-            return found
+                raise CaromError(f"{what}: {change.why}")
+            return change
 
         if len(candidates) < 2 or not (newest := find_change(candidates[-1])).kind.real:
             return None
-        low, high, found = 0, len(candidates) - 1, newest
+        low, high, change = 0, len(candidates) - 1, newest
         while high - low > 1:
             middle = (low + high) // 2
             if (one := find_change(candidates[middle])).kind.real:
-                high, found = middle, one
+                high, change = middle, one
             else:
                 low = middle
-    return Bisection(cell, candidates[low], candidates[high], found, (candidates[0], *order))
+    return Bisection(cell, candidates[low], candidates[high], change, (candidates[0], *order))
 
 
 #: Matches versions of final releases, which have no mark such as alpha or nightly. The mark `post` is allowed: it is a

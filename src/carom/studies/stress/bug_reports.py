@@ -11,12 +11,12 @@ from numpy.typing import ArrayLike
 
 from carom.catalogue import Complaint, KnownAnswer, Symptom
 from carom.catalogue.entry import compute_deepest_overlap
-from carom.execution.job import Job, Method, Status
-from carom.execution.observation.engine_run import observe_job
+from carom.execution.job import Method, Status
 from carom.execution.pool import TaskRunner
 from carom.model.energy import kinetic_energy
 from carom.model.scene import Chain, Ring, Scene, Wall
 from carom.model.trace import Outcome, Trace
+from carom.studies.stress.failure_search import observe
 from carom.studies.stress.result import CellEnding, CellResult, UnsavedResult
 from carom.support.formatting import format_number
 
@@ -28,7 +28,7 @@ NOTICED = 0.01
 def check_complaint(complaint: Complaint, method: Method, runner: TaskRunner) -> UnsavedResult:
     """Check whether a method has a reported bug. Return the result with the scene of the bug report."""
     scene, line = complaint.scene, complaint.name.partition("/")[2]
-    answer = observe_job(Job(scene, method, 1.0 / scene.frame_rate_hz), runner)
+    answer = observe(scene, method, runner)
     cell = partial(CellResult, "complaint", line, method.name, status=answer.status)
     if answer.status in {Status.UNAVAILABLE, Status.UNSUPPORTED}:
         return UnsavedResult(cell(CellEnding.NOT_RUN, reason=answer.said), (scene,))

@@ -13,7 +13,7 @@ from urllib.parse import quote
 from carom.engines.registry import format_engine_argument
 from carom.execution.job import Method, Status
 from carom.report import formatting
-from carom.report.document import Block, Cell, Column, Document, Headline, Legend, Lines, Media, Section, Table, Text
+from carom.report.document import Block, Cell, Column, Document, Legend, Lines, Media, Section, Table, Text
 from carom.report.files import fields_of, format_json
 from carom.report.provenance import build_provenance
 from carom.report.render.html import render_html
@@ -67,14 +67,13 @@ _MEANINGS = (
 )
 
 
-def write_stress(results: StressResults, folder: Path) -> Path:
+def write_stress(results: StressResults, document: Document, folder: Path) -> Path:
     """Write `stress.html`, `stress.md` and `stress.json` into a folder, and return the path of the page.
 
     Raises:
         MissingExtraError: jinja2, of the extra `report`, is not installed. InputError: The folder is not writable, or
         contains files that Carom did not write.
     """
-    document = build_stress_document(results)
     pages = {"stress.html": render_html(document), "stress.md": render_markdown(document)}
     return write_files(folder, "stress", pages | {"stress.json": _format_json(results)})
 
@@ -87,7 +86,7 @@ def build_stress_document(results: StressResults) -> Document:
         *(section for kind, lines in kinds.items() if lines for section in _build_kind_sections(results, kind, lines)),
         *build_provenance(results.environment, results.command, results.elapsed_s),
     )
-    return Document("Carom: stress", Headline.of(_describe_results(results, kinds)), sections)
+    return Document("Carom: stress", tuple(_describe_results(results, kinds)), sections)
 
 
 def _sort_worst_first(results: StressResults, lines: list[StressTest]) -> list[StressTest]:
@@ -148,7 +147,9 @@ def _build_heat_cell(results: StressResults, lines: list[StressTest], method: Me
     """Return the number of tests of a group that a method passes. A terminal shows a character for each test."""
     run_endings = _list_endings(results, lines, method)
     passed = run_endings.count(CellEnding.PASSES)
-    _, css = _NOT if not run_endings else _GOOD if passed == len(run_endings) else _WAY if passed else _BAD
+    _, css = _WAY if passed else _BAD
+    if passed == len(run_endings):
+        _, css = _GOOD if run_endings else _NOT
     signs = "".join(_format_sign(line, results.cells[line.name, method.name]) for line in lines)
     total_text = f" of {len(run_endings)}" if len(run_endings) < len(lines) else ""
     return Cell(f"{passed}{total_text}", short=signs, css=css, style=_STYLES[css], title=signs)

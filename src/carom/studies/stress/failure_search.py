@@ -14,6 +14,7 @@ from carom.execution.job import Answer, Job, Method, Status
 from carom.execution.observation.engine_run import observe_job
 from carom.execution.pool import TaskRunner
 from carom.model.scene import Scene
+from carom.model.trace import Trace
 from carom.studies.stress.attack import Attack, CheckResult, Trial
 from carom.studies.stress.result import STRESS, CellEnding, CellResult, UnsavedResult
 
@@ -82,6 +83,11 @@ def find_failure(attack: Attack, method: Method, runner: TaskRunner, *, quick: b
     return UnsavedResult(result, (scene,))
 
 
+def observe(scene: Scene, method: Method, runner: TaskRunner) -> Answer[Trace]:
+    """Run a method on a scene at the scene's frame rate, and return the result."""
+    return observe_job(Job(scene, method, 1.0 / scene.frame_rate_hz), runner)
+
+
 def rename_scene(name: str, scene: Scene, description: str) -> Scene:
     """Return the scene with a unique name, so that the scenes of all results can run together."""
     return scene.model_copy(update={"name": f"{STRESS}{name}", "description": description})
@@ -101,7 +107,7 @@ def _try_value(attack: Attack, value: float, method: Method, runner: TaskRunner,
         raise InputError(f"the stress test {attack.name} can't make a scene at {value:g}: {error}") from error
     passed: list[_Tried] = []
     for trial in trials[::2] if quick else trials:
-        answer = observe_job(Job(trial.scene, method, 1.0 / trial.scene.frame_rate_hz), runner)
+        answer = observe(trial.scene, method, runner)
         status = answer.status
         if status is Status.UNAVAILABLE or (value == attack.harmless and status is Status.UNSUPPORTED):
             raise NotRunError(answer)

@@ -82,21 +82,17 @@ def _build_attack(name: str, template: str, **functions: Callable[[float], float
     return build_attack(name, trials)
 
 
-def _build_size_attack(name: str) -> Attack:
-    """Return the stress test that shrinks or enlarges the whole scene."""
-    template = "Discs of radius {value} m meet head-on at a fiftieth of the radius per step."
-    return _build_attack(name, template, radius=lambda value: value, speed=lambda value: 0.02 * value * RATE_HZ)
-
-
 _GRAZING = "A disc grazes another, {value} contact distances from a miss."
 _TUNNELLING = "A disc that moves {value} radii per step meets one at rest head-on."
+_SIZE = "Discs of radius {value} m meet head-on at a fiftieth of the radius per step."
+_SIZES = {"radius": lambda value: value, "speed": lambda value: 0.02 * value * RATE_HZ}
 #: Stress tests with one pair of discs.
 PAIR_ATTACKS = (
     _build_attack("grazing", _GRAZING, offset=lambda value: 1.0 - value),
     _build_attack("mass-ratio", "A disc of 1 kg meets one of {value} kg head-on.", mass=lambda value: value),
     _build_attack("tunnelling", _TUNNELLING, speed=lambda value: value * RADIUS_M * RATE_HZ),
-    _build_size_attack("small"),
-    _build_size_attack("large"),
+    _build_attack("small", _SIZE, **_SIZES),
+    _build_attack("large", _SIZE, **_SIZES),
     _build_attack("far-away", "Two discs meet head-on {value} m from the origin.", origin=lambda value: value),
     _build_attack("slow", "Two discs meet head-on at {value} m/s.", speed=lambda value: value),
 )

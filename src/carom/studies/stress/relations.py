@@ -19,12 +19,11 @@ from numpy.typing import NDArray
 
 from carom.catalogue.closed_forms import to_vector
 from carom.errors import InputError
-from carom.execution.job import Job, Method, Status
-from carom.execution.observation.engine_run import observe_job
+from carom.execution.job import Method, Status
 from carom.execution.pool import TaskRunner
 from carom.model.scene import Disc, Scene
 from carom.model.trace import Outcome, Trace
-from carom.studies.stress.failure_search import NotRunError, rename_scene
+from carom.studies.stress.failure_search import NotRunError, observe, rename_scene
 from carom.studies.stress.result import CellEnding, CellResult, UnsavedResult
 from carom.support.formatting import format_number
 
@@ -53,29 +52,6 @@ class State(NamedTuple):
     position: NDArray[np.float64]
     velocity: NDArray[np.float64]
     spin: NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Relation:
-    """An invariance: a relation between the results of two runs of the same method.
-
-    Attributes:
-        name: Short name, as on the command line.
-        states: The invariance in one sentence.
-        deviation: Function that runs a base scene and a changed scene, and returns how much the second result deviates
-            from the expected one. Deviations of positions are divided by the largest radius, and those of velocities
-            and rim speeds by the greatest speed. The function raises SceneError if the changed scene can't start from
-            the final state of the first run.
-        base: Function that returns the base scene.
-        of_runs: Whether the changed scene starts from the final state of the first run, so that it differs between
-            methods.
-    """
-
-    name: str
-    states: str
-    deviation: Callable[[Scene, Run], float]
-    base: Callable[[], Scene]
-    of_runs: bool = False
 
 
 def build_base_scene() -> Scene:
@@ -111,6 +87,29 @@ def build_superball_scene() -> Scene:
     rough = build_rough_scene()
     about = {"name": "stress/superball-relations", "description": _SUPERBALLS}
     return _build_variant(rough, rough.discs, **about, friction=_GRIP, tangential_restitution=1.0)
+
+
+@dataclass(frozen=True)
+class Relation:
+    """An invariance: a relation between the results of two runs of the same method.
+
+    Attributes:
+        name: Short name, as on the command line.
+        states: The invariance in one sentence.
+        deviation: Function that runs a base scene and a changed scene, and returns how much the second result deviates
+            from the expected one. Deviations of positions are divided by the largest radius, and those of velocities
+            and rim speeds by the greatest speed. The function raises SceneError if the changed scene can't start from
+            the final state of the first run.
+        base: Function that returns the base scene.
+        of_runs: Whether the changed scene starts from the final state of the first run, so that it differs between
+            methods.
+    """
+
+    name: str
+    states: str
+    deviation: Callable[[Scene, Run], float]
+    base: Callable[[], Scene] = build_base_scene
+    of_runs: bool = False
 
 
 def _build_variant(scene: Scene, discs: Sequence[Disc], **fields: float | str) -> Scene:
@@ -161,7 +160,7 @@ def _build_invariance(
         first = _final_state_of(run(base))
         return _compute_deviation(base, undo(_final_state_of(run(change(base)))), first)
 
-    return Relation(name, states, deviation, build_base_scene)
+    return Relation(name, states, deviation)
 
 
 def _measure_reversal_deviation(base: Scene, run: Run) -> float:
@@ -208,18 +207,19 @@ def _build_motion_invariance(
     )
 
 
-def _build_boost_relation(velocity: tuple[float, float]) -> Relation:
+def _build_boost_relation() -> Relation:
+    velocity = (11.0, -7.0)
     path_m = np.array(velocity) * build_base_scene().duration_s
     return _build_motion_invariance(
         "boost",
-        "Adding a velocity of ({:g}, {:g}) m/s to all discs changes nothing else.".format(*velocity),
+        "Adding a velocity of (11, -7) m/s to all discs changes nothing else.",
         lambda state: state._replace(velocity=state.velocity + velocity),
         lambda state: State(state.position - path_m, state.velocity - velocity, state.spin),
     )
 
 
-def _build_rotation_relation(angle_rad: float) -> Relation:
-    turn, states = cmath.rect(1.0, angle_rad), f"Turning the scene by {angle_rad:g} rad turns its result."
+def _build_rotation_relation() -> Relation:
+    turn, states = cmath.rect(1.0, 0.7), "Turning the scene by 0.7 rad turns its result."
 
     def rotate(state: State) -> State:
         place, velocity = ([to_vector(complex(*row) * turn) for row in rows.tolist()] for rows in state[:2])
@@ -254,7 +254,6 @@ def list_relations() -> list[Relation]:
         "reversal",
         "If all velocities are reversed at the end, the run returns to its start.",
         _measure_reversal_deviation,
-        build_base_scene,
         of_runs=True,
     )
     far = Disc(position_m=(1000.0, 1000.0), radius_m=0.25)
@@ -268,12 +267,11 @@ def list_relations() -> list[Relation]:
         "split",
         "A run that is stopped at 1 s and continued from its state there ends like the whole run.",
         _measure_split_deviation,
-        build_base_scene,
         of_runs=True,
     )
     superballs = "If velocities and spins of superballs are reversed at the end, the run returns to its start."
     slow_motion = "Slowing the scene and its frames a thousandfold changes nothing but the unit of time."
-    general = [_build_boost_relation((11.0, -7.0)), _build_rotation_relation(0.7), mirror, relabelling, units_of_two]
+    general = [_build_boost_relation(), _build_rotation_relation(), mirror, relabelling, units_of_two]
     rough = [
         replace(one, name=f"rough-{one.name}", states=f"With friction and spin: {one.states}", base=build_rough_scene)
         for one in (*general, split)
@@ -298,7 +296,7 @@ def check_relation(relation: Relation, method: Method, runner: TaskRunner) -> Un
 
     def run(scene: Scene) -> Trace:
         used.append(scene)
-        answer = observe_job(Job(scene, method, 1.0 / scene.frame_rate_hz), runner)
+        answer = observe(scene, method, runner)
         if answer.status in {Status.UNAVAILABLE, Status.UNSUPPORTED}:
             raise NotRunError(answer)
         if answer.value is None:

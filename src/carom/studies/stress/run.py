@@ -190,16 +190,16 @@ def _list_all_tasks(quick: bool) -> list[StressTask]:
     return tasks
 
 
-def _line_of_complaint(entry: Complaint) -> StressTest:
-    criterion = f"{entry.symptom.value}; errors below {100 * entry.at_least:g} % do not count. {entry.made}"
+def _line_of_complaint(complaint: Complaint) -> StressTest:
+    criterion = f"{complaint.symptom.value}; errors below {100 * complaint.at_least:g} % do not count. {complaint.made}"
     return StressTest(
         "complaint",
-        entry.name.partition("/")[2],
-        f"{entry.about}: {entry.reported}",
-        entry.known.source,
+        complaint.name.partition("/")[2],
+        f"{complaint.about}: {complaint.reported}",
+        complaint.known.source,
         capitalise(criterion),
-        link=entry.thread,
-        about=entry.engine,
+        link=complaint.thread,
+        about=complaint.engine,
     )
 
 

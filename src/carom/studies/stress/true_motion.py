@@ -122,7 +122,8 @@ class _Motion:
                 if len(self.events) == max_impacts:
                     raise UndecidedError(f"{self.scene.name!r} has more than {max_impacts} impacts")
                 time, pair = event
-                self._move_to(time)
+                self.place = self.place + self.velocity * max(time - self.now, Decimal(0))
+                self.now = time
                 touched = [body for body in pair if body >= 0 and self.weight[body] > 0]
                 if any(body in since and time - since[body] <= self.tie * self.end for body in touched):
                     self.convention = True
@@ -186,10 +187,6 @@ class _Motion:
             return None
         clearance: Decimal = (self.place[i] - point) @ normal - self.radius[i]
         return max(clearance, Decimal(0)) / -approach
-
-    def _move_to(self, time: Decimal) -> None:
-        self.place = self.place + self.velocity * max(time - self.now, Decimal(0))
-        self.now = time
 
     def _collide(self, i: int, j: int) -> None:
         if j < 0:

@@ -15,7 +15,7 @@ from carom.engines.registry import resolve_engine
 from carom.execution.job import Progress, no_progress
 from carom.model.scene import Scene
 from carom.report.document import Document
-from carom.report.notebook_picture import ShownResult
+from carom.report.notebook import ShownResult
 from carom.report.svg import format_tick
 from carom.studies.tune.document import FOUND_LABEL, build_tune_document
 from carom.studies.tune.options import TuneOptions
@@ -70,18 +70,18 @@ def tune(
     return ShownTuning.of(found_by(resolve_engine(engine), on, parsed_options, progress=progress or no_progress))
 
 
-def _draw(found: Tuning, axes: Axes) -> None:
-    names = [scene.name for scene in found.scenes]
+def _draw(tuning: Tuning, axes: Axes) -> None:
+    names = [scene.name for scene in tuning.scenes]
     rows = range(len(names))
     # An exact result is drawn as if its error were rounding, and NaN is not drawn.
     limits = (THRESHOLDS.rounding, 1.0 / THRESHOLDS.rounding)
     before, after = (
-        np.clip([one.price for one in settings.results], *limits) for settings in (found.first, found.best)
+        np.clip([one.price for one in settings.results], *limits) for settings in (tuning.first, tuning.best)
     )
     axes.hlines(rows, before, after, color="black", linewidth=0.8, alpha=0.4)
     for errors, label, marker, runs in (
-        (before, found.options.profile, "o", found.first.results),
-        (after, FOUND_LABEL, "D", found.best.results),
+        (before, tuning.options.profile, "o", tuning.first.results),
+        (after, FOUND_LABEL, "D", tuning.best.results),
     ):
         (drawn,) = axes.plot(errors, rows, marker, label=label, markersize=5.0)
         wrong = [k for k in rows if runs[k].wrong]

@@ -7,7 +7,6 @@ import shlex
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from itertools import starmap
-from pathlib import Path
 from typing import NamedTuple
 
 import tomli_w
@@ -17,14 +16,12 @@ from carom.engines.registry import format_engine_argument
 from carom.execution.job import Method
 from carom.model.trace import format_setting
 from carom.report import formatting
-from carom.report.document import Cell, Code, Column, Document, Headline, Lines, Media, Section, Table, Text
+from carom.report.document import Cell, Code, Column, Document, Lines, Media, Section, Table, Text
 from carom.report.outcome_marks import mark_of_grade
 from carom.report.provenance import build_provenance
-from carom.report.render.markdown import render_markdown
 from carom.studies.tune.objective import SceneResult
-from carom.studies.tune.run import PURPOSE, Tuning
-from carom.studies.tune.search import Found
-from carom.support.folders import write_files
+from carom.studies.tune.run import Tuning
+from carom.studies.tune.search import TriedSettings
 
 ERROR_NOTE = (
     "The error is the largest velocity or spin error, divided by PIT's largest over the phases of the step. An error "
@@ -45,7 +42,7 @@ class _Row(NamedTuple):
     """A row of the table of profiles: a profile, or the settings that the search found, with results."""
 
     name: str
-    found: Found
+    found: TriedSettings
 
 
 class _Line(NamedTuple):
@@ -56,82 +53,73 @@ class _Line(NamedTuple):
     best: SceneResult
 
 
-def build_tune_document(found: Tuning, scene_words: Sequence[str]) -> Document:
+def build_tune_document(tuning: Tuning, scene_words: Sequence[str]) -> Document:
     """Return the document of `carom tune`. `scene_words` are the command-line arguments that name the scenes."""
-    better = found.best is not found.first
-    rows = zip(found.scenes, found.first.results, found.best.results, strict=True)
+    better = tuning.best is not tuning.first
+    rows = zip(tuning.scenes, tuning.first.results, tuning.best.results, strict=True)
     lines = [_Line(scene.name, first, best) for scene, first, best in rows]
     columns = (
         Column("scene", lambda line: line.scene),
-        Column(found.options.profile, lambda line: _format_grade(line.first)),
+        Column(tuning.options.profile, lambda line: _format_grade(line.first)),
         Column("error", lambda line: _format_error(line.first), number=True),
         Column(FOUND_LABEL, lambda line: _format_grade(line.best)),
         Column("error", lambda line: _format_error(line.best), number=True),
     )
     shown_columns = columns if better else columns[:3]
-    left_out = tuple(f"Not run: {name} ({reason})." for name, reason in found.left_out.items())
+    left_out = tuple(f"Not run: {name} ({reason})." for name, reason in tuning.left_out.items())
     sections = (
-        _build_profile_section(found),
-        *((_build_setting_section(found),) if better else ()),
+        _build_profile_section(tuning),
+        *((_build_setting_section(tuning),) if better else ()),
         Section("Results by scene", (Table(shown_columns, lines), Text(ERROR_NOTE), Lines(left_out))),
-        *(_build_code_sections(found, scene_words) if better else ()),
-        *build_provenance(found.environment, found.command, found.elapsed_s),
+        *(_build_code_sections(tuning, scene_words) if better else ()),
+        *build_provenance(tuning.environment, tuning.command, tuning.elapsed_s),
     )
-    return Document(f"Carom: settings of {found.engine}", Headline.of(_build_headline(found)), sections)
+    return Document(f"Carom: settings of {tuning.engine}", tuple(_build_headline(tuning)), sections)
 
 
-def write_tune(found: Tuning, scene_words: Sequence[str], folder: Path) -> Path:
-    """Write ``tune.md`` into a folder, and return its path. `scene_words` is as in `build_tune_document`.
-
-    Raises:
-        InputError: The folder contains files that Carom did not write. OSError: The file can't be written.
-    """
-    return write_files(folder, PURPOSE, {"tune.md": render_markdown(build_tune_document(found, scene_words))})
-
-
-def format_set_options(found: Found) -> str:
+def format_set_options(found: TriedSettings) -> str:
     """Return the options of `carom run` for some settings."""
     return shlex.join([word for name, value in found.tried for word in ("--set", f"{name}={format_setting(value)}")])
 
 
-def _build_headline(found: Tuning) -> Iterator[str]:
-    scenes = formatting.format_count(len(found.scenes), "scene")
-    early = f", of which {found.given_up} were abandoned early" if found.given_up else ""
-    trials_text = f"tried {formatting.format_count(found.trials, 'setting', 'different settings')}{early}"
-    if found.best is found.first:
-        yield f"No better settings than {found.options.profile} were found on {scenes}, although carom {trials_text}."
-        yield f"With {found.options.profile}: {_format_grades(found.first)}."
-        yield from _describe_equal_profiles(found)
+def _build_headline(tuning: Tuning) -> Iterator[str]:
+    scenes = formatting.format_count(len(tuning.scenes), "scene")
+    early = f", of which {tuning.given_up} were abandoned early" if tuning.given_up else ""
+    trials_text = f"tried {formatting.format_count(tuning.trials, 'setting', 'different settings')}{early}"
+    if tuning.best is tuning.first:
+        yield f"No better settings than {tuning.options.profile} were found on {scenes}, although carom {trials_text}."
+        yield f"With {tuning.options.profile}: {_format_grades(tuning.first)}."
+        yield from _describe_equal_profiles(tuning)
         return
-    profile = found.options.profile
-    grades = f"{_format_grades(found.best)} ({profile}: {_format_grades(found.first)})"
-    changed = formatting.format_count(len(found.best.tried), "setting")
-    yield f"{found.engine}: trial {found.best.trial} changed {changed} of {profile}, with the grades {grades}."
-    yield from _describe_equal_profiles(found)
-    step = "its own frame rate" if found.options.dt_s is None else formatting.format_step(found.options.dt_s)
+    profile = tuning.options.profile
+    grades = f"{_format_grades(tuning.best)} ({profile}: {_format_grades(tuning.first)})"
+    changed = formatting.format_count(len(tuning.best.tried), "setting")
+    yield f"{tuning.engine}: trial {tuning.best.trial} changed {changed} of {profile}, with the grades {grades}."
+    yield from _describe_equal_profiles(tuning)
+    step = "its own frame rate" if tuning.options.dt_s is None else formatting.format_step(tuning.options.dt_s)
     yield f"The search used {scenes}, each at {step}, and {trials_text}."
-    if not math.isnan(found.time_ratio):
-        cost = formatting.format_number(found.time_ratio)
-        yield f"A step takes {cost} times as long as with {found.options.profile} (median over scenes)."
+    if not math.isnan(tuning.time_ratio):
+        cost = formatting.format_number(tuning.time_ratio)
+        yield f"A step takes {cost} times as long as with {tuning.options.profile} (median over scenes)."
     yield "This result is only valid for these scenes and step sizes."
 
 
-def _describe_equal_profiles(found: Tuning) -> Iterator[str]:
+def _describe_equal_profiles(tuning: Tuning) -> Iterator[str]:
     """Yield a sentence on profiles that are equally good on these scenes, then one on better profiles.
 
     Profiles whose steps Carom shortens are omitted.
     """
-    own_name = f"the {FOUND_LABEL}" if found.best is not found.first else found.options.profile
-    other_merits = {name: one.merit for name, one in found.others.items() if name not in found.located}
-    alike = [name for name, merit in other_merits.items() if merit.respects == found.best.merit.respects]
-    better = [name for name, merit in other_merits.items() if merit.respects < found.best.merit.respects]
+    own_name = f"the {FOUND_LABEL}" if tuning.best is not tuning.first else tuning.options.profile
+    other_merits = {name: one.merit for name, one in tuning.others.items() if name not in tuning.located}
+    alike = [name for name, merit in other_merits.items() if merit.respects == tuning.best.merit.respects]
+    better = [name for name, merit in other_merits.items() if merit.respects < tuning.best.merit.respects]
     if alike:
         yield f"{formatting.join_words([own_name, *alike])} are equally good."
     if better:
         yield f"Existing profiles that are better: {formatting.join_words(better)}."
 
 
-def _format_grades(found: Found) -> str:
+def _format_grades(found: TriedSettings) -> str:
     grades = Counter(map(_grade_word, found.results))
     return ", ".join(f"{count} {name}" for name, count in grades.most_common())
 
@@ -151,15 +139,15 @@ def _format_error(result: SceneResult) -> str:
     return formatting.ABSENT if math.isnan(result.price) else formatting.format_number(result.price)
 
 
-def _build_profile_section(found: Tuning) -> Section:
+def _build_profile_section(tuning: Tuning) -> Section:
     """Return a table of the settings found and all profiles, best first.
 
     Profiles whose steps Carom shortens are last.
     """
-    rows = [_Row(found.options.profile, found.first), *starmap(_Row, found.others.items())]
-    if found.best is not found.first:
-        rows.insert(0, _Row(FOUND_LABEL, found.best))
-    rows.sort(key=lambda row: (row.name in found.located, row.found.merit.respects))
+    rows = [_Row(tuning.options.profile, tuning.first), *starmap(_Row, tuning.others.items())]
+    if tuning.best is not tuning.first:
+        rows.insert(0, _Row(FOUND_LABEL, tuning.best))
+    rows.sort(key=lambda row: (row.name in tuning.located, row.found.merit.respects))
     columns = (
         Column("", lambda row: row.name),
         _count_column("wrong", lambda one: one.grade is Grade.WRONG),
@@ -170,7 +158,7 @@ def _build_profile_section(found: Tuning) -> Section:
     )
     refused = formatting.group_by(
         (reason, name)
-        for name, other in found.others.items()
+        for name, other in tuning.others.items()
         for reason in dict.fromkeys(one.reason for one in other.results if one.grade is None)
     )
     lines = tuple(f"Not run: {formatting.join_words(names)} ({reason})." for reason, names in refused.items())
@@ -181,32 +169,34 @@ def _count_column(head: str, is_counted: Callable[[SceneResult], bool]) -> Colum
     return Column(head, lambda row: str(sum(map(is_counted, row.found.results)) or ""), number=True)
 
 
-def _build_setting_section(found: Tuning) -> Section:
-    before = {name: format_setting(value) for name, value in found.own.items()}
+def _build_setting_section(tuning: Tuning) -> Section:
+    before = {name: format_setting(value) for name, value in tuning.own.items()}
     columns = (
         Column("setting", lambda item: item[0]),
         Column("found", lambda item: format_setting(item[1]), number=True),
-        Column(found.options.profile, lambda item: before.get(item[0], "engine default"), number=True),
-        Column("tested range", lambda item: ", ".join(format_setting(found.space.values[item[0]][k]) for k in (0, -1))),
+        Column(tuning.options.profile, lambda item: before.get(item[0], "engine default"), number=True),
+        Column(
+            "tested range", lambda item: ", ".join(format_setting(tuning.space.values[item[0]][k]) for k in (0, -1))
+        ),
     )
     note = "Each setting is needed: resetting any one of them makes the result worse."
-    return Section("Settings found", (Table(columns, found.best.tried), Text(note)))
+    return Section("Settings found", (Table(columns, tuning.best.tried), Text(note)))
 
 
-def _build_code_sections(found: Tuning, scene_words: Sequence[str]) -> Iterator[Section]:
+def _build_code_sections(tuning: Tuning, scene_words: Sequence[str]) -> Iterator[Section]:
     """Yield the engine's code, the command that runs the settings, and the profile in Python and in a manifest."""
-    step = () if found.options.dt_s is None else ("--dt", repr(found.options.dt_s))
-    method = Method(found.engine, found.options.profile, found.best.tried)
-    words = ("carom", "run", *scene_words, "-e", format_engine_argument(method.engine), "-p", found.options.profile)
-    if found.code:
-        text = f"Code for {found.engine}, for {found.scenes[0].name}:"
-        yield Section("Code for the engine", (Text(text), Code(found.code)))
-    command = f"{shlex.join((*words, *step))} {format_set_options(found.best)}"
+    step = () if tuning.options.dt_s is None else ("--dt", repr(tuning.options.dt_s))
+    method = Method(tuning.engine, tuning.options.profile, tuning.best.tried)
+    words = ("carom", "run", *scene_words, "-e", format_engine_argument(method.engine), "-p", tuning.options.profile)
+    if tuning.code:
+        text = f"Code for {tuning.engine}, for {tuning.scenes[0].name}:"
+        yield Section("Code for the engine", (Text(text), Code(tuning.code)))
+    command = f"{shlex.join((*words, *step))} {format_set_options(tuning.best)}"
     yield Section("Command with these settings", (Code(command),))
-    scenes = formatting.format_count(len(found.scenes), "scene")
-    text = f"Found by carom tune on {scenes}: {_format_grades(found.best)}."
-    constant = {name: value for name, value in found.settings.items() if name not in found.varying}
-    varying = [f"# {name} varies with the step size, as in {method.profile}" for name in sorted(found.varying)]
+    scenes = formatting.format_count(len(tuning.scenes), "scene")
+    text = f"Found by carom tune on {scenes}: {_format_grades(tuning.best)}."
+    constant = {name: value for name, value in tuning.settings.items() if name not in tuning.varying}
+    varying = [f"# {name} varies with the step size, as in {method.profile}" for name in sorted(tuning.varying)]
     python = "\n".join(
         [
             f'"{FOUND}": Profile(',

@@ -26,7 +26,7 @@ from carom.model.trace import Setting, Trace
 from carom.studies.tune.evaluate import Evaluator
 from carom.studies.tune.objective import SceneResult, compute_merit
 from carom.studies.tune.options import TuneOptions
-from carom.studies.tune.search import Found, KnobSearch
+from carom.studies.tune.search import KnobSearch, TriedSettings
 from carom.studies.tune.search_space import Space, list_values
 
 #: Name of the study in its output folders, and file name of its journal.
@@ -69,9 +69,9 @@ class Tuning:
     scenes: tuple[Scene, ...]
     left_out: Mapping[str, str]
     space: Space
-    first: Found
-    best: Found
-    others: Mapping[str, Found]
+    first: TriedSettings
+    best: TriedSettings
+    others: Mapping[str, TriedSettings]
     located: frozenset[str]
     code: str
     own: Mapping[str, Setting]
@@ -92,7 +92,7 @@ def tune(
     *,
     notes: MemoryJournal[JobKey, SceneResult] | None = None,
     progress: Progress = no_progress,
-    on_improvement: Callable[[Found], None] | None = None,
+    on_improvement: Callable[[TriedSettings], None] | None = None,
     command: str = "",
 ) -> Tuning:
     """Search for the values of an engine's searchable settings (knobs) with the best results on scenes.
@@ -161,7 +161,9 @@ def tune(
     )
 
 
-def _evaluate_profile(info: EngineInfo, profile: str, steps: Mapping[Scene, float], evaluator: Evaluator) -> Found:
+def _evaluate_profile(
+    info: EngineInfo, profile: str, steps: Mapping[Scene, float], evaluator: Evaluator
+) -> TriedSettings:
     """Run all scenes with another profile, and return the results.
 
     Scenes that the profile does not support are not run.
@@ -174,7 +176,7 @@ def _evaluate_profile(info: EngineInfo, profile: str, steps: Mapping[Scene, floa
     supported = [scene for scene, reason in refused.items() if not reason]
     found = dict(zip(supported, evaluator.evaluate(Method(info.name, profile), supported), strict=True))
     results = tuple(found.get(scene) or SceneResult(None, reason=reason) for scene, reason in refused.items())
-    return Found((), compute_merit(results), results, 0)
+    return TriedSettings((), compute_merit(results), results, 0)
 
 
 def _find_horizons(

@@ -49,7 +49,7 @@ def require_tune_extra() -> None:
 
 
 @dataclass(frozen=True)
-class Found:
+class TriedSettings:
     """Settings that were tested on all scenes, with the results.
 
     Attributes:
@@ -94,19 +94,19 @@ class KnobSearch:
         scenes: Sequence[Scene],
         evaluator: Evaluator,
         progress: Progress = no_progress,
-        on_improvement: Callable[[Found], None] | None = None,
+        on_improvement: Callable[[TriedSettings], None] | None = None,
     ) -> None:
         if not space.values:
             raise InputError(f"the adapter of {first.engine} declares no settings to tune (`knobs`)")
         self.method, self.space, self.scenes, self.evaluator = first, space, tuple(scenes), evaluator
         self.trials, self.given_up = 0, 0
         self._progress, self._on_improvement = progress, on_improvement
-        self._whole: list[Found] = []
+        self._whole: list[TriedSettings] = []
         self._seen: dict[SettingOverrides, tuple[Merit, bool]] = {}
         self._order: list[int] = []
         self._requested_trials = 0
 
-    def run(self, trials: int, seed: int) -> Found:
+    def run(self, trials: int, seed: int) -> TriedSettings:
         """Run the search and return the best settings.
 
         Args:
@@ -125,7 +125,7 @@ class KnobSearch:
     def _evaluate_first_profile(self) -> None:
         """Evaluate the first profile, and sort the scenes from the worst to the best result."""
         results = self.evaluator.evaluate(self.method, self.scenes)
-        first = Found((), compute_merit(results, results), tuple(results), 0)
+        first = TriedSettings((), compute_merit(results, results), tuple(results), 0)
         worst = {k: compute_merit([one]) for k, one in enumerate(results)}
         self._order = sorted(worst, key=lambda k: worst[k], reverse=True)
         self._seen[()] = (first.merit, False)
@@ -158,7 +158,7 @@ class KnobSearch:
             else:
                 study.tell(trial, number)
 
-    def _refine(self, max_trials: int) -> Found:
+    def _refine(self, max_trials: int) -> TriedSettings:
         """Change one setting at a time, starting from the best trial and then from each trial of `_find_front`."""
         done: set[SettingOverrides] = set()
         while todo := [found for found in self._find_front() if found.tried not in done]:
@@ -169,21 +169,21 @@ class KnobSearch:
                 self.evaluate(point)
         return self.best
 
-    def _find_front(self) -> list[Found]:
+    def _find_front(self) -> list[TriedSettings]:
         """Return the trials that no other trial dominates (see the module's docstring), best first."""
-        first_of: dict[tuple[int, int, int], Found] = {}
+        first_of: dict[tuple[int, int, int], TriedSettings] = {}
         for found in sorted(self._whole, key=lambda one: one.rank):
             first_of.setdefault(found.merit.respects, found)
         candidates = first_of.values()
         return [one for one in candidates if not any(one.merit.is_beaten_by(other.merit) for other in candidates)]
 
     @property
-    def begun(self) -> Found:
+    def begun(self) -> TriedSettings:
         """Results of the first profile."""
         return self._whole[0]
 
     @property
-    def best(self) -> Found:
+    def best(self) -> TriedSettings:
         """The best settings that were found so far."""
         return min(self._whole, key=lambda one: one.rank)
 
@@ -206,18 +206,18 @@ class KnobSearch:
     def _evaluate_settings(self, overrides: SettingOverrides) -> tuple[Merit, bool]:
         method = Method(self.method.engine, self.method.profile, overrides)
         best, first = self.best, self.begun
-        found: dict[int, SceneResult] = {}
+        results_by_scene: dict[int, SceneResult] = {}
         part_size = math.ceil(len(self.scenes) / PARTS)
         for start in range(0, len(self.scenes), part_size):
             part = self._order[start : start + part_size]
-            found |= zip(part, self.evaluator.evaluate(method, [self.scenes[k] for k in part]), strict=True)
+            results_by_scene |= zip(part, self.evaluator.evaluate(method, [self.scenes[k] for k in part]), strict=True)
             # Assume the best case, in which all remaining scenes are exact.
-            left = [SceneResult(Grade.EXACT, 0.0)] * (len(self.scenes) - len(found))
-            at_best = replace(compute_merit([*found.values(), *left]), cost=0.0)
+            left = [SceneResult(Grade.EXACT, 0.0)] * (len(self.scenes) - len(results_by_scene))
+            at_best = replace(compute_merit([*results_by_scene.values(), *left]), cost=0.0)
             if left and any(at_best.is_beaten_by(full_trial.merit) for full_trial in self._whole):
                 return at_best, True
-        results = tuple(found[k] for k in range(len(self.scenes)))
-        full_trial = Found(overrides, compute_merit(results, first.results), results, self.trials)
+        results = tuple(results_by_scene[k] for k in range(len(self.scenes)))
+        full_trial = TriedSettings(overrides, compute_merit(results, first.results), results, self.trials)
         self._whole.append(full_trial)
         if full_trial.rank < best.rank and self._on_improvement is not None:
             self._on_improvement(full_trial)

@@ -13,8 +13,8 @@ from carom.model.scene import Disc, Scene
 from carom.studies.advise.sampling_limit import Demand
 from carom.studies.advise.step_search import (
     CONFIRM,
-    Advised,
     SearchEnding,
+    StepAdvice,
     StepSearch,
     count_steps_per_frame,
     generate_step_grid,
@@ -37,7 +37,7 @@ def run_search(
     broken: Callable[[float], bool] = lambda _: False,
     guess_s: float = math.inf,
     share: float = 1.0,
-) -> tuple[Advised, list[tuple[float, int]]]:
+) -> tuple[StepAdvice, list[tuple[float, int]]]:
     """Return what is found of a curve, and what was tried for it, in order."""
 
     def refusal(dt_s: float) -> str:
@@ -190,7 +190,7 @@ def test_refused_steps_are_not_run_and_do_not_fail() -> None:
     assert found.refusal == "too far a step"
     search = StepSearch(SCENE, Method("an", "engine"), Demand(DEGREE), 1.0, 8, 3, 10**9, lambda _: "no walls")
     assert search.wanted is None
-    assert search.refused_all
+    assert search.is_refused
 
 
 def test_crash_at_large_step_fails_and_at_frame_ends_search() -> None:

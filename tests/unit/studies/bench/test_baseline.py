@@ -37,7 +37,8 @@ def build_scaled_bench(factor: float, *, error: float = 1.0, engine: str = "pymu
 def baseline_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of a bench, as it was written."""
     folder = tmp_path_factory.mktemp("earlier")
-    write_bench(build_scaled_bench(1.0), folder, axes=())
+    bench = build_scaled_bench(1.0)
+    write_bench(bench, build_bench_document(bench, ()), folder, axes=())
     return folder
 
 
@@ -64,12 +65,12 @@ def test_baseline_summary_counts_changes_and_names_the_worst(baseline_folder: Pa
     """The text counts regressed and improved run times and errors, names the worst, or reports no common point."""
     now = build_scaled_bench(1.5, error=2.0)
     found = compare_points(now, read_baseline(baseline_folder, HERE))
-    text = print_as_line(build_bench_document(now, baseline=found))
+    text = print_as_line(build_bench_document(now, changes=found))
     counts = "12 regressed, 0 improved"
     assert text.startswith(f"Run time of {len(found)} points compared with the baseline: {counts}, ")
     assert "worst: paper/late, pymunk " in text
     assert f"Errors: {counts}." in text
-    nothing = print_as_line(build_bench_document(now, baseline=[]))
+    nothing = print_as_line(build_bench_document(now, changes=[]))
     assert "The baseline has none of these points" in nothing
 
 

@@ -10,7 +10,7 @@ from tests.scene_builders import require_value
 from carom import load_scene, run
 from carom.errors import InputError
 from carom.studies.stress import run as campaign
-from carom.studies.stress.document import write_stress
+from carom.studies.stress.document import build_stress_document, write_stress
 from carom.studies.stress.options import StressOptions
 from carom.studies.stress.result import CellEnding, StressResults
 from carom.studies.stress.run import JOURNAL, list_lines, run_stress_campaign
@@ -113,7 +113,7 @@ def test_stress_test_names_are_unique() -> None:
 
 def test_stress_documents_contain_every_test(results: StressResults, tmp_path: Path) -> None:
     """HTML and Markdown contain every stress test, and the strict JSON contains a cell for each method."""
-    page = write_stress(results, tmp_path)
+    page = write_stress(results, build_stress_document(results), tmp_path)
     content = json.loads((tmp_path / "stress.json").read_text(), parse_constant=pytest.fail)
     assert [line["name"] for line in content["lines"]] == [line.name for line in results.lines]
     assert all(len(line["cells"]) == len(results.methods) for line in content["lines"])

@@ -20,7 +20,7 @@ from carom.execution.job import Method
 from carom.model.trace import Setting
 from carom.studies.tune.evaluate import Evaluator, tune_journal
 from carom.studies.tune.objective import SceneResult
-from carom.studies.tune.search import Found, KnobSearch
+from carom.studies.tune.search import KnobSearch, TriedSettings
 from carom.studies.tune.search_space import Space, list_values
 
 KNOBS = {
@@ -61,7 +61,7 @@ class Toy:
 
 
 @cache
-def run_search(seed: int, again: int = 0) -> tuple[Found, KnobSearch, Toy]:
+def run_search(seed: int, again: int = 0) -> tuple[TriedSettings, KnobSearch, Toy]:
     """Return what is found in 60 trials; another number for `again` searches again."""
     del again
     toy = Toy()

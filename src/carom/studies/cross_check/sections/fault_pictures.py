@@ -8,9 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from functools import partial
-from typing import NamedTuple
 
-from carom.model.trace import Trace
 from carom.report import formatting
 from carom.report.document import Media, Pair, Pairs, Section, Text
 from carom.report.picture import draw_pair
@@ -29,14 +27,6 @@ PICTURE_NOTE = (
 )
 
 
-class Divergence(NamedTuple):
-    """A run next to its reference."""
-
-    cell: GridCell
-    reference: Trace
-    observed: Trace
-
-
 def build_picture_sections(grid: Grid) -> Iterator[Section]:
     """Yield the sections with pictures of runs."""
     paper, worst = find_divergences(grid)
@@ -44,12 +34,14 @@ def build_picture_sections(grid: Grid) -> Iterator[Section]:
         yield Section("What goes wrong", (Text(PICTURE_NOTE, Media.ON_PAPER),))
     for heading, runs in (("The source paper's cases with PIT", paper), ("The worst runs of other scenes", worst)):
         if runs:
-            yield Section(heading, (Pairs(tuple(map(_build_pair, runs))),), level=3)
+            yield Section(heading, (Pairs(tuple(_build_pair(grid, cell) for cell in runs)),), level=3)
 
 
-def _build_pair(entry: Divergence) -> Pair:
+def _build_pair(grid: Grid, cell: GridCell) -> Pair:
     """Return pictures of the reference and the run, with the method, the step size, and all verdicts."""
-    cell, reference, observed = entry
+    assert cell.row is not None  # noqa: S101 - cells of `find_divergences` have a trace
+    assert cell.row.trace is not None  # noqa: S101 - as above
+    reference, observed = grid.results.references[cell.scene], cell.row.trace
     scene, name = reference.scene, cell.column.name
     sentence = f"{name} at {formatting.format_step(observed.dt_s)}: {'; '.join(cell.reasons)}."
     labels = (f"Exact: {scene.name}, by PIC", f"{scene.name}: {sentence}")
@@ -59,25 +51,19 @@ def _build_pair(entry: Divergence) -> Pair:
     return Pair(scene.name, cell.mark.cell, sides, draw, tuple(filter(None, (scene.description, sentence))))
 
 
-def find_divergences(grid: Grid) -> tuple[tuple[Divergence, ...], tuple[Divergence, ...]]:
+def find_divergences(grid: Grid) -> tuple[tuple[GridCell, ...], tuple[GridCell, ...]]:
     """Find PIT's runs of the paper's scenes, and the worst run of each other scene, sorted from the worst on.
 
     Scenes with too many discs for a picture are omitted.
     """
-    cells = [
-        Divergence(cell, reference, cell.row.trace)
-        for row in grid.rows
-        if (reference := grid.results.references.get(row.name)) and len(reference.scene.discs) <= MOST_DISCS_DRAWN
-        for cell in row.cells
-        if cell.row is not None and cell.row.trace is not None
-    ]
-    paper_cells = [entry for entry in cells if entry.cell.scene.startswith(f"{PAPER_GROUP}/")]
-    paper = [entry for entry in paper_cells if entry.cell.column.engine == "pit"]
-    paper_scenes = {entry.cell.scene for entry in paper}
-    worst: dict[str, Divergence] = {}
-    for entry in sorted(cells, key=lambda entry: _compute_badness(entry.cell), reverse=True):
-        if (entry.cell.mark.rank or 0) > 1 and entry.cell.scene not in paper_scenes:
-            worst.setdefault(entry.cell.scene, entry)
+    drawable = [name for name, one in grid.results.references.items() if len(one.scene.discs) <= MOST_DISCS_DRAWN]
+    cells = [cell for row in grid.rows if row.name in drawable for cell in row.cells if cell.row and cell.row.trace]
+    paper = [cell for cell in cells if cell.scene.startswith(f"{PAPER_GROUP}/") and cell.column.engine == "pit"]
+    paper_scenes = {cell.scene for cell in paper}
+    worst: dict[str, GridCell] = {}
+    for cell in sorted(cells, key=_compute_badness, reverse=True):
+        if (cell.mark.rank or 0) > 1 and cell.scene not in paper_scenes:
+            worst.setdefault(cell.scene, cell)
     return tuple(paper), tuple(worst.values())[:WORST_SHOWN]
 
 

@@ -260,7 +260,8 @@ def _format_error(cell: GridCell, value: float, unit: float, *, sign: bool = Fal
         return formatting.ABSENT
     if abs(value) <= (cell.rounding if limit is None else limit):
         return "0"
-    return f"{'+' * (sign and value > 0.0)}{formatting.format_number(unit * value, 3 if limit == 0.0 else 2)}"
+    plus = "+" if sign and value > 0.0 else ""
+    return f"{plus}{formatting.format_number(unit * value, 3 if limit == 0.0 else 2)}"
 
 
 def _format_grade(cell: GridCell) -> str:

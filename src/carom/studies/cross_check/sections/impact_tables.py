@@ -81,8 +81,10 @@ def build_impact_tables_section(grid: Grid) -> Section:
 def _list_impacts(score: Score, trace: Trace, reference: Trace) -> Iterator[_Impact]:
     found = {error.reference: error for error in score.errors}
     for k, impact in enumerate(reference.impacts[:MOST_IMPACTS]):
-        otherwise = "not compared" if k >= score.expected else "not found" if k in score.undecided else "missed"
-        yield _Impact(pair_name(impact), float(impact["time_s"]), found.get(k), "" if k in found else otherwise)
+        reason = "not found" if k in score.undecided else "missed"
+        if k >= score.expected:
+            reason = "not compared"
+        yield _Impact(pair_name(impact), float(impact["time_s"]), found.get(k), "" if k in found else reason)
     for k in score.spurious:
         reported = formatting.format_number(float(trace.impacts[k]["time_s"]), 9)
         yield _Impact(pair_name(trace.impacts[k]), None, None, reported)

@@ -5,12 +5,11 @@ from __future__ import annotations
 import dataclasses
 import math
 import statistics
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from typing import NamedTuple
 
 from carom.comparator import Errors
-from carom.execution.phases import PhaseSpread
 from carom.report import formatting
 from carom.report.document import Cell, Column, Media, Section, Table, Text
 from carom.report.results_file.line_types import RowLine
@@ -44,28 +43,20 @@ def build_spread_section(grid: Grid) -> Section:
 
     PIC is omitted, because it does not depend on the phase.
     """
-    cells = [
-        (cell, cell.line.dt_s, cell.line.spread)
-        for cell in grid.runs
-        if cell.line.spread and cell.line.spread.phases and cell.column.engine != "pic"
-    ]
-
-    def build_column(head: str, format_spread: Callable[[PhaseSpread, float], str]) -> Column:
-        return Column(head, lambda item: format_spread(item[2], item[1]))
-
+    cells = [one for one in grid.runs if one.line.spread and one.line.spread.phases and one.column.engine != "pic"]
+    number, percent, steps = formatting.format_number, formatting.format_percent, formatting.format_steps
+    percent_or_blank = formatting.format_percent_or_blank
     columns = (
-        Column("scene", lambda item: item[0].scene),
-        Column("engine", lambda item: item[0].column.name),
-        Column("step", lambda item: formatting.format_step(item[1])),
-        build_column("phases", lambda spread, _: str(spread.phases)),
-        build_column("velocity error, median", lambda spread, _: formatting.format_number(spread.velocity_median)),
-        build_column("velocity error, worst", lambda spread, _: formatting.format_number(spread.velocity_worst)),
-        build_column("time error, median", lambda spread, dt_s: formatting.format_steps(spread.time_median_s, dt_s)),
-        build_column("time error, worst", lambda spread, dt_s: formatting.format_steps(spread.time_worst_s, dt_s)),
-        build_column("missed", lambda spread, _: formatting.format_percent(spread.miss_probability)),
-        build_column(
-            "PIT must miss", lambda spread, _: formatting.format_percent_or_blank(spread.pit_miss_probability)
-        ),
+        Column("scene", lambda cell: cell.scene),
+        Column("engine", lambda cell: cell.column.name),
+        Column("step", lambda cell: formatting.format_step(cell.line.dt_s)),
+        Column("phases", lambda cell: str(cell.line.spread.phases)),
+        Column("velocity error, median", lambda cell: number(cell.line.spread.velocity_median)),
+        Column("velocity error, worst", lambda cell: number(cell.line.spread.velocity_worst)),
+        Column("time error, median", lambda cell: steps(cell.line.spread.time_median_s, cell.line.dt_s)),
+        Column("time error, worst", lambda cell: steps(cell.line.spread.time_worst_s, cell.line.dt_s)),
+        Column("missed", lambda cell: percent(cell.line.spread.miss_probability)),
+        Column("PIT must miss", lambda cell: percent_or_blank(cell.line.spread.pit_miss_probability)),
     )
     table = Table(columns, cells, folded=formatting.format_count(len(cells), "cell"), css="cells", only=Media.ON_PAPER)
     return Section("Spread over phases", (table, Text(SPREAD_NOTE, Media.ON_PAPER)) if cells else ())
@@ -79,24 +70,16 @@ class _RunTimes(NamedTuple):
     ends: list[int]
 
 
-def _format_ratio_range(times: _RunTimes) -> str:
-    return " to ".join(map(formatting.format_ratio, (min(times.ratios), max(times.ratios))))
-
-
-def _format_equal_ends(times: _RunTimes) -> str:
-    return f"{times.ends.count(1)} of {len(times.ends)}" if times.ends else "-"
-
-
 def build_run_time_section(grid: Grid) -> Section:
     """Return the measured run times at each scene's largest step size."""
-    found = []
+    run_times = []
     for column in grid.columns.values():
         lines = [cell.line for cell in grid.list_cells(column)]
         ratios = [line.time_ratio for line in lines if line.time_ratio is not None]
         ends = [line.timing.ends for line in lines if line.timing is not None and line.timing.ends is not None]
         if ratios:
-            found.append(_RunTimes(column, ratios, ends))
-    medians = {times.column: statistics.median(times.ratios) for times in found}
+            run_times.append(_RunTimes(column, ratios, ends))
+    medians = {times.column: statistics.median(times.ratios) for times in run_times}
 
     def build_median_cell(times: _RunTimes) -> Cell:
         return Cell(formatting.format_ratio(medians[times.column]), part=medians[times.column] / max(medians.values()))
@@ -104,13 +87,17 @@ def build_run_time_section(grid: Grid) -> Section:
     columns = (
         Column("engine", lambda times: times.column.name),
         Column("median", build_median_cell, number=True),
-        Column("range", _format_ratio_range),
+        Column("range", lambda times: " to ".join(formatting.format_ratio(end(times.ratios)) for end in (min, max))),
         Column("scenes", lambda times: str(len(times.ratios)), number=True),
-        Column("bit-identical repeats", _format_equal_ends, number=True),
+        Column(
+            "bit-identical repeats",
+            lambda times: f"{times.ends.count(1)} of {len(times.ends)}" if times.ends else "-",
+            number=True,
+        ),
     )
-    table = Table(columns, found, css="times", only=Media.ON_PAPER)
+    table = Table(columns, run_times, css="times", only=Media.ON_PAPER)
     notes = (Text(RUN_TIME_NOTE, Media.ON_PAPER), Text(RUN_TIME_DETAIL, Media.ON_PAPER, folded=True))
-    return Section("Run time", (table, *notes) if found else ())
+    return Section("Run time", (table, *notes) if run_times else ())
 
 
 def build_settings_section(grid: Grid) -> Section:

@@ -31,11 +31,11 @@ class _Scene(NamedTuple):
 
 def build_skipping_section(grid: Grid) -> Section:
     """Return a section with the skipped work of each scene and the time saved; empty if nothing was timed."""
-    found = [_Scene(grid.results.references[name], skips) for name, skips in grid.results.skipped.items()]
-    if not found:
+    scenes = [_Scene(grid.results.references[name], skips) for name, skips in grid.results.skipped.items()]
+    if not scenes:
         return Section("Skipped work", ())
-    pit = [one.skips.pit.ratio for one in found if one.skips.pit]
-    pic = [one.skips.pic.ratio for one in found if one.skips.pic]
+    pit = [one.skips.pit.ratio for one in scenes if one.skips.pit]
+    pic = [one.skips.pic.ratio for one in scenes if one.skips.pic]
     sentences = [
         f"Without skipping, {name} takes {formatting.format_ratio(statistics.median(ratios))} the run time (median of "
         f"{formatting.format_count(len(ratios), 'scene')}, up to {formatting.format_ratio(max(ratios))})."
@@ -49,12 +49,12 @@ def build_skipping_section(grid: Grid) -> Section:
         Column("PIT", lambda one: Cell(describe_pit(one.reference.scene, one.skips.dt_s), css="prose")),
         *_build_time_columns("PIT", lambda one: one.skips.pit),
     )
-    folded = f"Skipped work in {formatting.format_count(len(found), 'scene')}"
-    figure = Figure(partial(_render_diagram, found), "Run time with skipping (filled) and without (ring).")
+    folded = f"Skipped work in {formatting.format_count(len(scenes), 'scene')}"
+    figure = Figure(partial(_render_diagram, scenes), "Run time with skipping (filled) and without (ring).")
     blocks = (
         Text(" ".join(sentences), Media.ON_PAPER),
         Figures((figure,), large=True),
-        Table(columns, found, folded=folded, css="cells", only=Media.ON_PAPER),
+        Table(columns, scenes, folded=folded, css="cells", only=Media.ON_PAPER),
         Text(NOTE, Media.ON_PAPER, folded=True),
     )
     return Section("Skipped work", blocks)
@@ -68,13 +68,13 @@ def _build_time_columns(name: str, read: Callable[[_Scene], SkippedTime | None])
     yield column("without", lambda saved: formatting.format_ratio(saved.ratio))
 
 
-def _render_diagram(found: Sequence[_Scene], narrow: bool = False) -> str:
+def _render_diagram(scenes: Sequence[_Scene], narrow: bool = False) -> str:
     """Draw the run times of each scene as SVG: a line from the time with skipping to the time without skipping."""
     with svg.use_drawing_style():
-        width, height, left = 4.0 if narrow else 9.0, 0.7 + 0.24 * len(found), 1.9
+        width, height, left = 4.0 if narrow else 9.0, 0.7 + 0.24 * len(scenes), 1.9
         figure = svg.build_figure(width, height)
         axes = figure.add_axes((left / width, 0.5 / height, 0.97 - left / width - 0.5 / width, 1.0 - 0.65 / height))
-        for k, one in enumerate(found):
+        for k, one in enumerate(scenes):
             for engine, saved, shift in (("pic", one.skips.pic, 0.15), ("pit", one.skips.pit, -0.15)):
                 if saved is None:
                     continue
@@ -84,8 +84,8 @@ def _render_diagram(found: Sequence[_Scene], narrow: bool = False) -> str:
                 axes.plot(ends[1:], [level], "o", color=color, markerfacecolor=svg.SURFACE, markersize=6)
                 label = engine.upper() if k == 0 else None
                 axes.plot(ends[:1], [level], "o", color=color, markersize=5, label=label)
-        axes.set(xscale="log", ylim=(0.5 - max(2, len(found)), 0.5), xlabel="run time, ms")
-        axes.set_yticks([-k for k in range(len(found))], [one.reference.scene.name for one in found])
+        axes.set(xscale="log", ylim=(0.5 - max(2, len(scenes)), 0.5), xlabel="run time, ms")
+        axes.set_yticks([-k for k in range(len(scenes))], [one.reference.scene.name for one in scenes])
         axes.xaxis.set_major_formatter(svg.format_tick)
         svg.finish(axes)
         return svg.render(figure, "Run time of PIC and PIT with and without skipping", narrow=narrow)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 from carom.comparator import LocalScore, Verdict
 from carom.report import formatting
@@ -41,35 +40,28 @@ _OF_STEPS = (Verdict.PASSED_THROUGH, Verdict.TURNED_ALONE, Verdict.SINKS, Verdic
 _OFF_PAPER: Media = Media.TERMINAL | Media.DETAIL
 
 
-class _Steps(NamedTuple):
-    """A run with the score of its steps."""
-
-    cell: GridCell
-    local: LocalScore
-
-
 def build_steps_section(grid: Grid) -> Section:
     """Return a section with one row per method and scene, best first.
 
     A terminal shows the section only for a single scene.
     """
-    found = list(_find_listed_runs(grid))
-    if not found:
+    cells = list(_find_listed_runs(grid))
+    if not cells:
         return Section("", ())
     is_single_scene, media = len(grid.rows) == 1, Media.EVERYWHERE if len(grid.rows) == 1 else Media.IN_FULL
 
     def build_column(
         head: str, format_score: Callable[[LocalScore], str], subheading: str = "", only: Media = Media.ON_PAPER
     ) -> Column:
-        return Column(head, lambda run: format_score(run.local), subheading, number=True, only=only)
+        return Column(head, lambda cell: format_score(cell.line.local_truth), subheading, number=True, only=only)
 
     diverged = Column("diverged at", _format_divergence_time, only=Media.ON_PAPER)
     columns = (
-        *(() if is_single_scene else (Column("scene", lambda run: run.cell.scene),)),
-        Column("method", lambda run: run.cell.column.name),
-        Column("grade", lambda run: replace(run.cell.mark.cell, link=run.cell.link), only=Media.ON_PAPER),
-        Column("steps", lambda run: mark_of_grade(run.local.grade, run.local.float_bits).cell),
-        *([diverged] * any(map(_format_divergence_time, found))),
+        *(() if is_single_scene else (Column("scene", lambda cell: cell.scene),)),
+        Column("method", lambda cell: cell.column.name),
+        Column("grade", lambda cell: replace(cell.mark.cell, link=cell.link), only=Media.ON_PAPER),
+        Column("steps", lambda cell: mark_of_grade(cell.line.local_truth.grade, cell.line.local_truth.float_bits).cell),
+        *([diverged] if any(map(_format_divergence_time, cells)) else []),
         build_column("due", lambda local: str(local.due)),
         build_column("impacts", _format_impacts, "- (PIT's) +", only=_OFF_PAPER),
         build_column("missed", _format_missed, "(PIT's)"),
@@ -85,12 +77,12 @@ def build_steps_section(grid: Grid) -> Section:
         build_column("entangled", lambda local: formatting.format_percent(_compute_entangled_fraction(local))),
         build_column("until", lambda local: formatting.format_seconds(local.until_s)),
     )
-    listed = keep_worst(found, MOST_RUNS, lambda run: (run.cell,))
+    listed = keep_worst(cells, MOST_RUNS, lambda cell: (cell,))
     folded = "" if is_single_scene else formatting.format_count(len(listed), "run")
     blocks: tuple[Block, ...] = (
         Table(columns, listed, folded=folded, css="cells", only=media),
-        *omission_note(listed, found, "runs", media),
-        *(Text(line, media) for line in (_describe_divergence(found) if is_single_scene else ())),
+        *omission_note(listed, cells, "runs", media),
+        *(Text(line, media) for line in (_describe_divergence(cells) if is_single_scene else ())),
         Text(NOTE, Media.ON_PAPER),
         Text(DETAIL_NOTE, Media.ON_PAPER, folded=True),
         Text(SHORT_NOTE, media & ~Media.ON_PAPER),
@@ -98,14 +90,14 @@ def build_steps_section(grid: Grid) -> Section:
     return Section("Accuracy of single steps", blocks, level=3)
 
 
-def _find_listed_runs(grid: Grid) -> Iterator[_Steps]:
+def _find_listed_runs(grid: Grid) -> Iterator[GridCell]:
     """Yield the runs to list, by scene and best first. PIC is only listed if no other method ran."""
     for row in grid.rows:
         reference = grid.results.references.get(row.name)
         rests = reference is not None and reference.contact_s < math.inf
         scored_cells = [cell for cell in row.cells if cell.scored]
         listed = [
-            _Steps(cell, cell.line.local_truth)
+            cell
             for cell in [cell for cell in scored_cells if cell.column.engine != "pic"] or scored_cells
             if cell.line.local_truth is not None
             and (
@@ -118,12 +110,13 @@ def _find_listed_runs(grid: Grid) -> Iterator[_Steps]:
         yield from sorted(listed, key=_compute_sort_key)
 
 
-def _compute_sort_key(run: _Steps) -> tuple[bool, int, int, int, float, float]:
+def _compute_sort_key(cell: GridCell) -> tuple[bool, int, int, int, float, float]:
     """Return the sort key of a run, which is smallest for the best run. Differences within rounding are ignored."""
-    local = run.local
+    local = cell.line.local_truth
+    assert local is not None  # noqa: S101 - listed runs have a score of their steps
     ratio = math.inf if math.isnan(local.ratio[1]) else float(f"{local.ratio[1]:.3e}")
     energy = local.energy if local.energy > local.energy_rounding else 0.0
-    cut_short = run.cell.has_verdict(Verdict.CUT_SHORT)
+    cut_short = cell.has_verdict(Verdict.CUT_SHORT)
     return (cut_short, local.missed_own, local.invented, local.early + local.ahead, ratio, energy)
 
 
@@ -143,20 +136,20 @@ def _compute_entangled_fraction(local: LocalScore) -> float:
     return local.entangled / compared if compared else math.nan
 
 
-def _format_divergence_time(run: _Steps) -> str:
-    time_s = run.cell.line.diverged_s
+def _format_divergence_time(cell: GridCell) -> str:
+    time_s = cell.line.diverged_s
     return "" if time_s is None else formatting.format_seconds(time_s)
 
 
-def _describe_divergence(found: Sequence[_Steps]) -> Iterator[str]:
+def _describe_divergence(cells: Sequence[GridCell]) -> Iterator[str]:
     """Yield a sentence with the times at which methods and PIT diverged from the reference, if any did."""
-    lines = [run.cell.line for run in found if run.cell.line.diverged_s is not None]
-    times = sorted(line.diverged_s for line in lines if line.diverged_s is not None)
-    if times:
-        first, last = formatting.format_seconds(times[0]), formatting.format_seconds(times[-1])
+    lines = [cell.line for cell in cells if cell.line.diverged_s is not None]
+    times_s = sorted(line.diverged_s for line in lines if line.diverged_s is not None)
+    pit_times_s = {line.pit_diverged_s for line in lines if line.pit_diverged_s is not None}
+    if times_s:
+        first, last = formatting.format_seconds(times_s[0]), formatting.format_seconds(times_s[-1])
         time_text = f"at {first}" if first == last else f"between {first} and {last}"
-        pit_times_s = {line.pit_diverged_s for line in lines if line.pit_diverged_s is not None}
         pit = [formatting.format_seconds(time_s) for time_s in sorted(pit_times_s)]
         also_pit = f"; PIT diverged at {formatting.join_words(pit)}" if pit else ""
-        methods = formatting.format_count(len(times), "method")
+        methods = formatting.format_count(len(times_s), "method")
         yield f"{methods} diverged from the reference's trajectory {time_text}{also_pit}."

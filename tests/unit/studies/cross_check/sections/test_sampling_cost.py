@@ -17,7 +17,7 @@ from carom.comparator import compare
 from carom.execution.job import Method
 from carom.execution.results import Results, Row
 from carom.model.trace import Trace
-from carom.report.document import Column, Document, Headline, Media, Section, Table
+from carom.report.document import Column, Document, Media, Section, Table
 from carom.report.formatting import format_number
 from carom.report.render.html import render_html
 from carom.report.render.markdown import render_markdown
@@ -74,7 +74,7 @@ def get_toy_row(results: Results) -> dict[str, str]:
 
 def render_all_formats(section: Section) -> tuple[str, str, str]:
     """A section, alone, as a page, as Markdown and on a terminal."""
-    document, printed = Document("A section", Headline(""), (section,)), io.StringIO()
+    document, printed = Document("A section", (), (section,)), io.StringIO()
     console = Console(file=printed, width=300)
     for block in render_terminal(document, 160, full=True):
         console.print(block)
