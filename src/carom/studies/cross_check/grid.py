@@ -21,7 +21,7 @@ from carom.execution.results import Results, Row
 from carom.report import formatting
 from carom.report.document import Media, Text
 from carom.report.outcome_marks import BROKEN, Mark, parse_mark
-from carom.report.replay import build_replay_key
+from carom.report.replay_data import build_replay_key
 from carom.report.results_file.line_types import RowLine, SceneLine, Summary
 from carom.report.results_file.lines_from_rows import build_line, build_summary, list_reasons
 

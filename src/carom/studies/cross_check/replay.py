@@ -17,10 +17,10 @@ from carom.model.trace import Trace
 from carom.report.files import pack_data, require_report_extra
 from carom.report.picture import draw_pair
 from carom.report.render.html import render_replay_page
-from carom.report.replay import build_replay_data, describe_run, format_run_command
+from carom.report.replay_data import build_replay_data, describe_run, format_run_command
 from carom.report.svg import use_drawing_style
 from carom.solvers.pic import solve_pic
-from carom.studies.cross_check.film import FRAMES_PER_S, build_film
+from carom.studies.cross_check.replay_film import FRAMES_PER_S, build_film
 from carom.studies.cross_check.run import run
 from carom.support.checks import check_instance
 from carom.support.escaping import escape_controls

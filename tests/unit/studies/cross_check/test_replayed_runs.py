@@ -25,7 +25,7 @@ import carom
 from carom.catalogue import find_scenes
 from carom.errors import InputError, MissingExtraError
 from carom.model.trace import ImpactRecord, build_impact_array
-from carom.studies.cross_check import film as films
+from carom.studies.cross_check import replay_film as films
 from carom.studies.cross_check.replay import Replay
 
 HOSTILE = "</script><b>'\""

@@ -28,7 +28,7 @@ from carom.report.paths import build_exact_paths, build_observed_paths
 from carom.report.render.html import render_html
 from carom.report.render.markdown import render_markdown
 from carom.report.render.terminal import render_terminal
-from carom.report.replay import build_impact_rows
+from carom.report.replay_data import build_impact_rows
 from carom.report.results_file.lines_from_rows import build_line, list_reasons
 from carom.solvers.pic import solve_pic
 from carom.solvers.pit.solve import solve_pit

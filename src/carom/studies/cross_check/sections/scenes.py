@@ -13,7 +13,7 @@ from carom.report import formatting
 from carom.report.document import Block, Cell, Column, Legend, Lines, Media, Replays, Section, Table, Text
 from carom.report.files import pack_data
 from carom.report.outcome_marks import Mark
-from carom.report.replay import build_replay_data, build_replay_key, describe_run, format_run_command
+from carom.report.replay_data import build_replay_data, build_replay_key, describe_run, format_run_command
 from carom.studies.cross_check.grid import Grid, GridRow, keep_worst, merge_own_profiles, omission_note
 from carom.studies.cross_check.play_page import build_play_link
 from carom.support.escaping import escape_controls

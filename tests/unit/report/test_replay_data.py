@@ -15,7 +15,13 @@ from carom.catalogue import find_scenes
 from carom.comparator import Score
 from carom.execution.results import Results
 from carom.model.step_windows import LocalTruth
-from carom.report.replay import build_impact_rows, build_replay_data, build_replay_key, describe_run, find_first_fault
+from carom.report.replay_data import (
+    build_impact_rows,
+    build_replay_data,
+    build_replay_key,
+    describe_run,
+    find_first_fault,
+)
 
 
 @pytest.fixture(scope="module")
