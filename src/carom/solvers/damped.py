@@ -8,23 +8,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from carom.core import damped_time
+from carom.model.damping import Damping
 from carom.model.trace import SPIN_DTYPE, Outcome
-from carom.solvers.options import ALWAYS, require_goal
-from carom.solvers.run import SeenRun
+from carom.solvers.options import ALWAYS, RunOptions, require_goal
+from carom.solvers.run import Progress, Run, RunImpacts, SeenRun
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from carom.model.damping import Damping
-    from carom.solvers.options import RunOptions
-    from carom.solvers.run import Progress, Run, RunImpacts
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
 def build_undamped_options(options: RunOptions, damping: Damping) -> RunOptions:

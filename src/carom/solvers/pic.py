@@ -8,23 +8,17 @@ frames.
 from __future__ import annotations
 
 import functools
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from carom.core.extension import find_extension_notes
-from carom.model.scene import Scene, to_scene
+from carom.model.scene import Disc, Scene, to_scene
 from carom.model.trace import IMPACT_DTYPE, Trace
 from carom.solvers.options import ALWAYS, PLAIN, RunOptions
 from carom.solvers.request import Request
-from carom.solvers.run import build_trace
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from carom.model.scene import Disc
-    from carom.solvers.run import Run, Start
-    from carom.solvers.units import Units
+from carom.solvers.run import Run, Start, build_trace
+from carom.solvers.units import Units
 
 #: Numbers of impacts of each disc, in a scene of two discs that don't meet (first row) or meet (second row).
 _IMPACTS_PER_DISC = np.frombuffer(np.array([[0, 0], [1, 1]]).tobytes(), np.int64).reshape(2, 2)

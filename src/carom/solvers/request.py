@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from carom.errors import InputError
+from carom.model.scene import Scene
 from carom.model.sizes import find_span_problems
 from carom.model.trace import Outcome, Samples
 from carom.solvers.options import PLAIN, RunOptions
+from carom.solvers.run import Progress, Run
 from carom.support.checks import check_count, check_number, check_times
 from carom.support.formatting import format_number as number_text
 from carom.support.limits import LARGEST, MOST_STEPS, SMALLEST, format_limits
-
-if TYPE_CHECKING:
-    from carom.model.scene import Scene
-    from carom.solvers.run import Progress, Run
 
 
 class Request(NamedTuple):

@@ -9,24 +9,20 @@ the row becomes equal to the sum of the discs' diameters.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from fractions import Fraction
 from operator import itemgetter
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from flint import arb
 
 from carom.core.wall_features import Exact, to_exact
-from carom.model.trace import EdgeKind, wall_body, wall_index
+from carom.model.trace import EdgeKind, ImpactRecord, wall_body, wall_index
 from carom.solvers.certified.ball_arithmetic import ball, float_above
+from carom.solvers.certified.disc_states import BallBodies
 from carom.solvers.certified.obstacles import Obstacle, Plane, Round, dot, subtract
+from carom.solvers.certified.recording import Recording
 from carom.solvers.certified.result import Degeneracy, Degenerate
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from carom.model.trace import ImpactRecord
-    from carom.solvers.certified.disc_states import BallBodies
-    from carom.solvers.certified.recording import Recording
 
 #: Many impacts whose times differ by at most one unit in the last place count as a collapse. The limit is this factor
 #: times the square of the number of their bodies. Three equal discs that do not collapse have at most some 600 impacts.

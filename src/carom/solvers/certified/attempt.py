@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from flint import arb, ctx
 
+from carom.model.scene import Scene
 from carom.solvers.certified.accumulation import find_accumulation
 from carom.solvers.certified.ball_arithmetic import float_above
 from carom.solvers.certified.contacts import BallContacts
@@ -14,14 +15,11 @@ from carom.solvers.certified.disc_states import BallBodies
 from carom.solvers.certified.impacts import BallEvent, apply_meeting
 from carom.solvers.certified.meeting import Meeting
 from carom.solvers.certified.meeting_times import meet
+from carom.solvers.certified.recording import Recording
 from carom.solvers.certified.result import Degeneracy, Ending, Undecided
 from carom.solvers.certified.selection import OutOfTime, Selection
 from carom.solvers.certified.slowing import start_deceleration
-
-if TYPE_CHECKING:
-    from carom.model.scene import Scene
-    from carom.solvers.certified.recording import Recording
-    from carom.solvers.run import Progress
+from carom.solvers.run import Progress
 
 #: Number of events between two checks of accuracy and progress.
 _CHUNK = 32

@@ -12,28 +12,23 @@ sticks in all of them.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from flint import arb
 
 from carom.core.resolution import gap_resolution, size_of
+from carom.core.wall_features import Exact
 from carom.model.trace import Mode, wall_body, wall_index
 from carom.solvers.certified.ball_arithmetic import ZERO, ball, float_above, float_below
 from carom.solvers.certified.contact_state import BallGround, BallMode, End, GlideState, Gliding, Landing, Launch
+from carom.solvers.certified.disc_states import BallBodies
 from carom.solvers.certified.landing import meets_only_ground, sum_bounces
 from carom.solvers.certified.meeting import Meeting, WallApproach
-from carom.solvers.certified.obstacles import Plane, Round
+from carom.solvers.certified.obstacles import Obstacle, Plane, Round
 from carom.solvers.certified.result import Degeneracy, Degenerate, Undecided
 from carom.solvers.certified.sign_changes import find_falls
 from carom.solvers.certified.two_frictions import share_frictions, sign_of
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from carom.core.wall_features import Exact
-    from carom.solvers.certified.disc_states import BallBodies
-    from carom.solvers.certified.obstacles import Obstacle
 
 
 class BallContacts:

@@ -12,19 +12,16 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from typing import TYPE_CHECKING
 
 from flint import arb, ctx
 
+from carom.model.prescribed_motion import Drive
 from carom.model.scene import Scene
 from carom.model.trace import wall_body, wall_index
 from carom.solvers.certified.ball_arithmetic import SLACK, ZERO, BallLeg, legs_of
 from carom.solvers.certified.contact_state import ContactStates
 from carom.solvers.certified.laws import Laws
 from carom.solvers.certified.obstacles import Plane, Round, obstacles_of
-
-if TYPE_CHECKING:
-    from carom.model.prescribed_motion import Drive
 
 #: Position and velocity of a centre: x, y, vx, vy.
 State = tuple[arb, arb, arb, arb]

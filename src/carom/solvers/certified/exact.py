@@ -8,22 +8,18 @@ of their radii. For a disc of radius r, centre p and velocity v, and a wall thro
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from fractions import Fraction
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from carom.model.broad_phase import find_near_pairs, find_near_walls
+from carom.model.scene import Scene
 from carom.model.trace import wall_body, wall_index
 from carom.solvers.certified.ball_arithmetic import SLACK
+from carom.solvers.certified.disc_states import BallBodies
 from carom.solvers.certified.obstacles import Plane, dot
 from carom.solvers.certified.result import Degeneracy, Degenerate
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from carom.model.scene import Scene
-    from carom.solvers.certified.disc_states import BallBodies
 
 
 def find_contact_at_start(bodies: BallBodies, grounds: Mapping[int, int]) -> Degeneracy | None:

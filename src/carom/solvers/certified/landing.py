@@ -6,19 +6,15 @@ bounces follow from geometric series: see `docs/theory/contact.md`.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from flint import arb
 
+from carom.model.disc_arrays import Material
 from carom.model.trace import wall_body, wall_index
 from carom.solvers.certified.ball_arithmetic import ZERO, ball
 from carom.solvers.certified.contact_state import BallGround, Bounce, GlideState
+from carom.solvers.certified.disc_states import BallBodies
 from carom.solvers.certified.obstacles import Round
 from carom.solvers.certified.two_frictions import share_frictions, sign_of
-
-if TYPE_CHECKING:
-    from carom.model.disc_arrays import Material
-    from carom.solvers.certified.disc_states import BallBodies
 
 
 def sum_bounces(

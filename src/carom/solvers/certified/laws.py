@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 from flint import arb
 
+from carom.model.scene import Scene
 from carom.solvers.certified.ball_arithmetic import ZERO, ball
-from carom.solvers.certified.obstacles import Plane, Round
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from carom.model.scene import Scene
-    from carom.solvers.certified.obstacles import Obstacle
+from carom.solvers.certified.obstacles import Obstacle, Plane, Round
 
 
 class PairLaw(NamedTuple):

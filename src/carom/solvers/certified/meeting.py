@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 from flint import arb
 
-from carom.solvers.certified.ball_arithmetic import float_above
+from carom.solvers.certified.ball_arithmetic import BallLeg, float_above
+from carom.solvers.certified.disc_states import BallBodies
+from carom.solvers.certified.laws import RoundLaw
 from carom.solvers.certified.sign_changes import find_falls
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from carom.solvers.certified.ball_arithmetic import BallLeg
-    from carom.solvers.certified.disc_states import BallBodies
-    from carom.solvers.certified.laws import RoundLaw
 
 
 class PairApproach(NamedTuple):

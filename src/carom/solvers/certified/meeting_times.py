@@ -12,21 +12,16 @@ impact during one leg must come before the next leg starts.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from flint import arb
 
 from carom.model.trace import wall_index
-from carom.solvers.certified.ball_arithmetic import ZERO, float_above
+from carom.solvers.certified.ball_arithmetic import ZERO, BallLeg, float_above
 from carom.solvers.certified.contacts import BallContacts
 from carom.solvers.certified.disc_states import BallBodies
 from carom.solvers.certified.exact import do_graze
 from carom.solvers.certified.meeting import Meeting, PairApproach, find_contacts, undecided
 from carom.solvers.certified.sign_changes import squared_gap_powers
 from carom.solvers.certified.wall_meetings import meet_feature, meet_straight
-
-if TYPE_CHECKING:
-    from carom.solvers.certified.ball_arithmetic import BallLeg
 
 
 def meet(bodies: BallBodies, disc: int, body: int, instant_s: float) -> Meeting | None:

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from carom.core.wall_features import (
     Exact,
@@ -23,10 +23,8 @@ from carom.core.wall_features import (
     to_exact,
 )
 from carom.model.chain_geometry import Outline
+from carom.model.scene import Scene
 from carom.model.trace import EdgeKind, wall_body
-
-if TYPE_CHECKING:
-    from carom.model.scene import Scene
 
 _NOWHERE = Fraction(0)
 

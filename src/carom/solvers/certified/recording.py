@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
+import numpy as np
 from flint import arb, ctx
+from numpy.typing import NDArray
 
+from carom.model.scene import Scene
 from carom.model.trace import (
     NO_EDGE,
     ImpactRecord,
@@ -17,17 +20,10 @@ from carom.model.trace import (
     build_spin_array,
 )
 from carom.solvers.certified.ball_arithmetic import divide_to_float, round_to_float
-from carom.solvers.certified.disc_states import find_greatest_speed
+from carom.solvers.certified.contact_state import BallMode
+from carom.solvers.certified.disc_states import BallBodies, find_greatest_speed
+from carom.solvers.certified.impacts import BallEvent, BallImpact
 from carom.solvers.certified.slowing import damped_time, speed_fraction
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from carom.model.scene import Scene
-    from carom.solvers.certified.contact_state import BallMode
-    from carom.solvers.certified.disc_states import BallBodies
-    from carom.solvers.certified.impacts import BallEvent, BallImpact
 
 Spins = tuple[float, float, float, float]
 

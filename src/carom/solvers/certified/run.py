@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import math
 import time
-from typing import TYPE_CHECKING
 
 import numpy as np
 from flint import arb, ctx
+from numpy.typing import NDArray
 
 from carom.core.extension import find_extension_notes
+from carom.model.scene import Scene
 from carom.model.trace import Outcome, Trace, build_impact_array, build_mode_array, build_spin_array
 from carom.solvers.certified.attempt import Attempt, Goal, Stop
 from carom.solvers.certified.ball_arithmetic import float_above, round_to_float
@@ -25,12 +26,7 @@ from carom.solvers.certified.result import CertifiedTrace, Degeneracy, Degenerat
 from carom.solvers.certified.slowing import speed_fraction, undamped_time_of
 from carom.solvers.certified.wall_meetings import find_finite_contact_at_start
 from carom.solvers.options import require_goal
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from carom.model.scene import Scene
-    from carom.solvers.run import Progress
+from carom.solvers.run import Progress
 
 #: Bits of the first attempt in addition to those of the requested digits. They suffice for a few hundred impacts in
 #: most scenes.

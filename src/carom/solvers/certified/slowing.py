@@ -6,16 +6,12 @@ disc has the same constant deceleration until it stops.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from flint import arb
 
 from carom.solvers.certified.ball_arithmetic import ZERO, float_above, float_below
+from carom.solvers.certified.disc_states import BallBodies
+from carom.solvers.certified.meeting import Meeting
 from carom.solvers.certified.result import Degeneracy, Degenerate, Undecided
-
-if TYPE_CHECKING:
-    from carom.solvers.certified.disc_states import BallBodies
-    from carom.solvers.certified.meeting import Meeting
 
 
 def undamped_time_of(damping_per_s: float, time: arb) -> arb:

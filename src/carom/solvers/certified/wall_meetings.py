@@ -17,27 +17,23 @@ state after the impact then include both results.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from enum import Enum, auto
 from fractions import Fraction
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from flint import arb, ctx
 
+from carom.model.chain_geometry import Outline
+from carom.model.scene import Scene
 from carom.model.trace import wall_body, wall_index
-from carom.solvers.certified.ball_arithmetic import SLACK, ZERO, ball, float_above
+from carom.solvers.certified.ball_arithmetic import SLACK, ZERO, BallLeg, ball, float_above
 from carom.solvers.certified.disc_states import BallBodies
 from carom.solvers.certified.exact import does_graze_wall
 from carom.solvers.certified.meeting import Meeting, RoundApproach, Seam, WallApproach, find_contacts, undecided
 from carom.solvers.certified.obstacles import Between, Plane, Round
 from carom.solvers.certified.result import Degeneracy, Degenerate
 from carom.solvers.certified.sign_changes import find_falls, squared_gap_powers
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from carom.model.chain_geometry import Outline
-    from carom.model.scene import Scene
-    from carom.solvers.certified.ball_arithmetic import BallLeg
 
 #: Precision in bits for checking contact at the start. This is far more than 64-bit input needs.
 _START_BITS = 2048

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 
+from carom.core import pit
 from carom.model.damping import UNDAMPED, Damping
 from carom.model.scene import Scene, to_scene
 from carom.model.trace import EDGE_DTYPE, NO_EDGE, Outcome, Trace
@@ -13,17 +15,8 @@ from carom.solvers.options import NO_LIMIT, require_goal
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.request import compute_frames
 from carom.solvers.rows import RecordedImpacts
-from carom.solvers.run import build_trace
-from carom.solvers.units import run_in_ordinary_units
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.typing import NDArray
-
-    from carom.core import pit
-    from carom.solvers.run import Progress, Start
-    from carom.solvers.units import RunInUnits, Units
+from carom.solvers.run import Progress, Start, build_trace
+from carom.solvers.units import RunInUnits, Units, run_in_ordinary_units
 
 #: PIT searches around each disc to find frames at which no bodies can touch, and skips them. When the searches have
 #: cost more work than they saved, PIT stops skipping frames. The limit of this loss is the work of this many searches
