@@ -136,18 +136,13 @@ def start_pit_run(scene: Scene, clock: FrameClock, *, skipping: bool = True) -> 
 
     def make(start: Start, units: Units) -> FrameRun:
         damping = units.convert_damping(scene.damping_per_s) if scene.damping_per_s else UNDAMPED
-        return _build_pit_run(start, clock.convert_units(units), damping, skipping)
+        run_clock = clock.convert_units(units)
+        edges_of = None if start.arrays.has_half_planes else build_edges
+        loop = pit.FrameLoop(start, run_clock, skipping, MOST_WASTE, damping.per_s)
+        return FrameRun(loop, run_clock, edges_of=edges_of, damping=damping)
 
     run: FrameRun | RunInUnits = run_in_ordinary_units(scene.undamped, make)
     return run
-
-
-def _build_pit_run(start: Start, clock: FrameClock, damping: Damping, skipping: bool) -> FrameRun:
-    from carom.core import pit
-
-    edges_of = None if start.arrays.has_half_planes else build_edges
-    loop = pit.FrameLoop(start, clock, skipping, MOST_WASTE, damping.per_s)
-    return FrameRun(loop, clock, edges_of=edges_of, damping=damping)
 
 
 def build_edges(contacts: NDArray[np.void]) -> NDArray[np.void]:
