@@ -212,9 +212,9 @@ class BallContacts:
         if frictions.sticks:
             slip = ZERO
             speed, rim = (ZERO - rim, rim) if y.is_zero() else (speed, ZERO - speed)
-        mode = (Mode.BLOCK if frictions.blocks else Mode.SLIDE) if not frictions.sticks else Mode.ROLL
-        if frictions.sticks and speed.is_zero() and rate.is_zero():
-            mode = Mode.REST
+            mode = Mode.REST if speed.is_zero() and rate.is_zero() else Mode.ROLL
+        else:
+            mode = Mode.BLOCK if frictions.blocks else Mode.SLIDE
         slides = 0 if frictions.sticks else sign_of(frictions.friction) or 0
         rolls = 0 if frictions.blocks else sign_of(frictions.rolling) or 0
         branch = (slides, rolls, frictions.sticks, frictions.blocks)

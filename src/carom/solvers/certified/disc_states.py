@@ -286,7 +286,9 @@ class BallBodies:
     def acceleration_of(self, i: int) -> tuple[arb, arb]:
         """Return the acceleration of disc `i` relative to the walls."""
         acceleration = self.acceleration[i]
-        return acceleration if acceleration is not None else self.gravity if self.movable[i] else (ZERO, ZERO)
+        if acceleration is not None:
+            return acceleration
+        return self.gravity if self.movable[i] else (ZERO, ZERO)
 
     def centre(self, i: int, instant_s: float) -> tuple[arb, arb]:
         """Return the centre of disc `i` at the exact instant `instant_s`, relative to the walls."""

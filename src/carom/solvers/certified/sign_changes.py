@@ -151,7 +151,9 @@ def _bound_change(powers: Sequence[arb], half: arb) -> arb:
 
 
 def _sign(value: arb, spread: arb) -> int:
-    return 1 if value > spread else -1 if arb(0) - value > spread else 0
+    if value > spread:
+        return 1
+    return -1 if arb(0) - value > spread else 0
 
 
 def _bound_zeros(powers: Sequence[arb], until: float | arb) -> arb:

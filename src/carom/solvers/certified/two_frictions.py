@@ -29,7 +29,11 @@ class BallFrictions(NamedTuple):
 
 def sign_of(ball: arb) -> int | None:
     """Return the sign of all numbers in an interval; None if their signs differ."""
-    return 0 if ball.is_zero() else 1 if ball > 0 else -1 if ball < 0 else None
+    if ball.is_zero():
+        return 0
+    if ball > 0:
+        return 1
+    return -1 if ball < 0 else None
 
 
 def clamp(x: arb, limit: arb) -> arb:

@@ -286,10 +286,13 @@ def _locate_direction(sector: Between, x: arb, y: arb) -> On:
                 return end if along > 0 else On.OPEN
         turns.append(turn)
     begin_turn, end_turn = turns
-    reflex = fx * ly - fy * lx < 0
-    if (begin_turn > 0 or end_turn < 0) if reflex else (begin_turn > 0 and end_turn < 0):
+    is_inside, is_beside = (begin_turn > 0, end_turn < 0), (begin_turn < 0, end_turn > 0)
+    is_reflex = fx * ly - fy * lx < 0
+    if any(is_inside) if is_reflex else all(is_inside):
         return On.INSIDE
-    return On.BESIDE if ((begin_turn < 0 and end_turn > 0) if reflex else (begin_turn < 0 or end_turn > 0)) else On.OPEN
+    if all(is_beside) if is_reflex else any(is_beside):
+        return On.BESIDE
+    return On.OPEN
 
 
 def _does_graze(bodies: BallBodies, i: int, second: int) -> bool:
