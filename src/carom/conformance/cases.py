@@ -120,7 +120,7 @@ def list_cases(subject: Subject) -> Iterator[Case]:
     for name, check in _OF_ADAPTER.items():
         yield build_case(name, check)
     for refusal in capability.REFUSALS:
-        yield build_case(f"refuses[{refusal.replace(' ', '-')}]", capability.refuses, what=refusal)
+        yield build_case(f"refuses[{refusal.replace(' ', '-')}]", capability.refuses, refusal=refusal)
     for order in ("first", "second"):
         yield build_case(f"immovable-disc[{order}]", capability.immovable_stays, order=order)
     for share, wall_share in product(RESTITUTION_SHARES, repeat=2):

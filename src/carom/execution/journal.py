@@ -240,9 +240,9 @@ def _find_after_line_feed(file: int, end: int) -> int:
     """Return the position after the last line feed before `end`; 0 if there is none."""
     while end > 0:
         begin = max(0, end - _BLOCK)
-        found = os.pread(file, end - begin, begin).rfind(b"\n")
-        if found >= 0:
-            return begin + found + 1
+        line_feed = os.pread(file, end - begin, begin).rfind(b"\n")
+        if line_feed >= 0:
+            return begin + line_feed + 1
         end = begin
     return 0
 

@@ -53,8 +53,8 @@ class TaskRunner(Closeable, ABC):
 
     def run(self, task: Task[T]) -> Answer[T]:
         """Carry out one task."""
-        (found,) = self.run_each([task])
-        return found
+        (answer,) = self.run_each([task])
+        return answer
 
     @abstractmethod
     def run_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:

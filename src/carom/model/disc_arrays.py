@@ -319,9 +319,9 @@ class DiscArrays:
         Raises:
             InputError: Bodies overlap; the message names the first ten pairs of each kind.
         """
-        found, has_more = self.overlaps("disc {}", "wall {}")
-        if found:
-            lines = [f"position_m[{overlap.disc}] {overlap.message}" for overlap in found]
+        overlaps, has_more = self.overlaps("disc {}", "wall {}")
+        if overlaps:
+            lines = [f"position_m[{overlap.disc}] {overlap.message}" for overlap in overlaps]
             raise InputError("\n".join([*lines, "and more of them"] if has_more else lines))
 
 

@@ -294,15 +294,15 @@ REFUSALS: dict[str, tuple[str, Callable[[Capabilities], Scene | None]]] = {
 }
 
 
-def refuses(subject: Subject, what: str) -> None:
+def refuses(subject: Subject, refusal: str) -> None:
     """`prepare` raises an AdapterError for a scene that needs a capability which the adapter does not declare."""
-    field, needing_more = REFUSALS[what]
+    field, needing_more = REFUSALS[refusal]
     capabilities, value = subject.capabilities(), getattr(subject.capabilities(), field)
     scene = None if value is True else needing_more(capabilities)
     declared = f"{field} = {value if isinstance(value, bool | tuple | str) else format(value, 'g')}"
     if scene is None:
         raise NotApplicable(f"{declared} is declared, so there is nothing to refuse")
-    setup, beyond = Setup(scene), f"a scene beyond the declaration ({what})"
+    setup, beyond = Setup(scene), f"a scene beyond the declaration ({refusal})"
     expected = f"prepare() to raise an AdapterError, because the adapter declares {declared}"
     answer = subject.try_to_watch(setup)
     if not isinstance(answer, Raised):
