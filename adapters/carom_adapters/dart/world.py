@@ -123,7 +123,7 @@ class DartWorld:
         return Observation(position, velocity, contacts, self._find_warning(velocity, contacts))
 
     def _read_contacts(self) -> list[Contact]:
-        found = []
+        contacts = []
         # keep a reference, since up to release 6.19 the contacts are freed with this object
         result = self._world.getLastCollisionResult()
         for contact in result.getContacts():
@@ -135,8 +135,8 @@ class DartWorld:
             if impulse == 0.0:  # a contact without effect
                 continue
             a, b = self._read_pair(contact)
-            found.append(oriented_contact(b, a, self._clock.step_began_s, normal, impulse))
-        return found
+            contacts.append(oriented_contact(b, a, self._clock.step_began_s, normal, impulse))
+        return contacts
 
     def _read_pair(self, contact: Any) -> tuple[int, int]:
         first, second = contact.collisionObject1, contact.collisionObject2

@@ -51,12 +51,12 @@ def _with_defaults(model: ElementTree.Element) -> ElementTree.Element:
     defaults = ElementTree.Element("default")
     for tag in ("geom", "pair"):
         several = model.findall(f".//{tag}")
-        shared = set.intersection(*(set(one.attrib.items()) for one in several)) if len(several) > 1 else set()
+        shared = set.intersection(*(set(element.attrib.items()) for element in several)) if len(several) > 1 else set()
         if not shared:
             continue
         ElementTree.SubElement(defaults, tag, {k: v for k, v in several[0].attrib.items() if (k, v) in shared})
-        for one in several:
-            one.attrib = {k: v for k, v in one.attrib.items() if (k, v) not in shared}
+        for element in several:
+            element.attrib = {k: v for k, v in element.attrib.items() if (k, v) not in shared}
     if len(defaults):
         model.insert(1, defaults)  # the first element is the option
     return model

@@ -98,4 +98,4 @@ def _format_shapes(scene: Scene, wall: Wall | Chain | Ring) -> list[str]:
     if isinstance(wall, Ring):
         return [f"ball({radius!r}).translation({(*wall.centre_m, 0.0)!r})"]
     ends = ((*a, 0.0, *b, 0.0) for a, b in cut_chain(wall))
-    return [f"capsule_from_endpoints({one[:3]!r}, {one[3:]!r}, {radius!r})" for one in ends]
+    return [f"capsule_from_endpoints({end[:3]!r}, {end[3:]!r}, {radius!r})" for end in ends]

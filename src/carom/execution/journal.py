@@ -120,18 +120,18 @@ class Journal(MemoryJournal[K, T], Closeable):
             if not (resume or retry) and os.fstat(self._file).st_size:
                 hint = "continue with --resume, or name another folder"
                 raise InputError(f"{path} already contains results", hints=[hint])
-            found = self._read({"journal": study, "format": JOURNAL_FORMAT, **stamp})
+            stored = self._read({"journal": study, "format": JOURNAL_FORMAT, **stamp})
         except BaseException:
             os.close(self._file)
             raise
-        super().add(entry for entry in found if not (retry and entry.cut_off))
+        super().add(entry for entry in stored if not (retry and entry.cut_off))
 
     def add(self, entries: Iterable[JournalEntry[K, T]]) -> None:
         """Write entries with a single system call, and return when they are on the disk."""
-        found = list(entries)
-        lines = (escape_controls(self._codec.dumps(entry).decode()).encode() for entry in found)
+        added = list(entries)
+        lines = (escape_controls(self._codec.dumps(entry).decode()).encode() for entry in added)
         self._append(line for line in lines if len(line) <= LONGEST_LINE)
-        super().add(found)
+        super().add(added)
 
     def close(self) -> None:
         """Close the file and release its lock. A journal without entries is removed."""

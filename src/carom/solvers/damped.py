@@ -62,9 +62,9 @@ class DampedRun(SeenRun):
             InputError: An argument is invalid, see `carom.solvers.options.require_goal`.
         """
         require_goal(time_s, max_impacts)
-        look = None if progress is None else lambda impacts, time: progress(impacts, self._damping.to_damped(time))
+        report = None if progress is None else lambda impacts, time: progress(impacts, self._damping.to_damped(time))
         goal_s = time_s if time_s < 0.0 else self._damping.find_latest_undamped(time_s)
-        outcome = self._run.advance_to(goal_s, max_impacts, look)
+        outcome = self._run.advance_to(goal_s, max_impacts, report)
         completed = outcome is Outcome.COMPLETED and time_s < math.inf
         self.time_s = max(self.time_s, time_s if completed else self._damping.to_damped(self._run.time_s))
         return outcome

@@ -168,8 +168,8 @@ class RunInUnits(SeenRun):
 
         Stop earlier if the run has had `max_impacts` impacts in total.
         """
-        look = None if progress is None else lambda impacts, time: progress(impacts, self._units.to_seconds(time))
-        return self._run.advance_to(self._units.from_seconds(time_s), max_impacts, look)
+        report = None if progress is None else lambda impacts, time: progress(impacts, self._units.to_seconds(time))
+        return self._run.advance_to(self._units.from_seconds(time_s), max_impacts, report)
 
     def positions(self) -> Array:
         """Return the current centres, in metres, shape ``(n, 2)``."""

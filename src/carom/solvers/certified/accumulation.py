@@ -192,7 +192,7 @@ def _obstacle_body(body: int, bodies: BallBodies) -> int:
     """Return the number by which `BallBodies` stores a body. For a wall, this is the number of its first obstacle."""
     if body >= 0:
         return body
-    return wall_body(next(k for k, one in enumerate(bodies.obstacles) if one.wall == wall_index(body)))
+    return wall_body(next(k for k, obstacle in enumerate(bodies.obstacles) if obstacle.wall == wall_index(body)))
 
 
 def _has_loss_or_slip(row: list[int], bodies: BallBodies) -> bool:
@@ -210,9 +210,9 @@ def _has_loss_or_slip(row: list[int], bodies: BallBodies) -> bool:
 
 def _find_facing(rows: Iterable[ImpactRecord], body: int, disc: int) -> _Facing:
     """Return the last contact of the disc at an end of a row with the body at this end."""
-    found = next(row for row in reversed(list(rows)) if {row.first, row.second} == {body, disc})
-    nx, ny = found.normal
-    return _Facing(body, disc, (-nx, -ny) if found.first == disc else (nx, ny), found.edge)
+    contact = next(row for row in reversed(list(rows)) if {row.first, row.second} == {body, disc})
+    nx, ny = contact.normal
+    return _Facing(body, disc, (-nx, -ny) if contact.first == disc else (nx, ny), contact.edge)
 
 
 def _find_obstacle(bodies: BallBodies, end: _Facing) -> Obstacle | None:
@@ -221,19 +221,19 @@ def _find_obstacle(bodies: BallBodies, end: _Facing) -> Obstacle | None:
         return None
     of_wall = [obstacle for obstacle in bodies.obstacles if obstacle.wall == wall_index(end.body)]
     edge, kind = end.edge
-    fits = [one for one in of_wall if one.kind is None or (one.kind == EdgeKind(kind) and edge in one.edges)]
+    fits = [part for part in of_wall if part.kind is None or (part.kind == EdgeKind(kind) and edge in part.edges)]
     start = _exact_centre(bodies, end.disc)
 
     def away2(shape: Round) -> Fraction:
         away = subtract(start, shape.centre)
         return dot(away, away)
 
-    facing = [one for one in fits if isinstance(one.shape, Plane) and dot(end.normal, one.shape.normal) > 0]
+    facing = [part for part in fits if isinstance(part.shape, Plane) and dot(end.normal, part.shape.normal) > 0]
     # A disc never passes through a wall. So if two vertices are on the line of the row, the disc meets the nearer one.
     rounds = [
-        (away2(shape), one)
-        for one in fits
-        if isinstance(shape := one.shape, Round) and shape.inside is (away2(shape) < shape.radius2)
+        (away2(shape), part)
+        for part in fits
+        if isinstance(shape := part.shape, Round) and shape.inside is (away2(shape) < shape.radius2)
     ]
     return facing[0] if facing else min(rounds, key=itemgetter(0))[1]
 

@@ -197,14 +197,14 @@ class BallBodies:
 
         Then an impact on one of them does not affect impacts on the other.
         """
-        found = self._orthogonal.get((one, other))
-        if found is None:
+        orthogonal = self._orthogonal.get((one, other))
+        if orthogonal is None:
             a, b = (self.obstacles[wall_index(body)].shape for body in (one, other))
-            found = False
+            orthogonal = False
             if isinstance(a, Plane) and isinstance(b, Plane) and not self.scene.arrays.rubs_walls:
-                found = a.normal[0] * b.normal[0] + a.normal[1] * b.normal[1] == 0
-            self._orthogonal[one, other] = found
-        return found
+                orthogonal = a.normal[0] * b.normal[0] + a.normal[1] * b.normal[1] == 0
+            self._orthogonal[one, other] = orthogonal
+        return orthogonal
 
     def trace_body(self, body: int) -> int:
         """Return the number by which traces refer to a body. An obstacle has the number of its wall."""

@@ -157,10 +157,10 @@ class Recording:
         )
 
     def _take(self, event: BallEvent) -> bool:
-        found = [self._mode(mode) for mode in event.modes]
-        if None in found or (event.impact is not None and not self._convert(event.impact)):
+        modes = [self._mode(mode) for mode in event.modes]
+        if None in modes or (event.impact is not None and not self._convert(event.impact)):
             return False
-        self.mode_rows += [row._replace(values=row.values._replace(impacts=len(self.rows))) for row in found if row]
+        self.mode_rows += [row._replace(values=row.values._replace(impacts=len(self.rows))) for row in modes if row]
         self.events += 1
         return True
 

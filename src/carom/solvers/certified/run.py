@@ -243,7 +243,7 @@ def find_degenerate_start(bodies: BallBodies) -> Degeneracy | None:
     """
     lying = BallContacts(bodies).find_resting() if bodies.falls else ()
     grounds = {i: bodies.trace_body(ground.body) for i, ground in lying}
-    found = find_contact_at_start(bodies, grounds)
-    return (
-        found if found or bodies.scene.arrays.has_half_planes else find_finite_contact_at_start(bodies.scene, grounds)
-    )
+    degeneracy = find_contact_at_start(bodies, grounds)
+    if degeneracy or bodies.scene.arrays.has_half_planes:
+        return degeneracy
+    return find_finite_contact_at_start(bodies.scene, grounds)

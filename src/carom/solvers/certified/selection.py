@@ -121,9 +121,9 @@ class Selection:
         if meeting is None or instant_s <= start < bound:
             return None
         self._meetings[disc, body] = meeting
-        for each in {disc, body}:
-            if each >= 0:
-                self._of[each].add((disc, body))
+        for number in {disc, body}:
+            if number >= 0:
+                self._of[number].add((disc, body))
         return meeting
 
     def _choose(self, meetings: list[Meeting]) -> Choice | None:

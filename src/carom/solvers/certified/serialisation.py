@@ -46,8 +46,8 @@ def enclosures(certified: CertifiedTrace) -> dict[str, Any]:
     }
 
 
-def _write_fields(found: object, rows: Mapping[str, np.dtype[np.void]], final: Iterable[str]) -> dict[str, Any]:
-    arrays = {name: getattr(found, name) for name in (*rows, *final)}
+def _write_fields(owner: object, rows: Mapping[str, np.dtype[np.void]], final: Iterable[str]) -> dict[str, Any]:
+    arrays = {name: getattr(owner, name) for name in (*rows, *final)}
     return {
         name: _write_rows(array) if name in rows else array.tolist()
         for name, array in arrays.items()

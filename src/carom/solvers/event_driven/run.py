@@ -305,8 +305,8 @@ def _require_same(state: RunState, fixed: Mapping[str, Any], discs: NDArray[np.v
         if isinstance(value, np.ndarray):
             _require_equal(name, value, other)
         elif value != other:
-            found = f"{format_value(value)}, got {format_value(other)}"
-            raise InputError(f"resume must be the state of a run of the same {name}: {found}")
+            difference = f"{format_value(value)}, got {format_value(other)}"
+            raise InputError(f"resume must be the state of a run of the same {name}: {difference}")
 
 
 def _require_equal(name: str, values: NDArray[np.float64], other_values: NDArray[np.float64]) -> None:
