@@ -93,19 +93,17 @@ def build_reference(trace: Trace, is_requested: bool | None, time_budget_s: floa
 
     Args:
         trace: The PIC trace of the scene.
-        is_requested: If true, compute a certified run and use it as the reference. If None, use PIC as the reference, and
-            compute the horizon of scenes of three or more discs by a certified run if python-flint is installed. If
-            false, compute no certified run.
+        is_requested: If true, compute a certified run and use it as the reference. If None, use PIC as the reference,
+            and compute the horizon of scenes of three or more discs by a certified run if python-flint is installed.
+            If false, compute no certified run.
         time_budget_s: Seconds for the certified run.
 
     Raises:
         MissingExtraError: Certification was requested, and python-flint is not installed.
     """
-    reference = (
-        _certify_reference(trace, is_requested, time_budget_s)
-        if needs_certification(trace.scene, is_requested)
-        else Reference(trace)
-    )
+    reference = Reference(trace)
+    if needs_certification(trace.scene, is_requested):
+        reference = _certify_reference(trace, is_requested, time_budget_s)
     if reference.trace.contact_s < math.inf:
         reliable_s = math.inf if reference.horizon_s is None else reference.horizon_s
         return replace(reference, horizon_s=min(reference.trace.contact_s, reliable_s))
