@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Generic, Protocol, TypeVar, runtime_checkable
+from typing import Any, Generic, TypeVar
 
 from pydantic import ValidationError
 
@@ -41,15 +41,6 @@ K = TypeVar("K")
 T = TypeVar("T")
 
 
-@runtime_checkable
-class PartialEntry(Protocol):
-    """A result that is computed by several tasks, and may be incomplete if one of them failed."""
-
-    @property
-    def cut_off(self) -> bool:
-        """Whether an engine failed in one of the tasks, so that a second attempt may complete the value."""
-
-
 @dataclass(frozen=True)
 class JournalEntry(Generic[K, T]):
     """One line of a journal: the answer to a task request.
@@ -64,9 +55,11 @@ class JournalEntry(Generic[K, T]):
 
     @property
     def cut_off(self) -> bool:
-        """Whether the engine or its adapter failed, so that a second attempt may succeed."""
-        value = self.answer.value
-        return self.answer.status.is_failure or (isinstance(value, PartialEntry) and value.cut_off)
+        """Whether the engine or its adapter failed, so that a second attempt may succeed.
+
+        A value that is computed by several tasks has an attribute `cut_off`: whether one of these tasks failed so.
+        """
+        return self.answer.status.is_failure or bool(getattr(self.answer.value, "cut_off", False))
 
 
 class MemoryJournal(Generic[K, T]):
