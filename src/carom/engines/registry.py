@@ -170,17 +170,13 @@ def _list_points(distribution: metadata.Distribution) -> list[AdapterPoint]:
         broken = f"can't read the entry points of an installed distribution; install it again: {type(error).__name__}"
         return [AdapterPoint(location, location, broken=f"{broken}: {error}")]
     name = _read_name(distribution) if points else ""  # read the name only if needed, since it is in a file
-    return [
-        AdapterPoint(
-            point.name,
-            point.value,
-            name,
-            broken=""
-            if point.pattern.match(point.value)
-            else f"an entry point must name an object, as module:object, got {point.value!r}",
-        )
-        for point in points
-    ]
+    adapter_points = []
+    for point in points:
+        broken = f"an entry point must name an object, as module:object, got {point.value!r}"
+        if point.pattern.match(point.value):
+            broken = ""
+        adapter_points.append(AdapterPoint(point.name, point.value, name, broken=broken))
+    return adapter_points
 
 
 def _read_name(distribution: metadata.Distribution) -> str:

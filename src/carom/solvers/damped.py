@@ -26,18 +26,14 @@ def build_undamped_options(options: RunOptions, damping: Damping) -> RunOptions:
     if options.window_s == ALWAYS:
         return replace(options, contact_duration_s=0.0)
     begin, end = options.window_s
-    # Because of rounding, several undamped times correspond to the same damped time. Start with the smallest one that
-    # is within the window.
-    undamped_begin_s = (
-        -math.inf
-        if begin <= 0.0
-        else math.nextafter(damping.find_latest_undamped(math.nextafter(begin, -math.inf)), math.inf)
-    )
-    return replace(
-        options,
-        contact_duration_s=0.0,
-        window_s=(undamped_begin_s, end if end < 0.0 else damping.find_latest_undamped(end)),
-    )
+    undamped_begin_s, undamped_end_s = -math.inf, end
+    if begin > 0.0:
+        # Because of rounding, several undamped times correspond to the same damped time. Start with the smallest one
+        # that is within the window.
+        undamped_begin_s = math.nextafter(damping.find_latest_undamped(math.nextafter(begin, -math.inf)), math.inf)
+    if end >= 0.0:
+        undamped_end_s = damping.find_latest_undamped(end)
+    return replace(options, contact_duration_s=0.0, window_s=(undamped_begin_s, undamped_end_s))
 
 
 class DampedRun(SeenRun):

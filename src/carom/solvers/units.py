@@ -115,9 +115,10 @@ def choose_units(scene: Scene) -> Units:
         return SI
     sizes = Sizes.of(scene.arrays, scene.gravity_m_s2, scene.duration_s)
     length = _compute_middle_exponent(sizes.radius, max(sizes.length, sizes.way))
-    time = (
-        length + _FASTEST - _compute_exponent(sizes.speed) if sizes.speed > 0.0 else _compute_exponent(sizes.duration)
-    )
+    if sizes.speed > 0.0:
+        time = length + _FASTEST - _compute_exponent(sizes.speed)
+    else:
+        time = _compute_exponent(sizes.duration)
     return Units(length, time, _compute_middle_exponent(sizes.lightest, sizes.heaviest))
 
 

@@ -76,11 +76,10 @@ MOST_MB = 1e9
 
 def format_limits(lower: float, upper: float) -> str:
     """Return text for a message that states between which limits a number must be."""
-    span = (
-        f"between {format_number(lower, 3)} and {format_number(upper, 3)}"
-        if lower > 0.0
-        else f"at most {format_number(upper, 3)} in magnitude"
-    )
+    if lower > 0.0:
+        span = f"between {format_number(lower, 3)} and {format_number(upper, 3)}"
+    else:
+        span = f"at most {format_number(upper, 3)} in magnitude"
     return f"must be {span} (measure in other units)"
 
 

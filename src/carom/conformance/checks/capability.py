@@ -201,9 +201,9 @@ def _build_scene_at_half(limit: float, field: str) -> Scene | None:
 
 def _build_fast_scene(capabilities: Capabilities) -> Scene | None:
     speed = 2 * capabilities.max_move_m / scenes.DT_S
-    return (
-        None if speed > capabilities.max_speed_m_s or math.isinf(speed) else scenes.build_single_disc(speed_m_s=speed)
-    )
+    if speed > capabilities.max_speed_m_s or math.isinf(speed):
+        return None
+    return scenes.build_single_disc(speed_m_s=speed)
 
 
 def _build_spinning_scene(field: str, capabilities: Capabilities) -> Scene | None:

@@ -92,12 +92,11 @@ class Attempt:
         contacts = BallContacts(self.bodies)
         for i, ground in list(contacts.find_resting()) if self.bodies.falls else ():
             mode_or_meeting = contacts.begin_contact(i, ground)
-            self._add_event(
-                apply_meeting(self.bodies, mode_or_meeting)
-                if isinstance(mode_or_meeting, Meeting)
-                else BallEvent(None, (mode_or_meeting,)),
-                _START,
-            )
+            if isinstance(mode_or_meeting, Meeting):
+                event = apply_meeting(self.bodies, mode_or_meeting)
+            else:
+                event = BallEvent(None, (mode_or_meeting,))
+            self._add_event(event, _START)
 
     @property
     def has_replayed(self) -> bool:

@@ -245,17 +245,17 @@ class BallContacts:
         causes = [(slip, slips, End(ZERO, ZERO, slip=True, rim=turns_only))]
         if resists and not turns_only:
             causes.append((rim, gliding.rim_rate, End(ZERO, ZERO, rim=True)))
-        found = []
+        possible_ends = []
         for value, rate, ends in causes:
             if value.is_zero():
                 continue
             toward = value * rate
             if toward < 0:
-                found.append(ends._replace(wait=ZERO - value / rate, slip=ends.slip or gliding.branch[2]))
+                possible_ends.append(ends._replace(wait=ZERO - value / rate, slip=ends.slip or gliding.branch[2]))
             elif not toward >= 0:
                 raise Undecided(self._describe_degeneracy(Degenerate.MODE, i, gliding.ground, gliding.since))
-        found += self._find_ends(gliding)
-        first = [end for end in found if not any(other.wait < end.wait for other in found)]
+        possible_ends += self._find_ends(gliding)
+        first = [end for end in possible_ends if not any(other.wait < end.wait for other in possible_ends)]
         if not first:
             return None
         end = first[0]

@@ -16,12 +16,16 @@ from carom.solvers.certified.result import Degeneracy, Degenerate, Undecided
 
 def undamped_time_of(damping_per_s: float, time: arb) -> arb:
     """Return the time in which an undamped disc moves as far as a damped disc moves in `time`."""
-    return time if not damping_per_s else (ZERO - (ZERO - damping_per_s * time).expm1()) / damping_per_s
+    if not damping_per_s:
+        return time
+    return (ZERO - (ZERO - damping_per_s * time).expm1()) / damping_per_s
 
 
 def damped_time(damping_per_s: float, undamped_time: arb) -> arb:
     """Return the time in which a damped disc moves as far as an undamped disc moves in `undamped_time`."""
-    return undamped_time if not damping_per_s else ZERO - (ZERO - damping_per_s * undamped_time).log1p() / damping_per_s
+    if not damping_per_s:
+        return undamped_time
+    return ZERO - (ZERO - damping_per_s * undamped_time).log1p() / damping_per_s
 
 
 def speed_fraction(damping_per_s: float, undamped_time: arb) -> arb:
