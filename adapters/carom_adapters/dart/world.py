@@ -42,7 +42,7 @@ class DartWorld:
         self._world.setTimeStep(self._clock.dt_s)
         self._solver: Any = self._world.getConstraintSolver()
         if "collision_detector" in settings:
-            self._detect_by(str(settings["collision_detector"]))
+            self._set_detector(str(settings["collision_detector"]))
         if "split_impulse" in settings and hasattr(self._solver, "setSplitImpulseEnabled"):  # since release 6.20
             self._solver.setSplitImpulseEnabled(bool(settings["split_impulse"]))
         self._discs: list[Any] = []
@@ -59,7 +59,7 @@ class DartWorld:
             self._world.addSkeleton(skeleton)
         self._put([(disc.position_m, disc.velocity_m_s) for disc in scene.discs])
 
-    def _detect_by(self, name: str) -> None:
+    def _set_detector(self, name: str) -> None:
         if hasattr(self._world, "setCollisionDetector"):
             self._world.setCollisionDetector(getattr(self._dart.simulation.CollisionDetectorType, name))
             return

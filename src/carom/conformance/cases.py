@@ -86,7 +86,7 @@ _OF_PROFILE = {
     "contacts": contacts.contacts_are_well_formed,
     "contact-times": contacts.contacts_are_stamped,
     "impulses": contacts.contacts_account_for_velocities,
-    "rubbing": turning.rubs_as_told,
+    "rubbing": turning.friction_is_limited,
     "determinism": conduct.repeats_to_the_bit,
     "observing": conduct.looking_changes_nothing,
     "steps-together": conduct.steps_singly_or_together,

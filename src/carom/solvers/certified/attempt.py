@@ -156,7 +156,7 @@ class Attempt:
             if not choice.meeting.time <= goal.time:  # the impact is too close to the goal, whose time is an interval
                 if choice.meeting.time > goal.time:
                     return self._end(Ending.COMPLETED)
-                selection.is_at_the_end(choice.meeting)
+                selection.raise_at_the_end(choice.meeting)
             if choice.commutes:
                 self.commuted.append((self.impacts, self.impacts + 1))
             stop = self._carry_out(choice.meeting, goal)
@@ -168,7 +168,7 @@ class Attempt:
                 return stop
 
     def _end(self, ending: Ending) -> Stop:
-        return Stop(ending if self._log.convert() and self._log.state_is_good(self.bodies) else None)
+        return Stop(ending if self._log.convert() and self._log.is_state_accurate(self.bodies) else None)
 
     def _add_event(self, event: BallEvent, how: tuple[int, int, float]) -> None:
         self._log.add(event)

@@ -41,7 +41,7 @@ def bound_drive_speeds(scene: Scene) -> float:
     return max(speeds, default=0.0) * (1.0 + SLACK)
 
 
-def _gravity_sign(scene: Scene, shape: Plane | Round) -> int:
+def _find_gravity_sign(scene: Scene, shape: Plane | Round) -> int:
     """Return the sign of gravity's component along the normal of a straight obstacle.
 
     The sign is negative if discs fall towards the obstacle, and 0 for round obstacles.
@@ -103,7 +103,7 @@ class BallBodies:
         self.contacts = ContactStates(len(discs))
         self.falls = scene.gravity_m_s2 != (0.0, 0.0)
         self.gravity = (arb(scene.gravity_m_s2[0]), arb(scene.gravity_m_s2[1]))
-        self.pulls = [_gravity_sign(scene, obstacle.shape) for obstacle in self.obstacles]
+        self.pulls = [_find_gravity_sign(scene, obstacle.shape) for obstacle in self.obstacles]
         drives = {wall_body(k): drive for k, drive in enumerate(scene.arrays.wall_drives or ())}
         drives |= dict(zip(scene.arrays.driven_discs, scene.arrays.disc_drives, strict=True))
         self._drives: dict[int, Drive] = {body: drive for body, drive in drives.items() if not drive.stands}
@@ -144,14 +144,14 @@ class BallBodies:
 
     def worst_accuracy_bits(self) -> int:
         """Return the accuracy of the least accurate velocity, in bits."""
-        return min(self._accuracy_bits(i) for i in range(len(self)))
+        return min(self._compute_accuracy_bits(i) for i in range(len(self)))
 
     def best_accuracy_bits(self) -> int:
         """Return the accuracy of the most accurate inexact velocity, in bits; the precision if all are exact."""
         inexact = [i for i in range(len(self)) if not (self.vx[i].is_exact() and self.vy[i].is_exact())]
-        return max((self._accuracy_bits(i) for i in inexact), default=int(ctx.prec))
+        return max((self._compute_accuracy_bits(i) for i in inexact), default=int(ctx.prec))
 
-    def _accuracy_bits(self, i: int) -> int:
+    def _compute_accuracy_bits(self, i: int) -> int:
         """Return the accuracy of the velocity of disc `i`, in bits; the precision if the velocity is exact."""
         bits = [v.rel_accuracy_bits() for v in (self.vx[i], self.vy[i]) if not v.is_zero()]
         return max(0, min(int(ctx.prec), max(bits, default=int(ctx.prec))))

@@ -122,7 +122,7 @@ class Meeting(NamedTuple):
         return isinstance(self.near, Seam) and self.first == other.first and other.obstacles <= self.obstacles
 
 
-def undecided(
+def build_undecided(
     first: int, second: int, instant_s: float, time: arb, *, resting: bool, proven: bool = False, turning: bool = False
 ) -> Meeting:
     """Return a possible impact that is not certain. `time` is its earliest possible time."""
@@ -146,4 +146,4 @@ def find_contacts(
             yield wait, Meeting(i, second, instant_s, time, float_above(time))
         else:
             earliest = arb(instant_s) + wait.lower().max(arb(0))
-            yield wait, undecided(i, second, instant_s, earliest, resting=certain or not powers[0] > 0)
+            yield wait, build_undecided(i, second, instant_s, earliest, resting=certain or not powers[0] > 0)

@@ -98,7 +98,7 @@ def obstacles_of(scene: Scene) -> tuple[Obstacle, ...]:
     widest = Fraction(float(scene.arrays.radius_m.max(initial=0.0)))
     for k, wall in enumerate(scene.arrays.walls):
         if isinstance(wall, Outline):
-            found += _outline_obstacles(k, wall, len(found), widest)
+            found += _build_outline_obstacles(k, wall, len(found), widest)
         else:
             found.append(Obstacle(k, Plane(to_exact(wall[:2]), to_exact(wall[2:]))))
     return tuple(found)
@@ -114,7 +114,7 @@ def dot(a: tuple[float, float] | Exact, b: tuple[float, float] | Exact) -> Fract
     return Fraction(a[0]) * Fraction(b[0]) + Fraction(a[1]) * Fraction(b[1])
 
 
-def _outline_obstacles(k: int, outline: Outline, before: int, widest: Fraction) -> list[Obstacle]:
+def _build_outline_obstacles(k: int, outline: Outline, before: int, widest: Fraction) -> list[Obstacle]:
     """Return the obstacles of a finite wall: the sides of its edges, then its vertices and stops (`_build_stop`).
 
     `before` is the number of obstacles of earlier walls, and `widest` is the largest radius of a disc, in metres.

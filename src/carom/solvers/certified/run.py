@@ -112,17 +112,17 @@ class CertifiedRun:
             return self.outcome
         begin_s = time.perf_counter()
         deadline_s = math.inf if time_budget_s is None else begin_s + time_budget_s
-        goal = Goal(self._undamped(time_s), math.inf if max_impacts is None else max_impacts, deadline_s, progress)
+        goal = Goal(self._to_undamped(time_s), math.inf if max_impacts is None else max_impacts, deadline_s, progress)
         with ctx.workprec(self._attempt.precision):
             start = find_degenerate_start(self._attempt.bodies) if self.ending is None else None
         stop = Stop() if start is None else Stop(Ending.DEGENERATE, start)
         attempt = self._attempt
         while stop.ending is None:
-            stop = self._judge(attempt.advance(goal), attempt)
+            stop = self._decide_ending(attempt.advance(goal), attempt)
             if attempt.has_replayed:  # the previous attempt is no longer needed
                 self._attempt = attempt
             if stop.ending is None:
-                self.precision_bits = self._next_bits(attempt, stop, goal)
+                self.precision_bits = self._choose_next_bits(attempt, stop, goal)
                 attempt = Attempt(self.scene, self.precision_bits, self.log, self._attempt)
                 self.replays += 1
         self.log.convert()
@@ -155,7 +155,10 @@ class CertifiedRun:
         # After an interrupt or an undecided contact, the last event may be only partly applied.
         if self.log.events < len(attempt.events) or attempt.is_cut or self.ending is Ending.INTERRUPTED:
             attempt = Attempt(self.scene, attempt.bits, self.log, attempt, self.log.events)
-            if attempt.advance(Goal(self._undamped(self.time_s), impacts, math.inf, None)).ending is Ending.INTERRUPTED:
+            if (
+                attempt.advance(Goal(self._to_undamped(self.time_s), impacts, math.inf, None)).ending
+                is Ending.INTERRUPTED
+            ):
                 raise KeyboardInterrupt
         bodies = attempt.bodies
         with ctx.workprec(attempt.precision):
@@ -206,11 +209,11 @@ class CertifiedRun:
             elapsed_s=self._elapsed_s,
         )
 
-    def _undamped(self, time_s: float) -> arb:
+    def _to_undamped(self, time_s: float) -> arb:
         with ctx.workprec(self._most_bits):
             return undamped_time_of(self.scene.damping_per_s, arb(time_s))
 
-    def _judge(self, stop: Stop, attempt: Attempt) -> Stop:
+    def _decide_ending(self, stop: Stop, attempt: Attempt) -> Stop:
         """Decide after an attempt whether a higher precision may help. The returned ending is None if it may help."""
         trouble = stop.degeneracy
         if stop.ending is not None:
@@ -222,7 +225,7 @@ class CertifiedRun:
         undecided = trouble is not None and trouble.bits >= self._digits_bits
         return Stop(Ending.DEGENERATE if undecided else Ending.PRECISION_CAP, trouble)
 
-    def _next_bits(self, attempt: Attempt, stop: Stop, goal: Goal) -> int:
+    def _choose_next_bits(self, attempt: Attempt, stop: Stop, goal: Goal) -> int:
         """Return the next precision, predicted from the bits that were lost so far."""
         done = max(len(attempt.events), 1)
         reached_s = max(attempt.bodies.time)

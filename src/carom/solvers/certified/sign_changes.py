@@ -41,7 +41,7 @@ class _Piece(NamedTuple):
     slope: int  # sign of the slope; 0 if undecided
 
 
-def squared_gap_powers(
+def build_squared_gap_powers(
     place: tuple[arb, arb], velocity: tuple[arb, arb], pull: tuple[arb, arb], reach2: arb, *, inside: bool = False
 ) -> list[arb]:
     """Return a squared distance from the origin minus `reach2`, as coefficients of powers of time, lowest first.
