@@ -29,7 +29,7 @@ def read_scene(content: bytes, name: str, duration_s: float) -> Imported:
     """
     mujoco: Any = importlib.import_module("mujoco")
     text = content.decode("utf-8", errors="replace")
-    _require_alone(text)
+    _require_single_file(text)
     try:
         model = mujoco.MjModel.from_xml_string(text)
         data = mujoco.MjData(model)
@@ -41,7 +41,7 @@ def read_scene(content: bytes, name: str, duration_s: float) -> Imported:
     return _Reading(mujoco, model, data).build_scene(name, duration_s)
 
 
-def _require_alone(text: str) -> None:
+def _require_single_file(text: str) -> None:
     """Refuse a model that refers to other files, since an untrusted model could make MuJoCo read any file."""
     try:
         root = ElementTree.fromstring(text)  # noqa: S314 - in a worker process; expat limits the expansion of entities

@@ -95,7 +95,7 @@ class OdeWorld:
             "stepper": self._stepper,
         }
 
-    def _meet(self, _: Any, first: Any, second: Any) -> None:
+    def _add_contact_joints(self, _: Any, first: Any, second: Any) -> None:
         """Create a joint for each contact of two geoms. ODE calls this function for each pair of near geoms."""
         a, b = self._number[first.getId().this], self._number[second.getId().this]
         if all(k < 0 or self._bodies[k] is None for k in (a, b)):
@@ -115,7 +115,7 @@ class OdeWorld:
         """Take steps. Each step releases the joints of the step before, finds contacts, and solves them."""
         for _ in range(steps):
             self._release_joints()
-            self._space.collide("", self._meet)
+            self._space.collide("", self._add_contact_joints)
             self._step(max(self._clock.dt_s, LEAST_STEP_S))
         self._clock.count(steps)
 

@@ -306,7 +306,7 @@ class DiscArrays:
         planes = tuple(wall for wall in self.walls if isinstance(wall, tuple))
         if len(planes) < len(self.walls):
             number, shape = next((k, wall) for k, wall in enumerate(self.walls) if not isinstance(wall, tuple))
-            raise InputError(f"wall {number} is not a half-plane; the caller does not support {shape.described}")
+            raise InputError(f"wall {number} is not a half-plane; the caller does not support {shape.description}")
         return planes
 
     def overlaps(self, disc_name: str, wall_name: str) -> tuple[list[Overlap], bool]:

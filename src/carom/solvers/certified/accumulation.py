@@ -140,7 +140,7 @@ def _find_crush_in_row(log: Recording, bodies: BallBodies) -> Degeneracy | None:
     room = rate = arb(0)
     last_impact_s, until = last[-1].time_s, math.inf
     for end, obstacle in zip(ends, obstacles, strict=True):
-        place, speed, ends_s = _surface_motion(end, obstacle, line, bodies, last_impact_s)
+        place, speed, ends_s = _compute_surface_motion(end, obstacle, line, bodies, last_impact_s)
         sign = 1 if dot(end.normal, line) > 0 else -1  # 1 if the line's direction points from the body to the discs
         room, rate, until = room - sign * place, rate - sign * speed, min(until, ends_s)
     for disc in row[1:-1]:
@@ -222,7 +222,7 @@ def _find_obstacle(bodies: BallBodies, end: _Facing) -> Obstacle | None:
     of_wall = [obstacle for obstacle in bodies.obstacles if obstacle.wall == wall_index(end.body)]
     edge, kind = end.edge
     fits = [part for part in of_wall if part.kind is None or (part.kind == EdgeKind(kind) and edge in part.edges)]
-    start = _exact_centre(bodies, end.disc)
+    start = _compute_exact_centre(bodies, end.disc)
 
     def away2(shape: Round) -> Fraction:
         away = subtract(start, shape.centre)
@@ -240,9 +240,9 @@ def _find_obstacle(bodies: BallBodies, end: _Facing) -> Obstacle | None:
 
 def _find_line(row: list[int], obstacles: list[Obstacle | None], bodies: BallBodies) -> Exact | None:
     """Return the exact direction of the line on which a row of discs stays; None if it is not exactly on a line."""
-    scene, start = bodies.scene, _exact_centre(bodies, row[1])
+    scene, start = bodies.scene, _compute_exact_centre(bodies, row[1])
     if obstacles[0] is None:
-        line = subtract(start, _exact_centre(bodies, row[0]))
+        line = subtract(start, _compute_exact_centre(bodies, row[0]))
     else:
         shape = obstacles[0].shape
         line = shape.normal if isinstance(shape, Plane) else subtract(start, shape.centre)
@@ -251,7 +251,7 @@ def _find_line(row: list[int], obstacles: list[Obstacle | None], bodies: BallBod
     vectors: list[Exact] = [to_exact(scene.gravity_m_s2)]
     for body in row:
         if body >= 0:
-            vectors += [subtract(_exact_centre(bodies, body), start), to_exact(scene.discs[body].velocity_m_s)]
+            vectors += [subtract(_compute_exact_centre(bodies, body), start), to_exact(scene.discs[body].velocity_m_s)]
         moving = scene.discs[body] if body >= 0 else scene.walls[wall_index(body)]
         vectors += [to_exact(leg.velocity_m_s) for leg in moving.legs or ()] + [to_exact(moving.velocity_m_s)]
     for obstacle in obstacles:
@@ -270,7 +270,7 @@ def _find_line(row: list[int], obstacles: list[Obstacle | None], bodies: BallBod
     return None if any(x * line[1] != y * line[0] for x, y in vectors) else line
 
 
-def _surface_motion(
+def _compute_surface_motion(
     end: _Facing, obstacle: Obstacle | None, line: Exact, bodies: BallBodies, now_s: float
 ) -> tuple[arb, arb, float]:
     """Return the position of an end's surface, extrapolated to time 0, its speed, and when this speed changes."""
@@ -278,7 +278,7 @@ def _surface_motion(
     length = (dx * dx + dy * dy).sqrt()
     sign = 1 if dot(end.normal, line) > 0 else -1
     if obstacle is None:
-        (x, y), depth = _exact_centre(bodies, end.body), arb(bodies.scene.discs[end.body].radius_m)
+        (x, y), depth = _compute_exact_centre(bodies, end.body), arb(bodies.scene.discs[end.body].radius_m)
     elif isinstance(obstacle.shape, Plane):
         (x, y), depth = obstacle.shape.point, ball(obstacle.half_width)
     else:
@@ -291,5 +291,5 @@ def _surface_motion(
     return place + (leg.x * dx + leg.y * dy) / length, (leg.vx * dx + leg.vy * dy) / length, leg.end_s
 
 
-def _exact_centre(bodies: BallBodies, disc: int) -> Exact:
+def _compute_exact_centre(bodies: BallBodies, disc: int) -> Exact:
     return to_exact(bodies.scene.discs[disc].position_m)

@@ -73,7 +73,7 @@ class BallContacts:
                 ground = ground_of(bodies, i, k)
                 if ground is None:
                     continue
-                centre, max_gap = (bodies.x[i], bodies.y[i]), self._gap_resolution(i, k)
+                centre, max_gap = (bodies.x[i], bodies.y[i]), self._compute_gap_resolution(i, k)
                 gap, place = ground.normal_part(*centre) - ground.level, ground.tangential_part(*centre)
                 is_beyond_end = ground.span and not ground.span[0] < place < ground.span[1]
                 normal_speed = ground.normal_part(bodies.vx[i], bodies.vy[i])
@@ -92,12 +92,12 @@ class BallContacts:
         speed = ground.tangential_part(bodies.vx[i], bodies.vy[i])
         normal_speed, rim = ground.normal_part(bodies.vx[i], bodies.vy[i]), bodies.rim_speed(i)
         bodies.x[i], bodies.y[i] = ground.centre_at(place)
-        if normal_speed * normal_speed <= 2 * ground.presses * self._gap_resolution(i, k):
+        if normal_speed * normal_speed <= 2 * ground.presses * self._compute_gap_resolution(i, k):
             return self.start_mode(i, ground, ZERO, 0.0, GlideState(place, speed, speed + rim, rim))
         near = WallApproach((ZERO - normal_speed) * bodies.laws.of_straight(k, None).length, ZERO)
         return Meeting(i, ground.body, 0.0, ZERO, 0.0, near=near)
 
-    def _gap_resolution(self, i: int, k: int) -> arb:
+    def _compute_gap_resolution(self, i: int, k: int) -> arb:
         """Return the rounding error of the gap between disc `i` and a straight surface at the start."""
         disc, shape = self._bodies.scene.discs[i], self._bodies.obstacles[k].shape
         point = shape.point if isinstance(shape, Plane) else (0, 0)
