@@ -98,16 +98,6 @@ def require_within(name: str, array: NDArray[np.float64], lower: float, upper: f
         )
 
 
-def require_megabytes(name: str, value: float) -> None:
-    """Raise an error if a memory limit in megabytes is not a number above 0 and at most `MOST_MB`.
-
-    Raises:
-        InputError: The message names the option or argument, and the value.
-    """
-    if not (isinstance(value, int | float) and 0.0 < value <= MOST_MB):
-        raise InputError(f"{name} must be a positive number of megabytes, {MOST_MB:g} at most, got {value!r}")
-
-
 def count_values(data: bytes) -> int:
     """Return an upper bound of the number of values in a JSON text, without parsing it."""
     return 1 + data.count(b",") + data.count(b"[") + data.count(b"{")
