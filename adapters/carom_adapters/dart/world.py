@@ -19,19 +19,16 @@ from carom.engines.api import (
     flattened,
     oriented_contact,
     pair_of,
-    require_sound,
-    require_supported,
     wall_body,
 )
-from carom_adapters.dart.limits import CAPABILITIES, DETECTORS, FASTEST_BOUNCE_M_S, MIXING, SETTINGS
+from carom_adapters.dart.limits import DETECTORS, FASTEST_BOUNCE_M_S, MIXING, check_inputs
 
 
 class DartWorld:
     """One `World` of spheres that do not turn. Each sphere moves on a joint that allows two translations."""
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
-        require_sound("DART", scene, settings, SETTINGS, words={"collision_detector": DETECTORS})
-        require_supported("DART", scene, CAPABILITIES, float(settings["dt_s"]))
+        check_inputs(scene, settings)
         import dartpy
 
         self._dart: Any = dartpy

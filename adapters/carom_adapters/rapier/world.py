@@ -19,11 +19,9 @@ from carom.engines.api import (
     Wall,
     oriented_contact,
     pair_of,
-    require_sound,
-    require_supported,
     wall_body,
 )
-from carom_adapters.rapier.limits import CAPABILITIES, LEAST, MOST, OTHER_SETTINGS, PARAMETERS, SOFTNESSES
+from carom_adapters.rapier.limits import PARAMETERS, SOFTNESSES, check_inputs
 from carom_adapters.shared.legs import Legs, find_first_velocity
 from carom_adapters.shared.walls import compute_thickness, cut_chain, find_walls_in_pieces, sum_contacts
 
@@ -35,8 +33,7 @@ class RapierWorld:
     """One `PhysicsWorld` of balls that stay in a plane and don't turn."""
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
-        require_sound("Rapier", scene, settings, (*PARAMETERS, *OTHER_SETTINGS), LEAST, MOST)
-        require_supported("Rapier", scene, CAPABILITIES, float(settings["dt_s"]))
+        check_inputs(scene, settings)
         import rapier3d
 
         self._rapier: Any = rapier3d
