@@ -101,7 +101,7 @@ def solve_pic(
     if max_impacts is not None:
         max_impacts = check_count("max_impacts", max_impacts)
     samples_s = check_times("sample_times_s", sample_times_s)
-    is_plain = max_impacts != 0 and options == PLAIN and not samples_s and progress is None
+    is_plain = max_impacts != 0 and not samples_s and progress is None and options == PLAIN
     is_lone_pair = len(scene.discs) == 2 and not scene.walls and not force and not scene.arrays.driven
     if is_plain and is_lone_pair and not scene.arrays.turns:
         trace = _solve_two_discs(scene, end_s)

@@ -44,12 +44,11 @@ def advance_run(
 
 def find_bending_force(scene: Scene) -> str:
     """Return the name of a force that changes velocities between impacts; empty if the scene has none."""
-    forces = {
-        "gravity": scene.gravity_m_s2 != (0.0, 0.0),
-        "damping": scene.damping_per_s,
-        "a table that slows discs down": scene.table_deceleration_m_s2,
-    }
-    return next((force for force, acts in forces.items() if acts), "")
+    if scene.gravity_m_s2 != (0.0, 0.0):
+        return "gravity"
+    if scene.damping_per_s:
+        return "damping"
+    return "a table that slows discs down" if scene.table_deceleration_m_s2 else ""
 
 
 def check_end_time(scene: Scene, until_s: object) -> float:
