@@ -4,17 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
-from carom.engines.api import AdapterError, ContactTimes, Engine, Profile, Scene, Setting, Stamp, require_supported
+from carom.engines.api import (
+    AdapterError,
+    ContactTimes,
+    Engine,
+    Profile,
+    Scene,
+    Setting,
+    Stamp,
+    World,
+    require_supported,
+)
 from carom.engines.api.helpers import AliasedProfiles
 from carom.model.trace import PROFILE_ALIASES, Outcome
 from carom.solvers.pic import start_pic_run
+from carom.solvers.run import Run
 from carom_adapters.recorded_world import CAPABILITIES, RecordedWorld
-
-if TYPE_CHECKING:
-    from carom.engines.api import World
-    from carom.solvers.run import Run
 
 
 class PicWorld(RecordedWorld):

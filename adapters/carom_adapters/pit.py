@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
-from carom.engines.api import AdapterError, Engine, Profile, Scene, Setting, require_supported
+from carom.engines.api import AdapterError, Engine, Profile, Scene, Setting, World, require_supported
 from carom.engines.api.helpers import AliasedProfiles
 from carom.model.trace import PROFILE_ALIASES
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.pit.solve import start_pit_run
 from carom_adapters.recorded_world import CAPABILITIES, RecordedWorld
-
-if TYPE_CHECKING:
-    from carom.engines.api import World
 
 
 class PitWorld(RecordedWorld):

@@ -4,19 +4,15 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from carom.engines.api import Capabilities, Contact, ContactTimes, Observation, Setting
+from carom.solvers.run import RunImpacts
 
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from carom.solvers.run import RunImpacts
-
-    Array = NDArray[np.float64]
-
-
+Array = NDArray[np.float64]
 #: Capabilities of PIT. PIC also computes the instants of impacts.
 CAPABILITIES = Capabilities(
     segments=True,

@@ -209,7 +209,7 @@ class _Widened:
                     found.horizon_s, found.end = math.inf, self._final_states()
                     return found
                 if not choice.meeting.time <= end:
-                    selection.is_at_the_end(choice.meeting)
+                    selection.raise_at_the_end(choice.meeting)
                 self._carry_out(choice.meeting)
                 if commutes or choice.commutes:
                     self._mark_unordered()

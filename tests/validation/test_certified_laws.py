@@ -110,7 +110,9 @@ def test_ball_that_turns_back_at_the_ceiling_has_no_impact(speed: float, impacts
 def test_certified_reference_of_a_landing_ball_is_scored_up_to_contact() -> None:
     """The requested reference of a landing ball is a certified run that covers the whole scene."""
     trace = solve_pic(load_gravity_scene("ladder", duration_s=5.0))
-    reference = build_reference(trace, asked=True, time_budget_s=1e6)  # proven to the end, however slow the machine is
+    reference = build_reference(
+        trace, is_requested=True, time_budget_s=1e6
+    )  # proven to the end, however slow the machine is
     assert reference.trace.method == "certified"
     assert reference.horizon_s == reference.trace.contact_s < reference.trace.end_time_s == 5.0
     assert isinstance(reference.certified, Horizon)

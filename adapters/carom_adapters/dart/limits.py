@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from carom.engines.api import Capabilities
+from collections.abc import Mapping
+
+from carom.engines.api import Capabilities, Scene, Setting, require_sound, require_supported
 
 #: ``collision_detector`` is one of `DETECTORS`. ``split_impulse`` is an option of the constraint solver.
 SETTINGS = ("collision_detector", "split_impulse")
@@ -28,3 +30,13 @@ CAPABILITIES = Capabilities(
     max_speed_m_s=FASTEST_BOUNCE_M_S,
     dimensions=3,
 )
+
+
+def check_inputs(scene: Scene, settings: Mapping[str, Setting]) -> None:
+    """Check that DART supports a scene and settings.
+
+    Raises:
+        AdapterError: A number is invalid, or the scene needs more than DART supports.
+    """
+    require_sound("DART", scene, settings, SETTINGS, words={"collision_detector": DETECTORS})
+    require_supported("DART", scene, CAPABILITIES, float(settings["dt_s"]))

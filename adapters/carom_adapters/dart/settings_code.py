@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from carom.engines.api import Scene, Setting, factored_restitutions, require_sound, require_supported
-from carom_adapters.dart.limits import CAPABILITIES, DETECTORS, SETTINGS
+from carom.engines.api import Scene, Setting, factored_restitutions
+from carom_adapters.dart.limits import check_inputs
 from carom_adapters.shared.settings_code import PYTHON_END, count_steps, format_body_lines, format_comment
 
 
@@ -15,8 +15,7 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
     Raises:
         AdapterError: DART does not support the scene or a setting.
     """
-    require_sound("DART", scene, settings, SETTINGS, words={"collision_detector": DETECTORS})
-    require_supported("DART", scene, CAPABILITIES, float(settings["dt_s"]))
+    check_inputs(scene, settings)
     of_disc, of_wall = factored_restitutions(scene)
     detector = split = ""
     if "collision_detector" in settings:

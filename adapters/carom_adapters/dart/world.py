@@ -19,19 +19,16 @@ from carom.engines.api import (
     flattened,
     oriented_contact,
     pair_of,
-    require_sound,
-    require_supported,
     wall_body,
 )
-from carom_adapters.dart.limits import CAPABILITIES, DETECTORS, FASTEST_BOUNCE_M_S, MIXING, SETTINGS
+from carom_adapters.dart.limits import DETECTORS, FASTEST_BOUNCE_M_S, MIXING, check_inputs
 
 
 class DartWorld:
     """One `World` of spheres that do not turn. Each sphere moves on a joint that allows two translations."""
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
-        require_sound("DART", scene, settings, SETTINGS, words={"collision_detector": DETECTORS})
-        require_supported("DART", scene, CAPABILITIES, float(settings["dt_s"]))
+        check_inputs(scene, settings)
         import dartpy
 
         self._dart: Any = dartpy
@@ -42,7 +39,7 @@ class DartWorld:
         self._world.setTimeStep(self._clock.dt_s)
         self._solver: Any = self._world.getConstraintSolver()
         if "collision_detector" in settings:
-            self._detect_by(str(settings["collision_detector"]))
+            self._set_detector(str(settings["collision_detector"]))
         if "split_impulse" in settings and hasattr(self._solver, "setSplitImpulseEnabled"):  # since release 6.20
             self._solver.setSplitImpulseEnabled(bool(settings["split_impulse"]))
         self._discs: list[Any] = []
@@ -59,7 +56,7 @@ class DartWorld:
             self._world.addSkeleton(skeleton)
         self._put([(disc.position_m, disc.velocity_m_s) for disc in scene.discs])
 
-    def _detect_by(self, name: str) -> None:
+    def _set_detector(self, name: str) -> None:
         if hasattr(self._world, "setCollisionDetector"):
             self._world.setCollisionDetector(getattr(self._dart.simulation.CollisionDetectorType, name))
             return
@@ -123,7 +120,7 @@ class DartWorld:
         return Observation(position, velocity, contacts, self._find_warning(velocity, contacts))
 
     def _read_contacts(self) -> list[Contact]:
-        found = []
+        contacts = []
         # keep a reference, since up to release 6.19 the contacts are freed with this object
         result = self._world.getLastCollisionResult()
         for contact in result.getContacts():
@@ -135,8 +132,8 @@ class DartWorld:
             if impulse == 0.0:  # a contact without effect
                 continue
             a, b = self._read_pair(contact)
-            found.append(oriented_contact(b, a, self._clock.step_began_s, normal, impulse))
-        return found
+            contacts.append(oriented_contact(b, a, self._clock.step_began_s, normal, impulse))
+        return contacts
 
     def _read_pair(self, contact: Any) -> tuple[int, int]:
         first, second = contact.collisionObject1, contact.collisionObject2

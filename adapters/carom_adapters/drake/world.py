@@ -152,12 +152,12 @@ class DrakeWorld:
         return self._drake.framework.EventStatus.DidNothing()
 
     def _read_contacts(self) -> list[Contact]:
-        at_s, found = self._clock.step_began_s, []
+        at_s, contacts = self._clock.step_began_s, []
         for (b, a), (_, normal) in self._pushed.items():
             # The impulse is the integral of the force over time. It is None, since the force is known only at single
             # instants.
-            found.append(replace(oriented_contact(b, a, at_s, normal, 0.0), impulse_n_s=None))
-        return found
+            contacts.append(replace(oriented_contact(b, a, at_s, normal, 0.0), impulse_n_s=None))
+        return contacts
 
     def close(self) -> None:
         """Drop the references to the simulator, so that its memory is freed."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping, Sequence
+from itertools import combinations
 
 from carom.engines.api import Chain, Ring, Scene, Setting, reach, wall_body, wall_index
 from carom_adapters.mujoco.limits import FLAG_SETTINGS, OPTION_SETTINGS, does_list_pairs, does_solve_in_turn
@@ -132,7 +133,7 @@ def build_mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
         )
         return f"{_format_driven_start(scene, settings)}{geom}</body>" if scene.walls[k].driven else geom
 
-    bodies = "\n".join(format_disc(one) if one >= 0 else format_wall(wall_index(one)) for one in sort_bodies(scene))
+    bodies = "\n".join(format_disc(body) if body >= 0 else format_wall(wall_index(body)) for body in sort_bodies(scene))
     world = f"{_format_option(scene, settings)}<worldbody>\n{bodies}\n</worldbody>"
     if does_list_pairs(scene, settings):
         world += f"<contact>\n{_format_pairs(scene, settings)}\n</contact>"
@@ -142,7 +143,7 @@ def build_mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
 def sort_bodies(scene: Scene) -> list[int]:
     """Return the numbers of all discs and walls in the order of the model. Driven bodies are last."""
     bodies = [*range(len(scene.discs)), *map(wall_body, range(len(scene.walls)))]
-    return sorted(bodies, key=lambda one: (scene.discs[one] if one >= 0 else scene.walls[wall_index(one)]).driven)
+    return sorted(bodies, key=lambda body: (scene.discs[body] if body >= 0 else scene.walls[wall_index(body)]).driven)
 
 
 def parse_body(geom: str) -> int:
@@ -164,7 +165,7 @@ def _list_wall_shapes(scene: Scene, k: int, dt_s: float) -> list[dict[str, objec
         return [{"type": "sphere", "size": compute_thickness(scene, wall), "pos": "{!r} {!r} 0".format(*wall.centre_m)}]
     if isinstance(wall, Chain):
         ends = ["{!r} {!r} 0 {!r} {!r} 0".format(*a, *b) for a, b in cut_chain(wall)]
-        return [{"type": "capsule", "size": compute_thickness(scene, wall), "fromto": one} for one in ends]
+        return [{"type": "capsule", "size": compute_thickness(scene, wall), "fromto": end} for end in ends]
     facing = {"zaxis": "{!r} {!r} 0".format(*wall.normal)}
     if not wall.driven:
         # a size of 0 means infinite
@@ -251,17 +252,14 @@ def _format_pairs(scene: Scene, settings: Mapping[str, Setting]) -> str:
     solimp = {"solimp": str(settings["solimp"])} if "solimp" in settings else {}
     pairs: list[tuple[int, str | int, float, float]] = [
         (i, j, scene.restitution, scene.friction)
-        for i in range(len(discs))
-        for j in range(i + 1, len(discs))
+        for i, j in combinations(range(len(discs)), 2)
         if not (discs[i].immovable and discs[j].immovable)
     ]
-    pairs += [
-        (i, name, material.restitution, material.friction)
-        for i in range(len(discs))
-        for k, material in enumerate(scene.arrays.materials)
-        for name in list_wall_names(scene, k)
-        if not discs[i].immovable
+    walls = [
+        (name, material) for k, material in enumerate(scene.arrays.materials) for name in list_wall_names(scene, k)
     ]
+    movable = [i for i, disc in enumerate(discs) if not disc.immovable]
+    pairs += [(i, name, material.restitution, material.friction) for i in movable for name, material in walls]
 
     def format_pair(i: int, j: str | int, restitution: float, friction: float) -> str:
         rubs: dict[str, object] = {"condim": "1"}

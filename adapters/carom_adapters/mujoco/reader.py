@@ -29,7 +29,7 @@ def read_scene(content: bytes, name: str, duration_s: float) -> Imported:
     """
     mujoco: Any = importlib.import_module("mujoco")
     text = content.decode("utf-8", errors="replace")
-    _require_alone(text)
+    _require_single_file(text)
     try:
         model = mujoco.MjModel.from_xml_string(text)
         data = mujoco.MjData(model)
@@ -41,7 +41,7 @@ def read_scene(content: bytes, name: str, duration_s: float) -> Imported:
     return _Reading(mujoco, model, data).build_scene(name, duration_s)
 
 
-def _require_alone(text: str) -> None:
+def _require_single_file(text: str) -> None:
     """Refuse a model that refers to other files, since an untrusted model could make MuJoCo read any file."""
     try:
         root = ElementTree.fromstring(text)  # noqa: S314 - in a worker process; expat limits the expansion of entities
@@ -75,13 +75,8 @@ class _Reading:
         gx, gy, gz = map(float, self.model.opt.gravity)
         if gz != 0.0:
             self.dropped.append(f"gravity along z, {gz:g}")
-        for count, word in (
-            (self.model.neq, "equality constraints"),
-            (self.model.nu, "actuators"),
-            (self.model.ntendon, "tendons"),
-        ):
-            if count:
-                self.dropped.append(f"{count} {word}")
+        counts = {"equality constraints": self.model.neq, "actuators": self.model.nu, "tendons": self.model.ntendon}
+        self.dropped += [f"{count} {parts}" for parts, count in counts.items() if count]
         if np.any(self.model.dof_damping):
             self.dropped.append("damping of joints")
         if self.model.npair:
@@ -100,18 +95,18 @@ class _Reading:
         )
 
     def _read_plane(self, geom: int, label: str) -> None:
-        nx, ny, nz = (float(one) for one in self.data.geom_xmat[geom].reshape(3, 3)[:, 2])
+        nx, ny, nz = map(float, self.data.geom_xmat[geom].reshape(3, 3)[:, 2])
         if self._can_move(geom):
             self.dropped.append(f"{label}: it moves")
         elif abs(nz) > ROUNDING:
             self.dropped.append(f"{label}: its normal is not in the plane z = 0")
         else:
-            x, y, _ = (float(one) for one in self.data.geom_xpos[geom])
+            x, y, _ = map(float, self.data.geom_xpos[geom])
             self.walls.append((geom, Wall(point_m=(x, y), normal=(nx, ny))))
 
     def _read_round(self, geom: int, label: str, kind: str) -> None:
         model, data = self.model, self.data
-        x, y, z = (float(one) for one in data.geom_xpos[geom])
+        x, y, z = map(float, data.geom_xpos[geom])
         radius, axis = float(model.geom_size[geom][0]), data.geom_xmat[geom].reshape(3, 3)[:, 2]
         if abs(z) > ROUNDING * radius:
             self.dropped.append(f"{label}: its centre is {z:g} off the plane z = 0")
@@ -174,10 +169,15 @@ class _Reading:
 
     def _compute_restitution(self, geom: int) -> float:
         """Return the restitution that follows from a geom's ``solref``, which describes a damper or a spring."""
-        first, second = (float(one) for one in self.model.geom_solref[geom])
+        first, second = map(float, self.model.geom_solref[geom])
         if first == 0.0 and second < 0.0:  # a damper without a spring, which acts for one Euler step
             return max(-second * float(self.model.opt.timestep) - 1.0, 0.0)
-        ratio = second if first > 0.0 else -second / (2.0 * math.sqrt(-first)) if first < 0.0 else 1.0
+        if first > 0.0:
+            ratio = second
+        elif first < 0.0:
+            ratio = -second / (2.0 * math.sqrt(-first))
+        else:
+            ratio = 1.0
         return 0.0 if ratio >= 1.0 else math.exp(-math.pi * ratio / math.sqrt(1.0 - ratio**2))
 
     def _read_friction(self, geom: int) -> float:

@@ -25,7 +25,9 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
         raise AdapterError("MuJoCo: the velocity of a body changes between steps, which a model can't describe")
     # The text contains only numbers, and words that the adapter has checked.
     model = ElementTree.fromstring(build_mjcf(scene, settings))  # noqa: S314 - the adapter itself has written this text
-    ElementTree.indent(_with_start(_with_defaults(model), scene, settings))
+    _share_attributes(model)
+    _add_keyframe(model, scene, settings)
+    ElementTree.indent(model)
     sentences = [heading, f"{count_steps(scene, settings)} steps from the keyframe cover the scene."]
     if not float(settings["stiffness"]):
         sentences.append("solref is 0 and -(1 + restitution) / timestep: change it with the timestep.")
@@ -46,23 +48,22 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
     return f"<!-- {text} -->\n{ElementTree.tostring(model, encoding='unicode')}\n"
 
 
-def _with_defaults(model: ElementTree.Element) -> ElementTree.Element:
+def _share_attributes(model: ElementTree.Element) -> None:
     """Move attributes that all geoms, or all pairs, share into the model's defaults."""
     defaults = ElementTree.Element("default")
     for tag in ("geom", "pair"):
         several = model.findall(f".//{tag}")
-        shared = set.intersection(*(set(one.attrib.items()) for one in several)) if len(several) > 1 else set()
+        shared = set.intersection(*(set(element.attrib.items()) for element in several)) if len(several) > 1 else set()
         if not shared:
             continue
         ElementTree.SubElement(defaults, tag, {k: v for k, v in several[0].attrib.items() if (k, v) in shared})
-        for one in several:
-            one.attrib = {k: v for k, v in one.attrib.items() if (k, v) not in shared}
+        for element in several:
+            element.attrib = {k: v for k, v in element.attrib.items() if (k, v) not in shared}
     if len(defaults):
         model.insert(1, defaults)  # the first element is the option
-    return model
 
 
-def _with_start(model: ElementTree.Element, scene: Scene, settings: Mapping[str, Setting]) -> ElementTree.Element:
+def _add_keyframe(model: ElementTree.Element, scene: Scene, settings: Mapping[str, Setting]) -> None:
     """Add the keyframe from which the model starts: the coordinates and velocities of each moving body's joints."""
     places: list[float] = []
     speeds: list[float] = []
@@ -93,4 +94,3 @@ def _with_start(model: ElementTree.Element, scene: Scene, settings: Mapping[str,
     if places:
         start = {"name": "start", "qpos": " ".join(map(repr, places)), "qvel": " ".join(map(repr, speeds))}
         ElementTree.SubElement(ElementTree.SubElement(model, "keyframe"), "key", start)
-    return model

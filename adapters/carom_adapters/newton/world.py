@@ -111,10 +111,10 @@ class NewtonWorld:
         if self._moved:
             position[self._moved] = self._state.body_q.numpy()[:, (0, 2)]
             velocity[self._moved] = self._state.body_qd.numpy()[:, (0, 2)]
-        found = int(self._contacts.rigid_contact_count.numpy()[0])
-        has_overflowed = found > self._contacts.rigid_contact_max
-        warning = f"Newton kept {self._contacts.rigid_contact_max} of {found} contacts" if has_overflowed else ""
-        return Observation(position, velocity, () if has_overflowed else tuple(self._find_pushed(found)), warning)
+        count = int(self._contacts.rigid_contact_count.numpy()[0])
+        has_overflowed = count > self._contacts.rigid_contact_max
+        warning = f"Newton kept {self._contacts.rigid_contact_max} of {count} contacts" if has_overflowed else ""
+        return Observation(position, velocity, () if has_overflowed else tuple(self._find_pushed(count)), warning)
 
     def _find_pushed(self, count: int) -> Iterator[Contact]:
         """Yield the contacts in which a force acted; their impulses are left out.

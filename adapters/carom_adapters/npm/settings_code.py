@@ -58,7 +58,7 @@ def write_code(
         needed += [other for other in shared if re.search(rf"\b{other}\b", shared[name]) and other not in needed]
     helpers = "\n\n".join(piece for name, piece in shared.items() if name in needed)
     body = _SERVED.sub("", _IMPORTED.sub("", source)).rstrip("\n")
-    last = [found.end() for found in re.finditer(r"^import .*;\n", body, re.MULTILINE)][-1]
+    last = [match.end() for match in re.finditer(r"^import .*;\n", body, re.MULTILINE)][-1]
     fields = json.loads(scene.model_dump_json())
     lines = [f"  {json.dumps(name)}: {_format_json_lines(value)}," for name, value in fields.items()]
     scene_fields = "\n".join(lines)
@@ -85,5 +85,5 @@ position_m.forEach((place, i) => console.log([...place, ...velocity_m_s[i], spin
 def _format_json_lines(value: object) -> str:
     """Return a value as JSON. Each body in a list of bodies is on a line of its own."""
     if isinstance(value, list) and value and isinstance(value[0], dict):
-        return "[\n" + "".join(f"    {json.dumps(one)},\n" for one in value) + "  ]"
+        return "[\n" + "".join(f"    {json.dumps(item)},\n" for item in value) + "  ]"
     return json.dumps(value)

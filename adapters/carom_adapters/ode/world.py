@@ -95,14 +95,14 @@ class OdeWorld:
             "stepper": self._stepper,
         }
 
-    def _meet(self, _: Any, first: Any, second: Any) -> None:
+    def _add_contact_joints(self, _: Any, first: Any, second: Any) -> None:
         """Create a joint for each contact of two geoms. ODE calls this function for each pair of near geoms."""
         a, b = self._number[first.getId().this], self._number[second.getId().this]
         if all(k < 0 or self._bodies[k] is None for k in (a, b)):
             return
-        found = self._ode.OdeUtil.collide(first, second, 1)
-        for k in range(found.getNumContacts()):
-            contact_geom, contact = found.getContactGeom(k), self._ode.OdeContact()
+        contacts = self._ode.OdeUtil.collide(first, second, 1)
+        for k in range(contacts.getNumContacts()):
+            contact_geom, contact = contacts.getContactGeom(k), self._ode.OdeContact()
             contact.setGeom(contact_geom)
             contact.setSurface(self._surfaces[a < 0 or b < 0])
             joint = self._ode.OdeContactJoint(self._world, self._group, contact)
@@ -115,7 +115,7 @@ class OdeWorld:
         """Take steps. Each step releases the joints of the step before, finds contacts, and solves them."""
         for _ in range(steps):
             self._release_joints()
-            self._space.collide("", self._meet)
+            self._space.collide("", self._add_contact_joints)
             self._step(max(self._clock.dt_s, LEAST_STEP_S))
         self._clock.count(steps)
 
@@ -132,15 +132,15 @@ class OdeWorld:
         return Observation(position, velocity, tuple(self._read_contacts()))
 
     def _read_contacts(self) -> list[Contact]:
-        found = []
+        contacts = []
         for joint, a, b, normal in self._met:
             feedback = joint.getFeedback()
             # The force on one of the two bodies; if only one of them can move, it is the force on that one.
             fx, fy, _ = feedback.getForce1()
             impulse = abs(fx * normal[0] + fy * normal[1]) * self._clock.dt_s
             if impulse > 0.0:  # if the bodies separate, the contact has no effect
-                found.append(oriented_contact(b, a, self._clock.step_began_s, normal, impulse))
-        return found
+                contacts.append(oriented_contact(b, a, self._clock.step_began_s, normal, impulse))
+        return contacts
 
     def cut(self, dt_s: float) -> None:
         """Set the size of the following steps."""

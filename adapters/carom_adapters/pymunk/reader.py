@@ -95,7 +95,7 @@ class _Reading:
         for k, shape in enumerate(self.space.shapes):
             if not isinstance(shape, pymunk.Circle) and self._can_keep(shape, k):
                 self._read_wall(shape, k)
-        self._drop_rest()
+        self._report_unsupported_parts()
         return Imported(
             Scene(
                 name=name,
@@ -173,7 +173,7 @@ class _Reading:
         walls = one_coefficient(f"{name} of discs with walls", walled or [pair], limit, self.dropped)
         return {name: pair, f"wall_{name}": walls}
 
-    def _drop_rest(self) -> None:
+    def _report_unsupported_parts(self) -> None:
         space = self.space
         for constraint in space.constraints:
             self.dropped.append(f"a {type(constraint).__name__}")

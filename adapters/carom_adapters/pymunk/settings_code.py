@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from itertools import chain
 
 from carom.engines.api import Chain, Ring, Scene, Setting, Wall
 from carom_adapters.pymunk.limits import NEIGHBORS, SPACE_SETTINGS, check_inputs
@@ -100,7 +101,7 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
         set_up += f"space.damping = {math.exp(-scene.damping_per_s)!r}  # the fraction of a speed left after a second\n"
     state = "*body.position, *body.velocity, body.angular_velocity"
     pieces = [[wall] * (1 if isinstance(shape, list | Post) else len(shape[0])) for wall, shape in walls]
-    driven = [body for body in (*scene.discs, *(one for each in pieces for one in each)) if body.driven]
+    driven = [body for body in (*scene.discs, *chain.from_iterable(pieces)) if body.driven]
     end = format_program_end(
         scene, "space.step(dt)", state, group_legs_by_step(driven, dt_s), "driven[k].velocity = velocity"
     )

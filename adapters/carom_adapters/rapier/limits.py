@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
+from carom.engines.api import Scene, Setting, require_sound, require_supported
 from carom_adapters.shared.engine_adapter import GENERAL
 
 #: Attributes of `IntegrationParameters`. The names are Rapier's.
@@ -51,3 +53,13 @@ CAPABILITIES = replace(
     float_bits=32,
     dimensions=3,
 )
+
+
+def check_inputs(scene: Scene, settings: Mapping[str, Setting]) -> None:
+    """Check that Rapier supports a scene and settings.
+
+    Raises:
+        AdapterError: A number is invalid, or the scene needs more than Rapier supports.
+    """
+    require_sound("Rapier", scene, settings, (*PARAMETERS, *OTHER_SETTINGS), LEAST, MOST)
+    require_supported("Rapier", scene, CAPABILITIES, float(settings["dt_s"]))

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from carom.engines.api import AdapterError, Chain, Ring, Scene, Setting, Wall, require_sound, require_supported
-from carom_adapters.rapier.limits import CAPABILITIES, LEAST, MOST, OTHER_SETTINGS, PARAMETERS, SOFTNESSES
+from carom.engines.api import AdapterError, Chain, Ring, Scene, Setting, Wall
+from carom_adapters.rapier.limits import PARAMETERS, SOFTNESSES, check_inputs
 from carom_adapters.shared.legs import Driven, find_first_velocity, format_program_end, group_legs_by_step, has_legs
 from carom_adapters.shared.settings_code import count_steps, format_assignments, format_comment, format_disc
 from carom_adapters.shared.walls import compute_thickness, cut_chain
@@ -17,8 +17,7 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
     Raises:
         AdapterError: Rapier does not support the scene or a setting, or the steps are taken in two parts.
     """
-    require_sound("Rapier", scene, settings, (*PARAMETERS, *OTHER_SETTINGS), LEAST, MOST)
-    require_supported("Rapier", scene, CAPABILITIES, float(settings["dt_s"]))
+    check_inputs(scene, settings)
     if "first_part" in settings:
         raise AdapterError("Rapier: Carom takes these steps in two parts (first_part), which code for Rapier can't do")
     lines = []
@@ -98,4 +97,4 @@ def _format_shapes(scene: Scene, wall: Wall | Chain | Ring) -> list[str]:
     if isinstance(wall, Ring):
         return [f"ball({radius!r}).translation({(*wall.centre_m, 0.0)!r})"]
     ends = ((*a, 0.0, *b, 0.0) for a, b in cut_chain(wall))
-    return [f"capsule_from_endpoints({one[:3]!r}, {one[3:]!r}, {radius!r})" for one in ends]
+    return [f"capsule_from_endpoints({end[:3]!r}, {end[3:]!r}, {radius!r})" for end in ends]

@@ -19,11 +19,9 @@ from carom.engines.api import (
     Wall,
     oriented_contact,
     pair_of,
-    require_sound,
-    require_supported,
     wall_body,
 )
-from carom_adapters.rapier.limits import CAPABILITIES, LEAST, MOST, OTHER_SETTINGS, PARAMETERS, SOFTNESSES
+from carom_adapters.rapier.limits import PARAMETERS, SOFTNESSES, check_inputs
 from carom_adapters.shared.legs import Legs, find_first_velocity
 from carom_adapters.shared.walls import compute_thickness, cut_chain, find_walls_in_pieces, sum_contacts
 
@@ -35,8 +33,7 @@ class RapierWorld:
     """One `PhysicsWorld` of balls that stay in a plane and don't turn."""
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
-        require_sound("Rapier", scene, settings, (*PARAMETERS, *OTHER_SETTINGS), LEAST, MOST)
-        require_supported("Rapier", scene, CAPABILITIES, float(settings["dt_s"]))
+        check_inputs(scene, settings)
         import rapier3d
 
         self._rapier: Any = rapier3d
@@ -152,7 +149,7 @@ class RapierWorld:
 
     def _read_contacts(self) -> list[Contact]:
         at_s = self._clock.step_began_s
-        found = []
+        contacts = []
         for pair in self._world.narrow_phase.contact_pairs():
             for manifold in pair.manifolds:
                 impulse = sum(point.impulse for point in manifold.points)
@@ -161,8 +158,8 @@ class RapierWorld:
                 nx, ny, _ = manifold.data.normal.to_tuple()
                 length = math.hypot(nx, ny)  # the normal's length is 1 only to the precision of 32-bit floats
                 a, b = self._number[pair.collider1], self._number[pair.collider2]
-                found.append(oriented_contact(a, b, at_s, (nx / length, ny / length), impulse))
-        return list(sum_contacts(found, find_walls_in_pieces(self._scene)))
+                contacts.append(oriented_contact(a, b, at_s, (nx / length, ny / length), impulse))
+        return list(sum_contacts(contacts, find_walls_in_pieces(self._scene)))
 
     def _find_warning(self, velocity: Any) -> str:
         # Impacts can accelerate a body to Rapier's limit. It is then too late to refuse the scene, so this warns.
@@ -218,11 +215,11 @@ class RapierCuttableWorld(RapierWorld):
         """Return the pairs that overlap by Rapier's narrow phase. The test uses a copy of the world."""
         world, _, number = self._build_world(self._read_states())
         world.detect_collisions()
-        found = set()
+        pairs = set()
         for pair in world.narrow_phase.contact_pairs():
             if any(point.dist < 0.0 for manifold in pair.manifolds for point in manifold.points):
-                found.add(pair_of(number[pair.collider1], number[pair.collider2]))
-        return frozenset(found)
+                pairs.add(pair_of(number[pair.collider1], number[pair.collider2]))
+        return frozenset(pairs)
 
     def _read_states(self) -> list[tuple[Any, Any]]:
         return [(body.translation.to_tuple()[:2], body.linvel.to_tuple()[:2]) for body in self._all]

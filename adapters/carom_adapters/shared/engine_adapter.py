@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from carom.engines.api import Accuracy, Capabilities, Engine, Imported, Knob, Profile, Scene, Setting
-
-if TYPE_CHECKING:
-    from carom.engines.api import World
+from carom.engines.api import Accuracy, Capabilities, Engine, Imported, Knob, Profile, Scene, Setting, World
 
 Settings = Mapping[str, Setting]
 

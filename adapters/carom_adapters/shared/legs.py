@@ -7,6 +7,7 @@ the step boundary, a body keeps its old velocity, which shifts all its later pos
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from operator import itemgetter
 from typing import Generic, TypeVar
 
 from carom.engines.api import Chain, Disc, Ring, Scene, Wall
@@ -37,7 +38,7 @@ class Legs(Generic[Body]):
     def add(self, body: Body, scene_body: Driven) -> None:
         """Add the legs of a driven disc or wall. `body` represents it in the engine."""
         self._changes += [(leg.begin_s, body, leg.velocity) for leg in scene_body.drive.legs[1:]]
-        self._changes.sort(key=lambda one: one[0])
+        self._changes.sort(key=itemgetter(0))
 
     def split_steps(self, steps: int) -> Iterable[int]:
         """Divide steps into calls of the engine: single steps while changes of velocity remain, then all others."""

@@ -85,7 +85,7 @@ def sum_contacts(contacts: Iterable[Contact], walls: frozenset[int]) -> tuple[Co
 
 
 def _sum_group(group: list[Contact]) -> list[Contact]:
-    impulses = [(one.normal, one.impulse_n_s or 0.0, one.tangential_impulse_n_s) for one in group]
+    impulses = [(contact.normal, contact.impulse_n_s or 0.0, contact.tangential_impulse_n_s) for contact in group]
     along = [math.fsum(normal[axis] * impulse for normal, impulse, _ in impulses) for axis in (0, 1)]
     size = math.hypot(*along)
     if len(group) == 1 or size == 0.0:

@@ -235,8 +235,8 @@ def _list_values(trace: Trace, known: KnownAnswer, scene: Scene) -> Iterator[tup
         yield radius * spins, radius * known.final_spin_rad_s, speed
 
 
-def _compute_difference(found: ArrayLike, expected: ArrayLike, scale: float) -> float:
-    difference = float(np.max(np.abs(np.asarray(found, dtype=np.float64) - np.asarray(expected)))) / scale
+def _compute_difference(actual: ArrayLike, expected: ArrayLike, scale: float) -> float:
+    difference = float(np.max(np.abs(np.asarray(actual, dtype=np.float64) - np.asarray(expected)))) / scale
     # Comparisons with NaN are false, so `max` could ignore NaN.
     return math.inf if math.isnan(difference) else difference
 

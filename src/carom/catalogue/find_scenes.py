@@ -60,13 +60,13 @@ def find_scenes(patterns: Iterable[str]) -> list[CatalogueScene]:
         UnknownNameError: A pattern matches no scene; the message contains the nearest name.
     """
     everything = all_scenes()
-    found: dict[str, CatalogueScene] = {}
+    matching: dict[str, CatalogueScene] = {}
     for pattern in patterns:
         matches = [entry for entry in everything.values() if _is_match(entry, pattern)]
         if not matches:
             raise UnknownNameError(f"no scene is named {pattern!r}", hints=[_format_hint(pattern)])
-        found.update((entry.name, entry) for entry in matches)
-    return list(found.values())
+        matching.update((entry.name, entry) for entry in matches)
+    return list(matching.values())
 
 
 def resolve_scenes(scenes: Iterable[Scene | CatalogueScene | str]) -> tuple[tuple[Scene, ...], dict[str, KnownAnswer]]:
@@ -77,8 +77,9 @@ def resolve_scenes(scenes: Iterable[Scene | CatalogueScene | str]) -> tuple[tupl
     """
     if isinstance(scenes, Scene | CatalogueScene | str) or not isinstance(scenes, Iterable):
         raise InputError(f"scenes must be a list, even of one item, got {type(scenes).__name__}")
-    scene_list = list(scenes)
-    entries = [one for entry in scene_list for one in (find_scenes([entry]) if isinstance(entry, str) else [entry])]
+    entries: list[Scene | CatalogueScene] = []
+    for scene in scenes:
+        entries += find_scenes([scene]) if isinstance(scene, str) else [scene]
     for k, entry in enumerate(entries):
         if not isinstance(entry, Scene | CatalogueScene):
             raise InputError(f"scenes[{k}] must be a Scene, a catalogue scene or its name, got {format_value(entry)}")
@@ -101,7 +102,7 @@ def scene_named(name: str) -> Scene:
     """
     if (entry := all_scenes().get(name)) is not None:
         return entry.scene
-    several = ", ".join(found.name for found in find_scenes([name]))
+    several = ", ".join(match.name for match in find_scenes([name]))
     raise UnknownNameError(f"{name!r} is not the name of a single scene", hints=[f"it matches: {several}"])
 
 

@@ -86,7 +86,7 @@ _OF_PROFILE = {
     "contacts": contacts.contacts_are_well_formed,
     "contact-times": contacts.contacts_are_stamped,
     "impulses": contacts.contacts_account_for_velocities,
-    "rubbing": turning.rubs_as_told,
+    "rubbing": turning.friction_is_limited,
     "determinism": conduct.repeats_to_the_bit,
     "observing": conduct.looking_changes_nothing,
     "steps-together": conduct.steps_singly_or_together,
@@ -120,7 +120,7 @@ def list_cases(subject: Subject) -> Iterator[Case]:
     for name, check in _OF_ADAPTER.items():
         yield build_case(name, check)
     for refusal in capability.REFUSALS:
-        yield build_case(f"refuses[{refusal.replace(' ', '-')}]", capability.refuses, what=refusal)
+        yield build_case(f"refuses[{refusal.replace(' ', '-')}]", capability.refuses, refusal=refusal)
     for order in ("first", "second"):
         yield build_case(f"immovable-disc[{order}]", capability.immovable_stays, order=order)
     for share, wall_share in product(RESTITUTION_SHARES, repeat=2):

@@ -27,14 +27,14 @@ def thicken_scene(scene: Scene, margin_m: float) -> Scene:
     """
     half = margin_m / 2
 
-    def thicken_disc(one: Disc) -> Disc:
-        radius = one.radius_m + half
-        factor = one.inertia_factor * (one.radius_m / radius) ** 2
-        return one.model_copy(update={"radius_m": radius, "inertia_factor": factor})
+    def thicken_disc(disc: Disc) -> Disc:
+        radius = disc.radius_m + half
+        factor = disc.inertia_factor * (disc.radius_m / radius) ** 2
+        return disc.model_copy(update={"radius_m": radius, "inertia_factor": factor})
 
-    def thicken_wall(one: Wall) -> Wall:
-        (x, y), (nx, ny) = one.point_m, one.normal
-        return one.model_copy(update={"point_m": (x + half * nx, y + half * ny)})
+    def thicken_wall(wall: Wall) -> Wall:
+        (x, y), (nx, ny) = wall.point_m, wall.normal
+        return wall.model_copy(update={"point_m": (x + half * nx, y + half * ny)})
 
     # The copy is not validated, because thicker bodies can overlap at the start.
     discs, walls = tuple(map(thicken_disc, scene.discs)), tuple(map(thicken_wall, scene.half_planes()))

@@ -127,18 +127,18 @@ def select_engines(engine_names: Sequence[str], pool: Pool) -> list[EngineInfo]:
         InputError: An adapter that is selected by its name is unavailable.
         AdapterError: A manifest can't be read.
     """
-    engine_names = [resolve_engine(word) for word in engine_names]
+    engine_names = [resolve_engine(name) for name in engine_names]
     points = list_adapter_points()
     chosen: dict[str, None] = {}
-    for word in engine_names:
-        found = [word] if word in points else [name for name in points if _contains(name, word)]
-        if not found:
+    for value in engine_names:
+        selected = [value] if value in points else [name for name in points if _contains(value, name)]
+        if not selected:
             known = ", ".join(f"{name} ({distribution_of(name)})" for name in sorted(points))
             raise UnknownNameError(
-                f"no adapter, and no distribution or package with one, is named {word!r}; there are: {known}. "
+                f"no adapter, and no distribution or package with one, is named {value!r}; there are: {known}. "
                 f"A new entry point in {ENTRY_POINT_GROUP!r} needs its package to be installed again"
             )
-        chosen |= dict.fromkeys(found)
+        chosen |= dict.fromkeys(selected)
     infos = {info.name: info for info in describe_engines([*chosen], pool)}
     for name in chosen:
         if infos[name].unavailable and name in engine_names:
@@ -146,10 +146,10 @@ def select_engines(engine_names: Sequence[str], pool: Pool) -> list[EngineInfo]:
     return [infos[name] for name in chosen]
 
 
-def _contains(name: str, word: str) -> bool:
-    """Whether `word` is ``all``, or the name of the package or distribution that contains the adapter `name`."""
-    package = list_adapter_points()[name].module.partition(".")[0]
-    return word in (ALL, package) or _normalize_name(distribution_of(name)) == _normalize_name(word)
+def _contains(owner: str, adapter_name: str) -> bool:
+    """Whether `owner` is ``all``, or the name of the package or distribution that contains an adapter."""
+    package = list_adapter_points()[adapter_name].module.partition(".")[0]
+    return owner in (ALL, package) or _normalize_name(distribution_of(adapter_name)) == _normalize_name(owner)
 
 
 def _normalize_name(name: str) -> str:

@@ -142,19 +142,19 @@ def list_adapter_points() -> Mapping[str, AdapterPoint]:
     Raises:
         AdapterError: A manifest has the name of another adapter, or its path is not absolute.
     """
-    found: dict[str, AdapterPoint] = {}
+    points: dict[str, AdapterPoint] = {}
     for distribution in metadata.distributions():
         for point in _list_points(distribution):
-            found.setdefault(point.name, point)
-    for word in filter(None, os.environ.get(MANIFESTS, "").split(os.pathsep)):
-        path = _find_manifest(Path(word))
+            points.setdefault(point.name, point)
+    for location in filter(None, os.environ.get(MANIFESTS, "").split(os.pathsep)):
+        path = _find_manifest(Path(location))
         if not path.is_absolute():  # a relative path would be wrong in a worker process, which runs in another folder
-            raise AdapterError(f"{MANIFESTS} must contain absolute paths, got {word!r}")
+            raise AdapterError(f"{MANIFESTS} must contain absolute paths, got {location!r}")
         name = _read_manifest_name(path)
-        if name in found:
-            raise AdapterError(f"{path} names its engine {name!r}, like {found[name].value}")
-        found[name] = AdapterPoint(name, str(path), manifest=True)
-    return found
+        if name in points:
+            raise AdapterError(f"{path} names its engine {name!r}, like {points[name].value}")
+        points[name] = AdapterPoint(name, str(path), manifest=True)
+    return points
 
 
 def _list_points(distribution: metadata.Distribution) -> list[AdapterPoint]:
@@ -170,17 +170,13 @@ def _list_points(distribution: metadata.Distribution) -> list[AdapterPoint]:
         broken = f"can't read the entry points of an installed distribution; install it again: {type(error).__name__}"
         return [AdapterPoint(location, location, broken=f"{broken}: {error}")]
     name = _read_name(distribution) if points else ""  # read the name only if needed, since it is in a file
-    return [
-        AdapterPoint(
-            point.name,
-            point.value,
-            name,
-            broken=""
-            if point.pattern.match(point.value)
-            else f"an entry point must name an object, as module:object, got {point.value!r}",
-        )
-        for point in points
-    ]
+    adapter_points = []
+    for point in points:
+        broken = f"an entry point must name an object, as module:object, got {point.value!r}"
+        if point.pattern.match(point.value):
+            broken = ""
+        adapter_points.append(AdapterPoint(point.name, point.value, name, broken=broken))
+    return adapter_points
 
 
 def _read_name(distribution: metadata.Distribution) -> str:
@@ -217,7 +213,7 @@ def resolve_engine(word: str) -> str:
     path = _find_manifest(Path(word)).resolve()
     name = load_manifest(path).name
     known = os.environ.get(MANIFESTS, "")
-    if path not in [_find_manifest(Path(one)).resolve() for one in known.split(os.pathsep) if one]:
+    if path not in [_find_manifest(Path(location)).resolve() for location in known.split(os.pathsep) if location]:
         os.environ[MANIFESTS] = os.pathsep.join(filter(None, (known, str(path))))
         list_adapter_points.cache_clear()
         list_adapter_points()
@@ -304,11 +300,11 @@ def explain_unavailable_engine(engine: Engine) -> str:
     The engine is not imported.
     """
     try:
-        found = not engine.module or importlib.util.find_spec(engine.module) is not None
+        is_installed = not engine.module or importlib.util.find_spec(engine.module) is not None
     # ImportError: the parent package is missing; ValueError: the module has been loaded, but has no spec
     except (ImportError, ValueError):
-        found = False
-    if found:
+        is_installed = False
+    if is_installed:
         installed = _find_installed_release(engine.distribution) if engine.oldest else ""
         if not is_older(installed, engine.oldest):
             return ""
@@ -316,7 +312,7 @@ def explain_unavailable_engine(engine: Engine) -> str:
     else:
         reason, version = f"{engine.module} is not installed", sys.version_info[:2]
         if engine.no_wheel_from and version >= engine.no_wheel_from:
-            newest, this = ("{}.{}".format(*one) for one in (engine.no_wheel_from, version))
+            newest, this = ("{}.{}".format(*release) for release in (engine.no_wheel_from, version))
             reason += f", and {engine.name} has no wheel for CPython {newest} and later (this is {this})"
     return f"{reason}; {engine.install}" if engine.install else reason
 

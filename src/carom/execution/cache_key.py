@@ -47,7 +47,7 @@ def compute_scene_hash(scene: Scene) -> str:
 @cache
 def find_versions(engine: str) -> tuple[tuple[str, str], ...]:
     """Return name and version of every distribution that affects an engine's results; empty for an unknown engine."""
-    found = [
+    versions = [
         ("carom", metadata.version("carom")),
         ("numpy", metadata.version("numpy")),
         (platform.python_implementation(), platform.python_version()),
@@ -55,7 +55,7 @@ def find_versions(engine: str) -> tuple[tuple[str, str], ...]:
     if engine not in list_adapter_points():
         return ()
     info = find_engine(engine)
-    return tuple(sorted(found if info.engine == "Carom" else [*found, (info.engine, info.version)]))
+    return tuple(sorted(versions if info.engine == "Carom" else [*versions, (info.engine, info.version)]))
 
 
 def build_job_key(job: Job, form: str = "") -> JobKey:

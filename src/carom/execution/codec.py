@@ -57,9 +57,9 @@ class Codec(Generic[T]):
 def _build_validator(read: Callable[[Any], Any]) -> PlainValidator:
     """Return a validator that raises ValueError for every exception of `read`, as pydantic requires."""
 
-    def validate(found: Any) -> Any:
+    def validate(data: Any) -> Any:
         try:
-            return read(found)
+            return read(data)
         except ValueError:
             raise
         except Exception as error:  # noqa: BLE001 - invalid data can cause any exception
@@ -113,10 +113,10 @@ def _build_field_type(hint: Any, carried: Any) -> Any:
     optional = type(None) in get_args(hint)
     plain = get_args(hint)[0] if optional else hint
     if get_origin(plain) is np.ndarray:
-        found = _build_array_type(get_args(get_args(plain)[1])[0] if carried is None else carried)
+        field_type = _build_array_type(get_args(get_args(plain)[1])[0] if carried is None else carried)
     else:
-        found = plain if carried is None else carried
-    return found | None if optional else found
+        field_type = plain if carried is None else carried
+    return field_type | None if optional else field_type
 
 
 def _build_dataclass_type(kind: type[Any], **carried: Any) -> Any:
@@ -161,12 +161,12 @@ def _check_shapes(value: Any) -> Any:
         array = getattr(value, name)
         if array is not None and array.shape != shape:
             raise ValueError(f"{name} must have the shape {shape}, got {array.shape}")
-    for what, states in (("observations", value.looks), ("samples", value.samples)):
+    for name, states in (("observations", value.looks), ("samples", value.samples)):
         if states is not None:
             instants, shape = states.time_s.shape, states.position_m.shape
             velocities = getattr(states, "velocity_m_s", states.position_m)  # samples contain no velocities
             if len(instants) != 1 or not shape == velocities.shape == (*instants, discs, 2):
-                raise ValueError(f"{what} of shape {shape} at {instants} instants")
+                raise ValueError(f"{name} of shape {shape} at {instants} instants")
     return value
 
 

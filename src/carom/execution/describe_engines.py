@@ -52,16 +52,17 @@ class DescribeTask(AdapterTask):
         except Exception as error:
             message = f"the adapter {self.name!r} can't describe itself: {describe_exception(error)}"
             raise AdapterError(message) from error
+        profiles = declared.profiles
         return EngineInfo(
             name=self.name,
             engine=declared.engine.name,
             version="" if reason else version,
             unavailable=reason,
             capabilities=declared.capabilities,
-            profiles={name: to_plain_text(one.description, "a description") for name, one in declared.profiles.items()},
+            profiles={name: to_plain_text(profile.description, "a description") for name, profile in profiles.items()},
             distribution=distribution,
-            located=frozenset(name for name, one in declared.profiles.items() if one.located),
-            own={name: one.capabilities for name, one in declared.profiles.items() if one.capabilities is not None},
+            located=frozenset(name for name, profile in profiles.items() if profile.located),
+            own={name: profile.capabilities for name, profile in profiles.items() if profile.capabilities is not None},
             knobs=declared.knobs,
             install=to_plain_text(declared.engine.install, "engine.install"),
             code=isinstance(adapter, CodedAdapter) and callable(adapter.code),
@@ -110,20 +111,20 @@ def describe_engines(names: Sequence[str] | None, pool: Pool) -> EngineList:
     """
     for name in names or ():
         require_named(name)
-    there_are = list_adapter_points()
-    points = {name: point for name, point in there_are.items() if names is None or name in names}
+    all_points = list_adapter_points()
+    points = {name: point for name, point in all_points.items() if names is None or name in names}
     # PIT is always queried, because every study compares engines with PIT. A later query of PIT alone would need
     # another pool.
-    also = {PIT_METHOD.engine} & there_are.keys()
+    also = {PIT_METHOD.engine} & all_points.keys()
     todo = [
         name
         for name in (*points, *sorted(also - points.keys()))
-        if (one := _KNOWN.get((name, there_are[name].value))) is None or not one.profiles
+        if (info := _KNOWN.get((name, all_points[name].value))) is None or not info.profiles
     ]
     # An adapter that belongs to no distribution, such as one from a manifest, is queried in a process of its own.
     groups = [list(names) for _, names in groupby(sorted(todo, key=_process_key_of), _process_key_of)]
-    for found in pool.map_unordered(((names[0], names) for names in groups), _describe):
-        _KNOWN.update(((info.name, there_are[info.name].value), info) for info in found)
+    for group in pool.map_unordered(((names[0], names) for names in groups), _describe):
+        _KNOWN.update(((info.name, all_points[info.name].value), info) for info in group)
     infos = [_KNOWN[name, point.value] for name, point in points.items()]
     # Carom's methods come first, then the other engines in alphabetical order. All tables use this order.
     return EngineList(sorted(infos, key=lambda info: (bool(info.engine != "Carom"), info.name)))

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Generic, Protocol, TypeVar, runtime_checkable
+from typing import Any, Generic, TypeVar
 
 from pydantic import ValidationError
 
@@ -41,15 +41,6 @@ K = TypeVar("K")
 T = TypeVar("T")
 
 
-@runtime_checkable
-class PartialEntry(Protocol):
-    """A result that is computed by several tasks, and may be incomplete if one of them failed."""
-
-    @property
-    def cut_off(self) -> bool:
-        """Whether an engine failed in one of the tasks, so that a second attempt may complete the value."""
-
-
 @dataclass(frozen=True)
 class JournalEntry(Generic[K, T]):
     """One line of a journal: the answer to a task request.
@@ -64,9 +55,11 @@ class JournalEntry(Generic[K, T]):
 
     @property
     def cut_off(self) -> bool:
-        """Whether the engine or its adapter failed, so that a second attempt may succeed."""
-        value = self.answer.value
-        return self.answer.status.is_failure or (isinstance(value, PartialEntry) and value.cut_off)
+        """Whether the engine or its adapter failed, so that a second attempt may succeed.
+
+        A value that is computed by several tasks has an attribute `cut_off`: whether one of these tasks failed so.
+        """
+        return self.answer.status.is_failure or bool(getattr(self.answer.value, "cut_off", False))
 
 
 class MemoryJournal(Generic[K, T]):
@@ -120,18 +113,18 @@ class Journal(MemoryJournal[K, T], Closeable):
             if not (resume or retry) and os.fstat(self._file).st_size:
                 hint = "continue with --resume, or name another folder"
                 raise InputError(f"{path} already contains results", hints=[hint])
-            found = self._read({"journal": study, "format": JOURNAL_FORMAT, **stamp})
+            stored = self._read({"journal": study, "format": JOURNAL_FORMAT, **stamp})
         except BaseException:
             os.close(self._file)
             raise
-        super().add(entry for entry in found if not (retry and entry.cut_off))
+        super().add(entry for entry in stored if not (retry and entry.cut_off))
 
     def add(self, entries: Iterable[JournalEntry[K, T]]) -> None:
         """Write entries with a single system call, and return when they are on the disk."""
-        found = list(entries)
-        lines = (escape_controls(self._codec.dumps(entry).decode()).encode() for entry in found)
+        added = list(entries)
+        lines = (escape_controls(self._codec.dumps(entry).decode()).encode() for entry in added)
         self._append(line for line in lines if len(line) <= LONGEST_LINE)
-        super().add(found)
+        super().add(added)
 
     def close(self) -> None:
         """Close the file and release its lock. A journal without entries is removed."""
@@ -240,9 +233,9 @@ def _find_after_line_feed(file: int, end: int) -> int:
     """Return the position after the last line feed before `end`; 0 if there is none."""
     while end > 0:
         begin = max(0, end - _BLOCK)
-        found = os.pread(file, end - begin, begin).rfind(b"\n")
-        if found >= 0:
-            return begin + found + 1
+        line_feed = os.pread(file, end - begin, begin).rfind(b"\n")
+        if line_feed >= 0:
+            return begin + line_feed + 1
         end = begin
     return 0
 

@@ -71,18 +71,18 @@ def compute_pit_miss_probability(scene: Scene, dt_s: float) -> float:
     """
     if len(scene.discs) != 2 or scene.walls or scene.damping_per_s or scene.table_deceleration_m_s2:
         return math.nan
-    one, two = scene.discs
-    if one.legs or two.legs:
+    first, second = scene.discs
+    if first.legs or second.legs:
         return math.nan
-    if any(scene.gravity_m_s2) and one.immovable is not two.immovable:
+    if any(scene.gravity_m_s2) and first.immovable is not second.immovable:
         return math.nan  # only one disc falls, so the relative path is not straight
-    d = np.subtract(two.position_m, one.position_m)
-    u = np.subtract(two.velocity_m_s, one.velocity_m_s)
+    d = np.subtract(second.position_m, first.position_m)
+    u = np.subtract(second.velocity_m_s, first.velocity_m_s)
     speed = math.hypot(*u)
     if not float(d @ u) < 0.0:
         return math.nan
     offset = abs(float(d[0] * u[1] - d[1] * u[0])) / speed
-    reach = one.radius_m + two.radius_m
+    reach = first.radius_m + second.radius_m
     if offset >= reach:
         return math.nan
     half_chord = math.sqrt((reach - offset) * (reach + offset))

@@ -47,8 +47,8 @@ class _ReadTask(AdapterTask):
             raise UnavailableError(reason)
         if not isinstance(adapter, ReadingAdapter):
             raise AdapterError("its adapter cannot read files")
-        found = adapter.read(self.content, self.name, self.duration_s)
-        return Imported(found.scene, tuple(to_plain_text(one, "what was dropped") for one in found.dropped))
+        imported = adapter.read(self.content, self.name, self.duration_s)
+        return Imported(imported.scene, tuple(to_plain_text(part, "what was dropped") for part in imported.dropped))
 
 
 def import_scene(
@@ -82,12 +82,12 @@ def import_scene(
         raise InputError(f"{path} has more than {MOST_BYTES} bytes")
     if engine is None:
         try:
-            found = parse_dump(content, name or path.stem, duration_s)
+            imported = parse_dump(content, name or path.stem, duration_s)
         except InputError as error:
             raise InputError(f"{path}: {error}") from None
         except SceneError as error:
             raise SceneError(error.problems, source=str(path), more=error.more) from None
-        return Imported(_convert_to_metres(found.scene, pixels_per_metre), found.dropped)
+        return Imported(_convert_to_metres(imported.scene, pixels_per_metre), imported.dropped)
     with LocalPool(1) as pool:
         answer = pool.run(_ReadTask(engine, content, name or path.stem, duration_s))
     if answer.value is None:

@@ -72,38 +72,38 @@ def shift_to_phase(job: Job) -> Scene:
         raise UnsupportedError(str(error)) from None
 
 
-def require_reference(found: Trace | str) -> Trace:
+def require_reference(reference: Trace | str) -> Trace:
     """Return the trace that `solve_reference` found.
 
     Raises:
         UnsupportedError: There is no reference.
     """
-    if isinstance(found, str):
-        raise UnsupportedError(found)
-    return found
+    if isinstance(reference, str):
+        raise UnsupportedError(reference)
+    return reference
 
 
 def needs_certification(scene: Scene, is_requested: bool | None) -> bool:
-    """Whether to compute a certified run of a scene. `is_requested` is the argument `asked` of `build_reference`."""
+    """Whether to compute a certified run of a scene. See `build_reference` for `is_requested`."""
     return bool(is_requested) or (is_requested is None and len(scene.discs) >= FEWEST_DISCS)
 
 
-def build_reference(trace: Trace, asked: bool | None, time_budget_s: float = CERTIFY_SECONDS) -> Reference:
+def build_reference(trace: Trace, is_requested: bool | None, time_budget_s: float = CERTIFY_SECONDS) -> Reference:
     """Build the reference of a scene. Its horizon comes from a certified run if there is one, or else from an estimate.
 
     Args:
         trace: The PIC trace of the scene.
-        asked: If true, compute a certified run and use it as the reference. If None, use PIC as the reference, and
-            compute the horizon of scenes of three or more discs by a certified run if python-flint is installed. If
-            false, compute no certified run.
+        is_requested: If true, compute a certified run and use it as the reference. If None, use PIC as the reference,
+            and compute the horizon of scenes of three or more discs by a certified run if python-flint is installed.
+            If false, compute no certified run.
         time_budget_s: Seconds for the certified run.
 
     Raises:
         MissingExtraError: Certification was requested, and python-flint is not installed.
     """
-    reference = (
-        _certify_reference(trace, asked, time_budget_s) if needs_certification(trace.scene, asked) else Reference(trace)
-    )
+    reference = Reference(trace)
+    if needs_certification(trace.scene, is_requested):
+        reference = _certify_reference(trace, is_requested, time_budget_s)
     if reference.trace.contact_s < math.inf:
         reliable_s = math.inf if reference.horizon_s is None else reference.horizon_s
         return replace(reference, horizon_s=min(reference.trace.contact_s, reliable_s))
@@ -122,12 +122,12 @@ def _certify_reference(trace: Trace, is_requested: bool | None, time_budget_s: f
         if is_requested and isinstance(error, MissingExtraError):
             raise
         return Reference(trace, f"not certified: {error}")
-    found = compute_horizon(certified, trace)
+    horizon = compute_horizon(certified, trace)
     # physics does not determine the result of the event that ends the certified run; for later times, PIC is used
     if certified.degeneracy is not None:
         reach = describe_certified_impacts(len(certified), complete=False)
         return Reference(trace, f"{reach}; the next event is undecided: {certified.degeneracy}")
     if not is_requested:
-        return Reference(trace, found, None if found.covers_the_scene else found.end_s)
-    reach_s = scene.duration_s if found.complete else certified.trace.end_time_s
-    return Reference(certified.trace, found, reach_s, trace)
+        return Reference(trace, horizon, None if horizon.covers_the_scene else horizon.end_s)
+    reach_s = scene.duration_s if horizon.complete else certified.trace.end_time_s
+    return Reference(certified.trace, horizon, reach_s, trace)

@@ -176,7 +176,7 @@ def find_step_lines(code: str, at_another_step: str) -> str:
         return ""
     other = {_extract_source(at_another_step, statement) for statement in ast.parse(at_another_step).body}
     statements = ast.parse(code).body
-    own_functions = {one.name for one in statements if isinstance(one, ast.FunctionDef)}
+    own_functions = {statement.name for statement in statements if isinstance(statement, ast.FunctionDef)}
     chosen: list[ast.stmt] = []
     changed_names: set[str] = set()
     # Statements are visited from the last to the first, so that the uses of a name are found before its assignment.

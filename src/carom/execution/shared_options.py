@@ -69,33 +69,10 @@ def declare_seed() -> Any:
     return declare_option(0, build_whole_number_kind(0, MOST_SEED), "Number that selects the phases.", "--seed")
 
 
-def declare_time_limit() -> Any:
-    """Declare the option for the time limit of a run."""
-    return declare_option(DEFAULT_TIME_LIMIT_S, build_seconds_kind(), "Time limit of a run in seconds.", "--time-limit")
-
-
-def declare_memory_limit() -> Any:
-    """Declare the option for the memory limit of a process."""
-    help_text, default_text = "Memory limit of an engine process in megabytes.", "total memory / (jobs + 1)"
-    return declare_option(None, build_megabytes_kind(), help_text, "--memory-limit", default_text=default_text)
-
-
 def _parse_address(value: Any) -> str:
     if not re.fullmatch(r"[a-z]+://\S+", value):
         raise ValueError
     return str(value)
-
-
-def declare_scheduler() -> Any:
-    """Declare the option for the address of a Dask cluster's scheduler."""
-    description = "an address such as tcp://host:8786"
-    return declare_option(
-        None,
-        ValueKind(description, "ADDRESS", _parse_address),
-        "Dask scheduler to run on, such as tcp://host:8786. Run times are still measured here.",
-        "--scheduler",
-        default_text="this machine",
-    )
 
 
 def declare_no_scheduler(reason: str) -> Any:
@@ -129,9 +106,23 @@ class LimitOptions(DeclaredOptions):
         "-j",
         default_text="number of cores",
     )
-    time_limit_s: float = declare_time_limit()
-    memory_limit_mb: float | None = declare_memory_limit()
-    scheduler: str | None = declare_scheduler()
+    time_limit_s: float = declare_option(
+        DEFAULT_TIME_LIMIT_S, build_seconds_kind(), "Time limit of a run in seconds.", "--time-limit"
+    )
+    memory_limit_mb: float | None = declare_option(
+        None,
+        build_megabytes_kind(),
+        "Memory limit of an engine process in megabytes.",
+        "--memory-limit",
+        default_text="total memory / (jobs + 1)",
+    )
+    scheduler: str | None = declare_option(
+        None,
+        ValueKind("an address such as tcp://host:8786", "ADDRESS", _parse_address),
+        "Dask scheduler to run on, such as tcp://host:8786. Run times are still measured here.",
+        "--scheduler",
+        default_text="this machine",
+    )
 
     def open_pool(self) -> Pool:
         """Return the requested pool: a pool on the cluster of `scheduler`, or else on this machine.

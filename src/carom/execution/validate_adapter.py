@@ -78,12 +78,12 @@ def to_plain_settings(settings: object, owner: str) -> dict[str, Setting]:
     }
 
 
-def _list_entries(found: object, name: str) -> Iterable[tuple[object, object]]:
-    if not isinstance(found, Mapping):
-        raise build_wrong_value_error(name, "a mapping", found)
-    if len(found) > MOST_ENTRIES:
-        raise build_adapter_error(f"{name} must be at most {MOST_ENTRIES}, got {len(found)}")
-    return found.items()
+def _list_entries(mapping: object, name: str) -> Iterable[tuple[object, object]]:
+    if not isinstance(mapping, Mapping):
+        raise build_wrong_value_error(name, "a mapping", mapping)
+    if len(mapping) > MOST_ENTRIES:
+        raise build_adapter_error(f"{name} must be at most {MOST_ENTRIES}, got {len(mapping)}")
+    return mapping.items()
 
 
 def _to_plain_setting(name: object, value: object, owner: str) -> Setting:
@@ -159,15 +159,15 @@ def validate_adapter(adapter: Adapter) -> Declarations:
 
 def _check_knobs(adapter: Adapter) -> Mapping[str, Knob]:
     """Validate and return the settings that an adapter declares for `carom tune`."""
-    found: object = getattr(adapter, "knobs", {})
+    knobs: object = getattr(adapter, "knobs", {})
     return {
         to_plain_text(name, "the name of a setting in knobs"): _check_fields(knob, Knob, f"knobs[{name!r}]")
-        for name, knob in _list_entries(found, "knobs")
+        for name, knob in _list_entries(knobs, "knobs")
     }
 
 
-def _check_capabilities(found: object, where: str) -> Capabilities:
-    capabilities = _check_fields(found, Capabilities, where)
+def _check_capabilities(declared: object, where: str) -> Capabilities:
+    capabilities = _check_fields(declared, Capabilities, where)
     for name, value in ((field.name, getattr(capabilities, field.name)) for field in fields(capabilities)):
         numbers = value if isinstance(value, tuple) else (value,)
         if any(isinstance(number, float) and math.isnan(number) for number in numbers) or (
@@ -191,13 +191,13 @@ def _check_capabilities(found: object, where: str) -> Capabilities:
     return capabilities
 
 
-def _check_fields(found: object, kind: type[Kind], where: str) -> Kind:
-    """Return a copy of the dataclass `found`, after a check that each field has its declared type."""
-    if not isinstance(found, kind):
-        raise build_wrong_value_error(where, f"{kind.__name__}(...)", found, DECLARED)
+def _check_fields(declared: object, kind: type[Kind], where: str) -> Kind:
+    """Return a copy of the dataclass `declared`, after a check that each field has its declared type."""
+    if not isinstance(declared, kind):
+        raise build_wrong_value_error(where, f"{kind.__name__}(...)", declared, DECLARED)
     hints, values = get_type_hints(kind), {}
     for name in (field.name for field in fields(kind)):  # type: ignore[arg-type] # always a dataclass
-        value = getattr(found, name)
+        value = getattr(declared, name)
         if isinstance(value, np.generic):
             value = value.item()
         if isinstance(value, list):

@@ -90,14 +90,14 @@ def find_crossings(edges: Sequence[Edge], *, closed: bool) -> Iterator[Crossing]
     lines = [_Line(edge) for edge in edges]
     spans = [_compute_box(edge, line.circle) for edge, line in zip(edges, lines, strict=True)]
     last = len(edges) - 1
-    for j, one in enumerate(lines):
+    for j, line in enumerate(lines):
         left, low, right, high = spans[j]
         for i, (x, y, to_x, to_y) in enumerate(spans[:j]):
             if x > right or left > to_x or y > high or low > to_y:
                 continue
-            joints = [one.a] if i == j - 1 else []
-            joints += [one.b] if closed and i == 0 and j == last else []
-            for place in _find_shared_points(lines[i], one):
+            joints = [line.a] if i == j - 1 else []
+            joints += [line.b] if closed and i == 0 and j == last else []
+            for place in _find_shared_points(lines[i], line):
                 if not any(_is_at(place, joint) for joint in joints):
                     yield Crossing(i, j, *place.to_floats())
                     break

@@ -138,7 +138,7 @@ class Outline:
     radius: float | None = None
 
     @property
-    def described(self) -> str:
+    def description(self) -> str:
         """Short text with the kind of the shape and its dimensions."""
         x, y = self.points[0]
         if self.radius is not None:

@@ -306,7 +306,7 @@ class DiscArrays:
         planes = tuple(wall for wall in self.walls if isinstance(wall, tuple))
         if len(planes) < len(self.walls):
             number, shape = next((k, wall) for k, wall in enumerate(self.walls) if not isinstance(wall, tuple))
-            raise InputError(f"wall {number} is not a half-plane; the caller does not support {shape.described}")
+            raise InputError(f"wall {number} is not a half-plane; the caller does not support {shape.description}")
         return planes
 
     def overlaps(self, disc_name: str, wall_name: str) -> tuple[list[Overlap], bool]:
@@ -319,9 +319,9 @@ class DiscArrays:
         Raises:
             InputError: Bodies overlap; the message names the first ten pairs of each kind.
         """
-        found, has_more = self.overlaps("disc {}", "wall {}")
-        if found:
-            lines = [f"position_m[{overlap.disc}] {overlap.message}" for overlap in found]
+        overlaps, has_more = self.overlaps("disc {}", "wall {}")
+        if overlaps:
+            lines = [f"position_m[{overlap.disc}] {overlap.message}" for overlap in overlaps]
             raise InputError("\n".join([*lines, "and more of them"] if has_more else lines))
 
 

@@ -53,27 +53,27 @@ def expand_shorthand(content: dict[str, Any]) -> dict[str, Any]:
 
 
 def _convert_to_metres(content: dict[str, Any], per_metre: float) -> dict[str, Any]:
-    found: dict[str, Any] = _divide_fields(content, _LENGTHS[""], per_metre)
+    converted: dict[str, Any] = _divide_fields(content, _LENGTHS[""], per_metre)
     for name in ("discs", "walls"):
-        if isinstance(bodies := found.get(name), list):
-            found[name] = [_divide_fields(body, _LENGTHS[name], per_metre) for body in bodies]
-    return found
+        if isinstance(bodies := converted.get(name), list):
+            converted[name] = [_divide_fields(body, _LENGTHS[name], per_metre) for body in bodies]
+    return converted
 
 
 def _divide_fields(fields: Any, names: tuple[str, ...], divisor: float) -> Any:
     if not isinstance(fields, dict):
         return fields
-    found = {name: _divide_value(value, divisor) if name in names else value for name, value in fields.items()}
-    if isinstance(legs := found.get("legs"), list):
-        found["legs"] = [_divide_fields(leg, ("velocity_m_s",), divisor) for leg in legs]
-    return found
+    divided = {name: _divide_value(value, divisor) if name in names else value for name, value in fields.items()}
+    if isinstance(legs := divided.get("legs"), list):
+        divided["legs"] = [_divide_fields(leg, ("velocity_m_s",), divisor) for leg in legs]
+    return divided
 
 
 def _divide_value(value: Any, divisor: float) -> Any:
     if isinstance(value, list):
         points = bool(value) and isinstance(value[0], list)
         # A list of two numbers is a vector. Longer lists contain no lengths, except in lists of points.
-        return [_divide_value(one, divisor) for one in value] if points or len(value) <= 2 else value
+        return [_divide_value(item, divisor) for item in value] if points or len(value) <= 2 else value
     if isinstance(value, bool) or not isinstance(value, int | float):
         return value
     try:

@@ -90,7 +90,7 @@ def find_overlaps(
     discs = _Discs(position_m, radius_m, movable, np.maximum(np.abs(position_m).max(axis=1), radius_m))
     planes = {k: wall for k, wall in enumerate(walls) if isinstance(wall, tuple)}
     outlines = {k: wall for k, wall in enumerate(walls) if not isinstance(wall, tuple)}
-    found: list[Overlap] = []
+    overlaps: list[Overlap] = []
     has_more = False
     with np.errstate(over="ignore", invalid="ignore"):  # distances beyond the largest float are infinite
         kinds = [_find_disc_overlaps(discs, disc_name)]
@@ -98,9 +98,9 @@ def find_overlaps(
         kinds += [_find_outline_overlaps(discs, outlines, wall_name)] if outlines else []
         for kind in kinds:
             first_overlaps = list(islice(kind, NAMED + 1))
-            found += first_overlaps[:NAMED]
+            overlaps += first_overlaps[:NAMED]
             has_more = has_more or len(first_overlaps) > NAMED
-    return found, has_more
+    return overlaps, has_more
 
 
 def _find_disc_overlaps(discs: _Discs, name: str) -> Iterator[Overlap]:

@@ -8,23 +8,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from carom.core import damped_time
+from carom.model.damping import Damping
 from carom.model.trace import SPIN_DTYPE, Outcome
-from carom.solvers.options import ALWAYS, require_goal
-from carom.solvers.run import SeenRun
+from carom.solvers.options import ALWAYS, RunOptions, require_goal
+from carom.solvers.run import Progress, Run, RunImpacts, SeenRun
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from carom.model.damping import Damping
-    from carom.solvers.options import RunOptions
-    from carom.solvers.run import Progress, Run, RunImpacts
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
 def build_undamped_options(options: RunOptions, damping: Damping) -> RunOptions:
@@ -32,18 +26,14 @@ def build_undamped_options(options: RunOptions, damping: Damping) -> RunOptions:
     if options.window_s == ALWAYS:
         return replace(options, contact_duration_s=0.0)
     begin, end = options.window_s
-    # Because of rounding, several undamped times correspond to the same damped time. Start with the smallest one that
-    # is within the window.
-    undamped_begin_s = (
-        -math.inf
-        if begin <= 0.0
-        else math.nextafter(damping.find_latest_undamped(math.nextafter(begin, -math.inf)), math.inf)
-    )
-    return replace(
-        options,
-        contact_duration_s=0.0,
-        window_s=(undamped_begin_s, end if end < 0.0 else damping.find_latest_undamped(end)),
-    )
+    undamped_begin_s, undamped_end_s = -math.inf, end
+    if begin > 0.0:
+        # Because of rounding, several undamped times correspond to the same damped time. Start with the smallest one
+        # that is within the window.
+        undamped_begin_s = math.nextafter(damping.find_latest_undamped(math.nextafter(begin, -math.inf)), math.inf)
+    if end >= 0.0:
+        undamped_end_s = damping.find_latest_undamped(end)
+    return replace(options, contact_duration_s=0.0, window_s=(undamped_begin_s, undamped_end_s))
 
 
 class DampedRun(SeenRun):
@@ -68,9 +58,9 @@ class DampedRun(SeenRun):
             InputError: An argument is invalid, see `carom.solvers.options.require_goal`.
         """
         require_goal(time_s, max_impacts)
-        look = None if progress is None else lambda impacts, time: progress(impacts, self._damping.to_damped(time))
+        report = None if progress is None else lambda impacts, time: progress(impacts, self._damping.to_damped(time))
         goal_s = time_s if time_s < 0.0 else self._damping.find_latest_undamped(time_s)
-        outcome = self._run.advance_to(goal_s, max_impacts, look)
+        outcome = self._run.advance_to(goal_s, max_impacts, report)
         completed = outcome is Outcome.COMPLETED and time_s < math.inf
         self.time_s = max(self.time_s, time_s if completed else self._damping.to_damped(self._run.time_s))
         return outcome

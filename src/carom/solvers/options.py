@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from carom.errors import InputError
+from carom.solvers.units import Units
 from carom.support.checks import check_count, check_number
 from carom.support.escaping import format_value
-
-if TYPE_CHECKING:
-    from carom.solvers.units import Units
 
 ALWAYS = (-math.inf, math.inf)
 #: Number of impacts that compiled code interprets as no limit.

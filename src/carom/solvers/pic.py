@@ -7,24 +7,20 @@ frames.
 
 from __future__ import annotations
 
-import functools
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from carom.core import pic
 from carom.core.extension import find_extension_notes
+from carom.errors import InputError
 from carom.model.scene import Scene, to_scene
 from carom.model.trace import IMPACT_DTYPE, Trace
 from carom.solvers.options import ALWAYS, PLAIN, RunOptions
-from carom.solvers.request import Request
-from carom.solvers.run import build_trace
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from carom.model.scene import Disc
-    from carom.solvers.run import Run, Start
-    from carom.solvers.units import Units
+from carom.solvers.request import advance_run, check_end_time, find_bending_force
+from carom.solvers.run import Run, Start, build_trace
+from carom.solvers.units import Units
+from carom.support.checks import check_count, check_times
 
 #: Numbers of impacts of each disc, in a scene of two discs that don't meet (first row) or meet (second row).
 _IMPACTS_PER_DISC = np.frombuffer(np.array([[0, 0], [1, 1]]).tobytes(), np.int64).reshape(2, 2)
@@ -97,39 +93,37 @@ def solve_pic(
         [0.425]
     """
     scene = to_scene(scene)
-    request = Request.checked(
-        scene, max_impacts, until_s, record, window_s, sample_times_s, contact_duration_s, progress
-    )
-    straight = scene.gravity_m_s2 == (0.0, 0.0) and not (scene.damping_per_s or scene.table_deceleration_m_s2)
-    is_lone_pair = len(scene.discs) == 2 and not scene.walls and straight and not scene.arrays.driven
-    if request.is_plain and is_lone_pair and not scene.arrays.turns:
-        trace = _solve_two_discs(scene, request.end_s)
+    options = RunOptions.of(record, window_s, contact_duration_s)
+    force = find_bending_force(scene)
+    if options.contact_duration_s and force:
+        raise InputError(f"contact_duration_s must be 0 in a scene with {force}, got {options.contact_duration_s}")
+    end_s = scene.duration_s if until_s is None else check_end_time(scene, until_s)
+    if max_impacts is not None:
+        max_impacts = check_count("max_impacts", max_impacts)
+    samples_s = check_times("sample_times_s", sample_times_s)
+    is_plain = max_impacts != 0 and not samples_s and progress is None and options == PLAIN
+    is_lone_pair = len(scene.discs) == 2 and not scene.walls and not force and not scene.arrays.driven
+    if is_plain and is_lone_pair and not scene.arrays.turns:
+        trace = _solve_two_discs(scene, end_s)
         if trace is not None:
             return trace
-    run = start_pic_run(scene, request.options)
-    outcome, samples = request.advance_run(run)
+    run = start_pic_run(scene, options)
+    outcome, samples = advance_run(run, end_s, max_impacts, samples_s, progress)
     return build_trace(
         run,
         "pic",
         scene,
         outcome,
         samples=samples,
-        settings={"contact_duration_s": contact_s} if (contact_s := request.options.contact_duration_s) else {},
+        settings={"contact_duration_s": options.contact_duration_s} if options.contact_duration_s else {},
         impacts_per_disc=run.impacts_per_disc(),
     )
-
-
-@functools.cache
-def _load_compiled_solver() -> Callable[[Disc, Disc, float, float], tuple[bytes, bytes] | None]:
-    from carom.core import pic
-
-    return pic.solve_two_discs
 
 
 def _solve_two_discs(scene: Scene, end_s: float) -> Trace | None:
     """Solve a scene of two discs without walls by formulas; None if the formulas do not apply to the scene."""
     first, second = scene.discs
-    solution = _load_compiled_solver()(first, second, scene.restitution, end_s)
+    solution = pic.solve_two_discs(first, second, scene.restitution, end_s)
     if solution is None:
         return None
     impacts = np.frombuffer(solution[0], IMPACT_DTYPE)

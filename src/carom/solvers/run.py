@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
 
 from carom.core.extension import find_extension_notes
-from carom.model.trace import Trace
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from carom.model.disc_arrays import DiscArrays
-    from carom.model.scene import Scene
-    from carom.model.trace import Outcome
+from carom.model.disc_arrays import DiscArrays
+from carom.model.scene import Scene
+from carom.model.trace import Outcome, Trace
 
 #: Function that is called at intervals with the number of impacts so far and the time reached, in seconds.
 Progress = Callable[[int, float], None]

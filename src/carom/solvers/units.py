@@ -9,30 +9,23 @@ from __future__ import annotations
 
 import math
 import sys
+from collections.abc import Callable
 from dataclasses import fields
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from carom.model.damping import Damping
 from carom.model.disc_arrays import DiscArrays
 from carom.model.prescribed_motion import Drive
+from carom.model.scene import Scene
 from carom.model.sizes import Sizes
-from carom.model.trace import SPIN_DTYPE
-from carom.solvers.run import SeenRun
+from carom.model.trace import SPIN_DTYPE, Outcome, Vector
+from carom.solvers.run import Progress, SeenRun, Start
 from carom.support.limits import ORDINARY
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.typing import NDArray
-
-    from carom.model.scene import Scene
-    from carom.model.trace import Outcome, Vector
-    from carom.solvers.run import Progress, Start
-
-    Array = NDArray[np.float64]
-
+Array = NDArray[np.float64]
 _LEAST = 1.0 / ORDINARY
 #: Binary exponent of the greatest speed in the new units. It is above 0, because most other speeds are smaller. But it
 #: is so far below `ORDINARY` that even the gravity which causes this speed in the shortest scene is not too large.
@@ -122,9 +115,10 @@ def choose_units(scene: Scene) -> Units:
         return SI
     sizes = Sizes.of(scene.arrays, scene.gravity_m_s2, scene.duration_s)
     length = _compute_middle_exponent(sizes.radius, max(sizes.length, sizes.way))
-    time = (
-        length + _FASTEST - _compute_exponent(sizes.speed) if sizes.speed > 0.0 else _compute_exponent(sizes.duration)
-    )
+    if sizes.speed > 0.0:
+        time = length + _FASTEST - _compute_exponent(sizes.speed)
+    else:
+        time = _compute_exponent(sizes.duration)
     return Units(length, time, _compute_middle_exponent(sizes.lightest, sizes.heaviest))
 
 
@@ -175,8 +169,8 @@ class RunInUnits(SeenRun):
 
         Stop earlier if the run has had `max_impacts` impacts in total.
         """
-        look = None if progress is None else lambda impacts, time: progress(impacts, self._units.to_seconds(time))
-        return self._run.advance_to(self._units.from_seconds(time_s), max_impacts, look)
+        report = None if progress is None else lambda impacts, time: progress(impacts, self._units.to_seconds(time))
+        return self._run.advance_to(self._units.from_seconds(time_s), max_impacts, report)
 
     def positions(self) -> Array:
         """Return the current centres, in metres, shape ``(n, 2)``."""

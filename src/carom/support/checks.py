@@ -35,11 +35,11 @@ def check_number(name: str, value: Any, *, least: float = -math.inf, positive: b
     try:
         if isinstance(value, _TRUTH_VALUES + _TEXTS):
             raise TypeError
-        found = float(value)
+        number = float(value)
     except (TypeError, ValueError, OverflowError):
-        found = math.nan
-    if least <= found < math.inf and (found > 0.0 or not positive):
-        return found
+        number = math.nan
+    if least <= number < math.inf and (number > 0.0 or not positive):
+        return number
     span = f", {least:g} or more" if least > -math.inf else ""
     kind = "positive" if positive else "finite"
     raise InputError(f"{name} must be a {kind} number{span}, got {format_value(value)}")
@@ -64,12 +64,12 @@ def check_count(name: str, value: Any) -> int:
     try:
         if isinstance(value, _TRUTH_VALUES):
             raise TypeError
-        found = operator.index(value)
+        number = operator.index(value)
     except TypeError:
-        found = -1
-    if found < 0:
+        number = -1
+    if number < 0:
         raise InputError(f"{name} must be a whole number, 0 or more, got {format_value(value)}")
-    return found
+    return number
 
 
 def check_times(name: str, values: Any) -> list[float]:
@@ -85,11 +85,11 @@ def check_times(name: str, values: Any) -> list[float]:
         items = list(values)
     except TypeError:
         raise InputError(f"{name} must be a list of times, got {format_value(values)}") from None
-    found = [check_number(f"{name}[{k}]", value, least=0.0) for k, value in enumerate(items)]
-    for k in range(1, len(found)):
-        if found[k] < found[k - 1]:
-            raise InputError(f"{name} must ascend, got {found[k]} after {found[k - 1]} ({name}[{k}])")
-    return found
+    times = [check_number(f"{name}[{k}]", value, least=0.0) for k, value in enumerate(items)]
+    for k in range(1, len(times)):
+        if times[k] < times[k - 1]:
+            raise InputError(f"{name} must ascend, got {times[k]} after {times[k - 1]} ({name}[{k}])")
+    return times
 
 
 def check_floats(name: str, value: ArrayLike) -> Array:

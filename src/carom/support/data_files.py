@@ -70,9 +70,9 @@ def reject_duplicate_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     Raises:
         InputError: A key occurs twice. JSON parsers differ in which of the two values they use.
     """
-    found = dict(pairs)
-    if len(found) < len(pairs):
+    fields = dict(pairs)
+    if len(fields) < len(pairs):
         names = [name for name, _ in pairs]
-        twice = next(name for name in found if names.count(name) > 1)
+        twice = next(name for name in fields if names.count(name) > 1)
         raise InputError(f"is ambiguous: one object has the key {format_value(twice)} twice")
-    return found
+    return fields

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from collections.abc import Iterable, Iterator
+from typing import Annotated, Any, ClassVar
 
 from pydantic import (
     AfterValidator,
@@ -18,16 +19,12 @@ from pydantic import (
     WithJsonSchema,
     model_serializer,
 )
+from pydantic_core import ErrorDetails
 
 from carom.errors import Problem, SceneError
 from carom.support.escaping import format_value
 from carom.support.formatting import format_number
 from carom.support.limits import LARGEST, ORDINARY, SMALLEST, format_limits
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-
-    from pydantic_core import ErrorDetails
 
 
 def _to_plain(value: object) -> object:

@@ -22,8 +22,8 @@ from carom.errors import InputError
 from carom.support.escaping import escape_controls
 
 MARKER = ".carom"
-#: First line of a marker. The second line is the folder's purpose, as one word.
-_SAYS = "Carom replaces the files that it wrote here.\n"
+#: Second line of a marker. The first line is the folder's purpose, as one word.
+_MARKER_TEXT = "Carom replaces the files that it wrote here.\n"
 #: Names of temporary folders. The first contains files that are being written. When all are complete, the folder is
 #: renamed to the second name.
 _NEW, _WHOLE = ".carom-new", ".carom-whole"
@@ -64,9 +64,9 @@ def claim(folder: Path, purpose: str, option: str = "") -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         names = os.listdir(folder)
-        if not names or (names == [MARKER] and _is_torn(folder / MARKER)):
+        if not names or (names == [MARKER] and _is_incomplete(folder / MARKER)):
             (folder / MARKER).unlink(missing_ok=True)
-            _put(folder / MARKER, f"{purpose}\n{_SAYS}")
+            _write_synchronised(folder / MARKER, f"{purpose}\n{_MARKER_TEXT}")
             return
         if not os.access(folder, os.W_OK | os.X_OK):
             raise InputError(f"{folder}: no permission to write there", hints=[hint])
@@ -80,7 +80,7 @@ def claim(folder: Path, purpose: str, option: str = "") -> None:
     if found != purpose:
         problem = f"{folder} contains another command's files ({found}, not {purpose})"
         raise InputError(problem, hints=[hint])
-    _finish(folder)
+    _complete_write(folder)
 
 
 @contextmanager
@@ -114,13 +114,13 @@ def write_files(folder: Path, purpose: str, contents: Mapping[str, str | bytes])
     new.mkdir()
     try:
         for name, content in contents.items():
-            _put(new / name, content)
-        _settle(new)
+            _write_synchronised(new / name, content)
+        _synchronise_folder(new)
         new.rename(folder / _WHOLE)
     except BaseException:
-        _remove(new)
+        _remove_unfinished(new)
         raise
-    _finish(folder)
+    _complete_write(folder)
     return folder / next(iter(contents))
 
 
@@ -139,11 +139,11 @@ def write_file(path: Path, content: str | bytes) -> Path:
     place.parent.mkdir(parents=True, exist_ok=True)
     part = place.with_name(f".{build_file_name(place.name)}.{os.getpid()}.part")
     try:
-        _put(part, content)
+        _write_synchronised(part, content)
         part.replace(place)
     finally:
         part.unlink(missing_ok=True)
-    _settle(place.parent)
+    _synchronise_folder(place.parent)
     return path
 
 
@@ -155,7 +155,7 @@ def build_temporary_path(name: str) -> Path:
     return Path(tempfile.mkdtemp(prefix="carom-")) / name
 
 
-def _put(path: Path, content: str | bytes) -> None:
+def _write_synchronised(path: Path, content: str | bytes) -> None:
     """Write a file and synchronise it to the disk."""
     with path.open("xb") as file:
         file.write(_encode_content(content))
@@ -168,25 +168,25 @@ def _encode_content(content: str | bytes) -> bytes:
     return escape_controls(content).encode() if isinstance(content, str) else content
 
 
-def _is_torn(marker: Path) -> bool:
+def _is_incomplete(marker: Path) -> bool:
     """Return whether a marker is incomplete because its writing was interrupted."""
     purpose, _, rest = marker.read_text(encoding="utf-8", errors="replace").partition("\n")
-    return re.fullmatch("[a-z]*", purpose) is not None and _SAYS.startswith(rest) and rest != _SAYS
+    return re.fullmatch("[a-z]*", purpose) is not None and _MARKER_TEXT.startswith(rest) and rest != _MARKER_TEXT
 
 
-def _finish(folder: Path) -> None:
+def _complete_write(folder: Path) -> None:
     """Move the files of a complete write to their places, and remove those of an incomplete write."""
-    _remove(folder / _NEW)
+    _remove_unfinished(folder / _NEW)
     committed = folder / _WHOLE
     if committed.is_dir():
-        _settle(folder)
+        _synchronise_folder(folder)
         for name in sorted(os.listdir(committed)):
             (committed / name).replace(folder / name)
-        _settle(folder)
+        _synchronise_folder(folder)
         committed.rmdir()
 
 
-def _remove(folder: Path) -> None:
+def _remove_unfinished(folder: Path) -> None:
     """Remove a temporary folder of unfinished files."""
     if folder.is_dir():
         for name in os.listdir(folder):
@@ -194,7 +194,7 @@ def _remove(folder: Path) -> None:
         folder.rmdir()
 
 
-def _settle(folder: Path) -> None:
+def _synchronise_folder(folder: Path) -> None:
     """Synchronise a folder's list of files to the disk. If the system can't open folders, this is not needed."""
     if hasattr(os, "O_DIRECTORY"):
         descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)

@@ -76,11 +76,10 @@ MOST_MB = 1e9
 
 def format_limits(lower: float, upper: float) -> str:
     """Return text for a message that states between which limits a number must be."""
-    span = (
-        f"between {format_number(lower, 3)} and {format_number(upper, 3)}"
-        if lower > 0.0
-        else f"at most {format_number(upper, 3)} in magnitude"
-    )
+    if lower > 0.0:
+        span = f"between {format_number(lower, 3)} and {format_number(upper, 3)}"
+    else:
+        span = f"at most {format_number(upper, 3)} in magnitude"
     return f"must be {span} (measure in other units)"
 
 
@@ -97,16 +96,6 @@ def require_within(name: str, array: NDArray[np.float64], lower: float, upper: f
         raise InputError(
             f"{name} {format_limits(lower, upper) if math.isfinite(value) else 'must be finite'}, got {value}"
         )
-
-
-def require_megabytes(name: str, value: float) -> None:
-    """Raise an error if a memory limit in megabytes is not a number above 0 and at most `MOST_MB`.
-
-    Raises:
-        InputError: The message names the option or argument, and the value.
-    """
-    if not (isinstance(value, int | float) and 0.0 < value <= MOST_MB):
-        raise InputError(f"{name} must be a positive number of megabytes, {MOST_MB:g} at most, got {value!r}")
 
 
 def count_values(data: bytes) -> int:

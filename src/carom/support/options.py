@@ -126,9 +126,9 @@ class DeclaredOptions:
             InputError: A value is invalid. The message contains the option's name on the command line.
         """
         values = {}
-        for field_name, one in list_declared_options(cls).items():
+        for field_name, option in list_declared_options(cls).items():
             if (text := texts.get(field_name)) is not None and text != []:
-                values[field_name] = _read(one, one.flags[0].partition("/")[0].replace("--", before, 1), text)
+                values[field_name] = _read(option, option.flags[0].partition("/")[0].replace("--", before, 1), text)
         return cls(**values)
 
     @classmethod
@@ -153,28 +153,28 @@ class DeclaredOptions:
         return {name: getattr(self, name) for name in list_declared_options(self) if name in self.stamped}
 
 
-def _check_option(one: Option, name: str, value: Any, optional: bool) -> Any:
+def _check_option(option: Option, name: str, value: Any, optional: bool) -> Any:
     if value is None and optional:
         return None
-    if not one.many:
-        return check_value(one.kind, name, value)
+    if not option.many:
+        return check_value(option.kind, name, value)
     if isinstance(value, str) or not isinstance(value, Iterable):
         raise InputError(f"{name} must be a list, even of one item, got {format_value(value)}")
-    return tuple(check_value(one.kind, f"{name}[{k}]", item) for k, item in enumerate(value))
+    return tuple(check_value(option.kind, f"{name}[{k}]", item) for k, item in enumerate(value))
 
 
-def _read(one: Option, flag: str, text: Any) -> Any:
-    found = []
-    if one.kind.gather is not None:
-        text = one.kind.gather(text)
-    for part in text if one.many else [text]:
+def _read(option: Option, flag: str, text: Any) -> Any:
+    values = []
+    if option.kind.gather is not None:
+        text = option.kind.gather(text)
+    for part in text if option.many else [text]:
         try:
-            parsed = one.kind.read(part) if isinstance(part, str) else part
+            parsed = option.kind.read(part) if isinstance(part, str) else part
             items = parsed if isinstance(parsed, tuple) else (parsed,)
-            found += [one.kind.take(item) for item in items]
+            values += [option.kind.take(item) for item in items]
         except (TypeError, ValueError, OverflowError):
-            raise one.kind.build_error(flag, part) from None
-    return tuple(found) if one.many else found[0]
+            raise option.kind.build_error(flag, part) from None
+    return tuple(values) if option.many else values[0]
 
 
 def build_whole_number_kind(minimum: int, maximum: int | None = None) -> ValueKind:

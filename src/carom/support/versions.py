@@ -37,19 +37,19 @@ def require_version(version: str) -> str:
     return version
 
 
-def parse_version_condition(word: str) -> VersionCondition | None:
+def parse_version_condition(text: str) -> VersionCondition | None:
     """Return the condition of a word such as ">=7" or "3.0..4.0"; None for a plain version.
 
     Raises:
         InputError: The word contains something other than a version after ``>=``, for example.
     """
-    low, dots, high = word.partition("..")
+    low, dots, high = text.partition("..")
     if dots:
         first, last = parse_release_numbers(require_version(low)), parse_release_numbers(require_version(high))
         return lambda one: first <= one <= last
     for sign, meets in _SIGNS.items():
-        if word.startswith(sign):
-            limit = parse_release_numbers(require_version(word.removeprefix(sign).strip()))
+        if text.startswith(sign):
+            limit = parse_release_numbers(require_version(text.removeprefix(sign).strip()))
             return lambda release, meets=meets, limit=limit: meets(release, limit)  # type: ignore[misc]
     return None
 

@@ -256,7 +256,7 @@ def test_interrupt_during_creation_of_a_journal_leaves_no_folder(
         raise KeyboardInterrupt
 
     if moment == "marked":
-        monkeypatch.setattr("carom.support.folders._put", begins)
+        monkeypatch.setattr("carom.support.folders._write_synchronised", begins)
     elif moment == "opened":
         monkeypatch.setattr("carom.execution.journal.os", SimpleNamespace(**{**vars(os), "open": opens}))
     elif moment == "written":

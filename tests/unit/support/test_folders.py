@@ -133,14 +133,14 @@ def test_kill_leaves_all_old_files_or_all_new_files(tmp_path: Path) -> None:
 def test_full_disk_leaves_the_old_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """If a file can't be written completely, the old files stay and no partial file remains."""
     write_files(tmp_path / "out", "bench", OLD)
-    put = folders._put  # noqa: SLF001 - a disk that is full can't be made here
+    put = folders._write_synchronised  # noqa: SLF001 - a disk that is full can't be made here
 
     def full(path: Path, text: str | bytes) -> None:
         put(path, text)
         if path.name == "results.jsonl":
             raise OSError(28, "No space left on device", str(path))
 
-    monkeypatch.setattr(folders, "_put", full)
+    monkeypatch.setattr(folders, "_write_synchronised", full)
     with pytest.raises(OSError, match="No space"):
         write_files(tmp_path / "out", "bench", NEW)
     assert read_files(tmp_path / "out") == encode_files(OLD)

@@ -64,7 +64,7 @@ def load_complaints() -> Iterator[Complaint]:
         module.__name__.rpartition(".")[2]: module for module in (driven, falling, pairs, rolling, seams, thin, walled)
     }
     reports = json.loads(Path(__file__).with_name("bug_reports.json").read_text(encoding="utf-8"))
-    for group, name, fields in ((group, *item) for group, found in reports.items() for item in found.items()):
+    for group, name, fields in ((group, *item) for group, of_group in reports.items() for item in of_group.items()):
         function = getattr(modules[group], fields.pop("build", name.replace("-", "_")))
         arguments = fields.pop("arguments", {})
         vectors = {key: complex(value) for key, value in arguments.items() if isinstance(value, str)}

@@ -20,19 +20,21 @@ from carom.catalogue.closed_forms import (
 )
 from carom.catalogue.entry import Staged
 from carom.catalogue.groups.classics_walled import edges
-from carom.model.scene import Chain
 
 _LAW = "Newton's law: an impact reverses the velocity along the normal; a floor in pieces acts like one floor"
 
 
-def _stage_on_seam(velocity: complex, radius: float, wall: Chain, *, along_m: float = 0.0, turn: complex = 1) -> Staged:
-    """Build a scene in which a disc meets a wall once, half a second after the start, `along_m` metres along the wall.
+def on_seam(
+    velocity: complex, radius: float, half_length: float, pieces: int, *, along_m: float = 0.0, turn: complex = 1
+) -> Staged:
+    """Build a scene in which a disc meets a floor once, half a second after the start, `along_m` metres along it.
 
-    The wall is a floor at height 0. Floor and disc are then rotated about the origin by `turn`, a complex number.
+    The floor is at height 0. Floor and disc are then rotated about the origin by `turn`, a complex number.
     """
     time = 0.5
     start = along_m + 1j * radius - velocity * time
-    scene = build_scene([build_disc(start * turn, velocity * turn, radius)], walls=[wall], duration_s=1.25)
+    floor = edges(-half_length * turn, half_length * turn, pieces=pieces)
+    scene = build_scene([build_disc(start * turn, velocity * turn, radius)], walls=[floor], duration_s=1.25)
     return build_staged(scene, [build_impact(time, 0, -1, compute_after_wall(velocity, 1j) * turn)], _LAW)
 
 
@@ -49,26 +51,16 @@ def channel(start: complex, velocity: complex, radius: float, width: float, leng
     return build_staged(scene, impacts, _LAW)
 
 
-def jolt_717() -> Staged:
-    """A ball comes down at the seam between two cubes."""
-    return _stage_on_seam(5 - 0.25j, 0.1, edges(-2, 2, pieces=2), along_m=-0.0625)
-
-
 def rapier_95() -> Staged:
     """A ball comes down on a ramp of three pieces, next to a seam."""
     turn = cmath.exp(-1j * math.radians(20))
-    return _stage_on_seam(3 - 0.5j, 0.25, edges(-3 * turn, 3 * turn, pieces=3), along_m=-1.0625, turn=turn)
+    return on_seam(3 - 0.5j, 0.25, 3, 3, along_m=-1.0625, turn=turn)
 
 
 def rapier_404() -> Staged:
     """A ball comes down on a slope of many pieces, straight above a seam."""
     turn = cmath.exp(-1j * math.radians(35))
-    return _stage_on_seam(1 - 2j, 0.3, edges(-4 * turn, 4 * turn, pieces=8), turn=turn)
-
-
-def godot_76610() -> Staged:
-    """A ball comes straight down near the seam of two tiles, at a distance of a tenth of its radius."""
-    return _stage_on_seam(-6j, 0.4, edges(-1, 1, pieces=2), along_m=0.04)
+    return on_seam(1 - 2j, 0.3, 4, 8, turn=turn)
 
 
 def godot_65204() -> Staged:
@@ -81,33 +73,3 @@ def godot_65204() -> Staged:
     scene = build_scene([build_disc(start, 2 - 1j, radius)], walls=[edges(-4, 4, pieces=16)], **fields)
     final = compute_fall(-0.125 + 1j * radius, after, end - time, -1j * pull)
     return build_staged(scene, [build_impact(time, 0, -1, after)], f"Free fall; {_LAW}", final=[final])
-
-
-def godot_66778() -> Staged:
-    """A ball moves nearly along a floor of six pieces, and comes down at a hundredth of its speed next to a seam."""
-    return _stage_on_seam(4 - 0.04j, 0.05, edges(-3, 3, pieces=6), along_m=-0.03125)
-
-
-def godot_69655() -> Staged:
-    """A fast ball comes down on a floor of one-metre boxes."""
-    return _stage_on_seam(10 - 1j, 0.5, edges(-8, 8, pieces=16), along_m=0.125)
-
-
-def godot_34025() -> Staged:
-    """A ball meets an upright wall of four tiles, exactly at a seam."""
-    return _stage_on_seam(2.5 - 4j, 0.25, edges(-2j, 2j, pieces=4), turn=1j)
-
-
-def cannon_304() -> Staged:
-    """A ball comes down on a board exactly where two pieces meet."""
-    return _stage_on_seam(0.5 - 5j, 0.3, edges(-2, 2, pieces=2))
-
-
-def reactphysics3d_266() -> Staged:
-    """A ball comes down on a floor of eight tiles, just before a seam."""
-    return _stage_on_seam(2 - 0.125j, 0.25, edges(-4, 4, pieces=8), along_m=-0.015625)
-
-
-def newton_dynamics_178() -> Staged:
-    """A ball comes down on a floor of five tiles, just behind a seam."""
-    return _stage_on_seam(6 - 0.5j, 0.4, edges(-5, 5, pieces=5), along_m=1.0625)

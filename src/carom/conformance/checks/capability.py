@@ -190,20 +190,21 @@ def detects_continuously(subject: Subject) -> None:
         require(target_speed > 0, problem, expected, f"{format_number(target_speed, 6)} m/s", setup)
 
 
-def _build_scene_at_twice(limit: float, field: str) -> Scene | None:
-    """Return a disc whose field `field` is twice the limit; None for a value above 1e150, whose square overflows."""
-    return None if 2 * limit > 1e150 else scenes.build_single_disc(**{field: 2 * limit})
+def _build_disc_beyond(limit_field: str, disc_field: str, capabilities: Capabilities) -> Scene | None:
+    """Return a disc whose field is twice the greatest or half of the smallest declared value.
 
-
-def _build_scene_at_half(limit: float, field: str) -> Scene | None:
-    return None if limit == 0 else scenes.build_single_disc(**{field: limit / 2})
+    Return None for a value of 0, or above 1e150, whose square overflows.
+    """
+    limit = getattr(capabilities, limit_field)
+    value = limit / 2 if limit_field.startswith("min") else 2 * limit
+    return scenes.build_single_disc(**{disc_field: value}) if 0 < value <= 1e150 else None
 
 
 def _build_fast_scene(capabilities: Capabilities) -> Scene | None:
     speed = 2 * capabilities.max_move_m / scenes.DT_S
-    return (
-        None if speed > capabilities.max_speed_m_s or math.isinf(speed) else scenes.build_single_disc(speed_m_s=speed)
-    )
+    if speed > capabilities.max_speed_m_s or math.isinf(speed):
+        return None
+    return scenes.build_single_disc(speed_m_s=speed)
 
 
 def _build_spinning_scene(field: str, capabilities: Capabilities) -> Scene | None:
@@ -284,25 +285,25 @@ REFUSALS: dict[str, tuple[str, Callable[[Capabilities], Scene | None]]] = {
     "friction below the range": ("friction", lambda declared: _build_rubbing_scene(declared, declared.friction[0] / 2)),
     "friction above the range": ("friction", lambda declared: _build_rubbing_scene(declared, 2 * declared.friction[1])),
     "tangential restitution": ("tangential_restitution", _build_sticking_scene),
-    "speed": ("max_speed_m_s", lambda declared: _build_scene_at_twice(declared.max_speed_m_s, "speed_m_s")),
-    "coordinate": ("max_coordinate_m", lambda declared: _build_scene_at_twice(declared.max_coordinate_m, "x_m")),
+    "speed": ("max_speed_m_s", partial(_build_disc_beyond, "max_speed_m_s", "speed_m_s")),
+    "coordinate": ("max_coordinate_m", partial(_build_disc_beyond, "max_coordinate_m", "x_m")),
     "move": ("max_move_m", _build_fast_scene),
-    "small radius": ("min_radius_m", lambda declared: _build_scene_at_half(declared.min_radius_m, "radius_m")),
-    "large radius": ("max_radius_m", lambda declared: _build_scene_at_twice(declared.max_radius_m, "radius_m")),
-    "light mass": ("min_mass_kg", lambda declared: _build_scene_at_half(declared.min_mass_kg, "mass_kg")),
-    "heavy mass": ("max_mass_kg", lambda declared: _build_scene_at_twice(declared.max_mass_kg, "mass_kg")),
+    "small radius": ("min_radius_m", partial(_build_disc_beyond, "min_radius_m", "radius_m")),
+    "large radius": ("max_radius_m", partial(_build_disc_beyond, "max_radius_m", "radius_m")),
+    "light mass": ("min_mass_kg", partial(_build_disc_beyond, "min_mass_kg", "mass_kg")),
+    "heavy mass": ("max_mass_kg", partial(_build_disc_beyond, "max_mass_kg", "mass_kg")),
 }
 
 
-def refuses(subject: Subject, what: str) -> None:
+def refuses(subject: Subject, refusal: str) -> None:
     """`prepare` raises an AdapterError for a scene that needs a capability which the adapter does not declare."""
-    field, needing_more = REFUSALS[what]
+    field, needing_more = REFUSALS[refusal]
     capabilities, value = subject.capabilities(), getattr(subject.capabilities(), field)
     scene = None if value is True else needing_more(capabilities)
     declared = f"{field} = {value if isinstance(value, bool | tuple | str) else format(value, 'g')}"
     if scene is None:
         raise NotApplicable(f"{declared} is declared, so there is nothing to refuse")
-    setup, beyond = Setup(scene), f"a scene beyond the declaration ({what})"
+    setup, beyond = Setup(scene), f"a scene beyond the declaration ({refusal})"
     expected = f"prepare() to raise an AdapterError, because the adapter declares {declared}"
     answer = subject.try_to_watch(setup)
     if not isinstance(answer, Raised):

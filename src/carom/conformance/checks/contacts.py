@@ -86,7 +86,7 @@ def contacts_account_for_velocities(subject: Subject, profile: str) -> None:
     allowed = subject.rounding * find_greatest_speed(setup.scene)
     for step, before, after in _watch_steps(subject, setup):
         change = after.velocity_m_s - before.velocity_m_s
-        acting, touched = acting_contacts(after)
+        acting, touched = list_acting_contacts(after)
         for body, size in enumerate(np.hypot(*change.T).tolist()):
             change_text = format_number(size, 3)
             problem = (
@@ -99,7 +99,7 @@ def contacts_account_for_velocities(subject: Subject, profile: str) -> None:
             require_explained(setup, change, normal, allowed, step)
 
 
-def acting_contacts(observation: Observation) -> tuple[list[Contact], set[int]]:
+def list_acting_contacts(observation: Observation) -> tuple[list[Contact], set[int]]:
     """Return the contacts of a step whose impulse is not 0, and the bodies of these contacts."""
     acting = [contact for contact in observation.contacts if contact.impulse_n_s != 0]
     return acting, {body for contact in acting for body in (contact.first, contact.second)}

@@ -9,7 +9,7 @@ import numpy as np
 
 from carom.conformance.adapter_under_test import Subject, find_greatest_speed, list_masses
 from carom.conformance.checks.common import end_with_velocities, require_declared, require_supported
-from carom.conformance.checks.contacts import acting_contacts, require_explained
+from carom.conformance.checks.contacts import list_acting_contacts, require_explained
 from carom.conformance.suite_scenes import DT_S, build_rubbing, build_rubbing_crowd, build_spinning_disc
 from carom.conformance.violation import NotApplicable, Setup, require
 from carom.engines.api import Capabilities, Contact, Observation
@@ -68,7 +68,7 @@ def spins_as_declared(subject: Subject) -> None:
         )
 
 
-def rubs_as_told(subject: Subject, profile: str) -> None:
+def friction_is_limited(subject: Subject, profile: str) -> None:
     """Friction is at most the coefficient times the normal impulse, and impulses explain all changes of motion.
 
     Friction may act at any distance from a disc's centre between the radius and the radius minus the bodies' overlap.
@@ -81,7 +81,7 @@ def rubs_as_told(subject: Subject, profile: str) -> None:
     allowed = subject.rounding * find_greatest_speed(scene)
     reports = 0
     for step, (before, after) in enumerate(pairwise(subject.watch_cached(setup).seen), start=1):
-        acting, touched = acting_contacts(after)
+        acting, touched = list_acting_contacts(after)
         _require_cone(setup, acting, friction, allowed, step)
         for body, (previous, current) in enumerate(
             zip(_read_spins(before, setup), _read_spins(after, setup), strict=True)
@@ -96,7 +96,7 @@ def rubs_as_told(subject: Subject, profile: str) -> None:
             reports += len(acting)
             require_explained(setup, after.velocity_m_s - before.velocity_m_s, acting, allowed, step)
             _require_spin_explained(setup, before, after, acting, allowed, step)
-    any_acted = any(acting_contacts(current)[0] for current in subject.watch_cached(setup).seen)
+    any_acted = any(list_acting_contacts(current)[0] for current in subject.watch_cached(setup).seen)
     require(any_acted, "no contact is reported", "impacts of the discs", "none", setup)
     if not reports:
         raise NotApplicable("tangential impulses are not reported")

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from dataclasses import replace
 from heapq import nlargest
+from itertools import chain
 
 from carom.engines.api.declarations import Capabilities
 from carom.errors import AdapterError
@@ -65,21 +66,36 @@ def require_sound(
     Raises:
         AdapterError: A field or setting is invalid; the message contains its name and value.
     """
+    _require_sound_settings(engine, settings, known, at_least or {}, at_most or {}, words or {})
+    _require_sound_numbers(engine, scene)
+
+
+def _require_sound_settings(
+    engine: str,
+    settings: Mapping[str, Setting],
+    known: Sequence[str],
+    at_least: Mapping[str, float],
+    at_most: Mapping[str, float],
+    words: Mapping[str, Sequence[str]],
+) -> None:
     for name, setting in settings.items():
         if name not in ("dt_s", *known):
             raise AdapterError(f"{engine}: no setting {name!r}; available: {', '.join(('dt_s', *known))}")
         if setting != setting:
             raise AdapterError(f"{engine}: {name} must be a number, got {setting}")
-        if words and name in words and setting not in words[name]:
+        if name in words and setting not in words[name]:
             raise AdapterError(f"{engine}: {name} must be one of {', '.join(words[name])}, got {setting!r}")
         if not isinstance(setting, str):
-            if at_least and not setting >= at_least.get(name, -math.inf):
+            if not setting >= at_least.get(name, -math.inf):
                 raise AdapterError(f"{engine}: {name} must be at least {at_least[name]:g}, got {setting}")
-            if at_most and not setting <= at_most.get(name, math.inf):
+            if not setting <= at_most.get(name, math.inf):
                 raise AdapterError(f"{engine}: {name} must be at most {at_most[name]:g}, got {setting}")
     dt_s = settings["dt_s"]
     if isinstance(dt_s, str) or not 0 < dt_s < math.inf:
         raise AdapterError(f"{engine}: dt_s must be above 0 and finite, got {dt_s}")
+
+
+def _require_sound_numbers(engine: str, scene: Scene) -> None:
     for i, disc in enumerate(scene.discs):
         for field, value, sound in (
             ("position_m", disc.position_m, all(map(math.isfinite, disc.position_m))),
@@ -111,81 +127,111 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
         located: Whether Carom shortens steps so that they end at contacts.
     """
     needs = scene.needs
+    problems = chain(
+        _list_missing_features(needs, capabilities),
+        _list_located_problems(scene, needs, dt_s) if located else (),
+        _list_restitution_problems(scene, capabilities),
+        _list_friction_problems(scene, needs, capabilities),
+        _list_motion_problems(scene, needs, capabilities, dt_s),
+        _list_size_problems(scene, capabilities),
+        _list_step_problems(scene, dt_s),
+    )
+    return next(problems, "")
+
+
+def _list_missing_features(needs: Set[Need], capabilities: Capabilities) -> Iterator[str]:
     for need in Need:
         if need in needs and not supports(capabilities, need):
             suffix = " yet: gravity_m_s2 must be [0, 0]" if need is Need.GRAVITY else ""
-            return f"the scene has {need.value}, which this method does not support{suffix}"
-    if located and Need.GRAVITY in needs and needs & {Need.WALLS, Need.IMMOVABLE}:
+            yield f"the scene has {need.value}, which this method does not support{suffix}"
+
+
+def _list_located_problems(scene: Scene, needs: Set[Need], dt_s: float) -> Iterator[str]:
+    if Need.GRAVITY in needs and needs & {Need.WALLS, Need.IMMOVABLE}:
         # Engines integrate by Euler's method, which can change the speed at an impact by this amount. If steps are
         # not shortened, impacts are detected late, which cancels this error.
         gained_m_s = math.hypot(*scene.gravity_m_s2) * dt_s
-        return (
+        yield (
             "discs fall onto walls or immovable discs, and this profile ends steps at impacts. So the engine's error "
             "of g dt^2/2 in each step does not cancel, and each bounce gains or loses up to g dt "
             f"({format_number(gained_m_s, 3)} m/s)"
         )
+
+
+def _list_coefficients(scene: Scene, law: str) -> list[tuple[str, float]]:
+    """Return the different values of the restitution or friction in a scene, with their names."""
+    of_discs = [(law, getattr(scene, law))] if len(scene.discs) > 1 else []
+    of_walls = dict.fromkeys(getattr(material, law) for material in scene.arrays.materials)
+    return of_discs + [(f"wall_{law}", coefficient) for coefficient in of_walls]
+
+
+def _list_restitution_problems(scene: Scene, capabilities: Capabilities) -> Iterator[str]:
     low, high = capabilities.restitution
-    used = [("restitution", scene.restitution)] if len(scene.discs) > 1 else []
-    walls = scene.arrays.materials
-    used += [("wall_restitution", restitution) for restitution in dict.fromkeys(wall.restitution for wall in walls)]
-    for name, value in used:
+    coefficients = _list_coefficients(scene, "restitution")
+    for name, value in coefficients:
         if not low <= value <= high:
-            return f"{name} is {value}, and this method simulates only {low:g} to {high:g} exactly"
-    if reason := _find_combination_problem(capabilities.restitution_combine, used, high):
-        return reason
+            yield f"{name} is {value}, and this method simulates only {low:g} to {high:g} exactly"
+    yield from _list_combination_problems(capabilities.restitution_combine, coefficients, high)
+
+
+def _list_friction_problems(scene: Scene, needs: Set[Need], capabilities: Capabilities) -> Iterator[str]:
     if Need.FRICTION in needs and not capabilities.spin and any(_can_turn(disc) for disc in scene.discs):
-        return f"the scene has {Need.FRICTION.value} on discs that can turn, and this method does not turn discs"
+        yield f"the scene has {Need.FRICTION.value} on discs that can turn, and this method does not turn discs"
     low, high = capabilities.friction
-    rubbed = [("friction", scene.friction)] if len(scene.discs) > 1 else []
-    rubbed += [("wall_friction", friction) for friction in dict.fromkeys(wall.friction for wall in walls)]
-    for name, value in rubbed:
+    coefficients = _list_coefficients(scene, "friction")
+    for name, value in coefficients:
         if value != 0.0 and not low <= value <= high:
-            return f"{name} is {value:g}, and this method simulates only {low:g} to {high:g} exactly"
-    if reason := _find_combination_problem(capabilities.friction_combine, rubbed, high):
-        return reason
+            yield f"{name} is {value:g}, and this method simulates only {low:g} to {high:g} exactly"
+    yield from _list_combination_problems(capabilities.friction_combine, coefficients, high)
+
+
+def _list_motion_problems(scene: Scene, needs: Set[Need], capabilities: Capabilities, dt_s: float) -> Iterator[str]:
     disc_speeds = [_compute_greatest_speed(disc) for disc in scene.discs]
     fastest = max(disc_speeds)
     if fastest > capabilities.max_speed_m_s:
-        return f"a disc moves at {fastest:g} m/s, and this method's limit is {capabilities.max_speed_m_s:g} m/s"
+        yield f"a disc moves at {fastest:g} m/s, and this method's limit is {capabilities.max_speed_m_s:g} m/s"
     spin = max(abs(disc.spin_rad_s) for disc in scene.discs)
     if spin > capabilities.max_spin_rad_s:
-        return f"a disc spins at {spin:g} rad/s, and this method's limit is {capabilities.max_spin_rad_s:g} rad/s"
+        yield f"a disc spins at {spin:g} rad/s, and this method's limit is {capabilities.max_spin_rad_s:g} rad/s"
     if spin * dt_s > capabilities.max_turn_rad:
         rotation_text = f"a disc at {spin:g} rad/s turns by {spin * dt_s:g} rad in a step of {dt_s:g} s"
-        return f"{rotation_text}, and this method turns discs by at most {capabilities.max_turn_rad:g} rad a step"
+        yield f"{rotation_text}, and this method turns discs by at most {capabilities.max_turn_rad:g} rad a step"
     for i, disc in enumerate(scene.discs if needs & {Need.SPIN, Need.FRICTION} else ()):
         if disc.inertia_factor < capabilities.min_inertia_factor:
             limits = f"{capabilities.min_inertia_factor:g} to 1, or a disc that does not turn"
-            return f"discs[{i}].inertia_factor is {disc.inertia_factor:g}, and this method simulates {limits}"
+            yield f"discs[{i}].inertia_factor is {disc.inertia_factor:g}, and this method simulates {limits}"
     wall_speeds = [_compute_greatest_speed(wall) for wall in scene.walls if wall.driven]
     closing, threshold = sum(nlargest(2, [*disc_speeds, *wall_speeds])), capabilities.restitution_threshold_m_s
-    if 0 < closing <= threshold and any(value > 0 for _, value in used):
+    if 0 < closing <= threshold and any(value > 0 for _, value in _list_coefficients(scene, "restitution")):
         slow = f"no two bodies approach each other at more than {closing:g} m/s"
-        return f"{slow}, and this method makes contacts of up to {threshold:g} m/s inelastic"
+        yield f"{slow}, and this method makes contacts of up to {threshold:g} m/s inelastic"
     if fastest * dt_s > capabilities.max_move_m:
         motion_text = f"a disc at {fastest:g} m/s moves {fastest * dt_s:g} m in a step of {dt_s:g} s"
-        return f"{motion_text}, and this method moves discs by at most {capabilities.max_move_m:g} m a step"
+        yield f"{motion_text}, and this method moves discs by at most {capabilities.max_move_m:g} m a step"
+
+
+def _list_size_problems(scene: Scene, capabilities: Capabilities) -> Iterator[str]:
     for i, disc in enumerate(scene.discs):
         if not capabilities.min_radius_m <= disc.radius_m <= capabilities.max_radius_m:
             limits = f"{capabilities.min_radius_m:g} to {capabilities.max_radius_m:g} m"
-            return f"discs[{i}].radius_m is {disc.radius_m:g}, and this method simulates {limits}"
+            yield f"discs[{i}].radius_m is {disc.radius_m:g}, and this method simulates {limits}"
     for i, disc in enumerate(scene.discs):
         if not (disc.immovable or capabilities.min_mass_kg <= disc.mass_kg <= capabilities.max_mass_kg):
             limits = f"{capabilities.min_mass_kg:g} to {capabilities.max_mass_kg:g} kg, or an immovable disc"
-            return f"discs[{i}].mass_kg is {disc.mass_kg:g}, and this method simulates {limits}"
+            yield f"discs[{i}].mass_kg is {disc.mass_kg:g}, and this method simulates {limits}"
     farthest = max(max(abs(c) for c in disc.position_m) + disc.radius_m for disc in scene.discs)
     if farthest > capabilities.max_coordinate_m:
-        return f"a disc reaches to {farthest:g} m, and this method's limit is {capabilities.max_coordinate_m:g} m"
+        yield f"a disc reaches to {farthest:g} m, and this method's limit is {capabilities.max_coordinate_m:g} m"
     # Far from the origin, floats are so coarse that a position may be wrong by more than the disc's radius.
     rounding, smallest = farthest * 2.0 ** -MANTISSA_BITS[capabilities.float_bits], min(d.radius_m for d in scene.discs)
     if rounding > smallest:
         floats = f"{capabilities.float_bits}-bit floats"
-        return (
-            f"a disc reaches to {farthest:g} m, where {floats} round by more than the smallest radius, {smallest:g} m"
-        )
+        yield f"a disc reaches to {farthest:g} m, where {floats} round by more than the smallest radius, {smallest:g} m"
+
+
+def _list_step_problems(scene: Scene, dt_s: float) -> Iterator[str]:
     if scene.duration_s / dt_s > MAX_STEPS:
-        return f"{scene.duration_s:g} s in steps of {dt_s:g} s are more steps than an engine can count"
-    return ""
+        yield f"{scene.duration_s:g} s in steps of {dt_s:g} s are more steps than an engine can count"
 
 
 def supports(capabilities: Capabilities, need: Need) -> bool:
@@ -203,17 +249,16 @@ def supports(capabilities: Capabilities, need: Need) -> bool:
             return bool(getattr(capabilities, need.name.lower()))
 
 
-def _find_combination_problem(rule: str, coefficients: Sequence[tuple[str, float]], max_value: float) -> str:
-    """Return why the engine can't give discs and walls these coefficients in one scene; empty if it can."""
+def _list_combination_problems(rule: str, coefficients: Sequence[tuple[str, float]], max_value: float) -> Iterator[str]:
+    """Yield why the engine can't give discs and walls these coefficients in one scene."""
     if len(coefficients) < 2 or coefficients[0][0].startswith("wall"):
-        return ""
+        return
     (name, pair), *of_walls = coefficients
     least, greatest = COMBINE_RULES[rule](pair, max_value)
     for wall_name, wall in of_walls:
         if not least <= wall <= greatest:
             rule_text = f"this method combines coefficients by {rule!r}, so that it can be {least:g} to {greatest:g}"
-            return f"{wall_name} is {wall:g} with a {name} of {pair:g}, and {rule_text}"
-    return ""
+            yield f"{wall_name} is {wall:g} with a {name} of {pair:g}, and {rule_text}"
 
 
 def _compute_greatest_speed(body: Disc | Wall | Chain | Ring) -> float:

@@ -15,10 +15,12 @@ def wall_towards(discs: Sequence[Disc], faces: Iterable[tuple[Point, Point]]) ->
 
     A face is given by a point and a normal. If there are several such faces, the one farthest from the discs is chosen.
     """
-    found = [(gap, point, normal) for point, normal in faces if (gap := _compute_gap(discs, point, normal)) >= 0.0]
-    if not found:
+    faces_ahead = [
+        (gap, point, normal) for point, normal in faces if (gap := _compute_gap(discs, point, normal)) >= 0.0
+    ]
+    if not faces_ahead:
         return None
-    _, point, normal = max(found)
+    _, point, normal = max(faces_ahead)
     return Wall(point_m=point, normal=normal)
 
 
@@ -45,10 +47,10 @@ def one_coefficient(what: str, values: Sequence[float], most: float, dropped: li
     """
     if not values:
         return 0.0
-    found = max(values)
-    if found - min(values) > 2.0**-50 * found:  # a smaller difference is due to rounding
-        dropped.append(f"{what}: values from {min(values):g} to {found:g}; the greatest is used")
+    greatest = max(values)
+    if greatest - min(values) > 2.0**-50 * greatest:  # a smaller difference is due to rounding
+        dropped.append(f"{what}: values from {min(values):g} to {greatest:g}; the greatest is used")
     # An excess of one unit in the last place is due to rounding.
-    if found > most * (1 + 2.0**-50):
-        dropped.append(f"{what}: {found:g} is reduced to {most:g}")
-    return min(found, most)
+    if greatest > most * (1 + 2.0**-50):
+        dropped.append(f"{what}: {greatest:g} is reduced to {most:g}")
+    return min(greatest, most)

@@ -66,12 +66,12 @@ def unscaled(seen: Observation, *, length: float = 1.0, time: float = 1.0) -> Ob
     if length == time == 1.0:
         return seen
 
-    def convert_contact(one: Contact) -> Contact:
+    def convert_contact(contact: Contact) -> Contact:
         # `velocities` and `spins_rad_s` are None here: the engines that report them use the scene's units.
-        normal, tangential = one.impulse_n_s, one.tangential_impulse_n_s
+        normal, tangential = contact.impulse_n_s, contact.tangential_impulse_n_s
         return replace(
-            one,
-            time_s=one.time_s / time,
+            contact,
+            time_s=contact.time_s / time,
             impulse_n_s=None if normal is None else normal / speed,
             tangential_impulse_n_s=None if tangential is None else tangential / speed,
         )

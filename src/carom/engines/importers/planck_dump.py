@@ -45,8 +45,8 @@ class _Body:
     def __init__(self, entries: Any, reference: Any) -> None:
         self.fields = _resolve(entries, reference)
         self.kind = str(self.fields["type"])
-        self.fixtures = [_resolve(entries, one) for one in self.fields["fixtures"]]
-        self.shapes = [_resolve(entries, one["shape"]) for one in self.fixtures]
+        self.fixtures = [_resolve(entries, fixture) for fixture in self.fields["fixtures"]]
+        self.shapes = [_resolve(entries, fixture["shape"]) for fixture in self.fixtures]
         self.moves = self.kind == "dynamic"
         self.driven = self.kind == "kinematic" and (
             _parse_point(self.fields["linearVelocity"]) != (0.0, 0.0) or float(self.fields["angularVelocity"]) != 0.0
@@ -64,8 +64,8 @@ class _Reading:
 
     def __init__(self, entries: Any) -> None:
         self.world = entries[0]
-        self.bodies = [_Body(entries, one) for one in self.world["bodies"]]
-        self.joints = [str(_resolve(entries, one)["type"]) for one in self.world["joints"]]
+        self.bodies = [_Body(entries, body) for body in self.world["bodies"]]
+        self.joints = [str(_resolve(entries, joint)["type"]) for joint in self.world["joints"]]
         self.dropped: list[str] = []
         self.discs: list[tuple[Any, Disc]] = []
         self.walls: list[tuple[Any, Wall]] = []
@@ -76,11 +76,11 @@ class _Reading:
             for k, body in enumerate(self.bodies)
             for fixture, shape in zip(body.fixtures, body.shapes, strict=True)
         ]
-        stay = [one for one in pairs if self._can_keep(*one)]
-        for body, fixture, shape, label in stay:
+        kept_pairs = [pair for pair in pairs if self._can_keep(*pair)]
+        for body, fixture, shape, label in kept_pairs:
             if shape["type"] == "circle":
                 self.discs.append((fixture, self._build_disc(body, fixture, shape, label)))
-        for body, fixture, shape, label in stay:
+        for body, fixture, shape, label in kept_pairs:
             if shape["type"] != "circle":
                 self._read_walls(body, fixture, shape, label)
         self.dropped += [f"a {joint}" for joint in self.joints]
@@ -130,7 +130,7 @@ class _Reading:
         )
 
     def _read_walls(self, body: _Body, fixture: Any, shape: Any, label: str) -> None:
-        discs, found = [disc for _, disc in self.discs], False
+        discs, has_wall = [disc for _, disc in self.discs], False
         for faces in _list_face_groups(body, shape):
             wall = wall_towards(discs, faces)
             if wall is None:
@@ -138,9 +138,9 @@ class _Reading:
                     f"{label}: a disc is inside it or behind each of its faces, and a wall is a half-plane"
                 )
                 continue
-            found = True
+            has_wall = True
             self.walls.append((fixture, wall))
-        if found:
+        if has_wall:
             self.dropped.append(f"{label}: only its face towards the discs is kept, without its ends and its skin")
 
     def _find_coefficients(self) -> dict[str, float]:
@@ -150,13 +150,13 @@ class _Reading:
         """
         discs, walls = [fixture for fixture, _ in self.discs], [fixture for fixture, _ in self.walls]
         pairs = [*itertools.combinations(discs, 2)] or [(disc, disc) for disc in discs]
-        found = {}
+        coefficients = {}
         for field, combine, most in (("restitution", max, 1.0), ("friction", lambda a, b: math.sqrt(a * b), math.inf)):
             for name, fixtures in ((field, pairs), (f"wall_{field}", [*itertools.product(discs, walls)])):
                 if fixtures:
                     values = [combine(float(a[field]), float(b[field])) for a, b in fixtures]
-                    found[name] = one_coefficient(name, values, most, self.dropped)
-        return found
+                    coefficients[name] = one_coefficient(name, values, most, self.dropped)
+        return coefficients
 
 
 def _resolve(entries: Any, reference: Any) -> Any:

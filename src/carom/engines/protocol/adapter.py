@@ -136,8 +136,8 @@ class ProgramAdapter:
         try:
             return Program(self.name, self.manifest.resolve_command(self.folder))
         except AdapterError as error:
-            relative = [word for word in self.manifest.command if not word.startswith((".", "/"))]
-            neighbour = next((word for word in relative if (self.folder / word).is_file()), "")
+            relative = [argument for argument in self.manifest.command if not argument.startswith((".", "/"))]
+            neighbour = next((argument for argument in relative if (self.folder / argument).is_file()), "")
             if not neighbour:
                 raise
             hint = f"the program runs in an empty folder; write ./{neighbour} for the file next to its manifest"

@@ -140,7 +140,7 @@ class Manifest(_Table):
 
     def resolve_command(self, folder: Path) -> tuple[str, ...]:
         """Return the command, with full paths for files that are given relative to the manifest."""
-        return tuple(_resolve_word(folder, word) for word in self.command)
+        return tuple(_resolve_argument(folder, argument) for argument in self.command)
 
     def find_version(self, folder: Path) -> str:
         """Return the engine's version from the manifest or the package; empty if neither contains it."""
@@ -166,13 +166,13 @@ class Manifest(_Table):
             reason = f"{name} {version} is older than {self.oldest}, the oldest release that its adapter drives"
         else:
             return ""
-        install = " ".join(_resolve_word(folder, word) for word in self.install.split(" "))
+        install = " ".join(_resolve_argument(folder, argument) for argument in self.install.split(" "))
         return f"{reason}; {install}" if install else reason
 
 
-def _resolve_word(folder: Path, word: str) -> str:
-    """Return a word of a command. If the word is a path relative to the manifest, return the full path."""
-    return str((folder / word).resolve()) if word.startswith(("./", "../")) else word
+def _resolve_argument(folder: Path, argument: str) -> str:
+    """Return an argument of a command. If it is a path relative to the manifest, return the full path."""
+    return str((folder / argument).resolve()) if argument.startswith(("./", "../")) else argument
 
 
 def load_manifest(path: Path) -> Manifest:
@@ -186,7 +186,7 @@ def load_manifest(path: Path) -> Manifest:
             data = file.read(MOST_BYTES + 1)
         if len(data) > MOST_BYTES:
             raise AdapterError(f"{path}: the manifest is larger than {MOST_BYTES >> 20} MiB")
-        found = Manifest.model_validate(tomllib.loads(data.decode()))
+        manifest = Manifest.model_validate(tomllib.loads(data.decode()))
     except OSError as error:
         raise AdapterError(f"{path}: {error.strerror or error}") from error
     except (UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
@@ -197,6 +197,8 @@ def load_manifest(path: Path) -> Manifest:
         if place[-1:] in _KINDS:
             place, problem = place[:-1], f"must be a number, true, false or a text, got {format_value(wrong['input'])}"
         raise AdapterError(f"{path}: {'.'.join(place) or 'the manifest'}: {problem}", hints=[PAGE]) from error
-    if found.protocol != PROTOCOL:
-        raise AdapterError(f"{path}: protocol: this Carom uses version {PROTOCOL}, got {found.protocol}", hints=[PAGE])
-    return found
+    if manifest.protocol != PROTOCOL:
+        raise AdapterError(
+            f"{path}: protocol: this Carom uses version {PROTOCOL}, got {manifest.protocol}", hints=[PAGE]
+        )
+    return manifest

@@ -99,11 +99,9 @@ class Program:
         except ValidationError as error:
             wrong = error.errors(include_url=False)[0]
             field = ".".join(map(str, wrong["loc"])) or "the line"
-            detail = (
-                "is not JSON; standard output must contain only answers"
-                if wrong["type"] == "json_invalid"
-                else describe_error(wrong)
-            )
+            detail = describe_error(wrong)
+            if wrong["type"] == "json_invalid":
+                detail = "is not JSON; standard output must contain only answers"
             raise self._build_answer_error(request, line, f"{field} {detail}") from error
 
     def _build_answer_error(self, request: Request, line: bytes, problem: str) -> AdapterError:

@@ -146,8 +146,8 @@ def _observe(world: World) -> dict[str, Any]:
 def _build_contact_fields(contact: Contact) -> dict[str, Any]:
     if contact.velocities is not None:
         raise AdapterError("its contacts have velocities before and after, which the protocol does not support")
-    told = ((name, getattr(contact, name)) for name in messages.ToldContact.model_fields)
-    return {name: _to_json(value) for name, value in told if value is not None}
+    values = ((name, getattr(contact, name)) for name in messages.ToldContact.model_fields)
+    return {name: _to_json(value) for name, value in values if value is not None}
 
 
 def _to_json(value: Any) -> Any:
@@ -155,7 +155,7 @@ def _to_json(value: Any) -> Any:
     if isinstance(value, np.ndarray | np.generic):
         value = value.tolist()
     if isinstance(value, list | tuple):
-        return [_to_json(one) for one in value]
+        return [_to_json(item) for item in value]
     return None if isinstance(value, float) and math.isnan(value) else value
 
 
@@ -204,9 +204,9 @@ def _build_knob(knob: Knob) -> dict[str, Any]:
     return {"choices": list(knob.choices)} if knob.choices else {"low": knob.low, "high": knob.high, "log": knob.log}
 
 
-def _find_differing(found: _Declared, usual: _Declared) -> dict[str, Any]:
-    """Return the fields of `found` that differ from those of `usual`, as they are written in a manifest."""
-    pairs = ((field.name, getattr(found, field.name), getattr(usual, field.name)) for field in fields(found))
+def _find_differing(declared: _Declared, usual: _Declared) -> dict[str, Any]:
+    """Return the fields of `declared` that differ from those of `usual`, as they are written in a manifest."""
+    pairs = ((field.name, getattr(declared, field.name), getattr(usual, field.name)) for field in fields(declared))
     return {name: _to_toml_value(value) for name, value, other in pairs if value != other}
 
 

@@ -105,9 +105,9 @@ def main() -> None:
 
 
 def _build_answer_line(number: int, task: Task[object]) -> bytes:
-    found = carry_out(task)
+    answer = carry_out(task)
     try:
-        return build_codec(type(task)).dumps((number, found)) + b"\n"
+        return build_codec(type(task)).dumps((number, answer)) + b"\n"
     except Exception as error:  # noqa: BLE001 - an object of an adapter can raise anything
         reason = f"its result can't be sent: {describe_exception(error)}"
         return build_codec(type(task)).dumps((number, Answer(Status.FAILED, reason))) + b"\n"

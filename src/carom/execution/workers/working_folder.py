@@ -103,10 +103,10 @@ def _remove(root: Path) -> None:
 
 def _is_folder(name: str, parent: int) -> bool:
     """Whether the entry `name` is a folder, not a link. Make the folder accessible, if an engine has locked it."""
-    found = stat.S_ISDIR(os.stat(name, dir_fd=parent, follow_symlinks=False).st_mode)
-    if found:
+    is_folder = stat.S_ISDIR(os.stat(name, dir_fd=parent, follow_symlinks=False).st_mode)
+    if is_folder:
         os.chmod(name, 0o700, dir_fd=parent)
-    return found
+    return is_folder
 
 
 def _is_there(name: str, parent: int) -> bool:

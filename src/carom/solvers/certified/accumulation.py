@@ -9,24 +9,20 @@ the row becomes equal to the sum of the discs' diameters.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from fractions import Fraction
 from operator import itemgetter
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from flint import arb
 
 from carom.core.wall_features import Exact, to_exact
-from carom.model.trace import EdgeKind, wall_body, wall_index
+from carom.model.trace import EdgeKind, ImpactRecord, wall_body, wall_index
 from carom.solvers.certified.ball_arithmetic import ball, float_above
+from carom.solvers.certified.disc_states import BallBodies
 from carom.solvers.certified.obstacles import Obstacle, Plane, Round, dot, subtract
+from carom.solvers.certified.recording import Recording
 from carom.solvers.certified.result import Degeneracy, Degenerate
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from carom.model.trace import ImpactRecord
-    from carom.solvers.certified.disc_states import BallBodies
-    from carom.solvers.certified.recording import Recording
 
 #: Many impacts whose times differ by at most one unit in the last place count as a collapse. The limit is this factor
 #: times the square of the number of their bodies. Three equal discs that do not collapse have at most some 600 impacts.
@@ -144,7 +140,7 @@ def _find_crush_in_row(log: Recording, bodies: BallBodies) -> Degeneracy | None:
     room = rate = arb(0)
     last_impact_s, until = last[-1].time_s, math.inf
     for end, obstacle in zip(ends, obstacles, strict=True):
-        place, speed, ends_s = _surface_motion(end, obstacle, line, bodies, last_impact_s)
+        place, speed, ends_s = _compute_surface_motion(end, obstacle, line, bodies, last_impact_s)
         sign = 1 if dot(end.normal, line) > 0 else -1  # 1 if the line's direction points from the body to the discs
         room, rate, until = room - sign * place, rate - sign * speed, min(until, ends_s)
     for disc in row[1:-1]:
@@ -196,7 +192,7 @@ def _obstacle_body(body: int, bodies: BallBodies) -> int:
     """Return the number by which `BallBodies` stores a body. For a wall, this is the number of its first obstacle."""
     if body >= 0:
         return body
-    return wall_body(next(k for k, one in enumerate(bodies.obstacles) if one.wall == wall_index(body)))
+    return wall_body(next(k for k, obstacle in enumerate(bodies.obstacles) if obstacle.wall == wall_index(body)))
 
 
 def _has_loss_or_slip(row: list[int], bodies: BallBodies) -> bool:
@@ -214,9 +210,9 @@ def _has_loss_or_slip(row: list[int], bodies: BallBodies) -> bool:
 
 def _find_facing(rows: Iterable[ImpactRecord], body: int, disc: int) -> _Facing:
     """Return the last contact of the disc at an end of a row with the body at this end."""
-    found = next(row for row in reversed(list(rows)) if {row.first, row.second} == {body, disc})
-    nx, ny = found.normal
-    return _Facing(body, disc, (-nx, -ny) if found.first == disc else (nx, ny), found.edge)
+    contact = next(row for row in reversed(list(rows)) if {row.first, row.second} == {body, disc})
+    nx, ny = contact.normal
+    return _Facing(body, disc, (-nx, -ny) if contact.first == disc else (nx, ny), contact.edge)
 
 
 def _find_obstacle(bodies: BallBodies, end: _Facing) -> Obstacle | None:
@@ -225,28 +221,28 @@ def _find_obstacle(bodies: BallBodies, end: _Facing) -> Obstacle | None:
         return None
     of_wall = [obstacle for obstacle in bodies.obstacles if obstacle.wall == wall_index(end.body)]
     edge, kind = end.edge
-    fits = [one for one in of_wall if one.kind is None or (one.kind == EdgeKind(kind) and edge in one.edges)]
-    start = _exact_centre(bodies, end.disc)
+    fits = [part for part in of_wall if part.kind is None or (part.kind == EdgeKind(kind) and edge in part.edges)]
+    start = _compute_exact_centre(bodies, end.disc)
 
     def away2(shape: Round) -> Fraction:
         away = subtract(start, shape.centre)
         return dot(away, away)
 
-    facing = [one for one in fits if isinstance(one.shape, Plane) and dot(end.normal, one.shape.normal) > 0]
+    facing = [part for part in fits if isinstance(part.shape, Plane) and dot(end.normal, part.shape.normal) > 0]
     # A disc never passes through a wall. So if two vertices are on the line of the row, the disc meets the nearer one.
     rounds = [
-        (away2(shape), one)
-        for one in fits
-        if isinstance(shape := one.shape, Round) and shape.inside is (away2(shape) < shape.radius2)
+        (away2(shape), part)
+        for part in fits
+        if isinstance(shape := part.shape, Round) and shape.inside is (away2(shape) < shape.radius2)
     ]
     return facing[0] if facing else min(rounds, key=itemgetter(0))[1]
 
 
 def _find_line(row: list[int], obstacles: list[Obstacle | None], bodies: BallBodies) -> Exact | None:
     """Return the exact direction of the line on which a row of discs stays; None if it is not exactly on a line."""
-    scene, start = bodies.scene, _exact_centre(bodies, row[1])
+    scene, start = bodies.scene, _compute_exact_centre(bodies, row[1])
     if obstacles[0] is None:
-        line = subtract(start, _exact_centre(bodies, row[0]))
+        line = subtract(start, _compute_exact_centre(bodies, row[0]))
     else:
         shape = obstacles[0].shape
         line = shape.normal if isinstance(shape, Plane) else subtract(start, shape.centre)
@@ -255,7 +251,7 @@ def _find_line(row: list[int], obstacles: list[Obstacle | None], bodies: BallBod
     vectors: list[Exact] = [to_exact(scene.gravity_m_s2)]
     for body in row:
         if body >= 0:
-            vectors += [subtract(_exact_centre(bodies, body), start), to_exact(scene.discs[body].velocity_m_s)]
+            vectors += [subtract(_compute_exact_centre(bodies, body), start), to_exact(scene.discs[body].velocity_m_s)]
         moving = scene.discs[body] if body >= 0 else scene.walls[wall_index(body)]
         vectors += [to_exact(leg.velocity_m_s) for leg in moving.legs or ()] + [to_exact(moving.velocity_m_s)]
     for obstacle in obstacles:
@@ -274,7 +270,7 @@ def _find_line(row: list[int], obstacles: list[Obstacle | None], bodies: BallBod
     return None if any(x * line[1] != y * line[0] for x, y in vectors) else line
 
 
-def _surface_motion(
+def _compute_surface_motion(
     end: _Facing, obstacle: Obstacle | None, line: Exact, bodies: BallBodies, now_s: float
 ) -> tuple[arb, arb, float]:
     """Return the position of an end's surface, extrapolated to time 0, its speed, and when this speed changes."""
@@ -282,7 +278,7 @@ def _surface_motion(
     length = (dx * dx + dy * dy).sqrt()
     sign = 1 if dot(end.normal, line) > 0 else -1
     if obstacle is None:
-        (x, y), depth = _exact_centre(bodies, end.body), arb(bodies.scene.discs[end.body].radius_m)
+        (x, y), depth = _compute_exact_centre(bodies, end.body), arb(bodies.scene.discs[end.body].radius_m)
     elif isinstance(obstacle.shape, Plane):
         (x, y), depth = obstacle.shape.point, ball(obstacle.half_width)
     else:
@@ -295,5 +291,5 @@ def _surface_motion(
     return place + (leg.x * dx + leg.y * dy) / length, (leg.vx * dx + leg.vy * dy) / length, leg.end_s
 
 
-def _exact_centre(bodies: BallBodies, disc: int) -> Exact:
+def _compute_exact_centre(bodies: BallBodies, disc: int) -> Exact:
     return to_exact(bodies.scene.discs[disc].position_m)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from flint import arb, ctx
 
+from carom.model.scene import Scene
 from carom.solvers.certified.accumulation import find_accumulation
 from carom.solvers.certified.ball_arithmetic import float_above
 from carom.solvers.certified.contacts import BallContacts
@@ -14,14 +15,11 @@ from carom.solvers.certified.disc_states import BallBodies
 from carom.solvers.certified.impacts import BallEvent, apply_meeting
 from carom.solvers.certified.meeting import Meeting
 from carom.solvers.certified.meeting_times import meet
+from carom.solvers.certified.recording import Recording
 from carom.solvers.certified.result import Degeneracy, Ending, Undecided
 from carom.solvers.certified.selection import OutOfTime, Selection
 from carom.solvers.certified.slowing import start_deceleration
-
-if TYPE_CHECKING:
-    from carom.model.scene import Scene
-    from carom.solvers.certified.recording import Recording
-    from carom.solvers.run import Progress
+from carom.solvers.run import Progress
 
 #: Number of events between two checks of accuracy and progress.
 _CHUNK = 32
@@ -94,12 +92,11 @@ class Attempt:
         contacts = BallContacts(self.bodies)
         for i, ground in list(contacts.find_resting()) if self.bodies.falls else ():
             mode_or_meeting = contacts.begin_contact(i, ground)
-            self._add_event(
-                apply_meeting(self.bodies, mode_or_meeting)
-                if isinstance(mode_or_meeting, Meeting)
-                else BallEvent(None, (mode_or_meeting,)),
-                _START,
-            )
+            if isinstance(mode_or_meeting, Meeting):
+                event = apply_meeting(self.bodies, mode_or_meeting)
+            else:
+                event = BallEvent(None, (mode_or_meeting,))
+            self._add_event(event, _START)
 
     @property
     def has_replayed(self) -> bool:
@@ -159,7 +156,7 @@ class Attempt:
             if not choice.meeting.time <= goal.time:  # the impact is too close to the goal, whose time is an interval
                 if choice.meeting.time > goal.time:
                     return self._end(Ending.COMPLETED)
-                selection.is_at_the_end(choice.meeting)
+                selection.raise_at_the_end(choice.meeting)
             if choice.commutes:
                 self.commuted.append((self.impacts, self.impacts + 1))
             stop = self._carry_out(choice.meeting, goal)
@@ -171,7 +168,7 @@ class Attempt:
                 return stop
 
     def _end(self, ending: Ending) -> Stop:
-        return Stop(ending if self._log.convert() and self._log.state_is_good(self.bodies) else None)
+        return Stop(ending if self._log.convert() and self._log.is_state_accurate(self.bodies) else None)
 
     def _add_event(self, event: BallEvent, how: tuple[int, int, float]) -> None:
         self._log.add(event)

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from flint import arb, fmpq
 
-if TYPE_CHECKING:
-    from carom.model.prescribed_motion import Drive
+from carom.model.prescribed_motion import Drive
 
 ZERO = arb(0)
 #: Relative error of rounding to a 64-bit float, slightly increased.

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 from carom.errors import MissingExtraError
 from carom.model.scene import Scene, to_scene
 from carom.solvers.certified.options import MAX_PRECISION_BITS, TIE_BITS, CertifyOptions
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from carom.solvers.certified.result import CertifiedTrace
+from carom.solvers.certified.result import CertifiedTrace
 
 
 def certify(

@@ -12,28 +12,23 @@ sticks in all of them.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from flint import arb
 
 from carom.core.resolution import gap_resolution, size_of
+from carom.core.wall_features import Exact
 from carom.model.trace import Mode, wall_body, wall_index
 from carom.solvers.certified.ball_arithmetic import ZERO, ball, float_above, float_below
 from carom.solvers.certified.contact_state import BallGround, BallMode, End, GlideState, Gliding, Landing, Launch
+from carom.solvers.certified.disc_states import BallBodies
 from carom.solvers.certified.landing import meets_only_ground, sum_bounces
 from carom.solvers.certified.meeting import Meeting, WallApproach
-from carom.solvers.certified.obstacles import Plane, Round
+from carom.solvers.certified.obstacles import Obstacle, Plane, Round
 from carom.solvers.certified.result import Degeneracy, Degenerate, Undecided
 from carom.solvers.certified.sign_changes import find_falls
 from carom.solvers.certified.two_frictions import share_frictions, sign_of
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from carom.core.wall_features import Exact
-    from carom.solvers.certified.disc_states import BallBodies
-    from carom.solvers.certified.obstacles import Obstacle
 
 
 class BallContacts:
@@ -78,7 +73,7 @@ class BallContacts:
                 ground = ground_of(bodies, i, k)
                 if ground is None:
                     continue
-                centre, max_gap = (bodies.x[i], bodies.y[i]), self._gap_resolution(i, k)
+                centre, max_gap = (bodies.x[i], bodies.y[i]), self._compute_gap_resolution(i, k)
                 gap, place = ground.normal_part(*centre) - ground.level, ground.tangential_part(*centre)
                 is_beyond_end = ground.span and not ground.span[0] < place < ground.span[1]
                 normal_speed = ground.normal_part(bodies.vx[i], bodies.vy[i])
@@ -97,12 +92,12 @@ class BallContacts:
         speed = ground.tangential_part(bodies.vx[i], bodies.vy[i])
         normal_speed, rim = ground.normal_part(bodies.vx[i], bodies.vy[i]), bodies.rim_speed(i)
         bodies.x[i], bodies.y[i] = ground.centre_at(place)
-        if normal_speed * normal_speed <= 2 * ground.presses * self._gap_resolution(i, k):
+        if normal_speed * normal_speed <= 2 * ground.presses * self._compute_gap_resolution(i, k):
             return self.start_mode(i, ground, ZERO, 0.0, GlideState(place, speed, speed + rim, rim))
         near = WallApproach((ZERO - normal_speed) * bodies.laws.of_straight(k, None).length, ZERO)
         return Meeting(i, ground.body, 0.0, ZERO, 0.0, near=near)
 
-    def _gap_resolution(self, i: int, k: int) -> arb:
+    def _compute_gap_resolution(self, i: int, k: int) -> arb:
         """Return the rounding error of the gap between disc `i` and a straight surface at the start."""
         disc, shape = self._bodies.scene.discs[i], self._bodies.obstacles[k].shape
         point = shape.point if isinstance(shape, Plane) else (0, 0)
@@ -217,9 +212,9 @@ class BallContacts:
         if frictions.sticks:
             slip = ZERO
             speed, rim = (ZERO - rim, rim) if y.is_zero() else (speed, ZERO - speed)
-        mode = (Mode.BLOCK if frictions.blocks else Mode.SLIDE) if not frictions.sticks else Mode.ROLL
-        if frictions.sticks and speed.is_zero() and rate.is_zero():
-            mode = Mode.REST
+            mode = Mode.REST if speed.is_zero() and rate.is_zero() else Mode.ROLL
+        else:
+            mode = Mode.BLOCK if frictions.blocks else Mode.SLIDE
         slides = 0 if frictions.sticks else sign_of(frictions.friction) or 0
         rolls = 0 if frictions.blocks else sign_of(frictions.rolling) or 0
         branch = (slides, rolls, frictions.sticks, frictions.blocks)
@@ -250,17 +245,17 @@ class BallContacts:
         causes = [(slip, slips, End(ZERO, ZERO, slip=True, rim=turns_only))]
         if resists and not turns_only:
             causes.append((rim, gliding.rim_rate, End(ZERO, ZERO, rim=True)))
-        found = []
+        possible_ends = []
         for value, rate, ends in causes:
             if value.is_zero():
                 continue
             toward = value * rate
             if toward < 0:
-                found.append(ends._replace(wait=ZERO - value / rate, slip=ends.slip or gliding.branch[2]))
+                possible_ends.append(ends._replace(wait=ZERO - value / rate, slip=ends.slip or gliding.branch[2]))
             elif not toward >= 0:
                 raise Undecided(self._describe_degeneracy(Degenerate.MODE, i, gliding.ground, gliding.since))
-        found += self._find_ends(gliding)
-        first = [end for end in found if not any(other.wait < end.wait for other in found)]
+        possible_ends += self._find_ends(gliding)
+        first = [end for end in possible_ends if not any(other.wait < end.wait for other in possible_ends)]
         if not first:
             return None
         end = first[0]

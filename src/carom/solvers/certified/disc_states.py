@@ -12,19 +12,16 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from typing import TYPE_CHECKING
 
 from flint import arb, ctx
 
+from carom.model.prescribed_motion import Drive
 from carom.model.scene import Scene
 from carom.model.trace import wall_body, wall_index
 from carom.solvers.certified.ball_arithmetic import SLACK, ZERO, BallLeg, legs_of
 from carom.solvers.certified.contact_state import ContactStates
 from carom.solvers.certified.laws import Laws
 from carom.solvers.certified.obstacles import Plane, Round, obstacles_of
-
-if TYPE_CHECKING:
-    from carom.model.prescribed_motion import Drive
 
 #: Position and velocity of a centre: x, y, vx, vy.
 State = tuple[arb, arb, arb, arb]
@@ -44,7 +41,7 @@ def bound_drive_speeds(scene: Scene) -> float:
     return max(speeds, default=0.0) * (1.0 + SLACK)
 
 
-def _gravity_sign(scene: Scene, shape: Plane | Round) -> int:
+def _find_gravity_sign(scene: Scene, shape: Plane | Round) -> int:
     """Return the sign of gravity's component along the normal of a straight obstacle.
 
     The sign is negative if discs fall towards the obstacle, and 0 for round obstacles.
@@ -106,7 +103,7 @@ class BallBodies:
         self.contacts = ContactStates(len(discs))
         self.falls = scene.gravity_m_s2 != (0.0, 0.0)
         self.gravity = (arb(scene.gravity_m_s2[0]), arb(scene.gravity_m_s2[1]))
-        self.pulls = [_gravity_sign(scene, obstacle.shape) for obstacle in self.obstacles]
+        self.pulls = [_find_gravity_sign(scene, obstacle.shape) for obstacle in self.obstacles]
         drives = {wall_body(k): drive for k, drive in enumerate(scene.arrays.wall_drives or ())}
         drives |= dict(zip(scene.arrays.driven_discs, scene.arrays.disc_drives, strict=True))
         self._drives: dict[int, Drive] = {body: drive for body, drive in drives.items() if not drive.stands}
@@ -147,14 +144,14 @@ class BallBodies:
 
     def worst_accuracy_bits(self) -> int:
         """Return the accuracy of the least accurate velocity, in bits."""
-        return min(self._accuracy_bits(i) for i in range(len(self)))
+        return min(self._compute_accuracy_bits(i) for i in range(len(self)))
 
     def best_accuracy_bits(self) -> int:
         """Return the accuracy of the most accurate inexact velocity, in bits; the precision if all are exact."""
         inexact = [i for i in range(len(self)) if not (self.vx[i].is_exact() and self.vy[i].is_exact())]
-        return max((self._accuracy_bits(i) for i in inexact), default=int(ctx.prec))
+        return max((self._compute_accuracy_bits(i) for i in inexact), default=int(ctx.prec))
 
-    def _accuracy_bits(self, i: int) -> int:
+    def _compute_accuracy_bits(self, i: int) -> int:
         """Return the accuracy of the velocity of disc `i`, in bits; the precision if the velocity is exact."""
         bits = [v.rel_accuracy_bits() for v in (self.vx[i], self.vy[i]) if not v.is_zero()]
         return max(0, min(int(ctx.prec), max(bits, default=int(ctx.prec))))
@@ -200,14 +197,14 @@ class BallBodies:
 
         Then an impact on one of them does not affect impacts on the other.
         """
-        found = self._orthogonal.get((one, other))
-        if found is None:
+        orthogonal = self._orthogonal.get((one, other))
+        if orthogonal is None:
             a, b = (self.obstacles[wall_index(body)].shape for body in (one, other))
-            found = False
+            orthogonal = False
             if isinstance(a, Plane) and isinstance(b, Plane) and not self.scene.arrays.rubs_walls:
-                found = a.normal[0] * b.normal[0] + a.normal[1] * b.normal[1] == 0
-            self._orthogonal[one, other] = found
-        return found
+                orthogonal = a.normal[0] * b.normal[0] + a.normal[1] * b.normal[1] == 0
+            self._orthogonal[one, other] = orthogonal
+        return orthogonal
 
     def trace_body(self, body: int) -> int:
         """Return the number by which traces refer to a body. An obstacle has the number of its wall."""
@@ -289,7 +286,9 @@ class BallBodies:
     def acceleration_of(self, i: int) -> tuple[arb, arb]:
         """Return the acceleration of disc `i` relative to the walls."""
         acceleration = self.acceleration[i]
-        return acceleration if acceleration is not None else self.gravity if self.movable[i] else (ZERO, ZERO)
+        if acceleration is not None:
+            return acceleration
+        return self.gravity if self.movable[i] else (ZERO, ZERO)
 
     def centre(self, i: int, instant_s: float) -> tuple[arb, arb]:
         """Return the centre of disc `i` at the exact instant `instant_s`, relative to the walls."""

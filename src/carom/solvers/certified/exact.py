@@ -8,22 +8,18 @@ of their radii. For a disc of radius r, centre p and velocity v, and a wall thro
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from fractions import Fraction
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from carom.model.broad_phase import find_near_pairs, find_near_walls
+from carom.model.scene import Scene
 from carom.model.trace import wall_body, wall_index
 from carom.solvers.certified.ball_arithmetic import SLACK
+from carom.solvers.certified.disc_states import BallBodies
 from carom.solvers.certified.obstacles import Plane, dot
 from carom.solvers.certified.result import Degeneracy, Degenerate
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from carom.model.scene import Scene
-    from carom.solvers.certified.disc_states import BallBodies
 
 
 def find_contact_at_start(bodies: BallBodies, grounds: Mapping[int, int]) -> Degeneracy | None:
@@ -37,8 +33,8 @@ def find_contact_at_start(bodies: BallBodies, grounds: Mapping[int, int]) -> Deg
         if grounds.get(i) == body:
             continue
         if j >= 0:
-            spread, speed, gap = _pair_polynomial(bodies.scene, i, j)
-            pull = _curvature_sign(bodies.scene, i, j, spread)
+            spread, speed, gap = _build_pair_polynomial(bodies.scene, i, j)
+            pull = _find_curvature_sign(bodies.scene, i, j, spread)
         else:
             offset, rim2, toward = _find_root_form(bodies, i, j)
             gap, speed, pull = offset * abs(offset) - rim2, -toward, bodies.pulls[wall_index(j)]
@@ -99,7 +95,7 @@ def _sign(number: Fraction) -> int:
     return (number > 0) - (number < 0)
 
 
-def _pair_polynomial(scene: Scene, i: int, j: int) -> tuple[Fraction, Fraction, Fraction]:
+def _build_pair_polynomial(scene: Scene, i: int, j: int) -> tuple[Fraction, Fraction, Fraction]:
     """Return the coefficients of ``a t^2 + 2 b t + c`` (see the module's docstring) for two discs."""
     p, q = scene.discs[i], scene.discs[j]
     dx, dy = (Fraction(q.position_m[k]) - Fraction(p.position_m[k]) for k in (0, 1))
@@ -109,7 +105,7 @@ def _pair_polynomial(scene: Scene, i: int, j: int) -> tuple[Fraction, Fraction, 
     return ux * ux + uy * uy, dx * ux + dy * uy, dx * dx + dy * dy - reach * reach
 
 
-def _curvature_sign(scene: Scene, i: int, j: int, spread: Fraction) -> int:
+def _find_curvature_sign(scene: Scene, i: int, j: int, spread: Fraction) -> int:
     """Return the sign of the second derivative of two discs' squared distance; 0 if both discs fall or neither falls.
 
     `spread` is the squared relative velocity of the discs.
@@ -126,7 +122,7 @@ def _find_root_form(bodies: BallBodies, first: int, second: int) -> tuple[Fracti
     """Return P, Q and A (see the module's docstring) of a disc and another disc or half-plane."""
     scene = bodies.scene
     if second >= 0:
-        a, b, c = _pair_polynomial(scene, first, second)
+        a, b, c = _build_pair_polynomial(scene, first, second)
         return -b, b * b - a * c, a
     disc, plane, wall = scene.discs[first], _plane_of(bodies, second), wall_index(bodies.trace_body(second))
     offset = dot(disc.position_m, plane.normal) - dot(plane.point, plane.normal)

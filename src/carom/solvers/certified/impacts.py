@@ -106,7 +106,7 @@ def _apply_impact(bodies: BallBodies, meeting: Meeting) -> BallImpact:
         return _apply_impact_at_joint(bodies, meeting, meeting.near)
     scene = bodies.scene
     changing = bodies.falls or bodies.fastest_drive or scene.damping_per_s or scene.table_deceleration_m_s2
-    before = _velocities(bodies, meeting) if changing else None
+    before = _list_velocities(bodies, meeting) if changing else None
     edge = NO_EDGE
     if isinstance(meeting.near, PairApproach):
         normal = _collide_discs(bodies, meeting, meeting.near)
@@ -114,11 +114,11 @@ def _apply_impact(bodies: BallBodies, meeting: Meeting) -> BallImpact:
             _rub_discs(bodies, meeting, meeting.near, normal)
     else:
         edge = _find_edge(bodies, meeting)
-        velocity = _velocity_from_wall(bodies, meeting)
+        velocity = _compute_velocity_from_wall(bodies, meeting)
         normal = _bounce_off_straight(bodies, meeting, meeting.near)
         rubbed = _rub_wall(bodies, meeting, velocity, normal)
         if isinstance(meeting.near, WallApproach):
-            leaves = _restitution(bodies, meeting) * meeting.near.root / normal[2]
+            leaves = _find_restitution(bodies, meeting) * meeting.near.root / normal[2]
             bodies.contacts.bounces[meeting.first] = Bounce(meeting.time, meeting.second, leaves, rubbed)
     first, second, instant_s, time, latest = meeting[:5]
     for disc, other in ((first, second), (second, first)):
@@ -126,7 +126,7 @@ def _apply_impact(bodies: BallBodies, meeting: Meeting) -> BallImpact:
             bodies.record_impact(disc, other, instant_s, time, latest)
     spins = (bodies.spin[first], bodies.spin[second] if second >= 0 else ZERO)
     body = bodies.trace_body(second)
-    return BallImpact(first, body, time, *normal, _velocities(bodies, meeting), before, spins, edge)
+    return BallImpact(first, body, time, *normal, _list_velocities(bodies, meeting), before, spins, edge)
 
 
 def _apply_impact_at_joint(bodies: BallBodies, meeting: Meeting, seam: Seam) -> BallImpact:
@@ -147,7 +147,7 @@ def _apply_impact_at_joint(bodies: BallBodies, meeting: Meeting, seam: Seam) -> 
         state[i] = state[i].union(value)
     nx = (one.nx / one.length).union(other.nx / other.length)
     ny = (one.ny / one.length).union(other.ny / other.length)
-    after, spins = _velocities(bodies, meeting), (bodies.spin[i], ZERO)
+    after, spins = _list_velocities(bodies, meeting), (bodies.spin[i], ZERO)
     return one._replace(time=meeting.time, nx=nx, ny=ny, length=arb(1), after=after, spins_after=spins)
 
 
@@ -168,7 +168,7 @@ def _find_edge(bodies: BallBodies, meeting: Meeting) -> tuple[int, int]:
     return outline.find_edge(float(x), float(y), obstacle.edges), obstacle.kind
 
 
-def _velocities(bodies: BallBodies, meeting: Meeting) -> tuple[arb, arb, arb, arb]:
+def _list_velocities(bodies: BallBodies, meeting: Meeting) -> tuple[arb, arb, arb, arb]:
     first, second, instant_s, time = meeting.first, meeting.second, meeting.at, meeting.time
     if second >= 0:
         return *bodies.velocity(first, time, instant_s), *bodies.velocity(second, time, instant_s)
@@ -176,9 +176,9 @@ def _velocities(bodies: BallBodies, meeting: Meeting) -> tuple[arb, arb, arb, ar
     return *bodies.velocity(first, time, instant_s), *((ZERO, ZERO) if leg is None else (leg.vx, leg.vy))
 
 
-def _velocity_from_wall(bodies: BallBodies, meeting: Meeting) -> tuple[arb, arb]:
+def _compute_velocity_from_wall(bodies: BallBodies, meeting: Meeting) -> tuple[arb, arb]:
     """Return the velocity of a disc relative to the wall just before its impact."""
-    vx, vy, ux, uy = _velocities(bodies, meeting)
+    vx, vy, ux, uy = _list_velocities(bodies, meeting)
     return vx - ux, vy - uy
 
 
@@ -234,7 +234,7 @@ def _bounce_off_straight(
         leg, meeting.at, *bodies.centre_in_frame(i, meeting.at), bodies.vx[i], bodies.vy[i]
     )
     if near is not None:  # the disc arrives with the speed ``root / |n|``
-        change = (_restitution(bodies, meeting) + 1) * near.root / (law.length * law.length)
+        change = (_find_restitution(bodies, meeting) + 1) * near.root / (law.length * law.length)
         px, py = change * law.nx, change * law.ny
         x, y, vx, vy = x - px * near.wait, y - py * near.wait, vx + px, vy + py
     elif not law.m_xy.is_zero():
@@ -263,7 +263,7 @@ def _bounce_off_round(bodies: BallBodies, meeting: Meeting, near: RoundApproach)
     return px, py, near.law.reach
 
 
-def _restitution(bodies: BallBodies, meeting: Meeting) -> arb:
+def _find_restitution(bodies: BallBodies, meeting: Meeting) -> arb:
     return arb(bodies.materials[bodies.obstacles[wall_index(meeting.second)].wall].restitution)
 
 

@@ -6,19 +6,17 @@ bounces follow from geometric series: see `docs/theory/contact.md`.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterable
 
 from flint import arb
 
+from carom.model.disc_arrays import Material
 from carom.model.trace import wall_body, wall_index
 from carom.solvers.certified.ball_arithmetic import ZERO, ball
 from carom.solvers.certified.contact_state import BallGround, Bounce, GlideState
+from carom.solvers.certified.disc_states import BallBodies
 from carom.solvers.certified.obstacles import Round
 from carom.solvers.certified.two_frictions import share_frictions, sign_of
-
-if TYPE_CHECKING:
-    from carom.model.disc_arrays import Material
-    from carom.solvers.certified.disc_states import BallBodies
 
 
 def sum_bounces(
@@ -111,13 +109,8 @@ def meets_only_ground(bodies: BallBodies, i: int, ground: BallGround, time: arb,
     movable = [j for j in range(len(bodies)) if bodies.movable[j]]
     if any(bodies.inverse_inertia_ratio[j].is_zero() and discs[j].spin_rad_s for j in movable):
         return False  # friction with a disc of prescribed motion can speed up other discs
-    energy = mass = ZERO
-    for j in movable:
-        (u, v), rim = map(arb, discs[j].velocity_m_s), arb(discs[j].radius_m) * discs[j].spin_rad_s
-        turning = ZERO if rim.is_zero() else rim * rim / bodies.inverse_inertia_ratio[j]
-        energy, mass = energy + arb(discs[j].mass_kg) * (u * u + v * v + turning), mass + arb(discs[j].mass_kg)
-    (gx, gy), (x, y) = bodies.gravity, bodies.centre_at(i, time)
-    root_energy_bound = energy.sqrt() + mass.sqrt() * (gx * gx + gy * gy).sqrt() * (time + window)
+    root_energy_bound = _bound_root_energy(bodies, movable, time + window)
+    x, y = bodies.centre_at(i, time)
     own_reach = root_energy_bound / arb(discs[i].mass_kg).sqrt() * window
     for j, disc in enumerate(discs):
         if j == i:
@@ -138,6 +131,18 @@ def meets_only_ground(bodies: BallBodies, i: int, ground: BallGround, time: arb,
             return False
     other_obstacles = (k for k in range(len(bodies.obstacles)) if wall_body(k) not in ground.never_met)
     return all(_is_out_of_reach(bodies, i, k, (x, y), own_reach) for k in other_obstacles)
+
+
+def _bound_root_energy(bodies: BallBodies, movable: Iterable[int], until: arb) -> arb:
+    """Return a bound of ``sqrt(2 E)`` up to a time, for the energy E of all discs."""
+    energy = mass = ZERO
+    for j in movable:
+        disc = bodies.scene.discs[j]
+        (u, v), rim = map(arb, disc.velocity_m_s), arb(disc.radius_m) * disc.spin_rad_s
+        turning = ZERO if rim.is_zero() else rim * rim / bodies.inverse_inertia_ratio[j]
+        energy, mass = energy + arb(disc.mass_kg) * (u * u + v * v + turning), mass + arb(disc.mass_kg)
+    gx, gy = bodies.gravity
+    return energy.sqrt() + mass.sqrt() * (gx * gx + gy * gy).sqrt() * until
 
 
 def _is_out_of_reach(bodies: BallBodies, i: int, k: int, place: tuple[arb, arb], far: arb) -> bool:

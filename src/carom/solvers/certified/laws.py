@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from functools import cache
+from typing import NamedTuple
 
 from flint import arb
 
+from carom.model.scene import Scene
 from carom.solvers.certified.ball_arithmetic import ZERO, ball
-from carom.solvers.certified.obstacles import Plane, Round
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from carom.model.scene import Scene
-    from carom.solvers.certified.obstacles import Obstacle
+from carom.solvers.certified.obstacles import Obstacle, Plane, Round
 
 
 class PairLaw(NamedTuple):
@@ -65,74 +62,67 @@ class RoundLaw(NamedTuple):
 
 
 class Laws:
-    """Constants of a scene's impacts as intervals of the present precision. Each constant is computed once."""
+    """Constants of a scene's impacts as intervals of the present precision. Each constant is computed once.
+
+    Attributes:
+        of_straight: Function that returns the constants of the k-th obstacle, a half-plane or a face, for discs of a
+            given radius (None for 0).
+        of_round: Function that returns the constants of the k-th obstacle, a vertex or an arc, for discs of a given
+            radius.
+    """
 
     def __init__(self, scene: Scene, obstacles: Sequence[Obstacle]) -> None:
         self._scene = scene
         self._obstacles = obstacles
         self._materials = scene.arrays.materials
         self._kind = [(disc.mass_kg, disc.radius_m) for disc in scene.discs]
-        self._of_discs: dict[tuple[tuple[float, float], tuple[float, float]], PairLaw] = {}
-        self._of_straight: dict[tuple[int, float | None], WallLaw] = {}
-        self._of_round: dict[tuple[int, float], RoundLaw] = {}
+        self._of_kinds = cache(self._build_pair_law)
+        self.of_straight = cache(self._build_wall_law)
+        self.of_round = cache(self._build_round_law)
 
     def of_discs(self, i: int, j: int) -> PairLaw:
-        """Return the constants of discs `i` and `j`.
+        """Return the constants of discs `i` and `j`."""
+        return self._of_kinds(*self._kind[i], *self._kind[j])
 
-        The share of the first disc is ``(1 + e) (1/m1) / (1/m1 + 1/m2)``.
-        """
-        key = (self._kind[i], self._kind[j])
-        law = self._of_discs.get(key)
-        if law is None:
-            (mass_i, radius_i), (mass_j, radius_j) = key
-            turn = arb(self._scene.restitution) + 1
-            if math.isinf(mass_i) or math.isinf(mass_j):
-                share_i, share_j = (turn, ZERO) if math.isinf(mass_j) else (ZERO, turn)
-            else:
-                share_i, share_j = (turn * mass / (arb(mass_i) + arb(mass_j)) for mass in (arb(mass_j), arb(mass_i)))
-            reach = arb(radius_i) + arb(radius_j)
-            reach2 = reach * reach
-            law = PairLaw(reach, reach2, share_i, share_j, 1 - share_i, 1 - share_j, share_i / reach2, share_j / reach2)
-            self._of_discs[key] = law
-        return law
+    def _build_pair_law(self, mass_i: float, radius_i: float, mass_j: float, radius_j: float) -> PairLaw:
+        """Return the constants of two discs. The share of the first is ``(1 + e) (1/m1) / (1/m1 + 1/m2)``."""
+        turn = arb(self._scene.restitution) + 1
+        if math.isinf(mass_i) or math.isinf(mass_j):
+            share_i, share_j = (turn, ZERO) if math.isinf(mass_j) else (ZERO, turn)
+        else:
+            share_i, share_j = (turn * mass / (arb(mass_i) + arb(mass_j)) for mass in (arb(mass_j), arb(mass_i)))
+        reach = arb(radius_i) + arb(radius_j)
+        reach2 = reach * reach
+        return PairLaw(reach, reach2, share_i, share_j, 1 - share_i, 1 - share_j, share_i / reach2, share_j / reach2)
 
-    def of_straight(self, k: int, radius: float | None) -> WallLaw:
-        """Return the constants of the k-th obstacle, a half-plane or a face, for discs of a given radius (None for 0).
+    def _build_wall_law(self, k: int, radius: float | None) -> WallLaw:
+        """Return the constants of a straight obstacle.
 
         The half-plane is ``(p - q).n >= 0``. The direction of the stored normal n is exact, but its length is not
         exactly 1 because of rounding. So distances are divided by ``|n|``, and reflections by ``|n|^2``.
         """
-        law = self._of_straight.get((k, radius))
-        if law is None:
-            obstacle = self._obstacles[k]
-            shape = obstacle.shape
-            assert isinstance(shape, Plane)  # noqa: S101 - callers pass straight obstacles only
-            (px, py), (nx, ny) = map(ball, shape.point), map(ball, shape.normal)
-            length2 = nx * nx + ny * ny
-            length = length2.sqrt()
-            thick = ZERO if radius is None else arb(radius) + ball(obstacle.half_width)
-            level = px * nx + py * ny + thick * length
-            turn = arb(self._materials[obstacle.wall].restitution) + 1
-            if ny.is_zero() or nx.is_zero():  # components of 1 and 0 need no division, so they stay exact
-                xx, xy, yy = (1 - turn, ZERO, arb(1)) if ny.is_zero() else (arb(1), ZERO, 1 - turn)
-            else:
-                xx, xy, yy = 1 - turn * nx * nx / length2, ZERO - turn * nx * ny / length2, 1 - turn * ny * ny / length2
-            law = WallLaw(nx, ny, length, level, xx, xy, yy, turn * level * nx / length2, turn * level * ny / length2)
-            self._of_straight[k, radius] = law
-        return law
+        obstacle = self._obstacles[k]
+        shape = obstacle.shape
+        assert isinstance(shape, Plane)  # noqa: S101 - callers pass straight obstacles only
+        (px, py), (nx, ny) = map(ball, shape.point), map(ball, shape.normal)
+        length2 = nx * nx + ny * ny
+        length = length2.sqrt()
+        thick = ZERO if radius is None else arb(radius) + ball(obstacle.half_width)
+        level = px * nx + py * ny + thick * length
+        turn = arb(self._materials[obstacle.wall].restitution) + 1
+        if ny.is_zero() or nx.is_zero():  # components of 1 and 0 need no division, so they stay exact
+            xx, xy, yy = (1 - turn, ZERO, arb(1)) if ny.is_zero() else (arb(1), ZERO, 1 - turn)
+        else:
+            xx, xy, yy = 1 - turn * nx * nx / length2, ZERO - turn * nx * ny / length2, 1 - turn * ny * ny / length2
+        return WallLaw(nx, ny, length, level, xx, xy, yy, turn * level * nx / length2, turn * level * ny / length2)
 
-    def of_round(self, k: int, radius: float) -> RoundLaw:
-        """Return the constants of the k-th obstacle, a vertex or an arc, for discs of a given radius."""
-        law = self._of_round.get((k, radius))
-        if law is None:
-            obstacle = self._obstacles[k]
-            shape = obstacle.shape
-            assert isinstance(shape, Round)  # noqa: S101 - callers pass round obstacles only
-            (cx, cy), inside = shape.centre, shape.inside
-            thick = arb(radius) + ball(obstacle.half_width)
-            reach = ball(shape.radius2).sqrt() + (ZERO - thick if inside else thick)
-            reach2 = reach * reach
-            change = (arb(self._materials[obstacle.wall].restitution) + 1) / reach2
-            law = RoundLaw(ball(cx), ball(cy), reach, reach2, ZERO - change if inside else change)
-            self._of_round[k, radius] = law
-        return law
+    def _build_round_law(self, k: int, radius: float) -> RoundLaw:
+        obstacle = self._obstacles[k]
+        shape = obstacle.shape
+        assert isinstance(shape, Round)  # noqa: S101 - callers pass round obstacles only
+        (cx, cy), inside = shape.centre, shape.inside
+        thick = arb(radius) + ball(obstacle.half_width)
+        reach = ball(shape.radius2).sqrt() + (ZERO - thick if inside else thick)
+        reach2 = reach * reach
+        change = (arb(self._materials[obstacle.wall].restitution) + 1) / reach2
+        return RoundLaw(ball(cx), ball(cy), reach, reach2, ZERO - change if inside else change)

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 from flint import arb
 
-from carom.solvers.certified.ball_arithmetic import float_above
+from carom.solvers.certified.ball_arithmetic import BallLeg, float_above
+from carom.solvers.certified.disc_states import BallBodies
+from carom.solvers.certified.laws import RoundLaw
 from carom.solvers.certified.sign_changes import find_falls
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from carom.solvers.certified.ball_arithmetic import BallLeg
-    from carom.solvers.certified.disc_states import BallBodies
-    from carom.solvers.certified.laws import RoundLaw
 
 
 class PairApproach(NamedTuple):
@@ -126,7 +122,7 @@ class Meeting(NamedTuple):
         return isinstance(self.near, Seam) and self.first == other.first and other.obstacles <= self.obstacles
 
 
-def undecided(
+def build_undecided(
     first: int, second: int, instant_s: float, time: arb, *, resting: bool, proven: bool = False, turning: bool = False
 ) -> Meeting:
     """Return a possible impact that is not certain. `time` is its earliest possible time."""
@@ -150,4 +146,4 @@ def find_contacts(
             yield wait, Meeting(i, second, instant_s, time, float_above(time))
         else:
             earliest = arb(instant_s) + wait.lower().max(arb(0))
-            yield wait, undecided(i, second, instant_s, earliest, resting=certain or not powers[0] > 0)
+            yield wait, build_undecided(i, second, instant_s, earliest, resting=certain or not powers[0] > 0)

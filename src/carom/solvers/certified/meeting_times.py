@@ -12,21 +12,16 @@ impact during one leg must come before the next leg starts.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from flint import arb
 
 from carom.model.trace import wall_index
-from carom.solvers.certified.ball_arithmetic import ZERO, float_above
+from carom.solvers.certified.ball_arithmetic import ZERO, BallLeg, float_above
 from carom.solvers.certified.contacts import BallContacts
 from carom.solvers.certified.disc_states import BallBodies
 from carom.solvers.certified.exact import do_graze
-from carom.solvers.certified.meeting import Meeting, PairApproach, find_contacts, undecided
-from carom.solvers.certified.sign_changes import squared_gap_powers
+from carom.solvers.certified.meeting import Meeting, PairApproach, build_undecided, find_contacts
+from carom.solvers.certified.sign_changes import build_squared_gap_powers
 from carom.solvers.certified.wall_meetings import meet_feature, meet_straight
-
-if TYPE_CHECKING:
-    from carom.solvers.certified.ball_arithmetic import BallLeg
 
 
 def meet(bodies: BallBodies, disc: int, body: int, instant_s: float) -> Meeting | None:
@@ -50,7 +45,7 @@ def meet(bodies: BallBodies, disc: int, body: int, instant_s: float) -> Meeting 
             if meeting is not None or leg is None:
                 return meeting
         elif not meeting.time >= leg.end_s:
-            return undecided(meeting.first, meeting.second, begin_s, meeting.time, resting=False, turning=True)
+            return build_undecided(meeting.first, meeting.second, begin_s, meeting.time, resting=False, turning=True)
     return None
 
 
@@ -73,7 +68,7 @@ def _meet_on_curves(bodies: BallBodies, i: int, j: int, instant_s: float, leg: B
     (xi, yi), (xj, yj) = bodies.centre(i, instant_s), bodies.centre(j, instant_s)
     (ui, vi), (uj, vj) = bodies.velocity(i, arb(instant_s), instant_s), bodies.velocity(j, arb(instant_s), instant_s)
     d, u = (xj - xi, yj - yi), (uj - ui, vj - vi)
-    powers = BallContacts(bodies).gap_on_same_ground(i, j, instant_s, law.reach) or squared_gap_powers(
+    powers = BallContacts(bodies).gap_on_same_ground(i, j, instant_s, law.reach) or build_squared_gap_powers(
         d, u, pull, law.reach2
     )
     for wait, meeting in find_contacts(bodies, i, j, instant_s, powers, leg):
@@ -106,13 +101,13 @@ def _meet_pair(bodies: BallBodies, i: int, j: int, instant_s: float) -> Meeting 
             if b >= 0 or d < 0 or d.is_zero() or _do_graze(bodies, i, j):
                 return None
             earliest = c.lower() / ((ZERO - b).upper() + d.upper().max(ZERO).sqrt())
-            return undecided(i, j, instant_s, arb(instant_s) + earliest.lower().max(ZERO), resting=not b < 0)
+            return build_undecided(i, j, instant_s, arb(instant_s) + earliest.lower().max(ZERO), resting=not b < 0)
         root = d.sqrt()
         wait = c / (root - b)
     if root is None:
         return None
     if wait is None:
-        return undecided(i, j, instant_s, arb(instant_s), resting=True)
+        return build_undecided(i, j, instant_s, arb(instant_s), resting=True)
     time = arb(instant_s) + wait
     begin = bodies.find_last_impact_of_either(i, j, instant_s)
     if begin is not None and not time > begin:
@@ -122,7 +117,7 @@ def _meet_pair(bodies: BallBodies, i: int, j: int, instant_s: float) -> Meeting 
             return None
         touching = bool((time - begin).is_zero()) and not bodies.are_at_start(i, j)
         # Discs that already overlap and approach each other meet at once.
-        return undecided(i, j, instant_s, begin if time < instant_s else time, resting=True, proven=touching)
+        return build_undecided(i, j, instant_s, begin if time < instant_s else time, resting=True, proven=touching)
     near = PairApproach(xi, yi, xj, yj, dx, dy, ux, uy, root, wait)
     return Meeting(i, j, instant_s, time, float_above(time), near=near)
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from carom.core.wall_features import (
     Exact,
@@ -23,10 +23,8 @@ from carom.core.wall_features import (
     to_exact,
 )
 from carom.model.chain_geometry import Outline
+from carom.model.scene import Scene
 from carom.model.trace import EdgeKind, wall_body
-
-if TYPE_CHECKING:
-    from carom.model.scene import Scene
 
 _NOWHERE = Fraction(0)
 
@@ -100,7 +98,7 @@ def obstacles_of(scene: Scene) -> tuple[Obstacle, ...]:
     widest = Fraction(float(scene.arrays.radius_m.max(initial=0.0)))
     for k, wall in enumerate(scene.arrays.walls):
         if isinstance(wall, Outline):
-            found += _outline_obstacles(k, wall, len(found), widest)
+            found += _build_outline_obstacles(k, wall, len(found), widest)
         else:
             found.append(Obstacle(k, Plane(to_exact(wall[:2]), to_exact(wall[2:]))))
     return tuple(found)
@@ -116,7 +114,7 @@ def dot(a: tuple[float, float] | Exact, b: tuple[float, float] | Exact) -> Fract
     return Fraction(a[0]) * Fraction(b[0]) + Fraction(a[1]) * Fraction(b[1])
 
 
-def _outline_obstacles(k: int, outline: Outline, before: int, widest: Fraction) -> list[Obstacle]:
+def _build_outline_obstacles(k: int, outline: Outline, before: int, widest: Fraction) -> list[Obstacle]:
     """Return the obstacles of a finite wall: the sides of its edges, then its vertices and stops (`_build_stop`).
 
     `before` is the number of obstacles of earlier walls, and `widest` is the largest radius of a disc, in metres.
@@ -137,19 +135,19 @@ def _outline_obstacles(k: int, outline: Outline, before: int, widest: Fraction) 
     joints = [(i - 1, i) for i in range(len(runs))] if outline.closed else [(i, i + 1) for i in range(-1, len(runs))]
     for left, right in joints:
         before_it, after_it = before + 2 * (left % len(runs)), before + 2 * (right % len(runs))
-        one = runs[left] if left >= 0 or outline.closed else None
-        other = runs[right] if right < len(runs) else None
-        if one and other and is_smooth_joint(one, other):
+        left_run = runs[left] if left >= 0 or outline.closed else None
+        right_run = runs[right] if right < len(runs) else None
+        if left_run and right_run and is_smooth_joint(left_run, right_run):
             takers = [(after_it + side, before_it + side) for side in (0, 1)]
         else:
             vertex = before + len(sides) + len(vertices)
             takers = [(vertex, vertex)] * 2
-            vertices.append(_build_vertex(k, one, other, thick))
+            vertices.append(_build_vertex(k, left_run, right_run, thick))
         for side, (forward, backward) in enumerate(takers):
-            if one:
-                _link_side(sides, before_it - before + side, one, 1, wall_body(forward))
-            if other:
-                _link_side(sides, after_it - before + side, other, 0, wall_body(backward))
+            if left_run:
+                _link_side(sides, before_it - before + side, left_run, 1, wall_body(forward))
+            if right_run:
+                _link_side(sides, after_it - before + side, right_run, 0, wall_body(backward))
     return [*sides, *vertices, *stops]
 
 
@@ -167,11 +165,15 @@ def _link_side(sides: list[Obstacle], number: int, run: JoinedEdges, end: int, b
     sides[number] = replace(sides[number], neighbours=(at_begin, body) if at_the_end else (body, at_end))
 
 
-def _build_vertex(k: int, one: JoinedEdges | None, other: JoinedEdges | None, thick: Fraction) -> Obstacle:
-    """Return the vertex between two joined edges, or at an end of an open chain."""
-    numbers = [run.numbers[end] for run, end in ((one, -1), (other, 0)) if run]
-    place = one.edge.b if one else other.edge.a if other else (0.0, 0.0)
-    return Obstacle(k, Round(to_exact(place), _NOWHERE), thick, EdgeKind.VERTEX, (min(numbers),))
+def _build_vertex(k: int, left: JoinedEdges | None, right: JoinedEdges | None, thick: Fraction) -> Obstacle:
+    """Return the vertex between two joined edges, or at an end of an open chain, where one of them is None."""
+    ends = []
+    if left:
+        ends.append((left.numbers[-1], left.edge.b))
+    if right:
+        ends.append((right.numbers[0], right.edge.a))
+    place, number = ends[0][1], min(number for number, _ in ends)
+    return Obstacle(k, Round(to_exact(place), _NOWHERE), thick, EdgeKind.VERTEX, (number,))
 
 
 def _build_sides(run: JoinedEdges, thick: Fraction) -> Iterator[tuple[Plane | Round, Fraction, EdgeKind]]:
@@ -184,6 +186,8 @@ def _build_sides(run: JoinedEdges, thick: Fraction) -> Iterator[tuple[Plane | Ro
         return
     centre = run.circle.x, run.circle.y
     first, last = (subtract(a, centre), subtract(b, centre))
-    sector = None if a == b else Between(first, last) if run.turn > 0 else Between(last, first)
+    sector = None
+    if a != b:
+        sector = Between(first, last) if run.turn > 0 else Between(last, first)
     for inside in (run.turn > 0, run.turn < 0):
         yield Round(centre, run.circle.radius2, inside, sector), thick, EdgeKind.ARC

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
+import numpy as np
 from flint import arb, ctx
+from numpy.typing import NDArray
 
+from carom.model.scene import Scene
 from carom.model.trace import (
     NO_EDGE,
     ImpactRecord,
@@ -17,17 +20,10 @@ from carom.model.trace import (
     build_spin_array,
 )
 from carom.solvers.certified.ball_arithmetic import divide_to_float, round_to_float
-from carom.solvers.certified.disc_states import find_greatest_speed
+from carom.solvers.certified.contact_state import BallMode
+from carom.solvers.certified.disc_states import BallBodies, find_greatest_speed
+from carom.solvers.certified.impacts import BallEvent, BallImpact
 from carom.solvers.certified.slowing import damped_time, speed_fraction
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from carom.model.scene import Scene
-    from carom.solvers.certified.contact_state import BallMode
-    from carom.solvers.certified.disc_states import BallBodies
-    from carom.solvers.certified.impacts import BallEvent, BallImpact
 
 Spins = tuple[float, float, float, float]
 
@@ -148,11 +144,11 @@ class Recording:
         """Convert the added events to floats. Return False if an event is not known to the requested digits."""
         with ctx.workprec(self.bits):
             try:
-                return all(self._take(event) for event in self._pending)
+                return all(self._record(event) for event in self._pending)
             finally:
                 self._pending.clear()
 
-    def state_is_good(self, bodies: BallBodies) -> bool:
+    def is_state_accurate(self, bodies: BallBodies) -> bool:
         """Return whether the state of every disc is known to the requested digits."""
         return (
             all(ball.rad() <= self._speed_tolerance for ball in (*bodies.vx, *bodies.vy))
@@ -160,15 +156,15 @@ class Recording:
             and all(bodies.rim_speed(i).rad() <= self._speed_tolerance for i in range(len(bodies)))
         )
 
-    def _take(self, event: BallEvent) -> bool:
-        found = [self._mode(mode) for mode in event.modes]
-        if None in found or (event.impact is not None and not self._convert(event.impact)):
+    def _record(self, event: BallEvent) -> bool:
+        modes = [self._convert_mode(mode) for mode in event.modes]
+        if None in modes or (event.impact is not None and not self._convert_impact(event.impact)):
             return False
-        self.mode_rows += [row._replace(values=row.values._replace(impacts=len(self.rows))) for row in found if row]
+        self.mode_rows += [row._replace(values=row.values._replace(impacts=len(self.rows))) for row in modes if row]
         self.events += 1
         return True
 
-    def _mode(self, mode: BallMode) -> RecordedMode | None:
+    def _convert_mode(self, mode: BallMode) -> RecordedMode | None:
         """Convert a change between flight, sliding, rolling and rest to floats; None if it is not accurate enough."""
         time, spin, spin_rate = +mode.time, +mode.spin, +mode.spin_rate
         place, velocity, acceleration = ([+part for part in vector] for vector in mode[5:8])
@@ -188,7 +184,7 @@ class Recording:
             ModeRecord(dt, 0, *mode_fields, x.radius, v.radius, g.radius, dw, da),
         )
 
-    def _convert(self, undamped: BallImpact) -> bool:
+    def _convert_impact(self, undamped: BallImpact) -> bool:
         impact = damp_impact(self._damping_per_s, undamped)
         first, second = impact.first, impact.second
         time, *after = +impact.time, *(+v for v in impact.after)
@@ -213,11 +209,11 @@ class Recording:
         self._velocity[first] = velocities[0]
         if second >= 0:
             self._velocity[second] = velocities[1]
-        n, v1, v2, w1, w2 = (self._normal(impact), *before, *velocities)
+        n, v1, v2, w1, w2 = (self._compute_normal(impact), *before, *velocities)
         if impact.spins_before is not None and self._turns:
             for disc, spin in zip(discs, impact.spins_before, strict=False):
                 self._spin[disc] = round_to_float(+spin)
-        spins, spin_radii = self._spins(discs, spins_after)
+        spins, spin_radii = self._convert_spins(discs, spins_after)
         velocity_values = (v1.value, v2.value, w1.value, w2.value)
         values = ImpactRecord(t, first, second, n.value, *velocity_values, spins, impact.edge)
         radii = ImpactRecord(t_radius, first, second, n.radius, v1.radius, v2.radius, w1.radius, w2.radius, spin_radii)
@@ -225,7 +221,7 @@ class Recording:
         self.rows.append(RecordedImpact(values, radii, tuple(v.str(self.digits, radius=False) for v in decimals)))
         return True
 
-    def _spins(self, discs: list[int], after: list[arb]) -> tuple[Spins | None, Spins | None]:
+    def _convert_spins(self, discs: list[int], after: list[arb]) -> tuple[Spins | None, Spins | None]:
         """Return the spins before and after an impact, and their error bounds.
 
         Store the spins after the impact. A wall's spin is 0.
@@ -240,7 +236,7 @@ class Recording:
         (c, cr), (d, dr) = (*left, (0.0, 0.0))[:2]
         return (a, b, c, d), (ar, br, cr, dr)
 
-    def _normal(self, impact: BallImpact) -> Vector:
+    def _compute_normal(self, impact: BallImpact) -> Vector:
         normal = self._wall_normals.get(impact.second)
         if normal is None:
             (x, x_radius), (y, y_radius) = (divide_to_float(part, impact.length) for part in (impact.nx, impact.ny))

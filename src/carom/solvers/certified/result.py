@@ -5,17 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import TYPE_CHECKING
 
-from carom.model.trace import body_name
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.model.trace import Trace, body_name
 from carom.support.display import Drawn
 from carom.support.equality import ByValue
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from carom.model.trace import Trace
 
 
 class Ending(Enum):

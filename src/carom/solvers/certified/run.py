@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import math
 import time
-from typing import TYPE_CHECKING
 
 import numpy as np
 from flint import arb, ctx
+from numpy.typing import NDArray
 
 from carom.core.extension import find_extension_notes
+from carom.model.scene import Scene
 from carom.model.trace import Outcome, Trace, build_impact_array, build_mode_array, build_spin_array
 from carom.solvers.certified.attempt import Attempt, Goal, Stop
 from carom.solvers.certified.ball_arithmetic import float_above, round_to_float
@@ -25,12 +26,7 @@ from carom.solvers.certified.result import CertifiedTrace, Degeneracy, Degenerat
 from carom.solvers.certified.slowing import speed_fraction, undamped_time_of
 from carom.solvers.certified.wall_meetings import find_finite_contact_at_start
 from carom.solvers.options import require_goal
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from carom.model.scene import Scene
-    from carom.solvers.run import Progress
+from carom.solvers.run import Progress
 
 #: Bits of the first attempt in addition to those of the requested digits. They suffice for a few hundred impacts in
 #: most scenes.
@@ -116,17 +112,17 @@ class CertifiedRun:
             return self.outcome
         begin_s = time.perf_counter()
         deadline_s = math.inf if time_budget_s is None else begin_s + time_budget_s
-        goal = Goal(self._undamped(time_s), math.inf if max_impacts is None else max_impacts, deadline_s, progress)
+        goal = Goal(self._to_undamped(time_s), math.inf if max_impacts is None else max_impacts, deadline_s, progress)
         with ctx.workprec(self._attempt.precision):
             start = find_degenerate_start(self._attempt.bodies) if self.ending is None else None
         stop = Stop() if start is None else Stop(Ending.DEGENERATE, start)
         attempt = self._attempt
         while stop.ending is None:
-            stop = self._judge(attempt.advance(goal), attempt)
+            stop = self._decide_ending(attempt.advance(goal), attempt)
             if attempt.has_replayed:  # the previous attempt is no longer needed
                 self._attempt = attempt
             if stop.ending is None:
-                self.precision_bits = self._next_bits(attempt, stop, goal)
+                self.precision_bits = self._choose_next_bits(attempt, stop, goal)
                 attempt = Attempt(self.scene, self.precision_bits, self.log, self._attempt)
                 self.replays += 1
         self.log.convert()
@@ -159,7 +155,10 @@ class CertifiedRun:
         # After an interrupt or an undecided contact, the last event may be only partly applied.
         if self.log.events < len(attempt.events) or attempt.is_cut or self.ending is Ending.INTERRUPTED:
             attempt = Attempt(self.scene, attempt.bits, self.log, attempt, self.log.events)
-            if attempt.advance(Goal(self._undamped(self.time_s), impacts, math.inf, None)).ending is Ending.INTERRUPTED:
+            if (
+                attempt.advance(Goal(self._to_undamped(self.time_s), impacts, math.inf, None)).ending
+                is Ending.INTERRUPTED
+            ):
                 raise KeyboardInterrupt
         bodies = attempt.bodies
         with ctx.workprec(attempt.precision):
@@ -210,11 +209,11 @@ class CertifiedRun:
             elapsed_s=self._elapsed_s,
         )
 
-    def _undamped(self, time_s: float) -> arb:
+    def _to_undamped(self, time_s: float) -> arb:
         with ctx.workprec(self._most_bits):
             return undamped_time_of(self.scene.damping_per_s, arb(time_s))
 
-    def _judge(self, stop: Stop, attempt: Attempt) -> Stop:
+    def _decide_ending(self, stop: Stop, attempt: Attempt) -> Stop:
         """Decide after an attempt whether a higher precision may help. The returned ending is None if it may help."""
         trouble = stop.degeneracy
         if stop.ending is not None:
@@ -226,7 +225,7 @@ class CertifiedRun:
         undecided = trouble is not None and trouble.bits >= self._digits_bits
         return Stop(Ending.DEGENERATE if undecided else Ending.PRECISION_CAP, trouble)
 
-    def _next_bits(self, attempt: Attempt, stop: Stop, goal: Goal) -> int:
+    def _choose_next_bits(self, attempt: Attempt, stop: Stop, goal: Goal) -> int:
         """Return the next precision, predicted from the bits that were lost so far."""
         done = max(len(attempt.events), 1)
         reached_s = max(attempt.bodies.time)
@@ -247,7 +246,7 @@ def find_degenerate_start(bodies: BallBodies) -> Degeneracy | None:
     """
     lying = BallContacts(bodies).find_resting() if bodies.falls else ()
     grounds = {i: bodies.trace_body(ground.body) for i, ground in lying}
-    found = find_contact_at_start(bodies, grounds)
-    return (
-        found if found or bodies.scene.arrays.has_half_planes else find_finite_contact_at_start(bodies.scene, grounds)
-    )
+    degeneracy = find_contact_at_start(bodies, grounds)
+    if degeneracy or bodies.scene.arrays.has_half_planes:
+        return degeneracy
+    return find_finite_contact_at_start(bodies.scene, grounds)

@@ -68,12 +68,12 @@ class Selection:
 
     def changed(self, meeting: Meeting) -> None:
         """Update the possible events after an impact."""
-        for i in self._moved_by(meeting):
+        for i in self._find_moved_discs(meeting):
             for key in self._of[i]:
                 self._meetings.pop(key, None)
             self._of[i].clear()
-        self.bounds.changed(*sorted(self._moved_by(meeting)))
-        for i in self._moved_by(meeting):
+        self.bounds.changed(*sorted(self._find_moved_discs(meeting)))
+        for i in self._find_moved_discs(meeting):
             self.expect_end(i)
 
     def next_impact(self) -> Choice | None:
@@ -121,9 +121,9 @@ class Selection:
         if meeting is None or instant_s <= start < bound:
             return None
         self._meetings[disc, body] = meeting
-        for each in {disc, body}:
-            if each >= 0:
-                self._of[each].add((disc, body))
+        for number in {disc, body}:
+            if number >= 0:
+                self._of[number].add((disc, body))
         return meeting
 
     def _choose(self, meetings: list[Meeting]) -> Choice | None:
@@ -134,45 +134,45 @@ class Selection:
             if candidate.time > self.end_s:
                 continue
             if not candidate.decided:
-                blocking = blocking or Undecided(self._report_unresolved(candidate))
+                blocking = blocking or Undecided(self._describe_unresolved(candidate))
                 continue
             commutes = False
             for rival in meetings:
                 if rival is candidate or candidate.time < rival.time or candidate.holds(rival):
                     continue
-                if rival.decided and candidate.time.overlaps(rival.time) and self._commute(candidate, rival):
+                if rival.decided and candidate.time.overlaps(rival.time) and self._do_commute(candidate, rival):
                     commutes = True
                     continue
-                blocking = blocking or Undecided(self._report_tie(candidate, rival))
+                blocking = blocking or Undecided(self._describe_tie(candidate, rival))
                 break
             else:
                 if not candidate.time <= self.end_s:
-                    self.is_at_the_end(candidate)
+                    self.raise_at_the_end(candidate)
                 return Choice(candidate, commutes)
         assert blocking is not None  # noqa: S101 - at least one impact may come before the end, but none was chosen
         raise blocking
 
-    def is_at_the_end(self, meeting: Meeting) -> NoReturn:
+    def raise_at_the_end(self, meeting: Meeting) -> NoReturn:
         """Raise a signal: it is undecided whether an impact comes before the end of the scene.
 
         Raises:
             Undecided: Always.
         """
-        raise Undecided(self._report(Degenerate.AT_THE_END, (meeting,), meeting.time))
+        raise Undecided(self._describe_degeneracy(Degenerate.AT_THE_END, (meeting,), meeting.time))
 
-    def _commute(self, one: Meeting, other: Meeting) -> bool:
+    def _do_commute(self, one: Meeting, other: Meeting) -> bool:
         """Return whether two impacts in undecided order have the same result in both orders."""
-        mine, theirs = self._moved_by(one), self._moved_by(other)
+        mine, theirs = self._find_moved_discs(one), self._find_moved_discs(other)
         if mine & theirs:
             one_each = all(m.second < 0 and len(m.obstacles) == 1 for m in (one, other))
             return one_each and self.bodies.are_orthogonal(one.second, other.second)
         window = one.time.union(other.time)
-        return all(self._out_of_reach(i, j, window) for i in mine for j in theirs)
+        return all(self._are_out_of_reach(i, j, window) for i in mine for j in theirs)
 
-    def _moved_by(self, meeting: Meeting) -> set[int]:
+    def _find_moved_discs(self, meeting: Meeting) -> set[int]:
         return {body for body in (meeting.first, meeting.second) if body >= 0 and self.bodies.movable[body]}
 
-    def _out_of_reach(self, i: int, j: int, window: arb) -> bool:
+    def _are_out_of_reach(self, i: int, j: int, window: arb) -> bool:
         """Return whether two discs are too far apart to meet in the time `window`, whatever the impacts' results are.
 
         By an impact with a body of speed s, a disc of speed v becomes at most as fast as ``v + 2 (v + s)``. Friction
@@ -194,19 +194,19 @@ class Selection:
         reach = bodies.laws.of_discs(i, j).reach + 2 * speed_factor * (fastest + gained_speed) * length
         return bool(dx * dx + dy * dy > reach * reach)
 
-    def _report_unresolved(self, meeting: Meeting) -> Degeneracy:
+    def _describe_unresolved(self, meeting: Meeting) -> Degeneracy:
         kind = Degenerate.RESTING_CONTACT if meeting.resting else Degenerate.GRAZE
         kind = Degenerate.AT_A_TURN if meeting.turning else kind
-        return self._report(kind, (meeting,), meeting.time)
+        return self._describe_degeneracy(kind, (meeting,), meeting.time)
 
-    def _report_tie(self, one: Meeting, other: Meeting) -> Degeneracy:
+    def _describe_tie(self, one: Meeting, other: Meeting) -> Degeneracy:
         if not other.decided:
-            return self._report_unresolved(other)
-        shared = self._moved_by(one) & self._moved_by(other)
+            return self._describe_unresolved(other)
+        shared = self._find_moved_discs(one) & self._find_moved_discs(other)
         kind = Degenerate.SHARED_INSTANT if shared else Degenerate.SIMULTANEOUS_NEIGHBOURS
-        return self._report(kind, (one, other), one.time.union(other.time))
+        return self._describe_degeneracy(kind, (one, other), one.time.union(other.time))
 
-    def _report(self, kind: Degenerate, meetings: tuple[Meeting, ...], meeting_time: arb) -> Degeneracy:
+    def _describe_degeneracy(self, kind: Degenerate, meetings: tuple[Meeting, ...], meeting_time: arb) -> Degeneracy:
         bodies = self.bodies
         involved = sorted({body for m in meetings for body in (m.first, m.second)})
         if kind is Degenerate.RESTING_CONTACT:  # the last impact pushed one body into the other

@@ -4,18 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from carom.model.trace import IMPACT_DTYPE, MODE_DTYPE, SPIN_DTYPE
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
-
-    from numpy.typing import NDArray
-
-    from carom.solvers.certified.result import CertifiedTrace
+from carom.solvers.certified.result import CertifiedTrace
 
 _FORMAT = "carom certified run, 1"
 NUMBERS = ("digits", "precision_bits", "bits_lost", "replays")
@@ -50,8 +46,8 @@ def enclosures(certified: CertifiedTrace) -> dict[str, Any]:
     }
 
 
-def _write_fields(found: object, rows: Mapping[str, np.dtype[np.void]], final: Iterable[str]) -> dict[str, Any]:
-    arrays = {name: getattr(found, name) for name in (*rows, *final)}
+def _write_fields(owner: object, rows: Mapping[str, np.dtype[np.void]], final: Iterable[str]) -> dict[str, Any]:
+    arrays = {name: getattr(owner, name) for name in (*rows, *final)}
     return {
         name: _write_rows(array) if name in rows else array.tolist()
         for name, array in arrays.items()

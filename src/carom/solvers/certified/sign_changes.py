@@ -41,7 +41,7 @@ class _Piece(NamedTuple):
     slope: int  # sign of the slope; 0 if undecided
 
 
-def squared_gap_powers(
+def build_squared_gap_powers(
     place: tuple[arb, arb], velocity: tuple[arb, arb], pull: tuple[arb, arb], reach2: arb, *, inside: bool = False
 ) -> list[arb]:
     """Return a squared distance from the origin minus `reach2`, as coefficients of powers of time, lowest first.
@@ -151,7 +151,9 @@ def _bound_change(powers: Sequence[arb], half: arb) -> arb:
 
 
 def _sign(value: arb, spread: arb) -> int:
-    return 1 if value > spread else -1 if arb(0) - value > spread else 0
+    if value > spread:
+        return 1
+    return -1 if arb(0) - value > spread else 0
 
 
 def _bound_zeros(powers: Sequence[arb], until: float | arb) -> arb:

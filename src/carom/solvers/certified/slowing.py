@@ -6,26 +6,26 @@ disc has the same constant deceleration until it stops.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from flint import arb
 
 from carom.solvers.certified.ball_arithmetic import ZERO, float_above, float_below
+from carom.solvers.certified.disc_states import BallBodies
+from carom.solvers.certified.meeting import Meeting
 from carom.solvers.certified.result import Degeneracy, Degenerate, Undecided
-
-if TYPE_CHECKING:
-    from carom.solvers.certified.disc_states import BallBodies
-    from carom.solvers.certified.meeting import Meeting
 
 
 def undamped_time_of(damping_per_s: float, time: arb) -> arb:
     """Return the time in which an undamped disc moves as far as a damped disc moves in `time`."""
-    return time if not damping_per_s else (ZERO - (ZERO - damping_per_s * time).expm1()) / damping_per_s
+    if not damping_per_s:
+        return time
+    return (ZERO - (ZERO - damping_per_s * time).expm1()) / damping_per_s
 
 
 def damped_time(damping_per_s: float, undamped_time: arb) -> arb:
     """Return the time in which a damped disc moves as far as an undamped disc moves in `undamped_time`."""
-    return undamped_time if not damping_per_s else ZERO - (ZERO - damping_per_s * undamped_time).log1p() / damping_per_s
+    if not damping_per_s:
+        return undamped_time
+    return ZERO - (ZERO - damping_per_s * undamped_time).log1p() / damping_per_s
 
 
 def speed_fraction(damping_per_s: float, undamped_time: arb) -> arb:

@@ -29,7 +29,11 @@ class BallFrictions(NamedTuple):
 
 def sign_of(ball: arb) -> int | None:
     """Return the sign of all numbers in an interval; None if their signs differ."""
-    return 0 if ball.is_zero() else 1 if ball > 0 else -1 if ball < 0 else None
+    if ball.is_zero():
+        return 0
+    if ball > 0:
+        return 1
+    return -1 if ball < 0 else None
 
 
 def clamp(x: arb, limit: arb) -> arb:
@@ -39,7 +43,7 @@ def clamp(x: arb, limit: arb) -> arb:
 
 def limit_sticking(sticking: arb, limit: arb) -> BallFrictions:
     """Return the slip that friction alone removes: `sticking`, but at most Coulomb's `limit`."""
-    return BallFrictions(clamp(sticking, limit), ZERO, sticks=_within(sticking, limit), blocks=False)
+    return BallFrictions(clamp(sticking, limit), ZERO, sticks=_is_within(sticking, limit), blocks=False)
 
 
 def share_frictions(
@@ -53,14 +57,14 @@ def share_frictions(
         h = h_most * rim
     elif not y.is_zero() and not h_most.is_zero():
         f = f_most * slip if slip else clamp(s1 - q1, f_most)
-        h, blocks = clamp(q1 / y - f, h_most), _within(q1 / y - f, h_most)
+        h, blocks = clamp(q1 / y - f, h_most), _is_within(q1 / y - f, h_most)
     if slip:
         return BallFrictions(f_most * slip, h, sticks=False, blocks=blocks)
     left = (s1 - h * y) / (1 + y)
-    return BallFrictions(clamp(left, f_most), h, sticks=_within(left, f_most), blocks=blocks)
+    return BallFrictions(clamp(left, f_most), h, sticks=_is_within(left, f_most), blocks=blocks)
 
 
-def _within(x: arb, limit: arb) -> bool | None:
+def _is_within(x: arb, limit: arb) -> bool | None:
     if abs(x) <= limit:
         return True
     return False if abs(x) > limit else None

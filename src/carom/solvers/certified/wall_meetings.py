@@ -17,27 +17,23 @@ state after the impact then include both results.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from enum import Enum, auto
 from fractions import Fraction
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from flint import arb, ctx
 
+from carom.model.chain_geometry import Outline
+from carom.model.scene import Scene
 from carom.model.trace import wall_body, wall_index
-from carom.solvers.certified.ball_arithmetic import SLACK, ZERO, ball, float_above
+from carom.solvers.certified.ball_arithmetic import SLACK, ZERO, BallLeg, ball, float_above
 from carom.solvers.certified.disc_states import BallBodies
 from carom.solvers.certified.exact import does_graze_wall
-from carom.solvers.certified.meeting import Meeting, RoundApproach, Seam, WallApproach, find_contacts, undecided
+from carom.solvers.certified.meeting import Meeting, RoundApproach, Seam, WallApproach, build_undecided, find_contacts
 from carom.solvers.certified.obstacles import Between, Plane, Round
 from carom.solvers.certified.result import Degeneracy, Degenerate
-from carom.solvers.certified.sign_changes import find_falls, squared_gap_powers
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from carom.model.chain_geometry import Outline
-    from carom.model.scene import Scene
-    from carom.solvers.certified.ball_arithmetic import BallLeg
+from carom.solvers.certified.sign_changes import build_squared_gap_powers, find_falls
 
 #: Precision in bits for checking contact at the start. This is far more than 64-bit input needs.
 _START_BITS = 2048
@@ -76,7 +72,7 @@ def _meet_plane(bodies: BallBodies, i: int, second: int, instant_s: float, leg: 
     gap = x * law.nx + y * law.ny - law.level
     if not speed < 0:  # may move parallel to the wall: use its greatest possible speed
         time = arb(instant_s) + (gap / (ZERO - speed.lower())).lower().max(ZERO)
-        return undecided(i, second, instant_s, time, resting=not gap > 0)
+        return build_undecided(i, second, instant_s, time, resting=not gap > 0)
     time = arb(instant_s) - gap / speed
     if time < instant_s:  # the time is before the start of this path, and no impact is before `instant_s`
         return None
@@ -110,7 +106,7 @@ def _fall_on_plane(bodies: BallBodies, i: int, second: int, instant_s: float, le
     if d > 0 and time > begin:
         return Meeting(i, second, instant_s, time, float_above(time), near=WallApproach(root, wait))
     earliest = time.lower().max(arb(instant_s)) if time.is_finite() else arb(instant_s)
-    return undecided(i, second, instant_s, earliest, resting=d > 0 or pulled < 0)
+    return build_undecided(i, second, instant_s, earliest, resting=d > 0 or pulled < 0)
 
 
 def _turns_back(bodies: BallBodies, i: int, k: int) -> bool:
@@ -148,7 +144,7 @@ def meet_feature(bodies: BallBodies, i: int, second: int, instant_s: float, leg:
             return None
         return_time = launch.time + fall.time
         if not fall.certain or not return_time.lower() > launch.time.upper():
-            return undecided(i, second, instant_s, return_time.lower().max(arb(instant_s)), resting=False)
+            return build_undecided(i, second, instant_s, return_time.lower().max(arb(instant_s)), resting=False)
         instant_s = max(instant_s, float((launch.time + return_time) / 2))
     touch = _find_touch(bodies, i, second, instant_s, leg)
     if touch is None or touch.on is On.BESIDE:
@@ -160,7 +156,7 @@ def meet_feature(bodies: BallBodies, i: int, second: int, instant_s: float, leg:
     taker = {On.BEGIN: begin, On.END: end}.get(touch.on)
     other = None if taker is None else _find_touch(bodies, i, taker, instant_s, leg)
     if other is None or not other.meeting.decided:
-        return undecided(i, second, instant_s, meeting.time, resting=False)
+        return build_undecided(i, second, instant_s, meeting.time, resting=False)
     time = meeting.time.union(other.meeting.time)
     return meeting._replace(time=time, latest=float_above(time), near=Seam(meeting, other.meeting))
 
@@ -182,12 +178,11 @@ def _find_touch(bodies: BallBodies, i: int, second: int, instant_s: float, leg: 
     meeting = meet_straight(bodies, i, second, instant_s, leg)
     if meeting is None or shape.stretch is None:
         return None if meeting is None else _Touch(meeting, On.INSIDE)
-    return _Touch(
-        meeting, _locate_foot(shape.stretch, *_position_after(bodies, i, x, y, vx, vy, meeting.time - instant_s))
-    )
+    x, y = _compute_position_after(bodies, i, x, y, vx, vy, meeting.time - instant_s)
+    return _Touch(meeting, _locate_foot(shape.stretch, x, y))
 
 
-def _position_after(bodies: BallBodies, i: int, x: arb, y: arb, vx: arb, vy: arb, wait: arb) -> tuple[arb, arb]:
+def _compute_position_after(bodies: BallBodies, i: int, x: arb, y: arb, vx: arb, vy: arb, wait: arb) -> tuple[arb, arb]:
     """Return the position of disc `i` after `wait` seconds."""
     if not bodies.falls and bodies.acceleration[i] is None:
         return x + vx * wait, y + vy * wait
@@ -213,9 +208,9 @@ def _fall_on_round(bodies: BallBodies, i: int, second: int, instant_s: float, le
         return None
     x, y, ux, uy = bodies.relative_state(i, instant_s, leg)
     dx, dy, (gx, gy) = x - law.cx, y - law.cy, bodies.acceleration_of(i)
-    powers = squared_gap_powers((dx, dy), (ux, uy), (gx, gy), law.reach2, inside=shape.inside)
+    powers = build_squared_gap_powers((dx, dy), (ux, uy), (gx, gy), law.reach2, inside=shape.inside)
     for wait, meeting in find_contacts(bodies, i, second, instant_s, powers, leg):
-        px, py = _position_after(bodies, i, dx, dy, ux, uy, wait)
+        px, py = _compute_position_after(bodies, i, dx, dy, ux, uy, wait)
         on = On.INSIDE if shape.sector is None else _locate_direction(shape.sector, px, py)
         if on is On.BESIDE:
             continue
@@ -242,11 +237,11 @@ def _touch_round(bodies: BallBodies, i: int, second: int, instant_s: float, leg:
         return None
     if not (d > 0 and law.reach > 0 and (shape.inside or b < 0)):
         # Use the time at which the disc is nearest to the centre, and widen it by the uncertainty of D.
-        wait = ((ZERO - b) - _upper_root(d)).union(_upper_root(d) - b) / a
+        wait = ((ZERO - b) - _compute_upper_root(d)).union(_compute_upper_root(d) - b) / a
         if shape.sector is not None and _locate_direction(shape.sector, dx + ux * wait, dy + uy * wait) is On.BESIDE:
             return None
         earliest = arb(instant_s) + (wait.lower().max(ZERO) if wait.is_finite() else ZERO)
-        return _Touch(undecided(i, second, instant_s, earliest, resting=shape.inside or not b < 0), On.OPEN)
+        return _Touch(build_undecided(i, second, instant_s, earliest, resting=shape.inside or not b < 0), On.OPEN)
     root = d.sqrt()
     later = ZERO - c / (b + root) if b > 0 else (root - b) / a
     wait = later if shape.inside else c / (root - b)
@@ -257,7 +252,7 @@ def _touch_round(bodies: BallBodies, i: int, second: int, instant_s: float, leg:
     if time < instant_s if begin is None else time + past < begin:
         return None
     if begin is not None and not time > begin:
-        return _Touch(undecided(i, second, instant_s, begin if time < instant_s else time, resting=True), on)
+        return _Touch(build_undecided(i, second, instant_s, begin if time < instant_s else time, resting=True), on)
     return _Touch(
         Meeting(i, second, instant_s, time, float_above(time), near=RoundApproach(law, px, py, root, wait)), on
     )
@@ -290,10 +285,13 @@ def _locate_direction(sector: Between, x: arb, y: arb) -> On:
                 return end if along > 0 else On.OPEN
         turns.append(turn)
     begin_turn, end_turn = turns
-    reflex = fx * ly - fy * lx < 0
-    if (begin_turn > 0 or end_turn < 0) if reflex else (begin_turn > 0 and end_turn < 0):
+    is_inside, is_beside = (begin_turn > 0, end_turn < 0), (begin_turn < 0, end_turn > 0)
+    is_reflex = fx * ly - fy * lx < 0
+    if any(is_inside) if is_reflex else all(is_inside):
         return On.INSIDE
-    return On.BESIDE if ((begin_turn < 0 and end_turn > 0) if reflex else (begin_turn < 0 or end_turn > 0)) else On.OPEN
+    if all(is_beside) if is_reflex else any(is_beside):
+        return On.BESIDE
+    return On.OPEN
 
 
 def _does_graze(bodies: BallBodies, i: int, second: int) -> bool:
@@ -313,7 +311,7 @@ def _does_graze(bodies: BallBodies, i: int, second: int) -> bool:
     return rest <= 0 and rest * rest == slope * slope * radius2
 
 
-def _upper_root(square: arb) -> arb:
+def _compute_upper_root(square: arb) -> arb:
     """Return the square root of an interval's upper bound; 0 if the bound is negative."""
     return square.upper().max(ZERO).sqrt()
 
@@ -334,7 +332,7 @@ def find_finite_contact_at_start(scene: Scene, grounds: Mapping[int, int]) -> De
                 k
                 for k, wall in enumerate(scene.arrays.walls if bodies.movable[i] else ())
                 if not isinstance(wall, tuple) and grounds.get(i) != wall_body(k)
-                if wall.compute_gap(*disc.position_m, disc.radius_m) <= size + SLACK * _farthest_coordinate(wall)
+                if wall.compute_gap(*disc.position_m, disc.radius_m) <= size + SLACK * _find_farthest_coordinate(wall)
             }
             for number, obstacle in enumerate(bodies.obstacles):
                 if obstacle.wall in near and (found := _check_start(bodies, i, number)) is not None:
@@ -345,7 +343,7 @@ def find_finite_contact_at_start(scene: Scene, grounds: Mapping[int, int]) -> De
     return None
 
 
-def _farthest_coordinate(wall: Outline) -> float:
+def _find_farthest_coordinate(wall: Outline) -> float:
     return max(map(abs, (*wall.box[0], *wall.box[1])))
 
 

@@ -4,20 +4,16 @@ from __future__ import annotations
 
 from collections import defaultdict
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from carom.core.input_rows import FEATURE_NUMBERS, build_driven_rows, build_feature_row
-from carom.core.wall_features import Arc, Face, WallFeature, are_decidable, build_features
+from carom.core.wall_features import Arc, Face, Point, WallFeature, are_decidable, build_features
 from carom.model.chain_geometry import Outline
+from carom.model.disc_arrays import DiscArrays
 from carom.model.trace import EDGE_DTYPE, NO_EDGE
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from carom.core.wall_features import Point
-    from carom.model.disc_arrays import DiscArrays
 
 #: Largest number of sides and vertices of walls; equal to `MOST_OBSTACLES` of pic/state.h.
 MOST_OBSTACLES = 67_108_863

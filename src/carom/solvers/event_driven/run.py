@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from carom.core.resolution import too_far_out
 from carom.errors import InputError
@@ -15,12 +16,8 @@ from carom.model.trace import Outcome, body_name
 from carom.solvers.event_driven.obstacles import MOST_OBSTACLES, NO_OBSTACLE, Obstacles
 from carom.solvers.options import ALWAYS, NO_LIMIT, RunOptions, require_goal
 from carom.solvers.rows import RecordedImpacts
+from carom.solvers.run import Progress, Start
 from carom.support.escaping import format_value
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from carom.solvers.run import Progress, Start
 
 #: Number of events per call of the compiled code. A call takes about a tenth of a second. Between calls, progress is
 #: reported and Ctrl-C is handled.
@@ -308,8 +305,8 @@ def _require_same(state: RunState, fixed: Mapping[str, Any], discs: NDArray[np.v
         if isinstance(value, np.ndarray):
             _require_equal(name, value, other)
         elif value != other:
-            found = f"{format_value(value)}, got {format_value(other)}"
-            raise InputError(f"resume must be the state of a run of the same {name}: {found}")
+            difference = f"{format_value(value)}, got {format_value(other)}"
+            raise InputError(f"resume must be the state of a run of the same {name}: {difference}")
 
 
 def _require_equal(name: str, values: NDArray[np.float64], other_values: NDArray[np.float64]) -> None:

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from carom.errors import InputError
 from carom.model.sizes import count_steps
-
-if TYPE_CHECKING:
-    from carom.solvers.units import Units
+from carom.solvers.units import Units
 
 
 @dataclass(frozen=True)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 
+from carom.core import pit
 from carom.model.damping import UNDAMPED, Damping
 from carom.model.scene import Scene, to_scene
 from carom.model.trace import EDGE_DTYPE, NO_EDGE, Outcome, Trace
@@ -13,17 +15,8 @@ from carom.solvers.options import NO_LIMIT, require_goal
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.request import compute_frames
 from carom.solvers.rows import RecordedImpacts
-from carom.solvers.run import build_trace
-from carom.solvers.units import run_in_ordinary_units
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.typing import NDArray
-
-    from carom.core import pit
-    from carom.solvers.run import Progress, Start
-    from carom.solvers.units import RunInUnits, Units
+from carom.solvers.run import Progress, Start, build_trace
+from carom.solvers.units import RunInUnits, Units, run_in_ordinary_units
 
 #: PIT searches around each disc to find frames at which no bodies can touch, and skips them. When the searches have
 #: cost more work than they saved, PIT stops skipping frames. The limit of this loss is the work of this many searches
@@ -143,18 +136,13 @@ def start_pit_run(scene: Scene, clock: FrameClock, *, skipping: bool = True) -> 
 
     def make(start: Start, units: Units) -> FrameRun:
         damping = units.convert_damping(scene.damping_per_s) if scene.damping_per_s else UNDAMPED
-        return _build_pit_run(start, clock.convert_units(units), damping, skipping)
+        run_clock = clock.convert_units(units)
+        edges_of = None if start.arrays.has_half_planes else build_edges
+        loop = pit.FrameLoop(start, run_clock, skipping, MOST_WASTE, damping.per_s)
+        return FrameRun(loop, run_clock, edges_of=edges_of, damping=damping)
 
     run: FrameRun | RunInUnits = run_in_ordinary_units(scene.undamped, make)
     return run
-
-
-def _build_pit_run(start: Start, clock: FrameClock, damping: Damping, skipping: bool) -> FrameRun:
-    from carom.core import pit
-
-    edges_of = None if start.arrays.has_half_planes else build_edges
-    loop = pit.FrameLoop(start, clock, skipping, MOST_WASTE, damping.per_s)
-    return FrameRun(loop, clock, edges_of=edges_of, damping=damping)
 
 
 def build_edges(contacts: NDArray[np.void]) -> NDArray[np.void]:

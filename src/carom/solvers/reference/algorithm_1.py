@@ -13,17 +13,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from carom.errors import InputError
+from carom.model.disc_arrays import HalfPlane
 from carom.model.scene import Scene, to_scene
-from carom.model.trace import ImpactRecord, wall_body
+from carom.model.trace import ImpactRecord, Vector, wall_body
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.request import compute_frames
-
-if TYPE_CHECKING:
-    from carom.model.disc_arrays import HalfPlane
-    from carom.model.trace import Vector
 
 
 @dataclass

@@ -104,7 +104,7 @@ class HistoryTask(JobTask):
         adapter = load_supported_adapter(job)
         scene = shift_to_phase(job)
         reference = require_reference(_reference(scene))
-        horizon_s = build_reference(reference, asked=False).horizon_s
+        horizon_s = build_reference(reference, is_requested=False).horizon_s
         trace = observe_run(adapter, scene, job.profile, job.dt_s, samples=True)
         score = compare(reference, trace, sampling=_sampling(scene, job.dt_s), horizon=horizon_s)
         errors = _compute_state_errors(reference, trace, math.inf if horizon_s is None else horizon_s)

@@ -9,7 +9,7 @@ from flint import arb, ctx
 from tests.cases import each, release_after
 
 from carom.solvers.certified.ball_arithmetic import ball
-from carom.solvers.certified.sign_changes import find_falls, squared_gap_powers
+from carom.solvers.certified.sign_changes import build_squared_gap_powers, find_falls
 
 
 @pytest.fixture(autouse=True)
@@ -100,7 +100,7 @@ def test_falls_after_the_given_time_are_not_returned() -> None:
 
 def test_wide_balls_give_few_uncertain_falls() -> None:
     """Where balls decide nothing, fewer than ten falls are returned, and the first is uncertain."""
-    powers = squared_gap_powers((arb(0), arb(1)), (arb(1), arb(0)), (arb(0), arb(-1)), arb(1))
+    powers = build_squared_gap_powers((arb(0), arb(1)), (arb(1), arb(0)), (arb(0), arb(-1)), arb(1))
     falls = list(find_falls([power + arb(0, 1e-3) for power in powers]))
     assert 1 <= len(falls) < 10
     assert not falls[0].certain
