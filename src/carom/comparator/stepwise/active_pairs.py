@@ -106,7 +106,9 @@ def _enter_consequences(block: Block, found: Activity, begin: int, end: int, tog
 
     `together` contains the near pairs of these steps.
     """
-    due_steps = [step for step in range(begin, end) if step in found.due and _has_other_pairs(found.due[step], together)]
+    due_steps = [
+        step for step in range(begin, end) if step in found.due and _has_other_pairs(found.due[step], together)
+    ]
     within_reach = [near_pairs.find_within_reach(block) for near_pairs in together] if due_steps else []
     for step in due_steps:
         near: dict[int, list[Pair]] = defaultdict(list)
