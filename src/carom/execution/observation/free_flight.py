@@ -97,15 +97,10 @@ class FreeFlight:
     def _is_quiet(self) -> bool:
         """Whether the last steps left every velocity and spin unchanged, and moved every disc by its velocity."""
         states = [state for _, state in self._seen]
-        motions = {state.velocity_m_s.tobytes() for state in states}
-        if len(motions) > 1:
-            return False
-        if (
-            self._turns
-            and len({None if state.spin_rad_s is None else state.spin_rad_s.tobytes() for state in states}) > 1
-        ):
-            return False
-        return self._has_moved_straight(states[-1].velocity_m_s)
+        spins = [state.spin_rad_s for state in states if state.spin_rad_s is not None] if self._turns else []
+        is_unchanged = len({state.velocity_m_s.tobytes() for state in states}) == 1
+        is_unchanged = is_unchanged and len({spin.tobytes() for spin in spins}) <= 1
+        return is_unchanged and self._has_moved_straight(states[-1].velocity_m_s)
 
     def _has_moved_straight(self, velocity: Array) -> bool:
         """Whether each step moved every disc by its velocity, except for rounding of coordinates and instants."""

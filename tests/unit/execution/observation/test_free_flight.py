@@ -17,8 +17,9 @@ from carom import Chain, Scene, Wall, solve_pic, time_of_impact
 from carom.catalogue import find_scenes
 from carom.engines.api import Observation
 from carom.engines.registry import load_adapter
+from carom.execution.observation.approach import compute_pair_time
 from carom.execution.observation.engine_run import observe_run
-from carom.execution.observation.free_flight import FreeFlight, compute_time_until_near
+from carom.execution.observation.free_flight import FreeFlight
 
 DT = 1 / 60
 
@@ -40,6 +41,12 @@ def build_straight_states(scene: Scene, steps: int = 5) -> list[tuple[Array, Arr
     """Return the states of discs that move straight on."""
     start = scene.arrays
     return [(start.position_m + start.velocity_m_s * (k * DT), start.velocity_m_s) for k in range(1, steps + 1)]
+
+
+def compute_near_time(place: Any, speed: Any, reach: float) -> float:
+    """Return when a disc that starts at `place` comes near a disc at rest at the origin."""
+    discs = (np.array([(0.0, 0.0), place]), np.array([(0.0, 0.0), speed]), np.array([reach / 2, reach / 2]))
+    return compute_pair_time(*discs, np.array([0]), np.array([1]))
 
 
 PARTING = build_pair(0.5, 1.0)
@@ -94,7 +101,7 @@ def test_two_discs_are_near_before_they_touch(state: tuple[int, ...], length: in
     place, speed = np.array([[x, y]]) * 10.0**length, np.array([[vx, vy]]) * 10.0**pace
     r = radius * 10.0**length
     touches = time_of_impact([0.0, 0.0], [0.0, 0.0], r, place[0], speed[0], r)
-    assert float(compute_time_until_near(place, speed, np.array([4.0 * r]))[0]) <= float(touches)
+    assert compute_near_time(place[0], speed[0], 4.0 * r) <= float(touches)
 
 
 @each(
@@ -109,8 +116,7 @@ def test_two_discs_are_near_before_they_touch(state: tuple[int, ...], length: in
 )
 def test_distant_approach_is_found_despite_rounding(place: Any, speed: Any, near_s: float) -> None:
     """A pair 1e12 m apart that approaches is found to come near, in a time of 0 beyond the largest float."""
-    found = compute_time_until_near(np.array([place]), np.array([speed]), np.array([4.0]))
-    assert found[0] == pytest.approx(near_s, rel=1e-9)
+    assert compute_near_time(place, speed, 4.0) == pytest.approx(near_s, rel=1e-9)
 
 
 def test_free_flight_requires_two_steps_of_equal_velocity() -> None:
@@ -132,9 +138,7 @@ def test_earliest_near_pair_is_found_within_the_time_left(
     rows = np.array(states, float)
     scene = staged("apart", *(disc_at(100 * k, 0) for k in range(len(rows))), duration_s=20.0)
     place, velocity, (first, second) = 3.0 * rows[:, :2], rows[:, 2:], np.triu_indices(len(rows), 1)
-    radius = scene.arrays.radius_m
-    near = 2.0 * (radius[first] + radius[second])
-    every = compute_time_until_near(place[second] - place[first], velocity[second] - velocity[first], near).min()
+    every = compute_pair_time(place, velocity, 2.0 * scene.arrays.radius_m, first, second)
     found = FreeFlight(scene, DT).compute_pair_wait(place, velocity, left_s)
     assert found == every if every <= left_s else found > left_s
 
