@@ -32,7 +32,8 @@ _NOT_CONSERVED = frozenset(
 #: compared.
 AT_REST = 1e-12
 
-#: Number of impacts from which runs are not measured together. This limits memory, and saves no more time.
+#: Number of impacts and discs from which runs are not measured together. Larger groups would need much memory, and
+#: save no time.
 MOST_JOINED = 1000
 
 
@@ -209,14 +210,14 @@ def _build_measured(
 
 
 def _group_small_runs(runs: Iterable[MatchedRun]) -> Iterator[list[MatchedRun]]:
-    """Group runs that are measured together, up to the first run with which a group has `MOST_JOINED` impacts."""
-    group, impacts = list[MatchedRun](), 0
+    """Group runs that are measured together. The run with which a group reaches `MOST_JOINED` is its last one."""
+    group, joined = list[MatchedRun](), 0
     for run in runs:
         group.append(run)
-        impacts += len(run.reference.impacts) + len(run.observed.impacts)
-        if impacts >= MOST_JOINED:
+        joined += len(run.reference.impacts) + len(run.observed.impacts) + len(run.reference.final_position_m)
+        if joined >= MOST_JOINED:
             yield group
-            group, impacts = [], 0
+            group, joined = [], 0
     if group:
         yield group
 
@@ -341,17 +342,15 @@ def _measure_impact_errors(runs: Sequence[MatchedRun], scales: Scales) -> Array:
             restitution - compute_restitutions(velocities(expected, "before"), true_after, normal),
         ]
     )
-    have_spins = [run.reference.spins is not None and run.observed.spins is not None for run in runs]
-    errors[_IMPACT_ERRORS.index("spin"), ~np.repeat(have_spins, [len(run.alignment.matched) for run in runs])] = (
-        math.nan
-    )
+    has_spins = np.repeat(_have_spins(runs), [len(run.alignment.matched) for run in runs])
+    errors[_IMPACT_ERRORS.index("spin"), ~has_spins] = math.nan
     errors[:, ~np.concatenate([find_finite_impacts(trace) for trace in observed])[o]] = math.inf
     reported_s, effective_s = errors[:2]
     return np.concatenate([errors, np.where(np.isnan(effective_s), reported_s, effective_s)[None]])
 
 
 def _number_matches(runs: Sequence[MatchedRun]) -> NDArray[np.intp]:
-    """Return the index pairs of all runs' matches, if the impacts of all references and runs are numbered through."""
+    """Return the matches of all runs as indices of the joined impacts of all references and runs, shape ``(2, m)``."""
     matched, expected, found = list[tuple[int, int]](), 0, 0
     for run in runs:
         matched += [(expected + r, found + o) for r, o in run.alignment.matched]
