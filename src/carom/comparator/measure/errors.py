@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from carom.comparator.match_impacts import Alignment
 from carom.comparator.non_finite import find_finite_impacts
-from carom.comparator.scales import Scales, find_largest
+from carom.comparator.scales import Scales, find_largest, find_largest_of_rows
 from carom.comparator.thresholds import THRESHOLDS
 from carom.core.impact_law import ContactFrictions, RoughBodies
 from carom.model.energy import compute_kinetic_energies
@@ -189,7 +189,10 @@ def _build_measured(
     scales: Scales, run: MatchedRun, impact_errors: Array, energy: float, momentum: float, ends: Array
 ) -> Measured:
     """Return all errors of a run, given the errors of its impacts in the rows `_IMPACT_ERRORS` and `time_s`."""
-    errors = dict(zip((*_IMPACT_ERRORS, "time_s"), impact_errors, strict=True))
+    names = (*_IMPACT_ERRORS, "time_s")
+    errors, largest = (
+        dict(zip(names, rows, strict=True)) for rows in (impact_errors, find_largest_of_rows(impact_errors))
+    )
     restitution = errors["restitution_error"]
     final_position, final_velocity, final_spin = ends.max(axis=1).tolist()
     return Measured(
@@ -197,7 +200,7 @@ def _build_measured(
         alignment=run.alignment,
         of_impacts=errors,
         largest=Errors(
-            **{name: find_largest(errors[name]) for name in ("time_s", *_LARGEST_OF_IMPACTS)},
+            **{name: largest[name] for name in ("time_s", *_LARGEST_OF_IMPACTS)},
             restitution=find_largest(restitution[~np.isnan(restitution)]),
             energy=energy,
             momentum=momentum,
