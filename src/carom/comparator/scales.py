@@ -138,3 +138,11 @@ def find_largest(values: ArrayLike, default: float = math.nan) -> float:
     """
     array = np.asarray(values, dtype=np.float64)
     return float(array[np.abs(array).argmax()]) if len(array) else default  # the first NaN counts as largest
+
+
+def find_largest_of_rows(rows: Array) -> list[float]:
+    """Return the result of `find_largest` for each row of an array."""
+    if not rows.shape[1]:
+        return [math.nan] * len(rows)
+    largest: list[float] = rows[np.arange(len(rows)), np.abs(rows).argmax(axis=1)].tolist()
+    return largest

@@ -247,7 +247,7 @@ class DiscArrays:
     @cached_property  # cached, since computing it takes a quarter of the time for solving two discs
     def turns(self) -> bool:
         """Whether discs spin, or friction can make them spin. If not, a run stores no spins."""
-        return self.rubs or bool(np.any(self.spins))
+        return self.rubs or bool(self.spins.any())
 
     @cached_property
     def is_ordinary(self) -> bool:
@@ -255,7 +255,7 @@ class DiscArrays:
         lengths = (self.position_m, self.radius_m, self._wall_lengths)
         measures = (*lengths, self.velocity_m_s, self.driven_speeds, self.mass_kg, self.surface_speed_m_s)
         size = np.abs(np.concatenate([array.ravel() for array in measures]))
-        return bool(np.all(((size >= 1.0 / ORDINARY) & (size <= ORDINARY)) | (size == 0.0) | (size == math.inf)))
+        return bool((((size >= 1.0 / ORDINARY) & (size <= ORDINARY)) | (size == 0.0) | (size == math.inf)).all())
 
     @property
     def _wall_lengths(self) -> NDArray[np.float64]:

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -53,6 +54,24 @@ def test_trace_keeps_every_bit_through_the_codec(name: str) -> None:
     assert codec.loads(codec.dumps(trace)) == trace
 
 
+def test_traces_of_one_scene_share_it() -> None:
+    """Two decoded traces of one scene have the same scene object, so the scene is validated once."""
+    codec = Codec[Trace](CarriedTrace)
+    lines = [codec.dumps(solve_pit(SCENE, frame_rate_hz=rate)) for rate in (60, 120)]
+    first, second = map(codec.loads, lines)
+    assert first.scene == SCENE
+    assert first.scene is second.scene
+
+
+def test_scene_of_an_older_journal_is_read() -> None:
+    """A trace is decoded if its scene is a JSON object instead of a string with JSON, as in older journals."""
+    codec = Codec[Trace](CarriedTrace)
+    trace = solve_pit(SCENE)
+    fields = json.loads(json.loads(codec.dumps(trace)))
+    older = json.dumps(json.dumps({**fields, "scene": json.loads(fields["scene"])}))
+    assert codec.loads(older.encode()) == trace
+
+
 @pytest.fixture
 def answer() -> tuple[Codec[Any], list[Any]]:
     """The codec of a worker's answers, and PIT's answer as JSON."""
@@ -63,7 +82,9 @@ def answer() -> tuple[Codec[Any], list[Any]]:
 def test_altered_answer_is_a_value_or_a_validation_error(answer: tuple[Codec[Any], list[Any]]) -> None:
     """Decoding an answer with one part replaced or removed returns a value or raises a ValidationError."""
     codec, sound = answer
-    traces = alter_value(json.loads(sound[1]["value"]))
+    trace = json.loads(sound[1]["value"])
+    scenes = ({**trace, "scene": json.dumps(one)} for one in alter_value(json.loads(trace["scene"])))
+    traces = chain(alter_value(trace), scenes)
     lines = [*alter_value(sound), *([0, {**sound[1], "value": json.dumps(one)}] for one in traces)]
     refused = 0
     for line in lines[::4]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from carom.comparator.match_impacts import Alignment
 from carom.comparator.non_finite import find_finite_impacts
-from carom.comparator.scales import Scales, find_largest
+from carom.comparator.scales import Scales, find_largest, find_largest_of_rows
 from carom.comparator.thresholds import THRESHOLDS
 from carom.core.impact_law import ContactFrictions, RoughBodies
 from carom.model.energy import compute_kinetic_energies
@@ -35,7 +35,8 @@ _NOT_CONSERVED = frozenset(
 #: compared.
 AT_REST = 1e-12
 
-#: Number of impacts from which runs are not measured together. This limits memory, and saves no more time.
+#: Number of impacts and discs from which runs are not measured together. Larger groups would need much memory, and
+#: save no time.
 MOST_JOINED = 1000
 
 
@@ -191,7 +192,10 @@ def _build_measured(
     scales: Scales, run: MatchedRun, impact_errors: Array, energy: float, momentum: float, ends: Array
 ) -> Measured:
     """Return all errors of a run, given the errors of its impacts in the rows `_IMPACT_ERRORS` and `time_s`."""
-    errors = dict(zip((*_IMPACT_ERRORS, "time_s"), impact_errors, strict=True))
+    names = (*_IMPACT_ERRORS, "time_s")
+    errors, largest = (
+        dict(zip(names, rows, strict=True)) for rows in (impact_errors, find_largest_of_rows(impact_errors))
+    )
     restitution = errors["restitution_error"]
     final_position, final_velocity, final_spin = ends.max(axis=1).tolist()
     return Measured(
@@ -199,7 +203,7 @@ def _build_measured(
         alignment=run.alignment,
         of_impacts=errors,
         largest=Errors(
-            **{name: find_largest(errors[name]) for name in ("time_s", *_LARGEST_OF_IMPACTS)},
+            **{name: largest[name] for name in ("time_s", *_LARGEST_OF_IMPACTS)},
             restitution=find_largest(restitution[~np.isnan(restitution)]),
             energy=energy,
             momentum=momentum,
@@ -212,14 +216,14 @@ def _build_measured(
 
 
 def _group_small_runs(runs: Iterable[MatchedRun]) -> Iterator[list[MatchedRun]]:
-    """Group runs that are measured together, up to the first run with which a group has `MOST_JOINED` impacts."""
-    group, impacts = list[MatchedRun](), 0
+    """Group runs that are measured together. The run with which a group reaches `MOST_JOINED` is its last one."""
+    group, joined = list[MatchedRun](), 0
     for run in runs:
         group.append(run)
-        impacts += len(run.reference.impacts) + len(run.observed.impacts)
-        if impacts >= MOST_JOINED:
+        joined += len(run.reference.impacts) + len(run.observed.impacts) + len(run.reference.final_position_m)
+        if joined >= MOST_JOINED:
             yield group
-            group, impacts = [], 0
+            group, joined = [], 0
     if group:
         yield group
 
@@ -344,17 +348,15 @@ def _measure_impact_errors(runs: Sequence[MatchedRun], scales: Scales) -> Array:
             restitution - compute_restitutions(velocities(expected, "before"), true_after, normal),
         ]
     )
-    have_spins = [run.reference.spins is not None and run.observed.spins is not None for run in runs]
-    errors[_IMPACT_ERRORS.index("spin"), ~np.repeat(have_spins, [len(run.alignment.matched) for run in runs])] = (
-        math.nan
-    )
+    has_spins = np.repeat(_have_spins(runs), [len(run.alignment.matched) for run in runs])
+    errors[_IMPACT_ERRORS.index("spin"), ~has_spins] = math.nan
     errors[:, ~np.concatenate([find_finite_impacts(trace) for trace in observed])[o]] = math.inf
     reported_s, effective_s = errors[:2]
     return np.concatenate([errors, np.where(np.isnan(effective_s), reported_s, effective_s)[None]])
 
 
 def _number_matches(runs: Sequence[MatchedRun]) -> NDArray[np.intp]:
-    """Return the index pairs of all runs' matches, if the impacts of all references and runs are numbered through."""
+    """Return the matches of all runs as indices of the joined impacts of all references and runs, shape ``(2, m)``."""
     matched, expected, found = list[tuple[int, int]](), 0, 0
     for run in runs:
         matched += [(expected + r, found + o) for r, o in run.alignment.matched]
