@@ -7,11 +7,11 @@ reference, so they also apply beyond a horizon.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from carom.comparator.scales import Scales, compute_own_scales, find_largest
 from carom.comparator.slowing import Slowing
@@ -94,8 +94,10 @@ def measure_consistency(trace: Trace, scales: Scales, until_s: float = math.inf)
 
     Only times up to `until_s` are checked, because there is no free flight after a disc comes to rest.
     """
-    disc, since_s, velocity_error, spun, position_error, allowed = _measure_flights(trace, until_s)
-    reach = compute_own_scales(trace).reach_m[disc]
+    disc, since_s, velocity_error, spun, position_error, allowed = np.concatenate(
+        list(_iterate_flights(trace, until_s)), axis=1
+    )
+    reach = compute_own_scales(trace).reach_m[disc.astype(np.intp)]
 
     def find_worst(sizes: Array) -> Deviation:
         known = np.where(np.isnan(sizes), 0.0, sizes)  # NaN: the flight can't be followed; see `unchecked`
@@ -125,114 +127,61 @@ def measure_consistency(trace: Trace, scales: Scales, until_s: float = math.inf)
     )
 
 
-class _Flights(NamedTuple):
-    """The k free flights of all discs, between their impacts and to the end of the run. They are sorted by disc.
+def _iterate_flights(trace: Trace, until_s: float) -> Iterator[Array]:
+    """Yield the free flights of each disc, between its impacts and to the end of the run, shape ``(6, k)``.
 
-    Attributes:
-        disc: Number of the disc, shape ``(k,)``.
-        since_s: Time at which the flight begins, in seconds, shape ``(k,)``.
-        velocity: Deviation of the velocity at the flight's end, in metres per second, shape ``(k,)``. This and the next
-            two are NaN if the flight can't be followed.
-        rim: Deviation of the rim speed, in metres per second, shape ``(k,)``.
-        position: Deviation of the position, in metres, shape ``(k,)``.
-        allowed: Distance by which the engine may have moved the overlapping disc at both ends of the flight, in metres,
-            shape ``(k,)``.
+    The rows are the disc, the time at which the flight begins, and the deviations of velocity, rim speed and position
+    at the flight's end (NaN if the flight can't be followed). The last row is the distance by which the engine may have
+    moved the overlapping disc at both ends of the flight.
     """
-
-    disc: NDArray[np.intp]
-    since_s: Array
-    velocity: Array
-    rim: Array
-    position: Array
-    allowed: Array
-
-
-class _Nodes(NamedTuple):
-    """Ends of flights, disc by disc: the start of the run, the disc's impacts, and the end of the run.
-
-    Attributes:
-        discs: Numbers of the discs, ascending, shape ``(n,)``.
-        starts: Indices of the nodes at the start of the run, shape ``(n,)``.
-        impacts: Indices of the nodes at impacts, shape ``(m,)``.
-        ends: Indices of the nodes at the end of the run, shape ``(n,)``.
-        before: Index of the node at which each flight begins, shape ``(k,)``. The flight ends at the next node.
-    """
-
-    discs: NDArray[np.intp]
-    starts: NDArray[np.intp]
-    impacts: NDArray[np.intp]
-    ends: NDArray[np.intp]
-    before: NDArray[np.intp]
-
-    def join(self, at_start: ArrayLike, at_impacts: Array, at_end: ArrayLike) -> Array:
-        """Return the values at all nodes, from arrays with one row per node, or one value for all nodes of a kind."""
-        values = np.empty((len(self.impacts) + 2 * len(self.discs), *at_impacts.shape[1:]))
-        values[self.starts], values[self.impacts], values[self.ends] = at_start, at_impacts, at_end
-        return values
-
-
-def _list_nodes(trace: Trace) -> tuple[_Nodes, NDArray[np.intp]]:
-    """Return the nodes of all discs without a prescribed path, which would turn without impacts.
-
-    Also return the row of each impact node in arrays of both bodies of all impacts: first bodies, then second bodies.
-    """
-    is_free = np.array([not disc.legs for disc in trace.scene.discs])
-    bodies = np.concatenate([trace.impacts["first"], trace.impacts["second"]])
-    order = np.lexsort((np.tile(np.arange(len(trace.impacts)), 2), bodies))
-    sorted_bodies = bodies[order]
-    rows = order[(sorted_bodies >= 0) & is_free[np.maximum(sorted_bodies, 0)]]
-    counts = np.bincount(bodies[rows], minlength=len(is_free))[is_free]
-    ends = np.cumsum(counts + 2) - 1
-    impacts = np.arange(len(rows)) + 2 * np.repeat(np.arange(len(counts)), counts) + 1
-    before = np.ones(len(rows) + 2 * len(counts), dtype=np.bool_)
-    before[ends] = False
-    return _Nodes(np.flatnonzero(is_free), ends - counts - 1, impacts, ends, np.flatnonzero(before)), rows
-
-
-def _measure_flights(trace: Trace, until_s: float) -> _Flights:
-    """Measure how far the state at the end of each flight deviates from the state that follows from its begin."""
-    start, slowing, (nodes, rows) = trace.scene.arrays, Slowing.of(trace.scene), _list_nodes(trace)
-    own_impacts = rows % max(len(trace.impacts), 1)
+    impacts, count = trace.impacts, len(trace.impacts)
+    bodies = np.concatenate([impacts["first"], impacts["second"]])
+    order = np.lexsort((np.tile(np.arange(count), 2), bodies))
+    first_of = np.searchsorted(bodies[order], np.arange(len(trace.scene.discs) + 1))
     turning = _find_turn_times(trace)
-    before, after = velocities(trace.impacts, "before"), velocities(trace.impacts, "after")
-    time_s = nodes.join(0.0, turning[own_impacts], trace.end_time_s)
-    place = nodes.join(
-        start.position_m[nodes.discs],
-        _compute_turn_places(trace, turning).reshape(-1, 2)[rows],
-        trace.final_position_m[nodes.discs],
-    )
-    begin, end = nodes.before, nodes.before + 1
-    leaving = nodes.join(start.velocity_m_s[nodes.discs], after.reshape(-1, 2)[rows], math.nan)[begin]
-    arriving = nodes.join(math.nan, before.reshape(-1, 2)[rows], trace.final_velocity_m_s[nodes.discs])[end]
-    rims_end = np.zeros(len(start)) if trace.final_spin_rad_s is None else start.radius_m * trace.final_spin_rad_s
-    rims_leaving = nodes.join(start.surface_speed_m_s[nodes.discs], rim_speeds(trace, "after").ravel()[rows], math.nan)
-    rims_arriving = nodes.join(math.nan, rim_speeds(trace, "before").ravel()[rows], rims_end[nodes.discs])
-    duration_s, speed = time_s[end] - time_s[begin], np.hypot(*leaving.T)
-    kept_fraction, flown_s = _compute_slowing(slowing, duration_s, speed)
-    change = arriving - leaving * kept_fraction[:, None]
-    path_error = _compute_path_errors(nodes, place, leaving * flown_s[:, None])
-    # An engine may move a slowed disc at a constant speed during a step. The step then ends off the disc's path, by up
-    # to half of the lost speed times the step size.
-    distance = np.maximum(np.hypot(*path_error.T) - 0.5 * trace.dt_s * speed * (1.0 - kept_fraction), 0.0)
-    disc, velocity_error = np.repeat(nodes.discs, nodes.ends - nodes.starts), np.hypot(*change.T)
-    if pull := math.hypot(*trace.scene.gravity_m_s2):
-        gx, gy = trace.scene.gravity_m_s2
-        along, across = np.array([gx, gy]) / pull, np.array([-gy, gx]) / pull
-        reported_s = turning - trace.dt_s if trace.state_before is None else trace.state_before["time_s"]
-        since_s = nodes.join(0.0, reported_s[own_impacts], math.nan)[begin]
-        # Velocities are known at step boundaries only. So gravity may act for up to two steps longer than the flight:
-        # from the start of the step with the first contact until one step after the next contact.
-        most_change = pull * (time_s[end] + trace.dt_s - since_s)
-        beyond = np.maximum(np.maximum(-pull * trace.dt_s - change @ along, change @ along - most_change), 0.0)
-        falls = start.movable[disc]
-        velocity_error = np.where(falls, np.hypot(change @ across, beyond), velocity_error)
-        distance = np.where(falls, np.abs(path_error @ across), distance)
-    spun = np.abs(rims_arriving[end] - rims_leaving[begin] * kept_fraction)
-    followed = np.isfinite(duration_s) & (time_s[end] <= until_s)
-    velocity_error, spun, distance = np.where(followed, [velocity_error, spun, distance], math.nan)
+    begin_s = turning - trace.dt_s if trace.state_before is None else trace.state_before["time_s"]
+    before, after = velocities(impacts, "before"), velocities(impacts, "after")
     closing = np.hypot(*(before[1] - before[0]).T)
-    allowed = trace.dt_s * nodes.join(0.0, closing[own_impacts], 0.0)
-    return _Flights(disc, time_s[begin], velocity_error, spun, distance, allowed[begin] + allowed[end])
+    arrivals, departures = before.reshape(-1, 2), after.reshape(-1, 2)
+    places = _compute_turn_places(trace, turning).reshape(-1, 2)
+    rims_arriving, rims_leaving = rim_speeds(trace, "before").ravel(), rim_speeds(trace, "after").ravel()
+    start, slowing = trace.scene.arrays, Slowing.of(trace.scene)
+    rims_end = np.zeros(len(start)) if trace.final_spin_rad_s is None else start.radius_m * trace.final_spin_rad_s
+    for number, disc in enumerate(trace.scene.discs):
+        if disc.legs:  # a disc with a prescribed path turns without impacts
+            continue
+        rows = order[first_of[number] : first_of[number + 1]]
+        own_impacts = rows % max(count, 1)
+        time = np.concatenate([[0.0], turning[own_impacts], [trace.end_time_s]])
+        leaving = np.concatenate([[disc.velocity_m_s], departures[rows]])
+        arriving = np.concatenate([arrivals[rows], [trace.final_velocity_m_s[number]]])
+        place = np.concatenate([[disc.position_m], places[rows], [trace.final_position_m[number]]])
+        duration_s = np.diff(time)
+        kept_fraction, flown_s = _compute_slowing(slowing, duration_s, np.hypot(*leaving.T))
+        change = arriving - leaving * kept_fraction[:, None]
+        spun = np.abs(
+            np.concatenate([rims_arriving[rows], rims_end[[number]]])
+            - np.concatenate([start.surface_speed_m_s[[number]], rims_leaving[rows]]) * kept_fraction
+        )
+        path_error = _compute_path_errors(place, leaving * flown_s[:, None])
+        allowed = trace.dt_s * np.concatenate([[0.0], closing[own_impacts], [0.0]])
+        gx, gy = (0.0, 0.0) if disc.immovable else trace.scene.gravity_m_s2
+        pull = math.hypot(gx, gy)
+        if pull > 0.0:
+            along, across = np.array([gx, gy]) / pull, np.array([-gy, gx]) / pull
+            # Velocities are known at step boundaries only. So gravity may act for up to two steps longer than the
+            # flight: from the start of the step with the first contact until one step after the next contact.
+            most_change = pull * (time[1:] + trace.dt_s - np.concatenate([[0.0], begin_s[own_impacts]]))
+            beyond = np.maximum(np.maximum(-pull * trace.dt_s - change @ along, change @ along - most_change), 0.0)
+            velocity_error, distance = np.hypot(change @ across, beyond), np.abs(path_error @ across)
+        else:
+            velocity_error, distance = np.hypot(*change.T), np.hypot(*path_error.T)
+            # An engine may move a slowed disc at a constant speed during a step. The step then ends off the disc's
+            # path, by up to half of the lost speed times the step size.
+            distance = np.maximum(distance - 0.5 * trace.dt_s * np.hypot(*leaving.T) * (1.0 - kept_fraction), 0.0)
+        followed = np.isfinite(duration_s) & (time[1:] <= until_s)
+        deviations = (np.where(followed, deviation, math.nan) for deviation in (velocity_error, spun, distance))
+        yield np.stack([np.full(len(duration_s), number), time[:-1], *deviations, allowed[:-1] + allowed[1:]])
 
 
 def _compute_slowing(slowing: Slowing, duration_s: Array, speed: Array) -> tuple[Array, Array]:
@@ -269,28 +218,25 @@ def _compute_turn_places(trace: Trace, turning: Array) -> Array:
     return places
 
 
-def _compute_path_errors(nodes: _Nodes, place: Array, displacement: Array) -> Array:
+def _compute_path_errors(place: Array, displacement: Array) -> Array:
     """Return the distance of each known position from the position that the previous one predicts, shape ``(k, 2)``.
 
     Args:
-        nodes: The ends of the flights.
-        place: Positions of the discs at the nodes, shape ``(len(nodes), 2)``; NaN if unknown.
-        displacement: Displacements in the flights that the disc's own velocities imply, shape ``(k, 2)``; NaN if
+        place: Positions of the disc at the start, when its path turned, and at the end, shape ``(k + 1, 2)``; NaN if
             unknown.
+        displacement: Displacements between these positions that the disc's own velocities imply, shape ``(k, 2)``; NaN
+            if unknown.
     """
-    begin, end = nodes.before, nodes.before + 1
     unknown = np.asarray(np.isnan(displacement).any(axis=1))
-    path, gaps = np.zeros_like(place), np.zeros(len(place), dtype=np.intp)
-    path[end], gaps[end] = np.where(unknown[:, None], 0.0, displacement), unknown
-    gaps = np.cumsum(gaps)
-    for first, last in zip(nodes.starts.tolist(), nodes.ends.tolist(), strict=True):
-        np.cumsum(path[first : last + 1], axis=0, out=path[first : last + 1])
+    gaps = np.concatenate([[0], np.cumsum(unknown)])
+    path = np.concatenate([np.zeros((1, 2)), np.cumsum(np.where(unknown[:, None], 0.0, displacement), axis=0)])
     known = ~np.asarray(np.isnan(place).any(axis=1))
-    anchor = np.maximum.accumulate(np.where(known, np.arange(len(place)), 0))[begin]
-    error_m: Array = place[end] - (place[anchor] + (path[end] - path[anchor]))
+    anchor = np.maximum.accumulate(np.where(known, np.arange(len(place)), 0))[:-1]
+    later_rows = np.arange(1, len(place))
+    error_m: Array = place[later_rows] - (place[anchor] + (path[later_rows] - path[anchor]))
     # An overflowed distance counts as infinite, not NaN.
-    error_m = np.where(known[end, None] & np.isnan(error_m), math.inf, error_m)
-    return np.where((gaps[end] == gaps[anchor])[:, None], error_m, math.nan)
+    error_m = np.where(known[later_rows, None] & np.isnan(error_m), math.inf, error_m)
+    return np.where((gaps[later_rows] == gaps[anchor])[:, None], error_m, math.nan)
 
 
 def _measure_stamp_error(trace: Trace) -> float:
