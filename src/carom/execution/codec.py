@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import base64
 import dataclasses
-import json
 from collections.abc import Callable
 from functools import lru_cache
 from typing import TYPE_CHECKING, Annotated, Any, Generic, TypeVar, get_args, get_origin, get_type_hints
@@ -92,15 +91,10 @@ def _read_scene(text: str) -> Scene:
 
 
 def _unpack_scene(found: Any) -> Scene:
-    """Return a scene that is written as a string with JSON, or as JSON as in older journals."""
-    return found if isinstance(found, Scene) else _read_scene(found if isinstance(found, str) else json.dumps(found))
+    return found if isinstance(found, Scene) else _read_scene(found)
 
 
 _CarriedScene = Annotated[Any, PlainSerializer(Scene.model_dump_json), _build_validator(_unpack_scene)]
-
-
-#: Fields that older journals do not contain. They are read as None.
-LATER = frozenset({"edges", "modes", "looks", "rests"})
 
 
 def _build_field_type(hint: Any, carried: Any) -> Any:
@@ -128,9 +122,7 @@ def _build_dataclass_type(kind: type[Any], **carried: Any) -> Any:
     known = {"Scene": Scene, "LocalTruth": LocalTruth, "States": States, "np": np, "NDArray": NDArray}
     hints = get_type_hints(kind, localns=known)
     names = [field.name for field in dataclasses.fields(kind)]
-    types: dict[str, Any] = {
-        name: (_build_field_type(hints[name], carried.get(name)), None if name in LATER else ...) for name in names
-    }
+    types: dict[str, Any] = {name: (_build_field_type(hints[name], carried.get(name)), ...) for name in names}
     config = ConfigDict(ser_json_inf_nan="constants", extra="forbid")
     twin: Any = create_model(kind.__name__, __config__=config, **types)
 

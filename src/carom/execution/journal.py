@@ -28,7 +28,7 @@ from carom.support.escaping import escape_controls, shorten
 from carom.support.limits import MOST_VALUES, count_values
 
 #: Version of the format. It increases when a field changes its meaning or is removed, but not when one is added.
-JOURNAL_FORMAT = 5
+JOURNAL_FORMAT = 6
 
 #: Longest line, in bytes. Reading a longer line would take hundreds of megabytes of memory. A result that needs a
 #: longer line is not stored. A resumed study computes it again.

@@ -170,7 +170,7 @@ class LocalTruth:
             position is wrong by up to half of the fall in a step or, with damping, half of the speed lost in a step
             times the step size.
         rests: Structured array of `REST_DTYPE`: steps outside of windows in which a pair rests, and the contact changes
-            velocities. None in journals of earlier versions.
+            velocities.
         invented: Number of steps outside of windows, summed over all discs, in which a velocity or rim speed changed by
             more than 1 % of the disc's speed without a cause.
         first_invented_s: Time of the first of these steps; NaN if there is none.
@@ -188,10 +188,10 @@ class LocalTruth:
     sunk_radii: float
     sinks_s: float
     polygon: bool
-    rests: NDArray[np.void] | None = None
-    invented: int = 0
-    first_invented_s: float = math.nan
-    first_inventor: int = -1
+    rests: NDArray[np.void]
+    invented: int
+    first_invented_s: float
+    first_inventor: int
 
     def clip_to(self, time_s: float) -> LocalTruth:
         """Return the part of the comparison that concerns the run up to a time.
@@ -205,7 +205,7 @@ class LocalTruth:
             windows=self.windows[self.windows["end_s"] <= time_s],
             meetings=self.meetings[self.meetings["end_s"] <= time_s],
             slips=self.slips[self.slips["time_s"] <= time_s],
-            rests=None if self.rests is None else self.rests[self.rests["begin_s"] <= time_s],
+            rests=self.rests[self.rests["begin_s"] <= time_s],
             invented=self.invented if has_invented else 0,
             first_invented_s=self.first_invented_s if has_invented else math.nan,
             first_inventor=self.first_inventor if has_invented else -1,

@@ -63,15 +63,6 @@ def test_traces_of_one_scene_share_it() -> None:
     assert first.scene is second.scene
 
 
-def test_scene_of_an_older_journal_is_read() -> None:
-    """A trace is decoded if its scene is a JSON object instead of a string with JSON, as in older journals."""
-    codec = Codec[Trace](CarriedTrace)
-    trace = solve_pit(SCENE)
-    fields = json.loads(json.loads(codec.dumps(trace)))
-    older = json.dumps(json.dumps({**fields, "scene": json.loads(fields["scene"])}))
-    assert codec.loads(older.encode()) == trace
-
-
 @pytest.fixture
 def answer() -> tuple[Codec[Any], list[Any]]:
     """The codec of a worker's answers, and PIT's answer as JSON."""

@@ -67,9 +67,8 @@ def compare_reports_with_states(trace: Trace, truth: LocalTruth, until_s: float 
         if time_s <= until_s:
             reports.setdefault(bodies, []).append(time_s)
     contact_spans: dict[_Bodies, list[tuple[float, float]]] = defaultdict(list)
-    if truth.rests is not None:
-        for row, bodies in zip(truth.rests.tolist(), _list_bodies(truth.rests), strict=True):
-            contact_spans[bodies].append(row[2:])
+    for row, bodies in zip(truth.rests.tolist(), _list_bodies(truth.rests), strict=True):
+        contact_spans[bodies].append(row[2:])
     unshown: list[tuple[float, _Bodies]] = []
     unreported: list[tuple[float, _Bodies]] = []
     for bodies, times in reports.items():

@@ -81,9 +81,15 @@ def count_disagreements(
         meetings[k]["window"], meetings[k]["second"] = k, 1
     impacts = np.zeros(len(reports), IMPACT_DTYPE)
     impacts["time_s"], impacts["second"] = np.array(reports) * DT, 1
-    slips = np.zeros(0, SLIP_DTYPE)
-    truth = LocalTruth(9.0, 540, rows, meetings, slips, 0, (0, 0), 0, 0.0, math.nan, polygon=False)
-    truth = replace(truth, rests=np.array([(0, 1, begin * DT, end * DT) for begin, end in rests], REST_DTYPE))
+    slips, resting = np.zeros(0, SLIP_DTYPE), [(0, 1, begin * DT, end * DT) for begin, end in rests]
+    truth = LocalTruth(
+        *(9.0, 540, rows, meetings, slips, 0, (0, 0), 0, 0.0, math.nan),
+        polygon=False,
+        rests=np.array(resting, REST_DTYPE),
+        invented=0,
+        first_invented_s=math.nan,
+        first_inventor=-1,
+    )
     trace = replace(TRACE, impacts=impacts)
     found = compare_reports_with_states(trace, truth)
     assert found.agree == (found.unshown == found.unreported == 0)
