@@ -45,8 +45,9 @@ MOST_STORED_STATES = 256
 #: States are stored in blocks. Number of states in a block times number of discs; a block takes about 3 MB.
 _ROWS = 2**16
 
-#: Fraction of a step that covers the rounding of instants.
-_ROUNDED = 1e-6
+#: Rounding error of an instant that is divided by the step size: two roundings, each at most 2^-21 after the largest
+#: number of steps, 2^32 (`MOST_STEPS`). It only decides how many steps one call takes.
+_ROUNDED = 2.0**-20
 
 #: Largest number of samples, which are positions for drawing. No picture is wider than this number of pixels.
 MOST_SAMPLES = 4096
