@@ -3,6 +3,7 @@
 import math
 from fractions import Fraction
 
+import pytest
 from tests.cases import each
 from tests.scene_builders import disc_at, staged, wall_at
 
@@ -28,6 +29,25 @@ def test_disc_rests_if_its_hop_is_below_the_accuracy_of_its_gap(part: float, res
     """A disc on a floor rests at 0.9 times the speed of a hop as high as its gap's accuracy, and bounces at 1.1."""
     trace = solve_pic(build_touching_scene(part * _HOP_M_S))
     assert (trace.modes is not None, len(trace.impacts)) == (rests, impacts)
+
+
+@each("part", [0.5, 1e-3, 2.0])
+def test_impact_from_below_makes_a_disc_hop_off_the_floor(part: float) -> None:
+    """A disc on a floor that is hit from below hops, also lower than the accuracy of its gap.
+
+    Another disc hits it at the top of its own flight, lower by a small part of the distance of their centres: the sine
+    of the normal's angle. At equal masses and restitution 1, the disc takes over the speed 1 m/s times the cosine along
+    the normal. At 1 m/s^2 a hop lasts twice its upward speed.
+    """
+    sine = part * _HOP_M_S
+    place = 0.5 - 0.8 * sine  # height of the other disc at the impact
+    discs = disc_at(1000.0, 0.5, r=0.5), disc_at(999.1, place - 0.005, 1.0, 0.1, r=0.3)
+    floor = wall_at(0.0, 0.0, 0.0, 1.0, restitution=0.0)
+    trace = solve_pic(staged("floor", *discs, floor, duration_s=0.2, **GRAVITY))
+    assert trace.impacts[["first", "second"]].tolist() == [(0, 1), (0, -1)]
+    struck_s, landed_s = trace.impacts["time_s"].tolist()
+    hop_s = 2.0 * sine * math.sqrt(1.0 - sine**2)
+    assert landed_s - struck_s == pytest.approx(hop_s, rel=1e-3)
 
 
 def test_300_bounces_on_an_immovable_disc_do_not_drift() -> None:

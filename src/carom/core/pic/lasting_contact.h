@@ -311,11 +311,11 @@ static inline bool never_moves(const State *s, Index body) {
    the ground. `struck` is that body: disc j, or feature k as -1 - k. Return whether the disc's mode or accelerations
    change.
 
-   The disc stays in contact if its speed along the ground's normal is so small that a hop at this speed is lower than
-   the resolution of the gap. If `struck` is flat or at rest, low hops may follow each other, so the disc stays only if
-   it does not hop at all. If the two walls are at a right angle, only friction can make the disc hop. If the impact
-   pushes the disc into its ground, the disc is put in flight and hits the ground at once. `normal` is the normal of the
-   impact. */
+   A speed is low if a hop at this speed is lower than the resolution of the gap. The disc stays in contact if its speed
+   along the ground's normal is low and rounding of the impact's normal can explain it. A larger speed makes the disc
+   hop, since low hops may follow each other. If the two walls are at a right angle, only friction can make the disc hop.
+   If the impact pushes the disc into its ground, the disc is put in flight and hits the ground at once. `normal` is the
+   normal of the impact. */
 static inline bool update_contact_after_impact(State *s, Index i, Index struck, const double normal[2], ModeRow *row) {
     Parabola *p = &s->accelerated.paths[i];
     const Index k = p->ground;
@@ -331,12 +331,13 @@ static inline bool update_contact_after_impact(State *s, Index i, Index struck, 
     double approach = ground_approach(s, i, f);
     bool is_flat = struck < 0 && s->features[-1 - struck].kind <= FACE;
     bool is_fixed = never_moves(s, struck), hops = false;
-    if (is_flat || is_fixed) {
+    bool is_low = approach * approach <= 2.0 * pressing_on(s, i, f).normal * ground_gap_resolution(s, i, k);
+    if (is_low || is_flat || is_fixed) {
         double part = fabs(normal[0] * f->nx + normal[1] * f->ny);
         hops = approach < 0.0 && ((struck < 0 && p->rubs) || part > normal_resolution(s, i, struck));
     }
     Parabola before = *p;
-    bool stays = !hops && approach * approach <= 2.0 * pressing_on(s, i, f).normal * ground_gap_resolution(s, i, k);
+    bool stays = is_low && !hops;
     if (stays) {
         *row = continue_in_contact(s, i, k, (Slips){slip_on(s, i, f), rim_speed(s, i)});
     } else {
