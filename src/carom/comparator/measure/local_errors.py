@@ -24,7 +24,8 @@ from carom.comparator.measure.errors import build_impact_bodies, compute_restitu
 from carom.comparator.non_finite import find_finite_impacts
 from carom.comparator.scales import Scales, compute_median
 from carom.comparator.slowing import Slowing
-from carom.comparator.stepwise.scene_bodies import NO_FEATURE, FiniteWall, SceneBodies
+from carom.comparator.stepwise import body_states
+from carom.comparator.stepwise.scene_bodies import FiniteWall, SceneBodies
 from carom.core.impact_law import ContactFrictions, RoughBodies, resolve_rough_impact
 from carom.core.time_of_impact import time_of_impact
 from carom.core.wall_features import Mover
@@ -266,8 +267,8 @@ def _find_wall_meeting(
     (x, y), (vx, vy) = place.tolist(), velocity.tolist()
     mover = Mover.at((x, y), (vx, vy), radius)
     features = wall.features
-    wait_s, feature, _ = features.first_touch(mover, NO_FEATURE)
-    if feature == NO_FEATURE:
+    wait_s, feature, _ = features.first_touch(mover, body_states.NO_FEATURE)
+    if feature == body_states.NO_FEATURE:
         return math.inf, (0.0, 0.0)
     if wait_s == 0.0:
         wait_s = features.overlap_start(feature, mover)

@@ -11,7 +11,7 @@ from heapq import heapify, heappop, heappush
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.comparator.stepwise.bodies import BodyStates
+from carom.comparator.stepwise import body_states
 from carom.comparator.stepwise.near_pairs import (
     MARGIN_STEPS,
     NearPairs,
@@ -21,6 +21,7 @@ from carom.comparator.stepwise.near_pairs import (
 from carom.comparator.stepwise.resting_pairs import RESTING_STEPS, RestHistory, find_resting_pairs
 from carom.comparator.stepwise.scene_bodies import Pair
 from carom.comparator.stepwise.step_block import Block
+from carom.comparator.stepwise.waits import compute_wait
 from carom.comparator.stepwise.window_runs import MOST_IMPACTS
 
 Flags = NDArray[np.bool_]
@@ -170,11 +171,11 @@ def _find_impacts(
     slower than `slow`.
     """
     bodies, seconds, begun_s = block.bodies, float(block.step_s[step]), float(block.states.time_s[step])
-    latest_states: dict[int, tuple[float, BodyStates]] = {}
+    latest_states: dict[int, tuple[float, body_states.BodyStates]] = {}
     impact_counts = defaultdict[int, int](int)
 
-    def build_state(time_s: float, pair: Pair) -> BodyStates:
-        both = BodyStates(bodies, {}, {}, {}, begun_s + time_s)
+    def build_state(time_s: float, pair: Pair) -> body_states.BodyStates:
+        both = body_states.BodyStates(bodies, begun_s + time_s)
         for body in pair:
             if body < bodies.n:
                 since_s, own_state = latest_states.get(body) or (0.0, block.state(step, (body,)))
@@ -206,19 +207,19 @@ def _find_impacts(
             return
         for other in {other for body in changed_bodies for other in near[body]}:
             if other != pair or falls_back:
-                meets_s = time_s + build_state(time_s, other).compute_wait(other)
+                meets_s = time_s + compute_wait(build_state(time_s, other), other)
                 if meets_s <= seconds:
                     heappush(events, (meets_s, other, (impact_counts[other[0]], impact_counts[other[1]])))
 
 
-def _bound_closing_speed(block: Block, latest_states: Mapping[int, tuple[float, BodyStates]]) -> float:
+def _bound_closing_speed(block: Block, latest_states: Mapping[int, tuple[float, body_states.BodyStates]]) -> float:
     """Return an upper bound on the closing speed of some discs after any impacts. It follows from their energy."""
     bodies, twice, lightest = block.bodies, 0.0, math.inf
     for body, (_, state) in latest_states.items():
         if bodies.is_movable(body):
-            inverse, rim = bodies.inverse_inertia_ratio[body], bodies.radius[body] * state.spin[body]
+            inverse, rim = bodies.inverse_inertia_ratio[body], bodies.radius[body] * state.spin_of(body)
             rotation = rim * rim / inverse if inverse else 0.0
-            twice += bodies.mass[body] * (math.hypot(*state.velocity[body]) ** 2 + rotation)
+            twice += bodies.mass[body] * (math.hypot(*state.motion_of(body)[1]) ** 2 + rotation)
             lightest = min(lightest, bodies.mass[body])
     return 2.0 * math.sqrt(twice / lightest)
 

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.comparator.slowing import find_nearest_time
+from carom.comparator.stepwise import body_states
 from carom.comparator.stepwise.active_pairs import Activity
-from carom.comparator.stepwise.bodies import BodyStates
 from carom.comparator.stepwise.resting_pairs import RESTING_STEPS
 from carom.comparator.stepwise.scene_bodies import Pair
 from carom.comparator.stepwise.step_block import Block
@@ -117,7 +117,7 @@ def _compare_nothing_due(window: Window, comparison: Comparison) -> Comparison:
 
     If a velocity changes, either the change has no cause, or a resting body is held by another one.
     """
-    velocity, spin, place = window.compute_difference(window.now, window.free)
+    velocity, spin, place = window.now.measure_difference(window.free)
     bodies, chain = window.bodies, window.chain
     # A body counts as resting if its velocity changed by at most the speed that it gains by falling during the window.
     steps = chain.end - chain.begin + 0.5
@@ -227,7 +227,7 @@ def _is_idle(window: Window, pair: Pair, size: float) -> bool:
     if not idle or not meets:
         return False
     end = window.truth[-1].after.compute_later_state(max(window.lasts - window.truth[-1].time_s, 0.0))
-    return any(math.dist(end.velocity[body], window.free.velocity[body]) > PASSED * size for body in idle)
+    return any(math.dist(end.motion_of(body)[1], window.free.motion_of(body)[1]) > PASSED * size for body in idle)
 
 
 def _is_due_at_next_frame(window: Window, pair: Pair) -> bool:
@@ -285,7 +285,7 @@ def _find_turn_time(window: Window, pair: Pair) -> float:
     """Return the seconds from the window's start until the free paths before and after the impact are nearest."""
     duration_s = window.lasts
 
-    def compute_offset(state: BodyStates) -> tuple[float, float]:
+    def compute_offset(state: body_states.BodyStates) -> tuple[float, float]:
         (x, y), (ox, oy) = (state.motion_of(body)[0] for body in pair)
         return (ox - x, oy - y)
 
@@ -317,7 +317,7 @@ def _find_turn_time_on_table(window: Window, pair: Pair) -> float:
     return find_nearest_time(compute_offset, window.lasts)
 
 
-def _compute_relative_motion(state: BodyStates, pair: Pair) -> tuple[Array, Array]:
+def _compute_relative_motion(state: body_states.BodyStates, pair: Pair) -> tuple[Array, Array]:
     """Return position and velocity of the second body relative to the first."""
     (p, u), (q, v) = (state.motion_of(body) for body in pair)
     return np.subtract(q, p), np.subtract(v, u)
@@ -341,7 +341,7 @@ def _measure_sampling_cost(window: Window, comparison: Comparison, found: Differ
     kept_fraction = slowing.damping.compute_kept_fraction(window.lasts - until_s)
     if slowing.table_m_s2:
         measured_s = window.lasts
-    known_states: dict[int, BodyStates] = {}
+    known_states: dict[int, body_states.BodyStates] = {}
     costs_by_completeness: dict[bool, list[tuple[float, float, float]]] = {True: [], False: []}
     for first_s in looks:
         met = simulate_pit(window.start, window.pairs, until_s, dt_s, first_s)

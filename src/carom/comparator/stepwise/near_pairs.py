@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from carom.comparator.stepwise.scene_bodies import Pair
 from carom.comparator.stepwise.step_block import Block
+from carom.comparator.stepwise.waits import compute_wait
 from carom.model.broad_phase import find_near_pairs, find_near_walls
 from carom.model.disc_arrays import STANDS, list_wall_lengths
 from carom.model.prescribed_motion import Drive
@@ -191,7 +192,7 @@ def _find_one_by_one(
             wait = np.full((end - begin, 1), np.inf)
             near = gap[:-1, 0] < (1.0 + MARGIN_STEPS) * 2.0 * speeds[:, i] * block.step_s[begin:end]
             for row in np.flatnonzero(near).tolist():
-                wait[row, 0] = block.state(begin + row, (i,)).compute_wait(pair)
+                wait[row, 0] = compute_wait(block.state(begin + row, (i,)), pair)
             touches = gap[:-1] <= touching
             wait = np.where(touches & (closing[:-1] > speed_rounding), 0.0, wait)
             wait = np.where(touches & (closing[:-1] <= speed_rounding) & (wait == 0.0), np.inf, wait)
@@ -246,4 +247,4 @@ def _meet_on_bent_paths(block: Block, near: NearPairs, columns: Sequence[int]) -
         near.wait[:, column] = np.inf
         close = near.gap[:-1, column] < (1.0 + MARGIN_STEPS) * 2.0 * fast * block.step_s[steps]
         for row in np.flatnonzero(close).tolist():
-            near.wait[row, column] = block.state(near.begin + row, (i, j)).compute_wait((i, j))
+            near.wait[row, column] = compute_wait(block.state(near.begin + row, (i, j)), (i, j))

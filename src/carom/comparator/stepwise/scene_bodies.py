@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from carom.comparator.slowing import Slowing
+from carom.comparator.stepwise import body_states
 from carom.core import primitives
 from carom.core.impact_law import ContactFriction
 from carom.core.input_rows import build_feature_row
@@ -19,12 +20,6 @@ from carom.model.scene import Scene
 
 #: Two bodies: the number of a disc, or ``n + k`` for wall k. The first body is always a disc.
 Pair = tuple[int, int]
-
-#: Factor on contact distances, because at the instant of contact, rounding of positions may leave a gap.
-TOUCH = 1.0 + 2.0**-40
-
-#: Value that means that no feature is given.
-NO_FEATURE = -1
 
 
 class FiniteWall:
@@ -86,6 +81,7 @@ class SceneBodies:
             ContactFriction(material.friction, scene.wall_tangential_restitution) for material in arrays.materials
         ]
         self.turns = bool(arrays.turns)
+        self.numbers = body_states.BodyNumbers(self)
 
     def is_movable(self, body: int) -> bool:
         """Whether a body is a disc that impacts can move."""
@@ -136,7 +132,7 @@ class SceneBodies:
         """Return a point in coordinates that move with a wall."""
         if self._stand[wall]:
             return x, y
-        wx, wy = self.wall_drives[wall].leg_at(time_s * TOUCH).moved_at(time_s)
+        wx, wy = self.wall_drives[wall].leg_at(time_s * body_states.TOUCH).moved_at(time_s)
         return x - wx, y - wy
 
     def wall_velocity(self, wall: int, time_s: float) -> tuple[float, float]:
@@ -144,7 +140,7 @@ class SceneBodies:
 
         If it changes at this time (or due to rounding slightly later), return the new velocity.
         """
-        return (0.0, 0.0) if self._stand[wall] else self.wall_drives[wall].velocity_at(time_s * TOUCH)
+        return (0.0, 0.0) if self._stand[wall] else self.wall_drives[wall].velocity_at(time_s * body_states.TOUCH)
 
     def list_later_legs(self, pair: Pair, time_s: float) -> tuple[Course, ...]:
         """Return the parts of a pair's prescribed motion that begin after `time_s`; none without such a motion."""
@@ -153,7 +149,7 @@ class SceneBodies:
         drives = [self.disc_drives.get(body) for body in pair if body < self.n]
         drives += [self.wall_drives[body - self.n] for body in pair if body >= self.n]
         drive = next((drive for drive in drives if drive is not None and len(drive.legs) > 1), None)
-        return () if drive is None else drive.legs_from(time_s * TOUCH)[1:]
+        return () if drive is None else drive.legs_from(time_s * body_states.TOUCH)[1:]
 
     def reach(self, pair: Pair) -> float:
         """Return the contact distance of a pair: from centre to centre, or from centre to wall."""

@@ -10,7 +10,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.comparator.stepwise.bodies import BodyStates
+from carom.comparator.stepwise import body_states
 from carom.comparator.stepwise.scene_bodies import Pair, SceneBodies
 from carom.model.scene import Scene
 from carom.model.step_windows import States
@@ -122,18 +122,15 @@ class Block:
     def __len__(self) -> int:
         return len(self.step_s)
 
-    def state(self, step: int, discs: tuple[int, ...] | list[int]) -> BodyStates:
+    def state(self, step: int, discs: tuple[int, ...] | list[int]) -> body_states.BodyStates:
         """Return the state of some discs at the start of a step.
 
         If `step` is the number of steps, this is the last state.
         """
-        p, v, spins = self.states.position_m[step], self.states.velocity_m_s[step], self.states.spin_rad_s
-        return BodyStates(
-            self.bodies,
-            {i: (float(p[i, 0]), float(p[i, 1])) for i in discs},
-            {i: (float(v[i, 0]), float(v[i, 1])) for i in discs},
-            {i: 0.0 if spins is None else float(spins[step, i]) for i in discs},
-            float(self.states.time_s[step]),
+        states = self.states
+        spins = None if states.spin_rad_s is None else states.spin_rad_s[step]
+        return body_states.BodyStates(
+            self.bodies, states.time_s[step], discs, states.position_m[step], states.velocity_m_s[step], spins
         )
 
     def has_early_turn(self, step: int, disc: int) -> bool:

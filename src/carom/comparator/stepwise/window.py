@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from carom.comparator.stepwise import body_states
 from carom.comparator.stepwise.active_pairs import Activity
-from carom.comparator.stepwise.bodies import BodyStates
 from carom.comparator.stepwise.near_pairs import MARGIN_STEPS
 from carom.comparator.stepwise.scene_bodies import Pair
 from carom.comparator.stepwise.step_block import Block
@@ -28,7 +27,7 @@ class Difference(NamedTuple):
     spin: float
     place: float
     impacts: int
-    truth: BodyStates
+    truth: body_states.BodyStates
 
 
 class Window:
@@ -61,22 +60,13 @@ class Window:
         self.speed, self.rim = max(speed for speed, _ in speeds), max(rim for _, rim in speeds)
         self.still = block.unit * self.speed
 
-    def compute_difference(self, state: BodyStates, truth: BodyStates) -> tuple[float, float, float]:
-        """Return the largest differences of two states in velocities, rim speeds and positions."""
-        velocity = spin = place = 0.0
-        for disc, xy in state.xy.items():
-            velocity = max(velocity, math.dist(state.velocity[disc], truth.velocity[disc]))
-            spin = max(spin, abs(state.spin[disc] - truth.spin[disc]) * self.bodies.radius[disc])
-            place = max(place, math.dist(xy, truth.xy[disc]))
-        return velocity, spin, place
-
     def find_nearest_difference(
         self,
-        state: BodyStates,
+        state: body_states.BodyStates,
         truth: Sequence[Met],
         seconds: float,
         resting: Pair | None,
-        known_states: dict[int, BodyStates] | None = None,
+        known_states: dict[int, body_states.BodyStates] | None = None,
     ) -> Difference:
         """Return the smallest difference between a state of the run and PIC's state after any number of impacts.
 
@@ -94,7 +84,7 @@ class Window:
                 known_states[count] = last_state.compute_later_state(
                     seconds - since_s, resting if count == len(truth) else None
                 )
-            velocity, spin, place = self.compute_difference(state, known_states[count])
+            velocity, spin, place = state.measure_difference(known_states[count])
             if best is None or velocity + spin < best.velocity + best.spin - self.still:
                 best = Difference(velocity, spin, place, count, known_states[count])
         assert best is not None  # noqa: S101 - the count of all impacts is always tried
@@ -105,14 +95,14 @@ class Window:
         """Whether a disc that comes to rest meets another disc. PIC's run ends at the rest, before this impact."""
         return self.resting is not None and any(pair != self.resting for pair in self.chain.pairs)
 
-    def is_ahead(self, state: BodyStates, impact: Met) -> bool:
+    def is_ahead(self, state: body_states.BodyStates, impact: Met) -> bool:
         """Whether two bodies still have to meet in a state: they are apart and approach, on the same side as in PIC."""
         contact = state.measure_separation(impact.pair)
         along = contact.normal[0] * impact.contact.normal[0] + contact.normal[1] * impact.contact.normal[1]
         return contact.gap >= -self.touching and contact.closing > 0.0 and along > 0.0
 
 
-def compute_relative_velocity(state: BodyStates, pair: Pair) -> tuple[float, float]:
+def compute_relative_velocity(state: body_states.BodyStates, pair: Pair) -> tuple[float, float]:
     """Return the velocity of the second body relative to the first."""
     (ux, uy), (vx, vy) = (state.motion_of(body)[1] for body in pair)
     return (vx - ux, vy - uy)

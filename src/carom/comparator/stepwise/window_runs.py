@@ -6,8 +6,9 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from carom.comparator.stepwise.bodies import BodyStates, Separation
-from carom.comparator.stepwise.scene_bodies import NO_FEATURE, TOUCH, Pair
+from carom.comparator.stepwise import body_states
+from carom.comparator.stepwise.scene_bodies import Pair
+from carom.comparator.stepwise.waits import compute_wait, compute_wait_again
 
 #: Largest number of impacts within a window. Bodies that are not elastic may have infinitely many.
 MOST_IMPACTS = 2000
@@ -18,12 +19,12 @@ class Met(NamedTuple):
 
     time_s: float
     pair: Pair
-    contact: Separation
-    after: BodyStates
+    contact: body_states.Separation
+    after: body_states.BodyStates
 
 
 def simulate_pic(
-    start: BodyStates, pairs: Sequence[Pair], seconds: float, resting_speed: float
+    start: body_states.BodyStates, pairs: Sequence[Pair], seconds: float, resting_speed: float
 ) -> tuple[list[Met], Pair | None]:
     """Return PIC's impacts from a state, and the pair that came to rest (or None).
 
@@ -32,7 +33,7 @@ def simulate_pic(
     `resting_speed` (metres per second) or less rests, and this ends the run.
     """
     state, now_s, impacts = start.copy(), 0.0, list[Met]()
-    waits = {pair: state.compute_wait(pair) for pair in pairs}
+    waits = {pair: compute_wait(state, pair) for pair in pairs}
     while waits and len(impacts) < MOST_IMPACTS:
         pair = min(waits, key=waits.__getitem__)
         at_s = waits[pair]
@@ -40,7 +41,7 @@ def simulate_pic(
             break
         state.move_freely(max(at_s - now_s, 0.0))
         now_s = max(at_s, now_s)
-        feature, bodies = state.met.get(pair, NO_FEATURE), state.bodies
+        feature, bodies = state.met.get(pair, body_states.NO_FEATURE), state.bodies
         contact = state.measure_separation(pair, feature)
         falls_back = bodies.is_pulled(pair[0]) != bodies.is_pulled(pair[1])
         if falls_back and contact.closing <= resting_speed:
@@ -51,20 +52,23 @@ def simulate_pic(
         bends = pair[1] >= bodies.n and not isinstance(bodies.walls[pair[1] - bodies.n], tuple)
         for other in waits:
             if other == pair and bends:
-                waits[other] = now_s + state.compute_wait(other, state.met[pair])
+                waits[other] = now_s + compute_wait(state, other, state.met[pair])
             elif struck_bodies.intersection(other):
                 has_just_met = other == pair and not falls_back
-                waits[other] = now_s + (state.compute_wait_again(other) if has_just_met else state.compute_wait(other))
+                compute = compute_wait_again if has_just_met else compute_wait
+                waits[other] = now_s + compute(state, other)
     return impacts, None
 
 
-def simulate_pit(start: BodyStates, pairs: Sequence[Pair], seconds: float, dt_s: float, first_s: float) -> list[Met]:
+def simulate_pit(
+    start: body_states.BodyStates, pairs: Sequence[Pair], seconds: float, dt_s: float, first_s: float
+) -> list[Met]:
     """Return PIT's impacts from a state.
 
     PIT first checks for overlap after `first_s` seconds, and then once per step.
     """
     state, now_s, impacts = start.copy(), 0.0, list[Met]()
-    looks = math.floor((seconds - first_s) / dt_s * TOUCH) + 1 if first_s <= seconds else 0
+    looks = math.floor((seconds - first_s) / dt_s * body_states.TOUCH) + 1 if first_s <= seconds else 0
     for look in range(looks):
         state.move_freely(first_s + look * dt_s - now_s)
         now_s = first_s + look * dt_s
