@@ -219,12 +219,11 @@ class Box2dWorld(QuietSteps):
         """Call `b2World.Step` `steps` times. Between steps, set the prescribed velocities of driven bodies."""
         step, dt_s, iterations = self._world.Step, self._clock.dt_s, self._iterations
         self._solved.clear()
-        for count in self._legs.split_steps(steps):
-            for body, velocity in self._legs.start_due(self._clock.now_s):
+        for count, changes in self._legs.split_steps(steps, self._clock):
+            for body, velocity in changes:
                 body.linearVelocity = velocity
             for _ in range(count):
                 step(dt_s, *iterations)
-            self._clock.count(count)
 
     def observe(self) -> Observation:
         """Return the state of every disc, and the contacts that Box2D has reported to the listener.
