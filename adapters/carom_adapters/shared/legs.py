@@ -51,9 +51,7 @@ class Legs(Generic[Body]):
         clock.count(steps)
         return ((steps, ()),)
 
-    def _split_steps_to_legs(
-        self, steps: int, clock: StepClock
-    ) -> Iterator[tuple[int, Sequence[tuple[Body, Vector]]]]:
+    def _split_steps_to_legs(self, steps: int, clock: StepClock) -> Iterator[tuple[int, Sequence[tuple[Body, Vector]]]]:
         steps_taken = 0
         while steps_taken < steps:
             count = 1 if self.started < len(self._changes) else steps - steps_taken

@@ -5,6 +5,8 @@ from cpython.bytes cimport PyBytes_FromStringAndSize
 from libc.stdint cimport int64_t, uintptr_t
 from libc.stdlib cimport free
 
+from carom.core.resolution import too_far_out
+
 from carom.core.exact_quartic cimport exact_solver
 from carom.core.record_rows cimport ambiguous_rows, free_record, memory_as_array, release_rows
 from carom.core.run_input cimport RunInput, floats, input_of
@@ -90,12 +92,17 @@ cdef class Kernel:
             until: Apply impacts up to and including this time, in seconds since the start.
             impacts: Largest number of impacts, counted from the start.
             events: Approximate number of events to process.
+
+        Raises:
+            InputError: Two discs have met so far from the origin that the normal of their impact cannot be computed.
         """
         cdef Ending ending
         with nogil:
             ending = carom_advance(&self.s, until, impacts, events)
         if ending == NO_MEMORY:
             raise MemoryError("no memory for more recorded impacts: record a window of them, or none")
+        if self.s.counts.too_far > 0:
+            raise too_far_out()
         return ending
 
     def record(self, double begin, double end):

@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.core.resolution import too_far_out
 from carom.errors import InputError
 from carom.model.disc_arrays import DiscArrays
 from carom.model.trace import Outcome, body_name
@@ -164,17 +163,15 @@ class EventDrivenRun:
             ended = self._kernel.run(time_s, NO_LIMIT if max_impacts is None else max_impacts, _EVENTS)
             if progress is not None:
                 progress(self.impacts, self._kernel.clock["reported"])
-        has_completed = ended == _DONE and time_s < math.inf
-        reached_s = time_s if has_completed else self._kernel.clock["reported"]
-        self.time_s = max(self.time_s, reached_s)
         clock = self._kernel.clock
+        has_completed = ended == _DONE and time_s < math.inf
+        reached_s = time_s if has_completed else clock["reported"]
+        self.time_s = max(self.time_s, reached_s)
         if self._fixed["acceleration"] is None:
             self._reached = (float((self.time_s - clock["epoch"]) - clock["epoch_rest"]), 0.0)
         else:
             clock_time = (clock["now"], clock["now_low"])
             self._reached = max(self._reached, clock_time, (time_s, 0.0) if has_completed else clock_time)
-        if self._kernel.counts["too_far"]:
-            raise too_far_out()
         if ended not in (_DONE, _LIMIT, _STANDSTILL) or (ended == _STANDSTILL and self._fixed["acceleration"]):
             self._ended = _OUTCOMES[ended]
             self.notes = (self._format_note(ended, reached_s),)

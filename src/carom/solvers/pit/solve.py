@@ -97,8 +97,9 @@ class FrameRun:
 
     def velocities(self) -> NDArray[np.float64]:
         """Return the current velocities, in metres per second, shape ``(n, 2)``."""
-        undamped_s = self._damping.to_undamped(self.time_s)
-        return self._loop.velocities(undamped_s) * self._damping.compute_kept_fraction(self.time_s)
+        velocities = self._loop.velocities(self._damping.to_undamped(self.time_s))
+        kept_fraction = self._damping.compute_kept_fraction(self.time_s)
+        return velocities if kept_fraction == 1.0 else velocities * kept_fraction
 
     def spins(self) -> NDArray[np.float64] | None:
         """Return the current spins, in radians per second, shape ``(n,)``; None if no disc in the scene turns."""
