@@ -18,9 +18,10 @@ from carom.engines.api import (
 )
 from carom.engines.api.helpers import AliasedProfiles
 from carom.model.trace import PROFILE_ALIASES, Outcome
+from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.pic import start_pic_run
 from carom.solvers.run import Run
-from carom_adapters.recorded_world import CAPABILITIES, RecordedWorld
+from carom_adapters.recorded_world import CAPABILITIES, Array, RecordedWorld
 
 
 class PicWorld(RecordedWorld):
@@ -38,6 +39,18 @@ class PicWorld(RecordedWorld):
         # Lasting contact is not a failure. From its start on, the state stays the same, and nothing is compared.
         if outcome is not Outcome.COMPLETED and not outcome.in_contact:
             self._warning = outcome.value
+
+    def take_quiet_steps(self, position_m: Array, velocity_m_s: Array, spin_rad_s: Array) -> int:
+        """Take steps until a step has an impact or a warning; see `carom.engines.api.QuietWorld`."""
+        steps, is_complete = 0, False
+        if isinstance(self._run, EventDrivenRun):
+            steps, is_complete = self._run.observe_steps(
+                self._steps + 1, self._dt_s, position_m, velocity_m_s, spin_rad_s
+            )
+            self._steps += steps
+        if is_complete:
+            return steps
+        return steps + super().take_quiet_steps(position_m[steps:], velocity_m_s[steps:], spin_rad_s[steps:])
 
 
 class PicAdapter:

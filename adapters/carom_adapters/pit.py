@@ -8,8 +8,8 @@ from carom.engines.api import AdapterError, Engine, Profile, Scene, Setting, Wor
 from carom.engines.api.helpers import AliasedProfiles
 from carom.model.trace import PROFILE_ALIASES
 from carom.solvers.pit.clock import FrameClock
-from carom.solvers.pit.solve import start_pit_run
-from carom_adapters.recorded_world import CAPABILITIES, RecordedWorld
+from carom.solvers.pit.solve import FrameRun, start_pit_run
+from carom_adapters.recorded_world import CAPABILITIES, Array, RecordedWorld
 
 
 class PitWorld(RecordedWorld):
@@ -21,6 +21,13 @@ class PitWorld(RecordedWorld):
     def advance(self, steps: int) -> None:
         """Test for impacts and move the discs, frame by frame. Frames in which no bodies can touch are skipped."""
         self._run.advance_frames(steps)
+
+    def take_quiet_steps(self, position_m: Array, velocity_m_s: Array, spin_rad_s: Array) -> int:
+        """Take steps until a step has an impact; see `carom.engines.api.QuietWorld`."""
+        steps = 0
+        if isinstance(self._run, FrameRun):
+            steps = self._run.observe_frames(position_m, velocity_m_s, spin_rad_s)
+        return steps or super().take_quiet_steps(position_m, velocity_m_s, spin_rad_s)
 
     @property
     def counts(self) -> Mapping[str, int]:

@@ -14,7 +14,7 @@ from tests.engines.shipped_settings import OF_ENGINES
 from tests.scene_builders import Drive, Finish, Named, disc_at, staged
 
 from carom import Disc, Scene
-from carom.engines.api import Adapter, AdapterError, Observation, unsupported_reason
+from carom.engines.api import Adapter, AdapterError, Observation, StepClock, unsupported_reason
 from carom.execution.adapter_profile import capabilities_of
 from carom.model.walls import Leg
 from carom_adapters.shared.legs import Legs
@@ -158,12 +158,10 @@ def test_default_profile_equals_the_bare_engine(name: str, named: Named) -> None
 def test_steps_are_split_only_while_legs_are_pending() -> None:
     """Steps are taken one at a time while a leg may begin, and the rest, or all without legs, in one call."""
     legs = Legs[str]()
-    assert [*legs.split_steps(5)] == [5]
+    assert [*legs.split_steps(5, StepClock(1.0))] == [(5, ())]
     path = (Leg(from_s=0.0, velocity_m_s=(1.0, 0.0)), Leg(from_s=2.0, velocity_m_s=(0.0, 1.0)))
     legs.add("paddle", Disc(position_m=(0.0, 0.0), radius_m=1.0, mass_kg=float("inf"), driven=True, legs=path))
-    told, taken, now_s = list[tuple[str, tuple[float, float]]](), list[int](), 0.0
-    for count in legs.split_steps(5):
-        told += legs.start_due(now_s)
-        taken.append(count)
-        now_s += count
-    assert (taken, told) == ([1, 1, 1, 2], [("paddle", (0.0, 1.0))])
+    clock = StepClock(1.0)
+    turn = [("paddle", (0.0, 1.0))]
+    assert [*legs.split_steps(5, clock)] == [(1, []), (1, []), (1, turn), (2, [])]
+    assert clock.now_s == 5.0

@@ -61,12 +61,6 @@ def does_sweep(scene: Scene, settings: Mapping[str, Setting], dt_s: float) -> bo
     return sweep == "shipped" or (sweep == "fast" and fast)
 
 
-def _build_key(contact: Any) -> tuple[Any, ...]:
-    """Return a key that identifies a contact by its bodies, their shapes, and the parts of these shapes."""
-    a, b = contact.fixtureA, contact.fixtureB
-    return a.body.userData, b.body.userData, a.userData, b.userData, contact.childIndexA, contact.childIndexB
-
-
 def _import_box2d() -> Any:  # untyped: a SWIG module without stubs
     with warnings.catch_warnings():
         # Box2D's SWIG types have no __module__, so CPython warns. If a user has turned warnings into errors, this would
@@ -104,7 +98,7 @@ class Box2dWorld(QuietSteps):
         self._belts = {wall_body(k): wall.surface_speed_m_s for k, wall in enumerate(scene.walls)}
         self._turns = scene.arrays.turns
         self._solved: list[tuple[Any, Any, Point, float, float]] = []
-        self._normals: dict[tuple[Any, ...], Point] = {}
+        self._normals: dict[int, Point] = {}
         self._listener: Any = None
         self._table = self._world.CreateStaticBody() if scene.table_deceleration_m_s2 else None
         for i in range(len(scene.discs)):
@@ -219,12 +213,11 @@ class Box2dWorld(QuietSteps):
         """Call `b2World.Step` `steps` times. Between steps, set the prescribed velocities of driven bodies."""
         step, dt_s, iterations = self._world.Step, self._clock.dt_s, self._iterations
         self._solved.clear()
-        for count in self._legs.split_steps(steps):
-            for body, velocity in self._legs.start_due(self._clock.now_s):
+        for count, changes in self._legs.split_steps(steps, self._clock):
+            for body, velocity in changes:
                 body.linearVelocity = velocity
             for _ in range(count):
                 step(dt_s, *iterations)
-            self._clock.count(count)
 
     def observe(self) -> Observation:
         """Return the state of every disc, and the contacts that Box2D has reported to the listener.
@@ -258,20 +251,22 @@ class Box2dWorld(QuietSteps):
 
     def _listen(self) -> None:
         solved, normals, belts = self._solved, self._normals, self._belts
+        has_belts = any(belts.values())
 
         class Listener(self._box2d.b2ContactListener):  # type: ignore[misc, name-defined] # made at run time
             def PreSolve(self, contact: Any, _old: Any) -> None:  # noqa: N802 - Box2D's name
                 manifold = contact.worldManifold  # keep it alive, since its normal is a view
-                normals[_build_key(contact)] = tuple(manifold.normal)
-                for fixture in (contact.fixtureA, contact.fixtureB):
-                    if belt := belts.get(fixture.body.userData, 0.0):
-                        contact.tangentSpeed = -belt  # Box2D's tangent points to the right of the normal
+                normals[hash(contact)] = tuple(manifold.normal)  # the hash is the address of Box2D's own contact
+                if has_belts:
+                    for fixture in (contact.fixtureA, contact.fixtureB):
+                        if belt := belts.get(fixture.body.userData, 0.0):
+                            contact.tangentSpeed = -belt  # Box2D's tangent points to the right of the normal
 
             def PostSolve(self, contact: Any, impulse: Any) -> None:  # noqa: N802 - Box2D's name
                 # The bodies have moved since the contact was found, so the manifold's normal has changed.
                 pair = (contact.fixtureA.body.userData, contact.fixtureB.body.userData)
                 tangential = sum(impulse.tangentImpulses)
-                solved.append((*pair, normals[_build_key(contact)], sum(impulse.normalImpulses), tangential))
+                solved.append((*pair, normals[hash(contact)], sum(impulse.normalImpulses), tangential))
 
         self._listener = Listener()
         self._world.contactListener = self._listener

@@ -228,12 +228,11 @@ class PybulletWorld(QuietSteps):
     def advance(self, steps: int) -> None:
         """Call `stepSimulation` `steps` times. Between steps, set the prescribed velocities of driven bodies."""
         step, client = self._bullet.stepSimulation, self._client
-        for count in self._legs.split_steps(steps):
-            for (body, spin), velocity in self._legs.start_due(self._clock.now_s):
+        for count, changes in self._legs.split_steps(steps, self._clock):
+            for (body, spin), velocity in changes:
                 self._bullet.resetBaseVelocity(body, [*velocity, 0.0], [0, 0, spin], client)
             for _ in range(count):
                 step(client)
-            self._clock.count(count)
         self._seen = None
 
     def observe(self) -> Observation:

@@ -119,12 +119,11 @@ class PymunkWorld(QuietSteps):
     def advance(self, steps: int) -> None:
         """Call `Space.step` `steps` times. Between steps, set the prescribed velocities of driven bodies."""
         step, dt_s = self._space.step, self._clock.dt_s
-        for count in self._legs.split_steps(steps):
-            for body, velocity in self._legs.start_due(self._clock.now_s):
+        for count, changes in self._legs.split_steps(steps, self._clock):
+            for body, velocity in changes:
                 body.velocity = velocity
             for _ in range(count):
                 step(dt_s)
-            self._clock.count(count)
         self._arbiters = None
 
     def observe(self) -> Observation:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -22,7 +22,7 @@ from carom.engines.api import (
     wall_body,
 )
 from carom_adapters.rapier.limits import PARAMETERS, SOFTNESSES, check_inputs
-from carom_adapters.shared.legs import Legs, find_first_velocity
+from carom_adapters.shared.legs import Legs, Vector, find_first_velocity
 from carom_adapters.shared.walls import compute_thickness, cut_chain, find_walls_in_pieces, sum_contacts
 
 #: Relative rounding of a 32-bit float.
@@ -127,14 +127,13 @@ class RapierWorld:
     def advance(self, steps: int) -> None:
         """Take steps. Between steps, set the prescribed velocities of driven bodies."""
         step = self._world.step
-        for count in self._legs.split_steps(steps):
-            self._begin_legs()
+        for count, changes in self._legs.split_steps(steps, self._clock):
+            self._set_velocities(changes)
             for _ in range(count):
                 step()
-            self._clock.count(count)
 
-    def _begin_legs(self) -> None:
-        for body, velocity in self._legs.start_due(self._clock.now_s):
+    def _set_velocities(self, changes: Sequence[tuple[int, Vector]]) -> None:
+        for body, velocity in changes:
             self._all[body].linvel = (*velocity, 0.0)
 
     def observe(self) -> Observation:
@@ -193,8 +192,8 @@ class RapierCuttableWorld(RapierWorld):
         """Take steps, each in two parts."""
         parameters, step, dt_s = self._world.integration_parameters, self._world.step, self._clock.dt_s
         for _ in range(steps):
-            self._begin_legs()
-            self._clock.count(1)
+            for _, changes in self._legs.split_steps(1, self._clock):
+                self._set_velocities(changes)
             self._solved = []
             for part in (self._first_part, 1.0 - self._first_part):
                 parameters.dt = part * dt_s

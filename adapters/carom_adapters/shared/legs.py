@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from operator import itemgetter
 from typing import Generic, TypeVar
 
-from carom.engines.api import Chain, Disc, Ring, Scene, Wall
+from carom.engines.api import Chain, Disc, Ring, Scene, StepClock, Wall
 from carom_adapters.shared.settings_code import PYTHON_END
 
 Driven = Disc | Wall | Chain | Ring
@@ -40,22 +40,28 @@ class Legs(Generic[Body]):
         self._changes += [(leg.begin_s, body, leg.velocity) for leg in scene_body.drive.legs[1:]]
         self._changes.sort(key=itemgetter(0))
 
-    def split_steps(self, steps: int) -> Iterable[int]:
-        """Divide steps into calls of the engine: single steps while changes of velocity remain, then all others."""
-        return self._split_steps_to_legs(steps) if self.started < len(self._changes) else (steps,)
+    def split_steps(self, steps: int, clock: StepClock) -> Iterable[tuple[int, Sequence[tuple[Body, Vector]]]]:
+        """Divide steps into calls of the engine: single steps while changes of velocity remain, then all others.
 
-    def _split_steps_to_legs(self, steps: int) -> Iterator[int]:
+        For each call, yield its number of steps, and the bodies whose velocities change before it, with their new
+        velocities. The steps are counted on the clock.
+        """
+        if self.started < len(self._changes):
+            return self._split_steps_to_legs(steps, clock)
+        clock.count(steps)
+        return ((steps, ()),)
+
+    def _split_steps_to_legs(self, steps: int, clock: StepClock) -> Iterator[tuple[int, Sequence[tuple[Body, Vector]]]]:
         steps_taken = 0
         while steps_taken < steps:
             count = 1 if self.started < len(self._changes) else steps - steps_taken
-            yield count
+            yield count, self._start_due(clock.now_s)
+            clock.count(count)
             steps_taken += count
 
-    def start_due(self, now_s: float) -> Sequence[tuple[Body, Vector]]:
+    def _start_due(self, now_s: float) -> Sequence[tuple[Body, Vector]]:
         """Start the legs that are due at a time. Return the bodies of these legs with their new velocities."""
         first = self.started
-        if first == len(self._changes):
-            return ()
         while self.started < len(self._changes) and self._changes[self.started][0] <= now_s * _REACHED:
             self.started += 1
         return [(body, velocity) for _, body, velocity in self._changes[first : self.started]]

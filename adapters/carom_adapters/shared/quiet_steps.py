@@ -38,12 +38,13 @@ class QuietSteps(ABC):
 
     def take_quiet_steps(self, position_m: Array, velocity_m_s: Array, spin_rad_s: Array) -> int:
         """Take steps until a step may have contacts or a warning; see `carom.engines.api.QuietWorld`."""
+        advance, read, has_contacts, size = self.advance, self.read, self.has_contacts, self.size_without_warning
         numbers: list[float] = []
         for _ in range(len(position_m)):
-            self.advance(1)
-            state = self.read()
+            advance(1)
+            state = read()
             numbers += state
-            if self.has_contacts() or not math.hypot(*state) < self.size_without_warning:
+            if has_contacts() or not math.hypot(*state) < size:
                 break
         rows = to_rows(numbers).reshape(-1, position_m.shape[1], 5)
         steps_taken = len(rows)

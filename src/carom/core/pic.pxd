@@ -7,6 +7,7 @@ from carom.core.run_input cimport RunInput
 
 cdef extern from "carom/core/pic/state.h" nogil:
     enum Ending:
+        DONE
         NO_MEMORY
 
     struct Disc:

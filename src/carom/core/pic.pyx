@@ -5,6 +5,8 @@ from cpython.bytes cimport PyBytes_FromStringAndSize
 from libc.stdint cimport int64_t, uintptr_t
 from libc.stdlib cimport free
 
+from carom.core.resolution import too_far_out
+
 from carom.core.exact_quartic cimport exact_solver
 from carom.core.record_rows cimport ambiguous_rows, free_record, memory_as_array, release_rows
 from carom.core.run_input cimport RunInput, floats, input_of
@@ -90,13 +92,50 @@ cdef class Kernel:
             until: Apply impacts up to and including this time, in seconds since the start.
             impacts: Largest number of impacts, counted from the start.
             events: Approximate number of events to process.
+
+        Raises:
+            InputError: Two discs have met so far from the origin that the normal of their impact cannot be computed.
         """
         cdef Ending ending
         with nogil:
             ending = carom_advance(&self.s, until, impacts, events)
         if ending == NO_MEMORY:
             raise MemoryError("no memory for more recorded impacts: record a window of them, or none")
+        if self.s.counts.too_far > 0:
+            raise too_far_out()
         return ending
+
+    def run_steps(
+        self, Index first, double step, Index impacts, Index events,
+        double[:, :, :] position, double[:, :, :] velocity, double[:, :] spin,
+    ):
+        """Advance step by step, and write the state at the end of each step, until a step has a recorded impact.
+
+        Step k ends at ``k * step``. `impacts` and `events` are limits of each step, as in `run`.
+
+        Returns:
+            The number of states written, and the `Ending` of the last step. The state after a step is written only if
+            the step ends with `DONE`.
+        """
+        cdef Index k, recorded = self.recorded, n = self.s.disc_count
+        cdef double[:, ::1] states = np.empty((n, 4))
+        cdef double[::1] spins = np.empty(n)
+        cdef double time
+        for k in range(position.shape[0]):
+            time = <double> (first + k) * step
+            ending = self.run(time, impacts, events)
+            if ending != DONE:
+                return k, ending
+            if self.s.accelerated.paths == NULL:
+                time = (time - self.s.clock.epoch) - self.s.clock.epoch_rest
+            carom_states(&self.s, time, 0.0, &states[0, 0])
+            position[k], velocity[k] = states[:, :2], states[:, 2:]
+            if self.s.record.has_spins:
+                carom_spins(&self.s, time, 0.0, &spins[0])
+                spin[k] = spins
+            if self.recorded > recorded:
+                return k + 1, DONE
+        return position.shape[0], DONE
 
     def record(self, double begin, double end):
         """From now on, record impacts whose reported times are from `begin` to `end`, in seconds since the start."""

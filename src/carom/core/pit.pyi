@@ -13,6 +13,16 @@ class FrameLoop:
         cls, start: Start, clock: FrameClock, skips: bool, max_waste: float, damping_per_s: float = ...
     ) -> Self: ...
     def run(self, until: int, most: int, work: float) -> None: ...
+    def run_frames(
+        self,
+        step: float,
+        rate: float,
+        most: int,
+        work: float,
+        position: NDArray[np.float64],
+        velocity: NDArray[np.float64],
+        spin: NDArray[np.float64],
+    ) -> int: ...
     @property
     def frames(self) -> int: ...
     @property

@@ -102,6 +102,29 @@ cdef class FrameLoop:
         if self.s.is_too_far:
             raise too_far_out()
 
+    def run_frames(
+        self, double step, double rate, Index most, double work,
+        double[:, :, :] position, double[:, :, :] velocity, double[:, :] spin,
+    ):
+        """Compute frames, and write the state at the time of the next frame after each, until a frame has an impact.
+
+        Frame k is at ``k * step / rate``. Return the number of states written. There must be no damping.
+        """
+        cdef Index k, i, until, recorded = self.recorded, n = self.s.disc_count
+        cdef double[:, ::1] states = np.empty((n, 4))
+        for k in range(position.shape[0]):
+            until = self.s.counts.frames + 1
+            while self.s.counts.frames < until:
+                self.run(until, most, work)
+            carom_pit_write_states(&self.s, <double> until * step / rate, &states[0, 0])
+            position[k], velocity[k] = states[:, :2], states[:, 2:]
+            if self.s.record.has_spins:
+                for i in range(n):
+                    spin[k, i] = self.s.turning[i].spin
+            if self.recorded > recorded:
+                return k + 1
+        return position.shape[0]
+
     @property
     def frames(self):
         """Number of frames computed or skipped so far."""

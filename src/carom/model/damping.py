@@ -43,11 +43,15 @@ class Damping:
 
     def to_undamped_array(self, seconds: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the result of `to_undamped` for each time. Times must be 0 or more."""
+        if not self.per_s:
+            return seconds
         exponent = self.per_s * seconds
-        return np.where(exponent >= _NOTHING, -np.expm1(-exponent) / (self.per_s or 1.0), seconds)
+        return np.where(exponent >= _NOTHING, -np.expm1(-exponent) / self.per_s, seconds)
 
     def to_damped_array(self, undamped_s: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the result of `to_damped` for each time, bit-identical."""
+        if not self.per_s:
+            return undamped_s
         return damped_time.all_damped(self.per_s, np.ravel(undamped_s)).reshape(np.shape(undamped_s))
 
     def find_latest_undamped(self, seconds: float) -> float:

@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from tests.cases import each
 from tests.planted.faults import DT, ROW, replay_reference
 from tests.scene_builders import alter_impact, require_value
@@ -15,7 +17,7 @@ from tests.scene_builders import alter_impact, require_value
 from carom import Trace, compare, solve_pic, solve_pit
 from carom.catalogue import catalogue
 from carom.comparator import Grade, Verdict
-from carom.comparator.non_finite import find_non_finite
+from carom.comparator.non_finite import find_non_finite, find_turned_impacts, has_turned
 from carom.comparator.scales import find_largest
 from carom.errors import InputError
 from carom.model.trace import IMPACT_DTYPE, STATE_DTYPE, Samples
@@ -143,3 +145,17 @@ def test_non_finite_reference_is_refused_and_pit_ignored() -> None:
 def test_largest_of_values_with_nan_is_nan(values: list[float], expected: float) -> None:
     """The value of largest magnitude keeps its sign; it is NaN if any value is NaN, or if there is none."""
     assert find_largest(values) == pytest.approx(expected, nan_ok=True)
+
+
+_SPEEDS = st.tuples(*[st.floats(-1e100, 1e100)] * 4)
+
+
+@given(_SPEEDS, st.sampled_from([0.0, 1e-13, 1e-6, 1.0]), st.sampled_from([32, 64]))
+def test_a_single_impact_turns_as_in_an_array(
+    speeds: tuple[float, float, float, float], change: float, bits: int
+) -> None:
+    """One impact turned if and only if the test of an array of impacts finds it."""
+    before = ((speeds[0], speeds[1]), (speeds[2], speeds[3]))
+    after = ((speeds[0] * (1.0 + change), speeds[1]), (speeds[2], speeds[3] * (1.0 - change)))
+    (found,) = find_turned_impacts(np.array(before)[:, None], np.array(after)[:, None], bits)
+    assert has_turned(before, after, bits) == found

@@ -342,16 +342,19 @@ def _measure_sampling_cost(window: Window, comparison: Comparison, found: Differ
     if slowing.table_m_s2:
         measured_s = window.lasts
     known_states: dict[int, body_states.BodyStates] = {}
+    known_energy_j: dict[int, float] = {}
     costs_by_completeness: dict[bool, list[tuple[float, float, float]]] = {True: [], False: []}
     for first_s in looks:
         met = simulate_pit(window.start, window.pairs, until_s, dt_s, first_s)
         last_state, since_s = (met[-1].after, met[-1].time_s) if met else (window.start, 0.0)
         end = last_state.compute_later_state(measured_s - since_s)
         difference = window.find_nearest_difference(end, until_there, measured_s, None, known_states)
+        if difference.impacts not in known_energy_j:
+            known_energy_j[difference.impacts] = difference.truth.compute_energy()
         cost = (
             difference.velocity * kept_fraction,
             difference.spin * kept_fraction,
-            abs(end.compute_energy() - difference.truth.compute_energy()) * kept_fraction**2,
+            abs(end.compute_energy() - known_energy_j[difference.impacts]) * kept_fraction**2,
         )
         costs_by_completeness[len(met) >= min(need, len(until_there))].append(cost)
     # If PIT finds all impacts at some phases, use only these phases.

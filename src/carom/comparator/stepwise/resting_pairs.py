@@ -86,13 +86,15 @@ def find_resting_pairs(block: Block, together: Sequence[NearPairs]) -> list[Flag
     A disc rests on a body onto which it falls. Then it also rests on other bodies, such as the second wall of a corner.
     """
     movable, pull = block.scene.arrays.movable, block.bodies.pull
+    if not pull:
+        return [np.zeros(relative.wait.shape, np.bool_) for relative in together]
     touching, pressed = [], []
     for relative in together:
         closing, contact = np.abs(relative.closing), np.array([block.bodies.reach(pair) for pair in relative.pairs])
         slow = RESTING_STEPS * pull * block.dt_s + relative.still
         first, second = relative.list_discs(block.bodies.n)
         falls = (relative.second >= block.bodies.n) | (movable[first] != movable[second])
-        near = falls & (pull > 0.0) & (relative.gap[:-1] <= RESTING_GAP * contact)
+        near = falls & (relative.gap[:-1] <= RESTING_GAP * contact)
         touching.append(near & (closing[:-1] <= slow) & (closing[1:] <= slow))
         # The direction of gravity relative to a wall has the rounding error of the wall's normal.
         pressed.append(touching[-1] & (relative.pulled[:-1] > block.place_unit * pull))

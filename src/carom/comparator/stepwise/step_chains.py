@@ -9,7 +9,7 @@ successive steps stays in its chain. So each disc is in at most one chain at a t
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Hashable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 from carom.comparator.stepwise.scene_bodies import Pair, SceneBodies
@@ -39,24 +39,6 @@ class StepChain:
         """Return the chain with its step numbers increased by `steps`."""
         pairs = {pair: tuple(step + steps for step in active) for pair, active in self.pairs.items()}
         return replace(self, begin=self.begin + steps, end=self.end + steps, pairs=pairs)
-
-
-class Groups:
-    """Disjoint sets of hashable items that can be joined (union-find)."""
-
-    def __init__(self) -> None:
-        self._parent: dict[Hashable, Hashable] = {}
-
-    def find(self, item: Hashable) -> Hashable:
-        """Return the representative of the set that contains an item."""
-        while self._parent.setdefault(item, item) != item:
-            self._parent[item] = self._parent[self._parent[item]]
-            item = self._parent[item]
-        return item
-
-    def join(self, one: Hashable, other: Hashable) -> None:
-        """Join the sets that contain two items."""
-        self._parent[self.find(one)] = self.find(other)
 
 
 class Chains:
@@ -121,61 +103,64 @@ class Chains:
         return sorted(done, key=lambda chain: (chain.end, chain.begin, chain.discs))
 
     def _build_groups(self, step: int, pairs: list[Pair], last: Mapping[Pair, StepChain]) -> list[_Group]:
-        """Return groups of active pairs and existing chains. Each group becomes one chain in this step."""
-        movable, groups = self._bodies.is_movable, Groups()
-        for pair in pairs:
-            for body in filter(movable, pair):
-                groups.join(pair, body)
-            if (chain := last.get(pair)) is not None:
-                groups.join(pair, chain)
+        """Return groups of active pairs and existing chains. Each group becomes one chain in this step.
+
+        A disc may be in only one chain at a time, so groups with a common movable disc are joined.
+        """
+        movable = self._bodies.is_movable
         holders: dict[int, list[StepChain]] = defaultdict(list)
         for chain in self.open_chains:
             for disc in filter(movable, chain.discs):
                 holders[disc].append(chain)
-        while True:
-            found: dict[Hashable, _Group] = {}
-            for pair in pairs:
-                found.setdefault(groups.find(pair), _Group(step)).pairs.append(pair)
-            for chain in self.open_chains:
-                if (group := found.get(groups.find(chain))) is not None:
-                    group.chains.add(chain)
-            settled = True
-            # A disc may be in only one chain at a time.
-            for group in found.values():
-                begin, discs = group.begin, group.find_discs(movable)
-                held_items: list[Hashable] = [
-                    disc for disc in discs if groups.find(disc) != groups.find(group.pairs[0])
-                ]
-                held_items += (
-                    chain
-                    for disc in discs
-                    for chain in holders[disc]
-                    if chain.end > begin and chain not in group.chains
-                )
-                for item in held_items:
-                    groups.join(group.pairs[0], item)
-                    settled = False
-            if settled:
-                return list(found.values())
+        groups: dict[int, _Group] = {}  # by disc
+        for pair in pairs:
+            group = _Group(step, step, [pair], set(filter(movable, pair)))
+            if pair in last:
+                group.add_chain(last[pair], movable)
+            while True:
+                others = {groups[disc] for disc in group.discs if groups.get(disc, group) is not group}
+                held = {chain for disc in group.discs for chain in holders[disc] if chain.end > group.begin}
+                held -= group.chains
+                for other in others:
+                    group.join(other)
+                for chain in held:
+                    group.add_chain(chain, movable)
+                groups |= dict.fromkeys(group.discs, group)
+                if not (others or held):
+                    break
+        return list(dict.fromkeys(groups.values()))
 
 
-@dataclass
+@dataclass(eq=False)
 class _Group:
-    """Active pairs of a step, and the existing chains that they join into one."""
+    """Active pairs of a step, and the existing chains that they join into one.
+
+    Attributes:
+        step: The step.
+        begin: First step of the joined chain.
+        pairs: The active pairs.
+        discs: Movable discs of the joined chain.
+        chains: The existing chains.
+    """
 
     step: int
-    pairs: list[Pair] = field(default_factory=list)
+    begin: int
+    pairs: list[Pair]
+    discs: set[int]
     chains: set[StepChain] = field(default_factory=set)
 
-    @property
-    def begin(self) -> int:
-        """First step of the joined chain."""
-        return min((chain.begin for chain in self.chains), default=self.step)
+    def add_chain(self, chain: StepChain, movable: Callable[[int], bool]) -> None:
+        """Add an existing chain."""
+        self.chains.add(chain)
+        self.begin = min(self.begin, chain.begin)
+        self.discs.update(filter(movable, chain.discs))
 
-    def find_discs(self, movable: Callable[[int], bool]) -> set[int]:
-        """Return the movable discs of the joined chain."""
-        discs = {body for pair in self.pairs for body in pair}.union(*(chain.discs for chain in self.chains))
-        return set(filter(movable, discs))
+    def join(self, other: _Group) -> None:
+        """Add all pairs and chains of another group."""
+        self.begin = min(self.begin, other.begin)
+        self.pairs += other.pairs
+        self.discs |= other.discs
+        self.chains |= other.chains
 
     def is_too_long(self, cut: set[StepChain]) -> bool:
         """Whether the joined chain has too many steps, or includes a chain that was cut."""

@@ -1,6 +1,6 @@
-"""Times until discs come near each other or near walls on straight paths.
+"""Tests for free flight: whether discs move straight, overlap, or come near each other or near walls.
 
-These formulas are much faster than the computation of an impact's time. Their rounding does not matter, because the
+The formulas for times are much faster than the computation of an impact's time. Their rounding does not matter, because the
 reach is much larger than the distance at which bodies touch.
 """
 
@@ -24,6 +24,44 @@ cdef inline double near_time(double x, double y, double vx, double vy, double re
         return INFINITY
     # The root of a product is computed as a product of roots, since the product of two lengths could overflow.
     return max((-along - sqrt(reach - aside) * sqrt(reach + aside)) / speed, 0.0)
+
+
+def has_moved_straight(
+    const double[:, :] before,
+    const double[:, :] after,
+    const double[:, :] velocity,
+    double step_s,
+    double end_s,
+    double roundings,
+):
+    """Whether every disc has moved by its velocity in a step, except for the rounding of coordinates and instants.
+
+    Rounding may be at most `roundings` times the largest coordinate or the longest path until the step's end, `end_s`.
+    """
+    cdef double farthest = 0.0, fastest = 0.0
+    cdef Py_ssize_t i, axis
+    for i in range(before.shape[0]):
+        for axis in range(2):
+            farthest = max(farthest, fabs(before[i, axis]), fabs(after[i, axis]))
+            fastest = max(fastest, fabs(velocity[i, axis]))
+    farthest = roundings * max(farthest, fastest * end_s)
+    for i in range(before.shape[0]):
+        for axis in range(2):
+            if not fabs(after[i, axis] - before[i, axis] - velocity[i, axis] * step_s) <= farthest:  # true for NaN
+                return False
+    return True
+
+
+def are_overlapping(
+    const double[:, :] position, const double[:] radius, const Py_ssize_t[:] first, const Py_ssize_t[:] second
+):
+    """Whether any of the pairs of discs overlaps or touches."""
+    cdef Py_ssize_t k, i, j
+    for k in range(first.shape[0]):
+        i, j = first[k], second[k]
+        if hypot(position[j, 0] - position[i, 0], position[j, 1] - position[i, 1]) <= radius[i] + radius[j]:
+            return True
+    return False
 
 
 def compute_pair_time(

@@ -243,11 +243,10 @@ class _Run:
             raise build_adapter_error(f"the result of take_quiet_steps() must be at most {count}, got {steps_taken}")
         if steps_taken == 1:
             return world.observe()
-        largest = np.maximum.reduce(np.abs(rows.numbers[begin : begin + steps_taken]), axis=1)
-        reliable = largest <= LARGEST  # false for NaN
-        are_reliable = bool(reliable[: steps_taken - 1].all())
+        sizes = np.abs(rows.numbers[begin : begin + steps_taken - 1])
+        are_reliable = bool(np.maximum.reduce(sizes, axis=None) <= LARGEST)  # false for NaN
         if not are_reliable:
-            steps_taken = 1 + int(np.argmin(reliable))
+            steps_taken = 1 + int(np.argmin(np.maximum.reduce(sizes, axis=1) <= LARGEST))
         steps = range(first, first + steps_taken - 1)
         rows.time_s[begin : begin + len(steps)] = np.arange(first, first + len(steps)) * self.dt_s
         if self.stored_states is not None:

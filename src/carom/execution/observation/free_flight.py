@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Iterable
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +13,7 @@ from numpy.typing import NDArray
 from carom.engines.api import Observation
 from carom.engines.api.checks import MANTISSA_BITS
 from carom.execution.observation import approach
-from carom.model.broad_phase import find_near_pairs
+from carom.model.broad_phase import Pairs, find_near_pairs
 from carom.model.chain_geometry import Outline
 from carom.model.scene import Scene, Wall
 
@@ -28,6 +30,9 @@ _WIDER = 1.0 + 2.0**-40
 
 #: The search for approaching pairs is repeated for longer and longer times ahead. Factor between successive times.
 _WIDENED = 4.0
+
+#: Largest number of discs of a scene in which all pairs are tested, since the search for near pairs would take longer.
+_FEW_DISCS = 32
 
 #: In free flight, this number of steps must have left every velocity unchanged and moved every disc by its velocity.
 QUIET_STEPS = 2
@@ -61,7 +66,7 @@ class FreeFlight:
     def __init__(self, scene: Scene, dt_s: float, float_bits: int = 64) -> None:
         self._scene = scene
         self._dt_s = dt_s
-        self._unit = 2.0 ** -MANTISSA_BITS[float_bits]
+        self._roundings = _ROUNDINGS * 2.0 ** -MANTISSA_BITS[float_bits]
         #: Times and states of the last steps.
         self._seen: deque[tuple[float, Observation]] = deque(maxlen=QUIET_STEPS + 1)
         self._turns = scene.arrays.turns
@@ -69,6 +74,7 @@ class FreeFlight:
         self.look_from_s = (QUIET_STEPS + 0.5) * dt_s
         self._movable, self._radius = scene.arrays.movable, scene.arrays.radius_m
         self._wider_radius, self._margin = _WIDER * self._radius, _MARGIN_RADII * self._radius
+        self._few_pairs = _list_pairs(self._movable) if len(self._movable) <= _FEW_DISCS else None
         half_planes = [(*wall.point_m, *wall.normal) for wall in scene.walls if isinstance(wall, Wall)]
         self._half_planes = np.array(half_planes, dtype=np.float64).reshape(-1, 4)
         self._outlines = [wall.outline for wall in scene.walls if not isinstance(wall, Wall)]
@@ -100,17 +106,11 @@ class FreeFlight:
         spins = [state.spin_rad_s for state in states if state.spin_rad_s is not None] if self._turns else []
         is_unchanged = len({state.velocity_m_s.tobytes() for state in states}) == 1
         is_unchanged = is_unchanged and len({spin.tobytes() for spin in spins}) <= 1
-        return is_unchanged and self._has_moved_straight(states[-1].velocity_m_s)
-
-    def _has_moved_straight(self, velocity: Array) -> bool:
-        """Whether each step moved every disc by its velocity, except for rounding of coordinates and instants."""
-        places = np.array([seen.position_m for _, seen in self._seen])
-        far = np.maximum.reduce(np.abs(places), axis=(1, 2)).tolist()
-        deviations = np.maximum.reduce(np.abs(places[1:] - places[:-1] - velocity * self._dt_s), axis=(1, 2)).tolist()
-        fastest = float(np.maximum.reduce(np.abs(velocity), axis=None))
-        return all(
-            deviations[k] <= _ROUNDINGS * self._unit * max(far[k], far[k + 1], fastest * self._seen[k + 1][0])
-            for k in range(len(deviations))
+        return is_unchanged and all(
+            approach.has_moved_straight(
+                before.position_m, after.position_m, after.velocity_m_s, self._dt_s, end_s, self._roundings
+            )
+            for (_, before), (end_s, after) in pairwise(self._seen)
         )
 
     def _compute_earliest_contact(self, state: Observation, left_s: float) -> float:
@@ -119,16 +119,17 @@ class FreeFlight:
         If a disc comes near a wall before the scene's end, the times of pairs of discs are not computed.
         """
         p, v = state.position_m, state.velocity_m_s
-        for first, second in find_near_pairs(p, self._wider_radius, self._movable):
-            offsets = p[second] - p[first]
-            if (np.hypot(offsets[:, 0], offsets[:, 1]) <= self._radius[first] + self._radius[second]).any():
-                return 0.0  # overlapping bodies may still be pushed apart
+        if any(approach.are_overlapping(p, self._radius, *pairs) for pairs in self._find_pairs(p, self._wider_radius)):
+            return 0.0  # overlapping bodies may still be pushed apart
         nearest = approach.compute_wall_time(p, v, self._margin, self._half_planes)
-        nearest = min([nearest, *(self._compute_outline_wait(outline, p, v) for outline in self._outlines)])
+        for outline in self._outlines:
+            nearest = min(nearest, self._compute_outline_wait(outline, p, v))
         return nearest if nearest <= left_s else min(nearest, self.compute_pair_wait(p, v, left_s))
 
     def compute_pair_wait(self, p: Array, v: Array, left_s: float) -> float:
         """Return the seconds until two discs come near each other, or any time after the end if that is later."""
+        if self._few_pairs is not None:
+            return approach.compute_pair_time(p, v, self._margin, *self._few_pairs)
         speed, end_s = np.hypot(v[:, 0], v[:, 1]), left_s + (_AHEAD_STEPS + 1) * self._dt_s
         # First examine only the few pairs that can come near within `within_s`, since a scene can have millions of
         # pairs.
@@ -140,6 +141,10 @@ class FreeFlight:
                 return wait
             within_s = min(_WIDENED * within_s, end_s)
 
+    def _find_pairs(self, p: Array, reach: Array) -> Iterable[Pairs]:
+        """Return blocks of pairs that contain all pairs within reach. In scenes of few discs, these are all pairs."""
+        return find_near_pairs(p, reach, self._movable) if self._few_pairs is None else (self._few_pairs,)
+
     def _compute_outline_wait(self, outline: Outline, p: Array, v: Array) -> float:
         """Return a lower bound: a disc must move this far to reach the wall."""
         away = np.array(
@@ -148,3 +153,10 @@ class FreeFlight:
         speed = np.hypot(v[:, 0], v[:, 1])
         waits = np.maximum(away[speed > 0.0], 0.0) / speed[speed > 0.0]
         return float(np.min(waits, initial=math.inf))
+
+
+def _list_pairs(movable: NDArray[np.bool_]) -> Pairs:
+    """Return all pairs of discs, unless both are immovable."""
+    first, second = np.triu_indices(len(movable), 1)
+    moves = movable[first] | movable[second]
+    return first[moves], second[moves]

@@ -15,7 +15,7 @@ from itertools import count
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.comparator.non_finite import find_turned_impacts
+from carom.comparator.non_finite import has_turned
 from carom.comparator.slowing import Slowing
 from carom.engines.api import Contact, Observation
 from carom.execution.observation.open_contact import (
@@ -159,21 +159,24 @@ class ImpactCollector:
     ) -> None:
         """Open a contact, or extend it by a step.
 
-        `motion` contains each body's velocity and spin after the earlier contacts of the step. This method updates it.
+        `motion` contains the velocity and spin of movable discs after the earlier contacts of the step. This method
+        updates it, and adds those of other bodies.
         `touched` contains the number of contacts of each movable disc in the step.
         """
         first, second = pair
-        unchanged = [self._find_unchanged_motion(body, time_s) for body in pair]
-        motions_before = (motion.get(first, unchanged[0]), motion.get(second, unchanged[1]))
+        for body in pair:
+            if body not in motion:
+                motion[body] = self._find_unchanged_motion(body, time_s)
+        motions_before = (motion[first], motion[second])
         for body, sign in ((first, -1.0), (second, 1.0)):
-            if body in motion:
+            if body in touched:
                 by_impulse = touched[body] > 1 and self._has_all_impulses(contact)
                 motion[body] = (
                     self._apply_impulse(motion[body], contact, body, sign)
                     if by_impulse
                     else self._motion_of(observation, body)
                 )
-        after = (motion.get(first, unchanged[0]), motion.get(second, unchanged[1]))
+        after = (motion[first], motion[second])
         known = self.open.get(pair)
         if known and compute_separation_speed(known.after, known.reported.normal) > 0.0 > compute_separation_speed(
             motions_before, contact.normal
@@ -228,9 +231,7 @@ class ImpactCollector:
         known = (spins[0], spins[1], spins[2], spins[3]) if self._turns else None
         # If the velocities after the contact equal those before, the two paths differ only by rounding, and their
         # intersection has no physical meaning.
-        known_time = (
-            contact.alone and find_turned_impacts(np.array([[a], [b]]), np.array([[c], [d]]), self._float_bits)[0]
-        )
+        known_time = contact.alone and has_turned((a, b), (c, d), self._float_bits)
         effective = math.nan
         if known_time:
             ends_at_rest = contact is not open_contact
@@ -243,7 +244,7 @@ class ImpactCollector:
             )
         # Gravity accelerates two falling discs equally, so their relative path is straight. Relative to an immovable
         # body, a disc falls on a parabola.
-        falls = bool(self._gravity.any())
+        falls = self._pull > 0.0
         bent = falls and len(self._list_movable(pair)) < len(pair)
         if falls and not bent and math.isfinite(effective):
             a, b, c, d = self._correct_for_gravity(effective, pair, contact, (a, b, c, d))

@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.core.resolution import too_far_out
 from carom.errors import InputError
 from carom.model.disc_arrays import DiscArrays
 from carom.model.trace import Outcome, body_name
@@ -164,17 +163,43 @@ class EventDrivenRun:
             ended = self._kernel.run(time_s, NO_LIMIT if max_impacts is None else max_impacts, _EVENTS)
             if progress is not None:
                 progress(self.impacts, self._kernel.clock["reported"])
-        has_completed = ended == _DONE and time_s < math.inf
-        reached_s = time_s if has_completed else self._kernel.clock["reported"]
-        self.time_s = max(self.time_s, reached_s)
+        return self._settle(ended, time_s)
+
+    def observe_steps(
+        self,
+        first: int,
+        step_s: float,
+        position_m: NDArray[np.float64],
+        velocity_m_s: NDArray[np.float64],
+        spin_rad_s: NDArray[np.float64],
+    ) -> tuple[int, bool]:
+        """Advance step by step, and write the state after each step, until a step has a recorded impact.
+
+        Step k ends at ``k * step_s``; the first step is number `first`.
+
+        Returns:
+            The number of states written, and whether these are all steps up to the first impact. They are not if the
+            run ends in the next step, or if that step is long. Then call `advance_to` for that step.
+        """
+        if self._ended is not None:
+            return 0, False
+        steps, ended = self._kernel.run_steps(first, step_s, NO_LIMIT, _EVENTS, position_m, velocity_m_s, spin_rad_s)
+        is_complete = ended == _DONE
+        if ended != _PAUSE:
+            self._settle(ended, (first + steps - is_complete) * step_s)
+        return steps, is_complete
+
+    def _settle(self, ended: int, time_s: float) -> Outcome:
+        """Set the reached time and the notes after the core has advanced towards `time_s`, and return the outcome."""
         clock = self._kernel.clock
+        has_completed = ended == _DONE and time_s < math.inf
+        reached_s = time_s if has_completed else clock["reported"]
+        self.time_s = max(self.time_s, reached_s)
         if self._fixed["acceleration"] is None:
             self._reached = (float((self.time_s - clock["epoch"]) - clock["epoch_rest"]), 0.0)
         else:
             clock_time = (clock["now"], clock["now_low"])
             self._reached = max(self._reached, clock_time, (time_s, 0.0) if has_completed else clock_time)
-        if self._kernel.counts["too_far"]:
-            raise too_far_out()
         if ended not in (_DONE, _LIMIT, _STANDSTILL) or (ended == _STANDSTILL and self._fixed["acceleration"]):
             self._ended = _OUTCOMES[ended]
             self.notes = (self._format_note(ended, reached_s),)

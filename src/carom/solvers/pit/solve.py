@@ -91,14 +91,31 @@ class FrameRun:
         self._advance(self.frames + frames, None, None)
         self.time_s = max(self.time_s, self.clock.time_s(self.frames))
 
+    def observe_frames(
+        self, position_m: NDArray[np.float64], velocity_m_s: NDArray[np.float64], spin_rad_s: NDArray[np.float64]
+    ) -> int:
+        """Run frames like `advance_frames`, and write the state after each, until a frame has an impact.
+
+        Return the number of states written; 0 with damping, for which states are not written.
+        """
+        if self._damping.per_s:
+            return 0
+        clock = self.clock
+        frames = self._loop.run_frames(
+            clock.step_s, clock.rate_hz, NO_LIMIT, _WORK, position_m, velocity_m_s, spin_rad_s
+        )
+        self.time_s = max(self.time_s, clock.time_s(self.frames))
+        return frames
+
     def positions(self) -> NDArray[np.float64]:
         """Return the current centres, in metres, shape ``(n, 2)``."""
         return self._loop.positions(self._damping.to_undamped(self.time_s))
 
     def velocities(self) -> NDArray[np.float64]:
         """Return the current velocities, in metres per second, shape ``(n, 2)``."""
-        undamped_s = self._damping.to_undamped(self.time_s)
-        return self._loop.velocities(undamped_s) * self._damping.compute_kept_fraction(self.time_s)
+        velocities = self._loop.velocities(self._damping.to_undamped(self.time_s))
+        kept_fraction = self._damping.compute_kept_fraction(self.time_s)
+        return velocities if kept_fraction == 1.0 else velocities * kept_fraction
 
     def spins(self) -> NDArray[np.float64] | None:
         """Return the current spins, in radians per second, shape ``(n,)``; None if no disc in the scene turns."""

@@ -130,12 +130,16 @@ def test_free_flight_requires_two_steps_of_equal_velocity() -> None:
     assert find_free_flight_step(PARTING, states) == 0
 
 
-@given(st.lists(st.tuples(*[st.integers(-20, 20)] * 4), min_size=2, max_size=6), st.floats(1e-3, 20.0))
+@given(
+    st.lists(st.tuples(*[st.integers(-20, 20)] * 4), min_size=2, max_size=6),
+    st.sampled_from([0, 40]),
+    st.floats(1e-3, 20.0),
+)
 def test_earliest_near_pair_is_found_within_the_time_left(
-    states: list[tuple[int, int, int, int]], left_s: float
+    states: list[tuple[int, int, int, int]], far_discs: int, left_s: float
 ) -> None:
     """The time until any pair is near is the minimum over all pairs, unless it is after the end."""
-    rows = np.array(states, float)
+    rows = np.array([*states, *((10_000 * (1 + k), 0, 0, 0) for k in range(far_discs))], float)
     scene = staged("apart", *(disc_at(100 * k, 0) for k in range(len(rows))), duration_s=20.0)
     place, velocity, (first, second) = 3.0 * rows[:, :2], rows[:, 2:], np.triu_indices(len(rows), 1)
     every = compute_pair_time(place, velocity, 2.0 * scene.arrays.radius_m, first, second)
