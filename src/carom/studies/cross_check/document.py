@@ -14,7 +14,6 @@ from carom.execution.results import Results, Row
 from carom.report.document import Document
 from carom.report.files import pack_data
 from carom.report.provenance import build_provenance
-from carom.report.replay_data import build_replay_data
 from carom.report.results_file.line_types import RowLine, Summary
 from carom.studies.cross_check.grid import Grid, build_grid, read_grid
 from carom.studies.cross_check.headline import build_headline
@@ -150,6 +149,7 @@ def _render_report(results: Results, fail_on: Grade | None) -> Report:
 
 def _replace_unreportable(results: Results) -> Results:
     """Replace each result that can't be written or replayed by a failure with the reason."""
+    from carom.report.replay_data import build_replay_data
     from carom.report.results_file.records import format_record
 
     def check(row: Row) -> Row:

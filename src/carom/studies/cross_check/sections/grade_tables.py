@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 from carom.comparator import Verdict
 from carom.report import formatting
 from carom.report.document import Block, Cell, Column, Legend, Lines, Media, Section, Share, Table, Text
+from carom.report.impact_rows import build_impact_rows
 from carom.report.outcome_marks import RIGHT, Mark
-from carom.report.replay_data import build_impact_rows
 from carom.studies.cross_check.grid import RANKING_NOTE, Grid, GridCell, GridColumn, compute_standing
 
 #: Largest number of rows in the table of impacts, of columns with impacts in the table of methods, and of columns with

@@ -13,7 +13,6 @@ from carom.report import formatting
 from carom.report.document import Block, Cell, Column, Legend, Lines, Media, Replays, Section, Table, Text
 from carom.report.files import pack_data
 from carom.report.outcome_marks import Mark
-from carom.report.replay_data import build_replay_data, build_replay_key, describe_run, format_run_command
 from carom.studies.cross_check.grid import Grid, GridRow, keep_worst, merge_own_profiles, omission_note
 from carom.studies.cross_check.play_page import build_play_link
 from carom.support.escaping import escape_controls
@@ -76,13 +75,16 @@ def _build_cell(column_number: int, row: GridRow) -> Cell:
 
 def pack_replays(grid: Grid) -> Iterator[tuple[str, str]]:
     """Yield the name of each scene that has a reference, and the packed data of its replays."""
+    # imported here, because only a page contains replays
+    from carom.report.replay_data import build_replay_data, describe_run, format_run_command
+
     for row in grid.rows:
         reference = grid.results.references.get(row.name)
         runs = []
         for cell in row.cells:
             if (run := cell.row) and run.trace is not None and run.score is not None:
                 command = format_run_command(escape_controls(run.job.scene.name), run.job)
-                description = describe_run(run, cell.column.label, build_replay_key(run.job), command)
+                description = describe_run(run, cell.column.label, cell.replay_key, command)
                 runs.append((run.trace, run.score, description))
         if reference is not None and runs:
             data = build_replay_data(reference, runs) | {"drag": build_play_link(reference.scene)}
