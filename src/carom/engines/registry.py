@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from functools import cache
 from importlib import metadata
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from carom.engines.api import Adapter, Capabilities, Engine, Knob
 from carom.errors import AdapterError, UnknownNameError
@@ -81,8 +81,7 @@ class EngineInfo:
         return not self.available and self.capabilities is not None
 
 
-@dataclass(frozen=True)
-class AdapterPoint:
+class AdapterPoint(NamedTuple):
     """Location of an adapter: an entry point, or the manifest of an engine that is a program.
 
     Attributes:

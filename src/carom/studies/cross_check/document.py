@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 from carom.comparator import Grade
 from carom.errors import CaromError
@@ -86,8 +87,7 @@ def _build_document(title: str, about: str, grid: Grid) -> Document:
     return Document(title, build_headline(grid), sections, about=about, watch=find_first_replay(grid))
 
 
-@dataclass(frozen=True)
-class Report:
+class Report(NamedTuple):
     """A report before it is written.
 
     Attributes:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import statistics
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -105,7 +104,7 @@ def _build_method_table(grid: Grid, methods: Sequence[GridColumn], impacts: Sequ
 
 
 def _build_linked_cell(cell: GridCell) -> Cell:
-    return replace(cell.mark.cell, title=f"{cell.mark.sentence}. {'; '.join(cell.reasons)}", link=cell.link)
+    return cell.mark.cell._replace(title=f"{cell.mark.sentence}. {'; '.join(cell.reasons)}", link=cell.link)
 
 
 def _build_shares(cells: Sequence[GridCell]) -> tuple[Share, ...]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -70,7 +69,7 @@ def _build_cell(column_number: int, row: GridRow) -> Cell:
     cell = row.cells[column_number]
     short = cell.compact or ("" if cell.mark.ran else cell.mark.word)
     title = cell.mark.sentence if cell.has_replay else f"{cell.column.name} on {row.name}: {'; '.join(cell.reasons)}"
-    return replace(cell.mark.cell, note=cell.figure, link=cell.link, short=short, title=title)
+    return cell.mark.cell._replace(note=cell.figure, link=cell.link, short=short, title=title)
 
 
 def pack_replays(grid: Grid) -> Iterator[tuple[str, str]]:
