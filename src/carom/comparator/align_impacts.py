@@ -18,7 +18,7 @@ from carom.model.trace import Trace
 MOST_EDITS = 64
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class AlignedRun(ComparedRun):
     """Matches between the impacts of the run, the reference and PIT, within the compared part of the run.
 
