@@ -145,8 +145,9 @@ class LimitOptions(DeclaredOptions):
 
 
 def _prepare_workers() -> None:
-    """Build the codecs of the most frequent tasks, and check the extension, now, so that forked workers need not."""
+    """Compute what most workers need: codecs, and whether the extension is up to date. Forked workers inherit it."""
     from carom.core.extension import find_extension_notes
+    from carom.engines.registry import find_installed_release
     from carom.execution.describe_engines import DescribeTask
     from carom.execution.observation.engine_run import ObserveTask
     from carom.execution.timing import TimeTask
@@ -155,3 +156,4 @@ def _prepare_workers() -> None:
     for task in (DescribeTask, ObserveTask, TimeTask):
         build_codec(task)
     find_extension_notes()
+    find_installed_release("carom")

@@ -66,8 +66,7 @@ class GridColumn(NamedTuple):
         return f"{self.label} {self.profile}".rstrip()
 
 
-@dataclass(frozen=True, slots=True)
-class GridCell:
+class GridCell(NamedTuple):
     """A run of a scene by a method with a step size, or the reason why there is no run.
 
     Attributes:
