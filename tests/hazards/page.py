@@ -1,7 +1,6 @@
 """The page of hazards, `docs/results/hazards.md`, and the lines that one engine has in its tables."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import replace
 from functools import partial
 from operator import itemgetter
 
@@ -152,8 +151,8 @@ def render_page(figures: Sequence[Figure], adapters: Sequence[Adapter], versions
         "'make test-engines' compares this page with new measurements.",
     )
     shown = build_tables(figures)
-    sections = [Section(head, (replace(table, note=NOTES[head]),)) for head, table in shown.items()]
-    changes = Section("What default changes", (replace(_build_changes_table(adapters), note=CHANGES),))
+    sections = [Section(head, (table._replace(note=NOTES[head]),)) for head, table in shown.items()]
+    changes = Section("What default changes", (_build_changes_table(adapters)._replace(note=CHANGES),))
     return render_markdown(Document("Hazards, over many phases", lead, (*sections, changes)))
 
 

@@ -63,14 +63,17 @@ def parse_step(text: str) -> float:
 def load_scenes(names: list[str]) -> list[Scene | CatalogueScene]:
     """Load scene files, and find catalogue scenes by name. Without names, return the whole catalogue."""
     from carom.catalogue import catalogue, find_scenes
-    from carom.model.scene_file import load_scene
 
     if not names:
         return list(catalogue().values())
     found: list[Scene | CatalogueScene] = []
     for name in names:
-        is_file = Path(name).suffix in {".toml", ".json"} or Path(name).is_file()
-        found += [load_scene(name)] if is_file else find_scenes([name])
+        if Path(name).suffix in {".toml", ".json"} or Path(name).is_file():
+            from carom.model.scene_file import load_scene
+
+            found.append(load_scene(name))
+        else:
+            found += find_scenes([name])
     return found
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from carom.model.trace import Trace
 MOST_EDITS = 64
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class AlignedRun(ComparedRun):
     """Matches between the impacts of the run, the reference and PIT, within the compared part of the run.
 
@@ -48,8 +48,7 @@ def align_impacts(compared: ComparedRun) -> AlignedRun:
     reference, observed, pit = compared.reference, compared.observed, compared.pit
     alignment = match_impacts(reference, observed, compared.compared)
     visible_in_states = _find_shown_by_states(reference, alignment.missed, compared.truth, observed.dt_s)
-    alignment = replace(
-        alignment,
+    alignment = alignment._replace(
         missed=tuple(k for k in alignment.missed if k not in visible_in_states),
         spurious=_drop_contact_starts(reference, observed, alignment.spurious),
     )

@@ -66,7 +66,7 @@ class Baseline:
         return result
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ComparedRun:
     """Traces to compare, and the part of the run in which they are compared.
 

@@ -12,12 +12,12 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import wraps
 from pathlib import Path
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from carom.engines.api import AdapterError, CuttableWorld, Observation, World
 from carom.engines.registry import load_adapter
 from carom.errors import CaromError
-from carom.execution.codec import CarriedObservation
+from carom.execution.codec import build_dataclass_type
 from carom.execution.environment import measure_resident_bytes
 from carom.model.scene import Scene
 from carom.model.trace import Setting
@@ -27,6 +27,11 @@ WARM_UP_WORLDS = 10
 
 Probe = TypeVar("Probe")
 Seen = TypeVar("Seen")
+
+if TYPE_CHECKING:
+    CarriedObservation = Observation
+else:
+    CarriedObservation = build_dataclass_type(Observation)
 
 
 @dataclass(frozen=True)

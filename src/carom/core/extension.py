@@ -64,10 +64,12 @@ def compute_sources_digest() -> str:
 
 def _list_sources(package: Path) -> list[Path]:
     """Return all sources of the extension."""
-    kinds = (".pyx", ".pxd", ".h", ".c")  # one walk for all kinds, because each process that runs a scene calls this
-    found = [Path(folder, name) for folder, _, names in os.walk(package) for name in names if name.endswith(kinds)]
-    # core/wasm contains the sources of core.wasm, which is not part of the extension.
-    return sorted(path for path in found if not path.is_relative_to(package / "core/wasm"))
+    found: list[Path] = []
+    for folder, folders, names in os.walk(package):
+        # core/wasm contains the sources of core.wasm, which is not part of the extension.
+        folders[:] = [name for name in folders if name not in {"wasm", "__pycache__"}]
+        found += [Path(folder, name) for name in names if name.endswith((".pyx", ".pxd", ".h", ".c"))]
+    return sorted(found)
 
 
 def _is_installed(package: Path) -> bool:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from functools import cache
 from importlib import metadata
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from carom.engines.api import Adapter, Capabilities, Engine, Knob
 from carom.errors import AdapterError, UnknownNameError
@@ -81,8 +81,7 @@ class EngineInfo:
         return not self.available and self.capabilities is not None
 
 
-@dataclass(frozen=True)
-class AdapterPoint:
+class AdapterPoint(NamedTuple):
     """Location of an adapter: an entry point, or the manifest of an engine that is a program.
 
     Attributes:
@@ -164,7 +163,9 @@ def _list_points(distribution: metadata.Distribution) -> list[AdapterPoint]:
     distribution's location.
     """
     try:
-        points = distribution.entry_points.select(group=ENTRY_POINT_GROUP)
+        # parse the file only if it can contain adapters, since parsing the files of all distributions takes long
+        text = distribution.read_text("entry_points.txt") or ""
+        points = distribution.entry_points.select(group=ENTRY_POINT_GROUP) if ENTRY_POINT_GROUP in text else ()
     except Exception as error:  # noqa: BLE001 - a damaged file can cause any exception
         location = str(distribution.locate_file(""))
         broken = f"can't read the entry points of an installed distribution; install it again: {type(error).__name__}"
@@ -305,7 +306,7 @@ def explain_unavailable_engine(engine: Engine) -> str:
     except (ImportError, ValueError):
         is_installed = False
     if is_installed:
-        installed = _find_installed_release(engine.distribution) if engine.oldest else ""
+        installed = find_installed_release(engine.distribution) if engine.oldest else ""
         if not is_older(installed, engine.oldest):
             return ""
         reason = f"{engine.name} {installed} is older than {engine.oldest}, the oldest release that its adapter drives"
@@ -317,8 +318,8 @@ def explain_unavailable_engine(engine: Engine) -> str:
     return f"{reason}; {engine.install}" if engine.install else reason
 
 
-@cache  # a worker calls this for every run, and reading the metadata takes as long as some runs
-def _find_installed_release(distribution: str) -> str:
+@cache  # called for every run, and reading the metadata takes as long as some runs
+def find_installed_release(distribution: str) -> str:
     """Return the installed release of a distribution; empty if it is not installed, or the name is empty."""
     try:
         return metadata.version(distribution)
@@ -346,4 +347,4 @@ def find_version(adapter: Adapter, adapter_distribution: str) -> str:
     if callable(method):
         return str(method()) or "unknown"
     engine = adapter.engine
-    return _find_installed_release(engine.distribution or ("" if engine.module else adapter_distribution)) or "unknown"
+    return find_installed_release(engine.distribution or ("" if engine.module else adapter_distribution)) or "unknown"

@@ -6,9 +6,8 @@ import hashlib
 import platform
 from dataclasses import dataclass
 from functools import cache, lru_cache
-from importlib import metadata
 
-from carom.engines.registry import list_adapter_points
+from carom.engines.registry import find_installed_release, list_adapter_points
 from carom.execution.describe_engines import find_engine
 from carom.execution.job import Job, Method
 from carom.model.scene import Scene
@@ -48,8 +47,8 @@ def compute_scene_hash(scene: Scene) -> str:
 def find_versions(engine: str) -> tuple[tuple[str, str], ...]:
     """Return name and version of every distribution that affects an engine's results; empty for an unknown engine."""
     versions = [
-        ("carom", metadata.version("carom")),
-        ("numpy", metadata.version("numpy")),
+        ("carom", find_installed_release("carom")),
+        ("numpy", find_installed_release("numpy")),
         (platform.python_implementation(), platform.python_version()),
     ]
     if engine not in list_adapter_points():

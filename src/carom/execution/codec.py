@@ -15,14 +15,15 @@ from typing import TYPE_CHECKING, Annotated, Any, Generic, TypeVar, get_args, ge
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
-from pydantic import ConfigDict, PlainSerializer, PlainValidator, TypeAdapter, create_model
+from pydantic import ConfigDict, TypeAdapter, create_model
+from pydantic_core import core_schema
 
-from carom.engines.api import Observation
 from carom.model.scene import Scene
 from carom.model.step_windows import MEETING_DTYPE, REST_DTYPE, SLIP_DTYPE, WINDOW_DTYPE, LocalTruth, States
 from carom.model.trace import EDGE_DTYPE, IMPACT_DTYPE, MODE_DTYPE, SPIN_DTYPE, STATE_DTYPE, Samples, Trace
+from carom.support.fields import CoreSchema
 
-__all__ = ["CarriedObservation", "CarriedTrace", "Codec"]
+__all__ = ["CarriedTrace", "Codec", "build_dataclass_type"]
 
 T = TypeVar("T")
 
@@ -53,18 +54,20 @@ class Codec(Generic[T]):
         return value
 
 
-def _build_validator(read: Callable[[Any], Any]) -> PlainValidator:
-    """Return a validator that raises ValueError for every exception of `read`, as pydantic requires."""
+def _build_type(write: Callable[[Any], Any], read: Callable[[Any], Any]) -> Any:
+    """Return a type that pydantic converts with two functions. `read` can raise any exception for invalid data."""
 
     def validate(data: Any) -> Any:
         try:
             return read(data)
         except ValueError:
             raise
-        except Exception as error:  # noqa: BLE001 - invalid data can cause any exception
+        except Exception as error:  # noqa: BLE001 - pydantic requires a ValueError
             raise ValueError(f"{type(error).__name__}: {error}") from None
 
-    return PlainValidator(validate)
+    serialization = core_schema.plain_serializer_function_ser_schema(write)
+    schema = core_schema.no_info_plain_validator_function(validate, serialization=serialization)
+    return Annotated[Any, CoreSchema(schema)]
 
 
 def _build_array_type(dtype: DTypeLike) -> Any:
@@ -77,7 +80,7 @@ def _build_array_type(dtype: DTypeLike) -> Any:
         shape, data = found
         return np.frombuffer(base64.b64decode(data, validate=True), dtype).reshape([int(size) for size in shape])
 
-    return Annotated[Any, PlainSerializer(pack), _build_validator(unpack)]
+    return _build_type(pack, unpack)
 
 
 #: Number of scenes that are kept after they are read. Successive traces are often of the same few scenes.
@@ -94,7 +97,7 @@ def _unpack_scene(found: Any) -> Scene:
     return found if isinstance(found, Scene) else _read_scene(found)
 
 
-_CarriedScene = Annotated[Any, PlainSerializer(Scene.model_dump_json), _build_validator(_unpack_scene)]
+_CarriedScene = _build_type(Scene.model_dump_json, _unpack_scene)
 
 
 def _build_field_type(hint: Any, carried: Any) -> Any:
@@ -113,7 +116,7 @@ def _build_field_type(hint: Any, carried: Any) -> Any:
     return field_type | None if optional else field_type
 
 
-def _build_dataclass_type(kind: type[Any], **carried: Any) -> Any:
+def build_dataclass_type(kind: type[Any], **carried: Any) -> Any:
     """Return a type that pydantic can convert, for a dataclass. A value is written as a string that contains JSON.
 
     In this inner JSON, NaN and infinities are written as numbers. A string "NaN" could also be a setting of type
@@ -136,7 +139,7 @@ def _build_dataclass_type(kind: type[Any], **carried: Any) -> Any:
         found = twin.model_validate_json(text)
         return _check_shapes(kind(**{name: getattr(found, name) for name in names}))
 
-    return Annotated[Any, PlainSerializer(pack), _build_validator(unpack)]
+    return _build_type(pack, unpack)
 
 
 def _check_shapes(value: Any) -> Any:
@@ -163,11 +166,9 @@ def _check_shapes(value: Any) -> Any:
 
 
 if TYPE_CHECKING:
-    CarriedObservation = Observation
     CarriedTrace = Trace
 else:
-    CarriedObservation = _build_dataclass_type(Observation)
-    CarriedTrace = _build_dataclass_type(
+    CarriedTrace = build_dataclass_type(
         Trace,
         scene=_CarriedScene,
         impacts=IMPACT_DTYPE,
@@ -175,9 +176,9 @@ else:
         spins=SPIN_DTYPE,
         edges=EDGE_DTYPE,
         modes=MODE_DTYPE,
-        samples=_build_dataclass_type(Samples),
-        local_truth=_build_dataclass_type(
+        samples=build_dataclass_type(Samples),
+        local_truth=build_dataclass_type(
             LocalTruth, windows=WINDOW_DTYPE, meetings=MEETING_DTYPE, slips=SLIP_DTYPE, rests=REST_DTYPE
         ),
-        looks=_build_dataclass_type(States),
+        looks=build_dataclass_type(States),
     )

@@ -6,10 +6,9 @@ import platform
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from importlib import metadata
 from pathlib import Path
 
-from carom.engines.registry import EngineInfo
+from carom.engines.registry import EngineInfo, find_installed_release
 from carom.support.system import count_available_cores
 
 
@@ -46,12 +45,12 @@ def describe_environment(infos: Iterable[EngineInfo] = ()) -> Environment:
     engines = {info.engine: info.version for info in infos if info.available and info.engine != "Carom"}
     return Environment(
         date=datetime.now(UTC).isoformat(timespec="seconds"),
-        carom=metadata.version("carom"),
+        carom=find_installed_release("carom"),
         python=f"{platform.python_implementation()} {platform.python_version()}",
         system=" ".join([platform.system(), platform.machine(), *platform.libc_ver()]).strip(),
         processor=_read_proc_field("/proc/cpuinfo", "model name") or platform.processor() or "unknown",
         cores=count_available_cores(),
-        versions={"numpy": metadata.version("numpy"), **engines},
+        versions={"numpy": find_installed_release("numpy"), **engines},
     )
 
 

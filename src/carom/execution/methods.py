@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 from carom.engines.api import unsupported_reason
 from carom.engines.registry import EngineInfo, load_adapter
@@ -65,8 +65,7 @@ class SettingsTask(AdapterTask):
         return tuple(found)
 
 
-@dataclass(frozen=True)
-class Methods:
+class Methods(NamedTuple):
     """The methods to run with each step size, and the reasons why some methods can't be run.
 
     Attributes:

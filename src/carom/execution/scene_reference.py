@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from carom.comparator import Horizon, compute_horizon
 from carom.comparator.horizon import describe_certified_impacts, estimate_horizon
@@ -27,8 +27,7 @@ MOST_DISCS = 1000
 FEWEST_DISCS = 3
 
 
-@dataclass(frozen=True)
-class Reference:
+class Reference(NamedTuple):
     """Trace with which all runs of a scene are compared.
 
     Attributes:
@@ -106,10 +105,10 @@ def build_reference(trace: Trace, is_requested: bool | None, time_budget_s: floa
         reference = _certify_reference(trace, is_requested, time_budget_s)
     if reference.trace.contact_s < math.inf:
         reliable_s = math.inf if reference.horizon_s is None else reference.horizon_s
-        return replace(reference, horizon_s=min(reference.trace.contact_s, reliable_s))
+        return reference._replace(horizon_s=min(reference.trace.contact_s, reliable_s))
     if reference.horizon_s is not None or isinstance(reference.certified, Horizon):
         return reference
-    return replace(reference, horizon_s=estimate_horizon(reference.trace))
+    return reference._replace(horizon_s=estimate_horizon(reference.trace))
 
 
 def _certify_reference(trace: Trace, is_requested: bool | None, time_budget_s: float) -> Reference:

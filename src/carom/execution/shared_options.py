@@ -140,12 +140,14 @@ class LimitOptions(DeclaredOptions):
         """Return a pool of worker processes on this machine with these limits."""
         from carom.execution.pool import LocalPool
 
-        _build_codecs()
+        _prepare_workers()
         return LocalPool(jobs or self.jobs, self.time_limit_s, self.memory_limit_mb)
 
 
-def _build_codecs() -> None:
-    """Build the codecs of the most frequent tasks now, so that forked workers inherit them."""
+def _prepare_workers() -> None:
+    """Compute what most workers need: codecs, and whether the extension is up to date. Forked workers inherit it."""
+    from carom.core.extension import find_extension_notes
+    from carom.engines.registry import find_installed_release
     from carom.execution.describe_engines import DescribeTask
     from carom.execution.observation.engine_run import ObserveTask
     from carom.execution.timing import TimeTask
@@ -153,3 +155,5 @@ def _build_codecs() -> None:
 
     for task in (DescribeTask, ObserveTask, TimeTask):
         build_codec(task)
+    find_extension_notes()
+    find_installed_release("carom")

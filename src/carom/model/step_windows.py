@@ -19,7 +19,7 @@ from carom.support.structured_arrays import build_dtype
 Array = NDArray[np.float64]
 
 
-@dataclass
+@dataclass(eq=False)
 class WindowRow:
     """Comparison of one window with PIC, which starts from the state of the window's bodies at its start.
 
@@ -113,7 +113,7 @@ SLIP_DTYPE = np.dtype(
 REST_DTYPE = np.dtype([("first", "i8"), ("second", "i8"), ("begin_s", "f8"), ("end_s", "f8")])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class States:
     """States of a run at the ends of its steps or, with the profile `located`, of the pieces of its steps.
 
@@ -146,7 +146,7 @@ class States:
         return cls(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class LocalTruth:
     """Comparison of all steps of a run with PIC, each from the run's own state at the step's start.
 

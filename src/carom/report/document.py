@@ -7,9 +7,8 @@ terminal. The attribute `only` of a part contains the media (page, Markdown or t
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from enum import Flag, auto
-from typing import Any
+from typing import Any, NamedTuple
 
 
 class Media(Flag):
@@ -24,8 +23,7 @@ class Media(Flag):
     EVERYWHERE = IN_FULL | TERMINAL
 
 
-@dataclass(frozen=True)
-class Share:
+class Share(NamedTuple):
     """A part of a bar: its size, its CSS class on a page, and its sign and style on a terminal."""
 
     css: str
@@ -34,8 +32,7 @@ class Share:
     style: str = ""
 
 
-@dataclass(frozen=True)
-class Cell:
+class Cell(NamedTuple):
     """A cell of a table.
 
     Attributes:
@@ -72,8 +69,7 @@ class Cell:
         return " ".join(filter(None, (self.symbol, self.text, self.note)))
 
 
-@dataclass(frozen=True)
-class Column:
+class Column(NamedTuple):
     """A column of a table.
 
     Attributes:
@@ -101,8 +97,7 @@ class Column:
         return content if isinstance(content, Cell) else Cell(content)
 
 
-@dataclass(frozen=True)
-class Table:
+class Table(NamedTuple):
     """A table with a row for each item. The first column contains the names of the items.
 
     Attributes:
@@ -132,8 +127,7 @@ class Table:
         return columns, [[column.build_cell(item) for column in columns] for item in self.items]
 
 
-@dataclass(frozen=True)
-class Text:
+class Text(NamedTuple):
     """A paragraph.
 
     Attributes:
@@ -147,8 +141,7 @@ class Text:
     folded: bool = False
 
 
-@dataclass(frozen=True)
-class Lines:
+class Lines(NamedTuple):
     """A list of sentences.
 
     Attributes:
@@ -162,32 +155,28 @@ class Lines:
     folded: str = ""
 
 
-@dataclass(frozen=True)
-class Facts:
+class Facts(NamedTuple):
     """Pairs of name and value."""
 
     items: tuple[tuple[str, str], ...]
     only: Media = Media.ON_PAPER
 
 
-@dataclass(frozen=True)
-class Legend:
+class Legend(NamedTuple):
     """Legend of a table: pairs of a mark and its meaning. The mark is a cell with a symbol and a word."""
 
     items: tuple[tuple[Cell, str], ...]
     only: Media = Media.EVERYWHERE
 
 
-@dataclass(frozen=True)
-class Code:
+class Code(NamedTuple):
     """Text to type literally, such as a command."""
 
     text: str
     only: Media = Media.EVERYWHERE
 
 
-@dataclass(frozen=True)
-class Figure:
+class Figure(NamedTuple):
     """A drawing as SVG, which is only made when a page needs it.
 
     Attributes:
@@ -201,8 +190,7 @@ class Figure:
     title: str = ""
 
 
-@dataclass(frozen=True)
-class Figures:
+class Figures(NamedTuple):
     """Drawings.
 
     Large drawings are placed one below the other, and other drawings side by side. Media without drawings show tables
@@ -214,8 +202,7 @@ class Figures:
     only: Media = Media.PAGE
 
 
-@dataclass(frozen=True)
-class Pair:
+class Pair(NamedTuple):
     """Two drawings to the same scale.
 
     Attributes:
@@ -233,16 +220,14 @@ class Pair:
     caption: tuple[str, ...]
 
 
-@dataclass(frozen=True)
-class Pairs:
+class Pairs(NamedTuple):
     """Several pairs of drawings. Markdown shows only their captions."""
 
     items: tuple[Pair, ...]
     only: Media = Media.ON_PAPER
 
 
-@dataclass(frozen=True)
-class Replays:
+class Replays(NamedTuple):
     """Data for the replays of a page: the name of each scene, and the packed data of its runs.
 
     The function `pack` is called when a page needs the data.
@@ -258,8 +243,7 @@ QUESTION = "How is this computed?"
 Block = Table | Text | Lines | Facts | Legend | Code | Figures | Pairs | Replays
 
 
-@dataclass(frozen=True)
-class Section:
+class Section(NamedTuple):
     """A part of a document.
 
     Attributes:
@@ -281,8 +265,7 @@ class Section:
         return tuple(block for block in self.blocks if medium in block.only)
 
 
-@dataclass(frozen=True)
-class Document:
+class Document(NamedTuple):
     """A document.
 
     Attributes:

@@ -14,15 +14,14 @@ from typing import Any
 import numpy as np
 import tomli_w
 
-from carom.comparator import ImpactError, Score
-from carom.comparator.measure.local_errors import LocalErrors
-from carom.comparator.thresholds import THRESHOLDS
+from carom.comparator import Score
 from carom.engines.registry import format_engine_argument
 from carom.execution.job import Job
 from carom.execution.results import Row
 from carom.model.scene import Chain, Need, Ring, Scene, Wall
-from carom.model.trace import Mode, Trace, format_setting, pair_name
+from carom.model.trace import Mode, Trace, format_setting
 from carom.report import formatting
+from carom.report.impact_rows import NEAR_STEPS, Json, build_impact_rows
 from carom.report.outcome_marks import mark_of
 from carom.report.paths import compute_extent
 from carom.report.picture import ARC_PARTS
@@ -37,11 +36,6 @@ _SHARP = 6
 #: of a pixel in a picture of a hundred pixels. Such a path is drawn as many pieces of constant acceleration.
 _NEAR_IN_CONTACT = 1e-4
 
-#: Text for an unknown cause.
-UNKNOWN = "unknown: the run's state before the impact is not known"
-
-Json = dict[str, Any]
-
 _MODES = {
     Mode.FLIGHT: "flies",
     Mode.SLIDE: "slides",
@@ -52,14 +46,6 @@ _MODES = {
 
 #: Largest number of discs on the play page. A replay of a scene with more discs does not show a `carom play` command.
 _MOST_THROWN = 10
-
-#: An impact counts as missed if its bodies pass through each other at most this number of steps before or after it.
-_NEAR_STEPS = 2.0
-
-
-def build_replay_key(job: Job) -> str:
-    """Return the key of a replay on a page. The key contains the scene's name as the page shows it."""
-    return f"{escape_controls(job.scene.name)}/{job.method.name}"
 
 
 def format_run_command(scene: str, job: Job) -> str:
@@ -159,7 +145,7 @@ def list_meetings(reference: Trace) -> Iterator[tuple[float, float, float | None
     """
     scene, tracks = reference.scene, build_reference_tracks(reference)
     for impact in reference.impacts:
-        first, second = _list_bodies(impact)
+        first, second = int(impact["first"]), int(impact["second"])
         one, normal = scene.discs[first], impact["normal"]
         x, y = tracks[first].positions_at(impact["time_s"][None])[0] + one.radius_m * normal
         yield float(x), float(y), _compute_overlap_time(scene, impact, first, second)
@@ -176,7 +162,7 @@ def _compute_overlap_time(scene: Scene, impact: np.void, first: int, second: int
     speed = math.hypot(*passing.tolist())
     inwards = abs(float(impact["normal"] @ passing))
     overlap_s = 2.0 * (inwards / speed) * ((one.radius_m + other.radius_m) / speed) if speed > 0.0 else math.inf
-    return _replace_non_finite(overlap_s)
+    return overlap_s if math.isfinite(overlap_s) else None
 
 
 def _build_impacts(reference: Trace, trace: Trace, score: Score) -> Json:
@@ -202,7 +188,7 @@ def find_pause_time(row: Json, overlap_s: float | None, trace: Trace) -> float:
     if row.get("reported") is not None:
         return float(row["reported"])
     dt_s = trace.dt_s or 1.0 / trace.scene.frame_rate_hz
-    return float(min(row["true"] + min(overlap_s or 0.0, _NEAR_STEPS * dt_s) / 2.0, trace.scene.duration_s))
+    return float(min(row["true"] + min(overlap_s or 0.0, NEAR_STEPS * dt_s) / 2.0, trace.scene.duration_s))
 
 
 def find_first_fault(rows: list[Json]) -> int | None:
@@ -275,120 +261,3 @@ def _build_modes(trace: Trace) -> list[tuple[int, list[tuple[float, str]]]]:
             of_disc.pop()
         of_disc.append((float(mode["time_s"]), _MODES[Mode(mode["after"])]))
     return [(disc, [*of_disc, (trace.end_time_s, "")]) for disc, of_disc in sorted(changes.items())]
-
-
-def build_impact_rows(reference: Trace, trace: Trace, score: Score) -> Iterator[Json]:
-    """Yield each impact of the reference and each invented one, in order of time, with its outcome and the cause."""
-    found = {error.reference: error for error in score.errors}
-    rows: list[Json] = []
-    for k, impact in enumerate(reference.impacts):
-        true_s = float(impact["time_s"])
-        row: Json = {"bodies": _list_bodies(impact), "pair": pair_name(impact), "true": true_s, "at": k}
-        error = found.get(k)
-        if error is None:
-            rows.append(row | _describe_unmatched(k, impact, trace, score))
-            continue
-        rows.append(
-            row
-            | {
-                "reported": _replace_non_finite(true_s + error.reported_time_s),
-                "turned": _replace_non_finite(true_s + error.effective_time_s),
-                "velocity": _replace_non_finite(error.velocity),
-                "spin": _replace_non_finite(error.spin),
-                **_describe_delay(error.time_s, trace.dt_s, score),
-                "cause": _explain_error(error, score),
-            }
-        )
-    for k in score.spurious:
-        impact = trace.impacts[k]
-        rows.append(
-            {
-                "bodies": _list_bodies(impact),
-                "pair": pair_name(impact),
-                "reported": _replace_non_finite(float(impact["time_s"])),
-                "flag": "invented",
-                "became": "invented",
-                "cause": _explain_invented(k, score.local),
-            }
-        )
-    yield from sorted(rows, key=lambda row: row.get("true", row.get("reported")) or 0.0)
-
-
-def _explain_invented(k: int, local: LocalErrors) -> str:
-    """Describe the cause of an invented impact, as far as the run's own state before the impact reveals it."""
-    if k in local.spurious:
-        return "from the run's own state before the impact, the bodies do not collide"
-    if math.isnan(local.velocity[k]):
-        return UNKNOWN
-    return "from the run's own state before the impact, the bodies collide"
-
-
-def _list_bodies(impact: np.void) -> list[int]:
-    return [int(impact["first"]), int(impact["second"])]
-
-
-def _replace_non_finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
-
-
-def _describe_unmatched(k: int, impact: np.void, trace: Trace, score: Score) -> Json:
-    """Describe an impact of the reference that has no match, with the cause if it is missed."""
-    if k >= score.expected:
-        return {"flag": "beyond", "became": "not compared", "cause": ""}
-    if k in score.undecided:
-        return {"flag": "undecided", "became": "not found before the end of the run", "cause": ""}
-    if k not in score.missed:
-        return {"flag": "undecided", "became": "shown by the states, but not reported", "cause": ""}
-    return {"flag": "missed", "became": "missed", "cause": _explain_missed(k, impact, trace, score)}
-
-
-def _explain_missed(k: int, impact: np.void, trace: Trace, score: Score) -> str:
-    """Describe why an impact is missed.
-
-    If the run's own states were not checked, state whether PIT also misses the impact.
-    """
-    if trace.local_truth is None:
-        pit = {True: "PIT also misses this impact", False: "PIT finds this impact"}
-        return "" if score.pit_missed is None else pit[k in score.pit_missed]
-    meetings = trace.local_truth.meetings
-    # If the engine is late, bodies pass through each other after the exact instant; if it is early, before it.
-    near = np.abs(meetings["begin_s"] - impact["time_s"]) <= _NEAR_STEPS * trace.dt_s
-    passed = meetings[
-        (meetings["first"] == impact["first"]) & (meetings["second"] == impact["second"]) & meetings["missed"] & near
-    ]
-    if not len(passed):
-        return "earlier errors led the run elsewhere: its own states do not lead to this impact"
-    alone = "the method itself: PIT finds the impact from the same state"
-    return "checking once per step" if passed["pit_missed"].any() else alone
-
-
-def _describe_delay(time_s: float, dt_s: float, score: Score) -> Json:
-    """Describe the time error of a matched impact by one word, and by a text with the error's size."""
-    if abs(time_s) <= THRESHOLDS.time_rounding_of(score.float_bits, score.scales.time_s, dt_s):
-        return {"flag": "found", "became": "found"}
-    flag = "late" if time_s > 0 else "early"
-    size = formatting.format_steps(abs(time_s), dt_s) if dt_s else formatting.format_seconds(abs(time_s))
-    return {"flag": flag, "became": f"{size} {flag}"}
-
-
-def _explain_error(error: ImpactError, score: Score) -> str:
-    """Describe the cause of a velocity or spin error, from a comparison with the run's own state before the impact."""
-    rounding = THRESHOLDS.rounding_of(score.float_bits)
-    kind = "spin" if error.spin > rounding and not error.velocity > rounding else "velocity"
-    if not getattr(error, kind) > rounding:
-        return ""
-    local_error, solver_error, sampling_error = (
-        getattr(score.local, name)[error.observed] for name in (kind, f"solver_{kind}", f"sampling_{kind}")
-    )
-    if math.isnan(local_error):
-        return UNKNOWN
-    if local_error <= rounding:
-        return "earlier errors: starting from the run's own state, the impact is correct"
-    if solver_error <= rounding:
-        return "checking once per step"
-    if math.isnan(solver_error) or sampling_error <= rounding:
-        return "the method itself"
-    return (
-        f"checking once per step ({formatting.format_number(sampling_error)}) and the method itself "
-        f"({formatting.format_number(solver_error)})"
-    )

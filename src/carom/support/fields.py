@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Annotated, Any, ClassVar
 
 from pydantic import (
-    AfterValidator,
     BaseModel,
-    BeforeValidator,
     ConfigDict,
-    Field,
-    PlainSerializer,
+    GetCoreSchemaHandler,
     SerializerFunctionWrapHandler,
-    Strict,
     ValidationError,
     WithJsonSchema,
     model_serializer,
 )
-from pydantic_core import ErrorDetails
+from pydantic_core import ErrorDetails, core_schema
 
 from carom.errors import Problem, SceneError
 from carom.support.escaping import format_value
@@ -68,36 +64,59 @@ def _normalise_vector(vector: tuple[float, float]) -> tuple[float, float]:
     return (x / length, y / length)
 
 
-# The bounds must come before the validator. In the other order, they would be missing in the JSON Schema.
-_Finite = Annotated[float, Strict(), Field(allow_inf_nan=False), BeforeValidator(_to_plain)]
-Number = Annotated[float, Strict(), Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False), BeforeValidator(_to_plain)]
-Vector = Annotated[tuple[Number, Number], BeforeValidator(_to_plain)]
-Positive = Annotated[float, Strict(), Field(ge=SMALLEST, le=LARGEST, allow_inf_nan=False), BeforeValidator(_to_plain)]
-Coefficient = Annotated[float, Strict(), Field(ge=0, le=1, allow_inf_nan=False), BeforeValidator(_to_plain)]
-Friction = Annotated[float, Strict(), Field(ge=0, le=LARGEST, allow_inf_nan=False), BeforeValidator(_to_plain)]
+class CoreSchema:
+    """Annotation that gives a type's schema directly, since Pydantic takes long to derive it from other annotations."""
+
+    def __init__(self, schema: core_schema.CoreSchema) -> None:
+        self._schema = schema
+
+    def __get_pydantic_core_schema__(self, _kind: Any, _handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        return self._schema
+
+
+def _build_number_schema(lower: float | None = None, upper: float | None = None) -> core_schema.CoreSchema:
+    number = core_schema.float_schema(strict=True, ge=lower, le=upper, allow_inf_nan=False)
+    return core_schema.no_info_before_validator_function(_to_plain, number)
+
+
+def _build_vector_schema(number: core_schema.CoreSchema) -> core_schema.CoreSchema:
+    return core_schema.no_info_before_validator_function(_to_plain, core_schema.tuple_schema([number, number]))
+
+
+def _build_schema_with_infinity(check: Callable[[float], float], lower: float | None = None) -> core_schema.CoreSchema:
+    """Return the schema of numbers that can be infinite. JSON has no infinity, so files contain the string "inf"."""
+    number = core_schema.float_schema(strict=True, ge=lower, allow_inf_nan=True)
+    as_text = core_schema.plain_serializer_function_ser_schema(
+        lambda value: "inf" if math.isinf(value) else value, when_used="json"
+    )
+    parsed = core_schema.no_info_before_validator_function(_parse_infinity, number)
+    return core_schema.no_info_after_validator_function(check, parsed, serialization=as_text)
+
+
+Number = Annotated[float, CoreSchema(_build_number_schema(-LARGEST, LARGEST))]
+Vector = Annotated[tuple[float, float], CoreSchema(_build_vector_schema(_build_number_schema(-LARGEST, LARGEST)))]
+Positive = Annotated[float, CoreSchema(_build_number_schema(SMALLEST, LARGEST))]
+Coefficient = Annotated[float, CoreSchema(_build_number_schema(0, 1))]
+Friction = Annotated[float, CoreSchema(_build_number_schema(0, LARGEST))]
 Rate = Friction
 Since = Friction
-SignedCoefficient = Annotated[float, Strict(), Field(ge=-1, le=1, allow_inf_nan=False), BeforeValidator(_to_plain)]
-# JSON has no infinity, so files contain the mass of an immovable disc as the string "inf".
-_InfinityAsText = PlainSerializer(lambda value: "inf" if math.isinf(value) else value, when_used="json")
+SignedCoefficient = Annotated[float, CoreSchema(_build_number_schema(-1, 1))]
 Mass = Annotated[
     float,
-    Strict(),
-    Field(ge=SMALLEST, allow_inf_nan=True),
-    BeforeValidator(_parse_infinity),
-    AfterValidator(_check_mass),
-    _InfinityAsText,
+    CoreSchema(_build_schema_with_infinity(_check_mass, SMALLEST)),
     WithJsonSchema({"anyOf": [{"type": "number", "minimum": SMALLEST, "maximum": LARGEST}, {"const": "inf"}]}),
 ]
 Inertia = Annotated[
     float,
-    Strict(),
-    BeforeValidator(_parse_infinity),
-    AfterValidator(_check_inertia),
-    _InfinityAsText,
+    CoreSchema(_build_schema_with_infinity(_check_inertia)),
     WithJsonSchema({"anyOf": [{"type": "number", "minimum": 1.0 / ORDINARY, "maximum": 1}, {"const": "inf"}]}),
 ]
-Direction = Annotated[tuple[_Finite, _Finite], BeforeValidator(_to_plain), AfterValidator(_normalise_vector)]
+Direction = Annotated[
+    tuple[float, float],
+    CoreSchema(
+        core_schema.no_info_after_validator_function(_normalise_vector, _build_vector_schema(_build_number_schema()))
+    ),
+]
 
 
 class Model(BaseModel):

@@ -11,11 +11,10 @@ import dataclasses
 import math
 import operator
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from enum import StrEnum
 from functools import partial
 from numbers import Real
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, NamedTuple, Self
 
 from carom.errors import InputError
 from carom.support.escaping import build_name_hints, format_value
@@ -23,8 +22,7 @@ from carom.support.formatting import format_number
 from carom.support.limits import LARGEST, LONGEST_S, MOST_MB, SMALLEST
 
 
-@dataclass(frozen=True)
-class ValueKind:
+class ValueKind(NamedTuple):
     """Kind of an option's values.
 
     Attributes:
@@ -62,8 +60,7 @@ def check_value(kind: ValueKind, name: str, value: Any) -> Any:
         raise kind.build_error(name, value) from None
 
 
-@dataclass(frozen=True)
-class Option:
+class Option(NamedTuple):
     """One option.
 
     Attributes:

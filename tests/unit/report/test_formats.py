@@ -353,7 +353,7 @@ def test_page_and_markdown_have_the_same_sections_in_order(results: Results, fol
 def test_added_column_appears_in_every_format() -> None:
     """A column that is added to a table appears in the page, in the Markdown and on the terminal."""
     table = Table((Column("scene", str.title), Column("discs", lambda _: "2")), ["one"], title="Sizes")
-    wider = replace(table, columns=(*table.columns, Column("added", lambda _: "here")))
+    wider = table._replace(columns=(*table.columns, Column("added", lambda _: "here")))
     document = Document("A report", ("It is a report.",), (Section("Sizes", (wider,)),))
     _answer, _heading, printed = render_terminal(document, 160)
     buffer = io.StringIO()

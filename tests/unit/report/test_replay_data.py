@@ -15,13 +15,8 @@ from carom.catalogue import find_scenes
 from carom.comparator import Score
 from carom.execution.results import Results
 from carom.model.step_windows import LocalTruth
-from carom.report.replay_data import (
-    build_impact_rows,
-    build_replay_data,
-    build_replay_key,
-    describe_run,
-    find_first_fault,
-)
+from carom.report.impact_rows import build_impact_rows
+from carom.report.replay_data import build_replay_data, describe_run, find_first_fault
 
 
 @pytest.fixture(scope="module")
@@ -36,7 +31,11 @@ def replays(results: Results) -> dict[str, dict[str, Any]]:
     for name, reference in results.references.items():
         rows = [row for row in results.rows if row.job.scene.name == name]
         runs = [
-            (require_value(row.trace), require_value(row.score), describe_run(row, "", build_replay_key(row.job), ""))
+            (
+                require_value(row.trace),
+                require_value(row.score),
+                describe_run(row, "", f"{name}/{row.job.method.name}", ""),
+            )
             for row in rows
         ]
         found[name] = build_replay_data(reference, runs)

@@ -15,7 +15,7 @@ from carom import Results, Scene, solve_pic
 from carom.catalogue import CatalogueScene, find_scenes
 from carom.comparator import compare
 from carom.report.document import Lines, Text
-from carom.report.replay_data import build_impact_rows
+from carom.report.impact_rows import build_impact_rows
 from carom.studies.bench.growth_document import build_growth_document
 from carom.studies.cross_check.document import cross_check_document
 from carom.studies.cross_check.explain import explain

@@ -9,7 +9,7 @@ wrong.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,8 +20,7 @@ from carom.core.impact_law import compute_branches
 from carom.model.trace import Trace, rim_speeds, velocities
 
 
-@dataclass(frozen=True)
-class WrongBranches:
+class WrongBranches(NamedTuple):
     """Indices of impacts in which bodies stick although they should slide, or slide although they should stick.
 
     Attributes:

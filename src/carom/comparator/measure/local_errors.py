@@ -37,7 +37,7 @@ Array = NDArray[np.float64]
 Vector = tuple[float, float]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class LocalErrors:
     """Local errors of all observed impacts, one entry per impact; NaN if the state before the impact is not known.
 

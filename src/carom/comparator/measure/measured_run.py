@@ -28,7 +28,7 @@ from carom.comparator.thresholds import THRESHOLDS
 from carom.model.trace import Outcome
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class MeasuredRun(AlignedRun):
     """All errors from which verdicts and the grade are derived.
 

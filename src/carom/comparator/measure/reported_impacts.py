@@ -6,7 +6,7 @@ import math
 from bisect import bisect_right
 from collections import defaultdict
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,8 +23,7 @@ _AWAY_STEPS = 2.5
 _Bodies = tuple[int, int]
 
 
-@dataclass(frozen=True)
-class ReportComparison:
+class ReportComparison(NamedTuple):
     """Differences between the impacts that a run reports and the impacts that its states show.
 
     Attributes:

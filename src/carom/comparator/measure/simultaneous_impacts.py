@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import product
 from typing import NamedTuple
 
@@ -59,8 +58,7 @@ class TouchingBodies(NamedTuple):
     wall_m_s: Vector = (0.0, 0.0)
 
 
-@dataclass(frozen=True)
-class AdmissibleOutcome:
+class AdmissibleOutcome(NamedTuple):
     """A possible result of several simultaneous impacts that share a disc.
 
     Attributes:
@@ -73,8 +71,7 @@ class AdmissibleOutcome:
     motion_m_s: Motions
 
 
-@dataclass(frozen=True)
-class Group:
+class Group(NamedTuple):
     """The discs and contacts of simultaneous impacts that share a disc.
 
     Attributes:
@@ -90,8 +87,7 @@ class Group:
     motion_m_s: Motions
 
 
-@dataclass(frozen=True)
-class ConventionMatch:
+class ConventionMatch(NamedTuple):
     """The admissible outcome that is most similar to a trace's result of simultaneous impacts.
 
     Attributes:

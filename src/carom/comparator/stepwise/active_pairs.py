@@ -39,7 +39,7 @@ _TOGETHER = 16
 _DISTANCES = 2**12
 
 
-@dataclass
+@dataclass(eq=False)
 class Activity:
     """Active pairs and resting discs in each step of a block.
 

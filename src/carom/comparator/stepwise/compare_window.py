@@ -33,7 +33,7 @@ Array = NDArray[np.float64]
 PASSED = 0.01
 
 
-@dataclass
+@dataclass(eq=False)
 class Comparison(WindowRow):
     """Result of the comparison of a window: the numbers of its table row, and its pairs of bodies.
 

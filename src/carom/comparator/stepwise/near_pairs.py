@@ -29,7 +29,7 @@ MARGIN_STEPS = 2.0
 RESTING_GAP = 0.02
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class NearPairs:
     """Pairs of discs, or of discs and walls, in some steps. Arrays have a column per pair, and a row per state or step.
 

@@ -36,7 +36,7 @@ class _Rested(NamedTuple):
     faster_m: float
 
 
-@dataclass
+@dataclass(eq=False)
 class RestHistory:
     """Largest depth to which resting bodies have sunk so far, and the intervals in which they rest.
 

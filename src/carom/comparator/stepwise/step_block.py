@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Collection
-from dataclasses import dataclass
 from itertools import combinations
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,8 +29,7 @@ _AHEAD_GAP = 0.25
 _CLOCK = 2.0**-51
 
 
-@dataclass(frozen=True)
-class Block:
+class Block(NamedTuple):
     """Some steps of a run as arrays, with their rounding errors.
 
     Attributes:

@@ -12,7 +12,7 @@ from carom.comparator.measure.measured_run import MeasuredRun
 from carom.comparator.verdict import Finding
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class JudgedRun(MeasuredRun):
     """Result of the fourth stage of a comparison: a run with its verdicts.
 

@@ -31,7 +31,7 @@ def compute_gravity(scene: Scene) -> Array:
     return np.array([(0.0, 0.0) if disc.immovable else scene.gravity_m_s2 for disc in scene.discs])
 
 
-@dataclass
+@dataclass(eq=False)
 class OpenContact:
     """A contact that may continue in the next step.
 

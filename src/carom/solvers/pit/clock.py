@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from carom.errors import InputError
 from carom.model.sizes import count_steps
 from carom.solvers.units import Units
 
 
-@dataclass(frozen=True)
-class FrameClock:
+class FrameClock(NamedTuple):
     """Times of frames: frame k, counted from 0, is at ``k * step_s / rate_hz``.
 
     Either the length of a frame in seconds or the number of frames per second is given. The other number keeps its

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
@@ -94,7 +93,7 @@ def _build_scene_sections(
     note = Text(tables.TABLE_NOTE, Media.IN_FULL)
     methods: tuple[Block, ...] = (table, Text(tables.TABLE_SHORT, Media.TERMINAL), note)
     if len(bench.scenes) > 1:
-        methods = (dataclasses.replace(table, only=Media.IN_FULL), note)
+        methods = (table._replace(only=Media.IN_FULL), note)
         described = (answer_text, *described)
     points = tables.build_point_table(scene, bench.plan)
     yield Section(scene.scene.name, (*described, *figures[:1], *methods, *figures[1:], points))

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 from carom.comparator import Grade
 from carom.errors import CaromError
@@ -14,7 +15,6 @@ from carom.execution.results import Results, Row
 from carom.report.document import Document
 from carom.report.files import pack_data
 from carom.report.provenance import build_provenance
-from carom.report.replay_data import build_replay_data
 from carom.report.results_file.line_types import RowLine, Summary
 from carom.studies.cross_check.grid import Grid, build_grid, read_grid
 from carom.studies.cross_check.headline import build_headline
@@ -87,8 +87,7 @@ def _build_document(title: str, about: str, grid: Grid) -> Document:
     return Document(title, build_headline(grid), sections, about=about, watch=find_first_replay(grid))
 
 
-@dataclass(frozen=True)
-class Report:
+class Report(NamedTuple):
     """A report before it is written.
 
     Attributes:
@@ -150,6 +149,7 @@ def _render_report(results: Results, fail_on: Grade | None) -> Report:
 
 def _replace_unreportable(results: Results) -> Results:
     """Replace each result that can't be written or replayed by a failure with the reason."""
+    from carom.report.replay_data import build_replay_data
     from carom.report.results_file.records import format_record
 
     def check(row: Row) -> Row:

@@ -21,9 +21,9 @@ from carom.execution.results import Results, Row
 from carom.report import formatting
 from carom.report.document import Media, Text
 from carom.report.outcome_marks import BROKEN, Mark, parse_mark
-from carom.report.replay_data import build_replay_key
 from carom.report.results_file.line_types import RowLine, SceneLine, Summary
 from carom.report.results_file.lines_from_rows import build_line, build_summary, list_reasons
+from carom.support.escaping import escape_controls
 
 T = TypeVar("T")
 
@@ -66,8 +66,7 @@ class GridColumn(NamedTuple):
         return f"{self.label} {self.profile}".rstrip()
 
 
-@dataclass(frozen=True, slots=True)
-class GridCell:
+class GridCell(NamedTuple):
     """A run of a scene by a method with a step size, or the reason why there is no run.
 
     Attributes:
@@ -109,9 +108,14 @@ class GridCell:
         return self.scored and self.row is not None
 
     @property
+    def replay_key(self) -> str:
+        """Key of the run's replay on a page. The key contains the scene's name as the page shows it."""
+        return f"{escape_controls(self.scene)}/{self.column.method.name}"
+
+    @property
     def link(self) -> str:
         """The link to the replay on the same page; empty if there is none."""
-        return f"#{quote(build_replay_key(self.row.job))}" if self.row and self.has_replay else ""
+        return f"#{quote(self.replay_key)}" if self.has_replay else ""
 
     @property
     def expected(self) -> int:

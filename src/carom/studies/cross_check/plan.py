@@ -7,7 +7,7 @@ no engine is imported. The option ``--explain`` shows the plan without running i
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from carom.catalogue import CatalogueScene, KnownAnswer, resolve_scenes
 from carom.engines.registry import EngineInfo
@@ -20,8 +20,7 @@ from carom.studies.cross_check.options import Options
 from carom.studies.cross_check.settings_override import resolve_settings
 
 
-@dataclass(frozen=True)
-class Plan:
+class Plan(NamedTuple):
     """The jobs of a cross-check, and the scenes, engines and methods that the jobs combine.
 
     Attributes:

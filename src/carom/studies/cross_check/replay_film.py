@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 from carom.model.prescribed_motion import Drive
 from carom.model.scene import Scene
 from carom.model.trace import Trace
+from carom.report.impact_rows import build_impact_rows
 from carom.report.paths import build_exact_paths, build_observed_paths, compute_extent
 from carom.report.picture import Limits, compute_limits, draw_walls
-from carom.report.replay_data import build_impact_rows, find_first_fault, find_pause_time, list_meetings
+from carom.report.replay_data import find_first_fault, find_pause_time, list_meetings
 from carom.report.svg import SERIES, SURFACE, WALL
 from carom.report.tracks import Track, build_observed_tracks, build_reference_tracks
 from carom.support.formatting import format_number

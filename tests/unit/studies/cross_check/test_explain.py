@@ -97,7 +97,7 @@ def test_explanation_lists_engine_that_is_not_installed() -> None:
     """An engine that is not installed is listed with the install command, and is not planned."""
     found = build_plan([catalogue()["paper/late"]], Options(profiles=["tuned"]), InProcessPool())
     gone = replace(found.engines[0], name="gone", unavailable="gone is not installed; pip install gone")
-    text = "\n".join(explain(replace(found, engines=(*found.engines, gone))))
+    text = "\n".join(explain(found._replace(engines=(*found.engines, gone))))
     assert "gone is not available: gone is not installed; pip install gone" in text
     assert "gone tuned" not in text
 
@@ -170,7 +170,7 @@ def test_explanation_agrees_with_jobs_that_run(
 def test_explanation_without_jobs_names_the_missing_profile() -> None:
     """Without any job, each engine is listed with the remark that its profile does not exist, and PIT is not run."""
     planned = build_plan([catalogue()["paper/late"]], Options(["pymunk"]), InProcessPool())
-    lines = list(explain(replace(planned, jobs=(), profiles=("absent",))))
+    lines = list(explain(planned._replace(jobs=(), profiles=("absent",))))
     assert lines[-1] == "  pymunk absent: skipped: no such profile"
     assert not any(line.startswith("  PIT at") for line in lines)
 

@@ -22,13 +22,13 @@ from carom.model.scene import Scene
 from carom.model.trace import Outcome, Trace
 from carom.report import formatting
 from carom.report.document import Lines, Media
+from carom.report.impact_rows import build_impact_rows
 from carom.report.junit import render_junit
 from carom.report.outcome_marks import Mark
 from carom.report.paths import build_exact_paths, build_observed_paths
 from carom.report.render.html import render_html
 from carom.report.render.markdown import render_markdown
 from carom.report.render.terminal import render_terminal
-from carom.report.replay_data import build_impact_rows
 from carom.report.results_file.lines_from_rows import build_line, list_reasons
 from carom.solvers.pic import solve_pic
 from carom.solvers.pit.solve import solve_pit

@@ -6,12 +6,12 @@ Each run is shown next to PIC's.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import partial
 
+from carom.model.trace import Trace
 from carom.report import formatting
 from carom.report.document import Media, Pair, Pairs, Section, Text
-from carom.report.picture import draw_pair
 from carom.studies.cross_check.grid import Grid, GridCell
 from carom.support.limits import MOST_DISCS_DRAWN
 
@@ -47,8 +47,14 @@ def _build_pair(grid: Grid, cell: GridCell) -> Pair:
     labels = (f"Exact: {scene.name}, by PIC", f"{scene.name}: {sentence}")
     due, found = (formatting.format_count(len(trace.impacts), "impact") for trace in (reference, observed))
     sides = (f"PIC: {due}", f"{name}: {found}")
-    draw = partial(draw_pair, reference, observed, cell.line.missed or (), labels)
+    draw = partial(_draw_pair, reference, observed, cell.line.missed or (), labels)
     return Pair(scene.name, cell.mark.cell, sides, draw, tuple(filter(None, (scene.description, sentence))))
+
+
+def _draw_pair(reference: Trace, observed: Trace, missed: Sequence[int], labels: tuple[str, str]) -> tuple[str, str]:
+    from carom.report.picture import draw_pair  # imported here, because only a page contains pictures
+
+    return draw_pair(reference, observed, missed, labels)
 
 
 def find_divergences(grid: Grid) -> tuple[tuple[GridCell, ...], tuple[GridCell, ...]]:

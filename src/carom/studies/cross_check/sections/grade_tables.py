@@ -5,15 +5,14 @@ from __future__ import annotations
 import math
 import statistics
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
 
 from carom.comparator import Verdict
 from carom.report import formatting
 from carom.report.document import Block, Cell, Column, Legend, Lines, Media, Section, Share, Table, Text
+from carom.report.impact_rows import build_impact_rows
 from carom.report.outcome_marks import RIGHT, Mark
-from carom.report.replay_data import build_impact_rows
 from carom.studies.cross_check.grid import RANKING_NOTE, Grid, GridCell, GridColumn, compute_standing
 
 #: Largest number of rows in the table of impacts, of columns with impacts in the table of methods, and of columns with
@@ -105,7 +104,7 @@ def _build_method_table(grid: Grid, methods: Sequence[GridColumn], impacts: Sequ
 
 
 def _build_linked_cell(cell: GridCell) -> Cell:
-    return replace(cell.mark.cell, title=f"{cell.mark.sentence}. {'; '.join(cell.reasons)}", link=cell.link)
+    return cell.mark.cell._replace(title=f"{cell.mark.sentence}. {'; '.join(cell.reasons)}", link=cell.link)
 
 
 def _build_shares(cells: Sequence[GridCell]) -> tuple[Share, ...]:

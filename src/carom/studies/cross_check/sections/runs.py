@@ -143,7 +143,7 @@ def build_cells_section(grid: Grid) -> Section:
         Column("engine", lambda cell: cell.column.label),
         Column("profile", lambda cell: cell.column.profile),
         Column("step", lambda cell: formatting.format_step(cell.line.dt_s)),
-        Column("grade", lambda cell: dataclasses.replace(cell.mark.cell, title="")),
+        Column("grade", lambda cell: cell.mark.cell._replace(title="")),
         Column(
             "expected / missed / invented",
             lambda cell: f"{cell.expected} / {cell.missed} / {cell.invented}" if cell.scored else formatting.ABSENT,

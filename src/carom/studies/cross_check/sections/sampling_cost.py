@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 import statistics
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from functools import partial
+from typing import NamedTuple
 
 from carom.report import formatting, svg
 from carom.report.document import Cell, Column, Figure, Figures, Media, Section, Table, Text
@@ -35,8 +35,7 @@ DETAIL_NOTE = (
 SHORT_NOTE = "error / PIT's is the largest velocity or spin error, divided by PIT's largest at any phase of the step"
 
 
-@dataclass(frozen=True)
-class EngineCost:
+class EngineCost(NamedTuple):
     """An engine and profile, compared with PIT at each scene's largest step size.
 
     Attributes:

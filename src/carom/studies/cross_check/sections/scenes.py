@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -13,7 +12,6 @@ from carom.report import formatting
 from carom.report.document import Block, Cell, Column, Legend, Lines, Media, Replays, Section, Table, Text
 from carom.report.files import pack_data
 from carom.report.outcome_marks import Mark
-from carom.report.replay_data import build_replay_data, build_replay_key, describe_run, format_run_command
 from carom.studies.cross_check.grid import Grid, GridRow, keep_worst, merge_own_profiles, omission_note
 from carom.studies.cross_check.play_page import build_play_link
 from carom.support.escaping import escape_controls
@@ -71,18 +69,21 @@ def _build_cell(column_number: int, row: GridRow) -> Cell:
     cell = row.cells[column_number]
     short = cell.compact or ("" if cell.mark.ran else cell.mark.word)
     title = cell.mark.sentence if cell.has_replay else f"{cell.column.name} on {row.name}: {'; '.join(cell.reasons)}"
-    return replace(cell.mark.cell, note=cell.figure, link=cell.link, short=short, title=title)
+    return cell.mark.cell._replace(note=cell.figure, link=cell.link, short=short, title=title)
 
 
 def pack_replays(grid: Grid) -> Iterator[tuple[str, str]]:
     """Yield the name of each scene that has a reference, and the packed data of its replays."""
+    # imported here, because only a page contains replays
+    from carom.report.replay_data import build_replay_data, describe_run, format_run_command
+
     for row in grid.rows:
         reference = grid.results.references.get(row.name)
         runs = []
         for cell in row.cells:
             if (run := cell.row) and run.trace is not None and run.score is not None:
                 command = format_run_command(escape_controls(run.job.scene.name), run.job)
-                description = describe_run(run, cell.column.label, build_replay_key(run.job), command)
+                description = describe_run(run, cell.column.label, cell.replay_key, command)
                 runs.append((run.trace, run.score, description))
         if reference is not None and runs:
             data = build_replay_data(reference, runs) | {"drag": build_play_link(reference.scene)}

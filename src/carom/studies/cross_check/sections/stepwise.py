@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
 
 from carom.comparator import LocalScore, Verdict
 from carom.report import formatting
@@ -59,7 +58,7 @@ def build_steps_section(grid: Grid) -> Section:
     columns = (
         *(() if is_single_scene else (Column("scene", lambda cell: cell.scene),)),
         Column("method", lambda cell: cell.column.name),
-        Column("grade", lambda cell: replace(cell.mark.cell, link=cell.link), only=Media.ON_PAPER),
+        Column("grade", lambda cell: cell.mark.cell._replace(link=cell.link), only=Media.ON_PAPER),
         Column("steps", lambda cell: mark_of_grade(cell.line.local_truth.grade, cell.line.local_truth.float_bits).cell),
         *([diverged] if any(map(_format_divergence_time, cells)) else []),
         build_column("due", lambda local: str(local.due)),

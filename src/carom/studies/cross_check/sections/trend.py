@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import statistics
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -56,8 +55,7 @@ class Series(NamedTuple):
     name: str
 
 
-@dataclass(frozen=True)
-class Trend:
+class Trend(NamedTuple):
     """Error against step size.
 
     Attributes:

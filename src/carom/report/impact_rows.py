@@ -1,0 +1,140 @@
+"""Table of a run's impacts next to those of its reference: the outcome of each impact, and the cause of its error."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from carom.comparator import ImpactError, Score
+from carom.comparator.measure.local_errors import LocalErrors
+from carom.comparator.thresholds import THRESHOLDS
+from carom.model.trace import Trace, pair_name
+from carom.report import formatting
+
+#: Text for an unknown cause.
+UNKNOWN = "unknown: the run's state before the impact is not known"
+
+#: An impact counts as missed if its bodies pass through each other at most this number of steps before or after it.
+NEAR_STEPS = 2.0
+
+Json = dict[str, Any]
+
+
+def build_impact_rows(reference: Trace, trace: Trace, score: Score) -> Iterator[Json]:
+    """Yield each impact of the reference and each invented one, in order of time, with its outcome and the cause."""
+    found = {error.reference: error for error in score.errors}
+    rows: list[Json] = []
+    for k, impact in enumerate(reference.impacts):
+        true_s = float(impact["time_s"])
+        row: Json = {"bodies": _list_bodies(impact), "pair": pair_name(impact), "true": true_s, "at": k}
+        error = found.get(k)
+        if error is None:
+            rows.append(row | _describe_unmatched(k, impact, trace, score))
+            continue
+        rows.append(
+            row
+            | {
+                "reported": _replace_non_finite(true_s + error.reported_time_s),
+                "turned": _replace_non_finite(true_s + error.effective_time_s),
+                "velocity": _replace_non_finite(error.velocity),
+                "spin": _replace_non_finite(error.spin),
+                **_describe_delay(error.time_s, trace.dt_s, score),
+                "cause": _explain_error(error, score),
+            }
+        )
+    for k in score.spurious:
+        impact = trace.impacts[k]
+        rows.append(
+            {
+                "bodies": _list_bodies(impact),
+                "pair": pair_name(impact),
+                "reported": _replace_non_finite(float(impact["time_s"])),
+                "flag": "invented",
+                "became": "invented",
+                "cause": _explain_invented(k, score.local),
+            }
+        )
+    yield from sorted(rows, key=lambda row: row.get("true", row.get("reported")) or 0.0)
+
+
+def _explain_invented(k: int, local: LocalErrors) -> str:
+    """Describe the cause of an invented impact, as far as the run's own state before the impact reveals it."""
+    if k in local.spurious:
+        return "from the run's own state before the impact, the bodies do not collide"
+    if math.isnan(local.velocity[k]):
+        return UNKNOWN
+    return "from the run's own state before the impact, the bodies collide"
+
+
+def _list_bodies(impact: np.void) -> list[int]:
+    return [int(impact["first"]), int(impact["second"])]
+
+
+def _replace_non_finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _describe_unmatched(k: int, impact: np.void, trace: Trace, score: Score) -> Json:
+    """Describe an impact of the reference that has no match, with the cause if it is missed."""
+    if k >= score.expected:
+        return {"flag": "beyond", "became": "not compared", "cause": ""}
+    if k in score.undecided:
+        return {"flag": "undecided", "became": "not found before the end of the run", "cause": ""}
+    if k not in score.missed:
+        return {"flag": "undecided", "became": "shown by the states, but not reported", "cause": ""}
+    return {"flag": "missed", "became": "missed", "cause": _explain_missed(k, impact, trace, score)}
+
+
+def _explain_missed(k: int, impact: np.void, trace: Trace, score: Score) -> str:
+    """Describe why an impact is missed.
+
+    If the run's own states were not checked, state whether PIT also misses the impact.
+    """
+    if trace.local_truth is None:
+        pit = {True: "PIT also misses this impact", False: "PIT finds this impact"}
+        return "" if score.pit_missed is None else pit[k in score.pit_missed]
+    meetings = trace.local_truth.meetings
+    # If the engine is late, bodies pass through each other after the exact instant; if it is early, before it.
+    near = np.abs(meetings["begin_s"] - impact["time_s"]) <= NEAR_STEPS * trace.dt_s
+    passed = meetings[
+        (meetings["first"] == impact["first"]) & (meetings["second"] == impact["second"]) & meetings["missed"] & near
+    ]
+    if not len(passed):
+        return "earlier errors led the run elsewhere: its own states do not lead to this impact"
+    alone = "the method itself: PIT finds the impact from the same state"
+    return "checking once per step" if passed["pit_missed"].any() else alone
+
+
+def _describe_delay(time_s: float, dt_s: float, score: Score) -> Json:
+    """Describe the time error of a matched impact by one word, and by a text with the error's size."""
+    if abs(time_s) <= THRESHOLDS.time_rounding_of(score.float_bits, score.scales.time_s, dt_s):
+        return {"flag": "found", "became": "found"}
+    flag = "late" if time_s > 0 else "early"
+    size = formatting.format_steps(abs(time_s), dt_s) if dt_s else formatting.format_seconds(abs(time_s))
+    return {"flag": flag, "became": f"{size} {flag}"}
+
+
+def _explain_error(error: ImpactError, score: Score) -> str:
+    """Describe the cause of a velocity or spin error, from a comparison with the run's own state before the impact."""
+    rounding = THRESHOLDS.rounding_of(score.float_bits)
+    kind = "spin" if error.spin > rounding and not error.velocity > rounding else "velocity"
+    if not getattr(error, kind) > rounding:
+        return ""
+    local_error, solver_error, sampling_error = (
+        getattr(score.local, name)[error.observed] for name in (kind, f"solver_{kind}", f"sampling_{kind}")
+    )
+    if math.isnan(local_error):
+        return UNKNOWN
+    if local_error <= rounding:
+        return "earlier errors: starting from the run's own state, the impact is correct"
+    if solver_error <= rounding:
+        return "checking once per step"
+    if math.isnan(solver_error) or sampling_error <= rounding:
+        return "the method itself"
+    return (
+        f"checking once per step ({formatting.format_number(sampling_error)}) and the method itself "
+        f"({formatting.format_number(solver_error)})"
+    )
