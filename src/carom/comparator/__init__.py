@@ -7,7 +7,7 @@ from carom.comparator.measure.errors import Errors, ImpactError
 from carom.comparator.measure.stepwise_score import LocalScore
 from carom.comparator.scales import Scales
 from carom.comparator.score import Score
-from carom.comparator.stepwise import compute_local_truth
+from carom.comparator.stepwise.step_watch import compute_local_truth
 from carom.comparator.verdict import Finding, Verdict
 
 __all__ = [

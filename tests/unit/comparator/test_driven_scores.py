@@ -13,8 +13,9 @@ from tests.scene_builders import alter_impact, disc_at, require_value, run_cross
 from carom import Chain, Disc, Scene, Wall, compare, solve_pic, solve_pit
 from carom.catalogue import find_scenes
 from carom.comparator.grades import Grade
-from carom.comparator.stepwise import StepWatch, window, window_runs
+from carom.comparator.stepwise import window, window_runs
 from carom.comparator.stepwise.body_states import BodyStates
+from carom.comparator.stepwise.step_watch import StepWatch
 from carom.comparator.verdict import Verdict
 from carom.errors import InputError
 from carom.model.step_windows import States

@@ -18,10 +18,11 @@ from carom.catalogue.find_scenes import all_scenes
 from carom.comparator import Grade, compute_local_truth
 from carom.comparator.measure.stepwise_score import LocalScore, score_steps
 from carom.comparator.scales import compute_scales
-from carom.comparator.stepwise import StepWatch, step_watch
+from carom.comparator.stepwise import step_watch
 from carom.comparator.stepwise.active_pairs import Activity, find_activity
 from carom.comparator.stepwise.resting_pairs import RestHistory
 from carom.comparator.stepwise.step_block import Block
+from carom.comparator.stepwise.step_watch import StepWatch
 from carom.engines.registry import load_adapter
 from carom.execution.observation.engine_run import observe_run
 from carom.model.scene import Need

@@ -11,7 +11,3 @@ in the order of the calculation:
 4. `step_watch` repeats this for each block of steps.
 5. `measure.stepwise_score` computes error measures and a grade.
 """
-
-from carom.comparator.stepwise.step_watch import StepWatch, compute_local_truth
-
-__all__ = ["StepWatch", "compute_local_truth"]

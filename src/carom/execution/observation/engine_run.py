@@ -10,7 +10,7 @@ from typing import Any, cast
 import numpy as np
 
 from carom.comparator.slowing import Slowing
-from carom.comparator.stepwise import StepWatch
+from carom.comparator.stepwise.step_watch import StepWatch
 from carom.engines.api import Adapter, Contact, Observation, QuietWorld, World
 from carom.engines.registry import has_part, load_adapter
 from carom.execution.adapter_profile import load_supported_adapter, prepare_settings
