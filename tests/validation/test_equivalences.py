@@ -108,6 +108,7 @@ def run_with_cells(factor: float) -> Callable[[Asked, float], Bits]:
 COUNTS = ("impacts", "wall_impacts", "predictions", "epochs")
 #: Each is given what is asked, and the time at which the kernel's run of it ended.
 PIC_FORMS: dict[str, Callable[[Asked, float], Bits]] = {
+    "cells": run_with_cells(1.0 + 2.0**-20),  # with a factor of 1, a run with few discs has no cells
     "wider cells": run_with_cells(1.5),
     "wide cells": run_with_cells(3.0),
     "one cell": run_with_cells(math.inf),
