@@ -46,7 +46,7 @@ static inline void fill_few_bodies(State *s) {
    The bound is the root c / (-b + sqrt(D)) of pair_time.h, with a smaller c and a larger D. Let S = d.d + R^2, and let
    e be CAROM_FEW_ERROR. The errors of c and D are less than e S and e a S, which are subtracted from c and added to D.
    The addition increases sqrt(D) by more than e/4 of the root of a S. The error of b is less than e/32 of this root, so
-   it needs no term. If D is NaN because of an overflow, the bound is the start of the path. */
+   it needs no term. If D is NaN because of an overflow, or may have an underflow, the bound is the start of the path. */
 static inline void bound_disc_times(const FewBodies *f, Index i, double *low) {
     double x = f->x[i], y = f->y[i], vx = f->vx[i], vy = f->vy[i], begin = f->start[i], radius = f->radius[i];
     for (Index block = 0; block < f->disc_places; block += LANES) {
@@ -60,14 +60,17 @@ static inline void bound_disc_times(const FewBodies *f, Index i, double *low) {
             double reach = f->radius[k] + radius;
             double reach2 = reach * reach, distance2 = dx * dx + dy * dy;
             double error = CAROM_FEW_ERROR * (distance2 + reach2);
-            double speed2 = (ux * ux + uy * uy) + CAROM_NEGLIGIBLE;
+            double speed2 = ux * ux + uy * uy;
             double cross = dx * uy - dy * ux;
-            double d = speed2 * (reach2 + error) - cross * cross;
+            double largest = speed2 * (reach2 + error);
+            double d = largest - cross * cross;
             double closing = sqrt(d) - (dx * ux + dy * uy);
             double least = (distance2 - reach2 - error) / closing;
-            int passes = d < 0.0;
-            int recedes = closing <= 0.0;
-            low[k] = start + ((passes | recedes) ? CAROM_INF : greater(least, 0.0));
+            int never = (d < 0.0) | (closing <= 0.0);
+            int is_moving = (ux != 0.0) | (uy != 0.0);
+            int is_small = (speed2 < CAROM_NEGLIGIBLE) | (largest < CAROM_NEGLIGIBLE);
+            double wait_bound = is_small ? 0.0 : (never ? CAROM_INF : greater(least, 0.0));
+            low[k] = start + (is_moving ? wait_bound : CAROM_INF);
         }
     }
 }
