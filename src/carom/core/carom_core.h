@@ -103,6 +103,7 @@
      pic/separation.h             bodies that a disc does not approach on its present path
      pic/prefetch.h               loads memory for the next event
      pic/all_pairs.h              the all-pairs loop, which tests compare with the event loop
+     pic/few_bodies.h             the loop for few discs and walls, which uses no cells
      pic/two_discs.h              two discs without walls: a closed form
      Straight motion and parabolas have a file for each of four questions:
      pic/straight_motion.h        where a disc is, and when it reaches another body

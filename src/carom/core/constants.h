@@ -117,6 +117,10 @@
 #define CAROM_ROOT_ERROR 0x1p-22
 #define CAROM_CERTAIN 0x1p24
 
+/* Bound of the relative errors of c and D in few_bodies.h. It is 64 times CAROM_ERROR, so that it also covers the
+   roundings of the root, and the error of b as explained there. */
+#define CAROM_FEW_ERROR 0x1p-44
+
 /* ---- frame_loop.c ---- */
 
 /* Margin in a test of squared distances that must not exclude a contact. If a rounded distance is R, its square differs

@@ -59,7 +59,8 @@ typedef struct RunInput {
     /* for each row of `grounds`, the numbers of the features that a disc on this feature never hits */
     const double *never_lists;
     Index never_length;
-    /* the width of a cell is multiplied by this factor; INF makes a single cell. The factor changes no result */
+    /* the width of a cell is multiplied by this factor; INF makes a single cell. With the factor 1, a run with few
+       bodies uses no cells (few_bodies.h). The factor changes no result */
     double cell_factor;
     Index standstill;
     /* whether the run uses the all-pairs loop (all_pairs.h), which is slower and has the same results */

@@ -7,6 +7,7 @@
 #include "carom/core/pic/clock.h"
 #include "carom/core/pic/driven_impact.h"
 #include "carom/core/pic/event_queue.h"
+#include "carom/core/pic/few_bodies.h"
 #include "carom/core/pic/next_event.h"
 #include "carom/core/pic/obstacle_lists.h"
 #include "carom/core/pic/prefetch.h"
@@ -211,6 +212,8 @@ Ending carom_advance(State *s, double until, Index impacts, Index events) {
     s->until = greater(s->until, until);
     if (s->solves_all_pairs)
         return advance_all_pairs(s, until, impacts, events);
+    if (s->has_few_bodies)
+        return advance_few(s, until, impacts, events);
     Ending ending = advance(s, until, impacts, events);
     while (ending == OUTGROWN) {
         choose_cells_again(s);
@@ -220,6 +223,13 @@ Ending carom_advance(State *s, double until, Index impacts, Index events) {
 }
 
 /* ---- functions for bindings ---- */
+
+/* Return whether the loop for few bodies advances a run. A factor for the width of cells requests cells. */
+static bool has_few_bodies(const State *s, const RunInput *input) {
+    bool has_few = s->disc_count <= MOST_FEW_DISCS && s->wall_count <= MOST_FEW_WALLS;
+    bool is_plain = !s->has_special_impacts && !s->has_acceleration && !s->has_touched;
+    return has_few && is_plain && input->cell_factor == 1.0;
+}
 
 size_t carom_set_up(State *s, const RunInput *input) {
     memset(s, 0, sizeof(State));
@@ -244,6 +254,7 @@ size_t carom_set_up(State *s, const RunInput *input) {
     s->has_touched = can_stop(input);
     s->has_special_paths = s->feature_count > 0 || s->driving.count > 0;
     s->has_special_impacts = s->has_special_paths || s->record.has_spins;
+    s->has_few_bodies = has_few_bodies(s, input);
     s->visited = box_around(input->position, n);
     set_sizes(&s->grid, input->radius, n, input->cell_factor);
     s->grid.extent = obstacle_extent(input);
@@ -262,6 +273,8 @@ bool carom_begin(State *s, const RunInput *input, void *memory) {
     fill_driving(s, input);
     if (s->has_acceleration)
         fill_acceleration(s, input);
+    if (s->has_few_bodies)
+        fill_few_bodies(s);
     for (Index i = 0; i < s->disc_count && s->touched != NULL; i++)
         s->touched[i].count = 0;
     for (Index i = 0; i < queue_length(&s->queue); i++)

@@ -68,7 +68,7 @@ class EventDrivenRun:
         resume: State of an earlier run from which to continue. Radii, masses, moments of inertia, walls, coefficients
             and contact time must be the same. Positions, velocities and spins are those of the state.
         cell_factor: Factor that multiplies the width of the cells in which near discs are searched, at least 1;
-            infinity for a single cell. It does not change the result.
+            infinity for a single cell. With 1, a run with few discs uses no cells. It does not change the result.
         all_pairs: Whether to compute all pairs at each event, without cells, queue or stored predictions. It does not
             change the result.
 
