@@ -60,7 +60,7 @@
      stay short and precise (clock.h).
    - Quantities that the physical law makes 0 are set to 0 and not computed. Such quantities are the gap and the normal
      speed of a disc in contact, the slip of a rolling disc, and the normal speed of two bodies that touch after an
-     impact with restitution 0 (touched_bodies.h).
+     impact with restitution 0 (pic/touched_bodies.h).
 
    FILES. Each header contains the inlined functions of one concept. A header includes the headers of the concepts that
    it uses.
@@ -72,7 +72,6 @@
      impact_law.h                 restitution and friction in an impact
      wall_contact_law.h           Coulomb's law for a disc that is pressed against a straight wall
      damping.h                    linear damping as a substitution of the time
-     touched_bodies.h             bodies that a disc touches without normal speed
      impact_record.h              recorded impacts: resolution of their times, ambiguity, rows
    arithmetic/: numbers that one float cannot represent
      arithmetic/double_double.h   pairs: numbers as sums of two floats; error-free sums and products; instants
@@ -101,6 +100,7 @@
      pic/grid.h                   cells
      pic/obstacle_lists.h         lists of obstacles near each cell
      pic/separation.h             bodies that a disc does not approach on its present path
+     pic/touched_bodies.h         bodies that a disc touches without normal speed
      pic/prefetch.h               loads memory for the next event
      pic/all_pairs.h              the all-pairs loop, which tests compare with the event loop
      pic/few_bodies.h             the loop for few discs and walls, which uses no cells
@@ -130,6 +130,7 @@
      pit/motion.h                 motion between frames; driven bodies
      pit/impacts.h                interference tests and impacts
      pit/separation.h             bodies that a disc cannot approach on its present path
+     pit/contact.h                contacts after restitution 0, and approaches that are only rounding errors
      pit/schedule.h               which tests a disc needs at a frame, and when it needs the next tests
      pit/skip_bounds.h            lower bounds of the time until a disc can hit another body
      pit/grid.h                   cells for discs of any sizes

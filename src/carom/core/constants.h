@@ -133,6 +133,9 @@
 /* An upper bound of two rounding errors, relative to the times: that of a sum of two times, and that of a frame's
    time. */
 #define CAROM_TIME_MARGIN 0x1p-50
+/* Largest rounding error of a normal, in radians, for which PIT tells slow approaches from rounding errors. With this
+   value, such approaches cannot cause a visible overlap: see pit/contact.h. */
+#define CAROM_COARSEST_CONTACT 0x1p-20
 /* Value that functions return instead of a wait if two bodies approach and may overlap at this frame. A wait is never
    negative. */
 #define CAROM_IN_CONTACT (-1.0)

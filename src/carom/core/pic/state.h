@@ -16,7 +16,7 @@
 
 #include "carom/core/pic/accelerated_state.h"
 #include "carom/core/run_input.h"
-#include "carom/core/touched_bodies.h"
+#include "carom/core/pic/touched_bodies.h"
 
 enum {
     NO_OBSTACLE = -1,

@@ -7,6 +7,7 @@
 
 #include "carom/core/wall_contact_law.h"
 #include "carom/core/impact_record.h"
+#include "carom/core/pit/contact.h"
 #include "carom/core/pit/motion.h"
 #include "carom/core/pit/separation.h"
 
@@ -35,7 +36,7 @@ static inline bool are_immovable(const Disc *a, const Disc *b) {
 static inline bool pair_interferes(const State *s, Index i, Index j) {
     const Disc *a = &s->discs[i];
     const Disc *b = &s->discs[j];
-    return discs_interfere(a, b) && !are_separating(s, i, j) && !are_immovable(a, b);
+    return discs_interfere(a, b) && !are_separating(s, i, j) && !are_immovable(a, b) && !are_in_contact(s, i, j);
 }
 
 /* ---- a disc and a wall ---- */
@@ -59,7 +60,8 @@ static inline bool chain_interferes(const State *s, const Disc *a, Index i, Inde
     double distance = sqrt(dx * dx + dy * dy);
     if (distance == 0.0 || !(a->vx * dx + a->vy * dy < 0.0 && dx * dx + dy * dy <= reach * reach))
         return false;
-    return !is_leaving_chain(s, i, k, feature_at(s, k, &nearest, a->x, a->y), dx / distance, dy / distance);
+    ChainHit hit = {dx / distance, dy / distance, feature_at(s, k, &nearest, a->x, a->y)};
+    return !is_leaving_chain(s, i, k, &hit) && !is_in_contact(s, i, k, a, hit.feature);
 }
 
 /* Return the part of chain k that is nearest to disc i, and the normal there. `a` is the disc relative to the chain. */
@@ -79,7 +81,7 @@ static inline bool wall_interferes(const State *s, Index i, Index k) {
     const Disc *a = relative_to_wall(s, &s->discs[i], k, &relative);
     if (is_chain(s, k))
         return chain_interferes(s, a, i, k);
-    return plane_interferes(a, &s->walls[k]) && !is_leaving_plane(s, i, k);
+    return plane_interferes(a, &s->walls[k]) && !is_leaving_plane(s, i, k) && !is_in_contact(s, i, k, a, NO_FEATURE);
 }
 
 /* ---- impacts ---- */
@@ -136,7 +138,7 @@ static inline void apply_pair_impact(State *s, Index i, Index j) {
                                  NO_FEATURE, false});
     slow_disc(s, i);
     slow_disc(s, j);
-    note_pair_contact(s, i, j, &impact);
+    note_stopped_discs(s, i, j, &impact);
 }
 
 /* Apply the impact of a disc that falls onto a wall, like `collide_wall`, but with rolling resistance. */
@@ -185,5 +187,5 @@ static inline void apply_wall_impact(State *s, Index i, Index k) {
     record_at_frame(s, &impact, &spins, (Contact){seen->x, seen->y, edge},
                     &(Ambiguity){0.0, law->wall_contact.friction > 0.0, true, false, NO_FEATURE, false});
     slow_disc(s, i);
-    note_wall_contact(s, i, k, wall.nx, wall.ny, fabs(impact.first_before[0]) + fabs(impact.first_before[1]));
+    note_stopped_by_wall(s, i, k, seen, is_chain(s, k) ? s->hits[i].feature : NO_FEATURE, &impact);
 }

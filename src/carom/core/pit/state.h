@@ -8,7 +8,6 @@
 #include "carom/core/damping.h"
 #include "carom/core/pit/chain_distance.h"
 #include "carom/core/run_input.h"
-#include "carom/core/touched_bodies.h"
 
 enum {
     NO_CELL = -1,
@@ -20,6 +19,9 @@ enum {
     /* largest number of frames over which discs are advanced in one pass; the lengths of the steps between them take 4
        KiB */
     MAX_STEPS = 512,
+    /* In the plane, two normals that are not parallel fix a velocity. A third contact is needed for a wall that is
+       stored twice. */
+    MOST_STOPS = 3,
 };
 
 /* ---- discs ---- */
@@ -44,6 +46,24 @@ typedef struct ChainHit { /* the part of a chain that a disc hit last */
     double ny;
     Index feature; /* number of a part of an edge in `State.edges`: see `feature_at` in pit/separation.h */
 } ChainHit;
+
+typedef struct Stop { /* the last impact of a disc with a body, if it had restitution 0: see pit/contact.h */
+    /* the body: disc j as j, half-plane k as -1 - k, feature f of a chain as -1 - wall_count - f */
+    int body;
+    double nx;    /* unit normal of the impact */
+    double ny;
+    double reach; /* see `Meeting` */
+    double turn;  /* rounding error of the direction of the normal, in radians */
+    /* rounding errors of the relative velocity after the impact, along the normal and along the tangent, in metres per
+       second */
+    double normal_error;
+    double tangent_error;
+} Stop;
+
+typedef struct Stops { /* impacts of one disc, oldest first */
+    int count;
+    Stop last[MOST_STOPS];
+} Stops;
 
 typedef enum MotionKind { /* motion of all movable discs between impacts */
     STRAIGHT = 0,
@@ -155,8 +175,7 @@ typedef struct State {
     Chain *chains;            /* one per wall; NULL if all walls are half-planes */
     ChainEdge *edges;         /* edges of all chains, chain by chain */
     ChainHit *hits;           /* part of a chain that each disc hit last; used only if there are chains */
-    /* bodies that each disc touches without normal speed; NULL if no impact has restitution 0 */
-    TouchedBodies *touched;
+    Stops *stops; /* last impacts of each disc with restitution 0; NULL if no impact has restitution 0 */
     Turning *turning;         /* rotation of each disc; used only if discs spin */
     Slowing *slowing;         /* deceleration of each disc; used only on a table */
     Path *paths;              /* paths of all driven bodies */

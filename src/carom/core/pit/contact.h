@@ -1,0 +1,212 @@
+/* Contacts after impacts with restitution 0, and approaches that are only rounding errors.
+
+   An impact with restitution 0 makes the normal speed 0. In floats a rounding error remains. It must not cause another
+   impact, not even if a driven body begins a leg along the contact. So PIT stores the impact (`Stop`). From then on the
+   two bodies have another impact only if they approach faster than rounding explains (`is_rounding`):
+
+   - The velocities are rounded (`velocity_error`), at the impact and at this frame.
+   - The positions are rounded. Let R be the distance of the two centres of curvature, and d its rounding error
+     (`distance_error`). Rounding then turns the normal by up to d / R (`turn_of`), so up to d / R times the slip is
+     normal speed that the bodies do not have in exact arithmetic.
+   - In the same way, the impact itself has left up to d / R times its slip along its normal, and up to d / R times its
+     speed of approach along its tangent. Both count by their parts along the present normal. The second one does not
+     count for a body that has come nearer since, and pushes from another side.
+
+   So two bodies that do not approach in exact arithmetic have no impact by rounding, and a faster push is an impact at
+   its first frame. Slower pushes cannot cause more overlap than rounding errors:
+
+   - If rounding has left the speed w, the bodies come nearer by w t in a time t. Rounding errors of this size are in
+     their paths anyway.
+   - An approach by d / R times the slip ends when the bodies have slid by d. So between two frames they come nearer by
+     at most d^2 / 2 R. Since d / R is at most CAROM_COARSEST_CONTACT, this is less than d in 2^21 frames. */
+
+#pragma once
+
+#include "carom/core/pit/separation.h"
+
+typedef struct Meeting { /* a disc and another body at a frame */
+    Index body;      /* number of the other body: see `Stop` */
+    double nx;       /* unit normal, from the disc to the body */
+    double ny;
+    double approach; /* relative speed along the normal, in metres per second; negative if the bodies separate */
+    double slip;     /* relative speed along the tangent */
+    double speeds;   /* sum of the magnitudes of all components of both velocities */
+    double sizes;    /* sum of `size_of` for both bodies */
+    /* distance of the two centres of curvature, in metres; infinity if rounding of positions does not turn the
+       normal */
+    double reach;
+} Meeting;
+
+/* Return the meeting of a disc and a body with the velocities v and w. The vector from the disc to the body along the
+   normal is (dx, dy). */
+static inline Meeting meeting_of(Index body, double dx, double dy, const double *v, const double *w, double sizes) {
+    double length = sqrt(dx * dx + dy * dy), nx = dx / length, ny = dy / length;
+    double ux = w[0] - v[0], uy = w[1] - v[1];
+    double speeds = fabs(v[0]) + fabs(v[1]) + fabs(w[0]) + fabs(w[1]);
+    return (Meeting){body, nx, ny, -(nx * ux + ny * uy), fabs(nx * uy - ny * ux), speeds, sizes, length};
+}
+
+/* Return the meeting of discs i and j, which have the velocities v and w, as disc i sees it.
+
+   Without legs only another impact changes the slip, and Algorithm 1 takes the normal of that impact as it is. */
+static inline Meeting meet_disc(const State *s, Index i, Index j, const double *v, const double *w) {
+    const Disc *a = &s->discs[i];
+    const Disc *b = &s->discs[j];
+    double sizes = size_of(a->x, a->y, a->radius) + size_of(b->x, b->y, b->radius);
+    Meeting m = meeting_of(j, b->x - a->x, b->y - a->y, v, w, sizes);
+    if (disc_path(s, i) == NULL && disc_path(s, j) == NULL)
+        m.reach = CAROM_INF;
+    return m;
+}
+
+/* Return the meeting of a disc with a part of a chain. The disc, relative to the chain, is at (x, y).
+
+   The inside of an arc presses a disc that slides along it, so a turn of the normal does not explain an approach. */
+static inline Meeting meet_feature(const State *s, Index feature, double x, double y, const double *v, const double *w,
+                                   double sizes) {
+    const ChainEdge *edge = &s->edges[feature / CHAIN_PARTS];
+    Index body = -1 - s->wall_count - feature, part = feature % CHAIN_PARTS;
+    double sign = part == ON_RIGHT ? -1.0 : 1.0;
+    if (part == AT_BEGIN)
+        return meeting_of(body, edge->ax - x, edge->ay - y, v, w, sizes);
+    if (part == AT_END)
+        return meeting_of(body, edge->bx - x, edge->by - y, v, w, sizes);
+    Meeting m = edge->is_arc
+                    ? meeting_of(body, sign * (edge->cx - x), sign * (edge->cy - y), v, w, sizes)
+                    : meeting_of(body, sign * (edge->by - edge->ay), sign * (edge->ax - edge->bx), v, w, sizes);
+    if (!edge->is_arc || part == ON_RIGHT)
+        m.reach = CAROM_INF;
+    return m;
+}
+
+/* Return the meeting of disc i, which has the velocity v, with wall k. `a` is the disc relative to the wall, and
+   `feature` the nearest part of a chain. */
+static inline Meeting meet_wall(const State *s, Index i, Index k, const Disc *a, Index feature, const double *v) {
+    const Disc *disc = &s->discs[i];
+    const Wall *wall = &s->walls[k];
+    const double still[2] = {0.0, 0.0};
+    const double *w = s->wall_motions != NULL ? &s->wall_motions[k].surface.vx : still;
+    double sizes = size_of(disc->x, disc->y, disc->radius) + fabs(disc->x - a->x) + fabs(disc->y - a->y);
+    if (is_chain(s, k))
+        return meet_feature(s, feature, a->x, a->y, v, w, sizes + s->chains[k].size);
+    Meeting m = meeting_of(-1 - k, -wall->nx, -wall->ny, v, w, sizes + size_of(wall->x, wall->y, 0.0));
+    m.reach = CAROM_INF;
+    return m;
+}
+
+/* ---- rounding errors ---- */
+
+/* Return the number of frames up to now. Each of them has rounded positions once more, and on curved paths velocities,
+   too. */
+static inline double count_roundings(const State *s) {
+    return s->now * s->clock.rate / s->clock.step;
+}
+
+/* Return the rounding error of the distance of two bodies, in metres. The coordinates at earlier frames were larger
+   than the present ones by at most the path since then. */
+static inline double distance_error(const State *s, const Meeting *m) {
+    return gap_resolution(m->sizes) + count_roundings(s) * CAROM_ULP * (m->sizes + m->speeds * s->now);
+}
+
+/* Return the rounding error of the direction of the normal, in radians. Return 0 if it is too large for a contact. */
+static inline double turn_of(const State *s, const Meeting *m) {
+    double turn = distance_error(s, m) / m->reach;
+    return turn <= CAROM_COARSEST_CONTACT ? turn : 0.0;
+}
+
+/* Return the rounding error of the velocities, in metres per second. */
+static inline double velocity_error(const State *s, const Meeting *m) {
+    return (CAROM_ERROR + (s->motion == STRAIGHT ? 0.0 : count_roundings(s) * CAROM_ULP)) * m->speeds;
+}
+
+/* Return whether a disc and a body approach only by a rounding error. `t` describes their last impact. */
+static inline bool is_rounding(const State *s, const Stop *t, const Meeting *m) {
+    double cosine = t->nx * m->nx + t->ny * m->ny, sine = fabs(t->nx * m->ny - t->ny * m->nx);
+    double error = velocity_error(s, m) + t->normal_error * greater(cosine, 0.0);
+    if (m->reach * cosine >= t->reach - (distance_error(s, m) + error * s->now))
+        error += t->tangent_error * sine;
+    return m->approach <= error + turn_of(s, m) * m->slip;
+}
+
+/* ---- stored impacts ---- */
+
+/* Return the last impact of disc i with a body if it had restitution 0 and is stored; otherwise NULL. */
+static inline const Stop *find_stop(const State *s, Index i, Index body) {
+    const Stops *t = &s->stops[i];
+    for (int k = 0; k < t->count; k++) {
+        if (t->last[k].body == body)
+            return &t->last[k];
+    }
+    return NULL;
+}
+
+/* Return whether two discs are in contact, and approach only by a rounding error. */
+static inline bool are_in_contact(const State *s, Index i, Index j) {
+    if (s->stops == NULL)
+        return false;
+    bool is_first_fixed = s->discs[i].inverse_mass == 0.0, is_second_fixed = s->discs[j].inverse_mass == 0.0;
+    const Stop *first = find_stop(s, i, j), *second = find_stop(s, j, i);
+    if ((first == NULL && !is_first_fixed) || (second == NULL && !is_second_fixed))
+        return false;
+    Meeting m = meet_disc(s, i, j, &s->discs[i].vx, &s->discs[j].vx);
+    return (is_first_fixed || is_rounding(s, first, &m)) && (is_second_fixed || is_rounding(s, second, &m));
+}
+
+/* Return whether disc i is in contact with wall k, and approaches it only by a rounding error. `meet_wall` explains `a`
+   and `feature`. */
+static inline bool is_in_contact(const State *s, Index i, Index k, const Disc *a, Index feature) {
+    if (s->stops == NULL || s->stops[i].count == 0)
+        return false;
+    Meeting m = meet_wall(s, i, k, a, feature, &s->discs[i].vx);
+    const Stop *t = find_stop(s, i, m.body);
+    return t != NULL && is_rounding(s, t, &m);
+}
+
+/* Store an impact of disc i with a body that was just applied. `stops` is true if it had restitution 0.
+
+   An impact along the tangent of an earlier contact leaves a rounding error there. Any other impact ends that contact.
+   The oldest contact is forgotten if there are too many. */
+static inline void note_stop(State *s, Index i, Index body, const Meeting *before, const Meeting *after, bool stops) {
+    Stops *t = &s->stops[i];
+    double rounded = velocity_error(s, before) + velocity_error(s, after), turn = turn_of(s, before);
+    int kept = 0;
+    for (int k = 0; k < t->count; k++) {
+        Stop one = t->last[k];
+        one.normal_error += rounded;
+        if (one.body != body && fabs(one.nx * before->nx + one.ny * before->ny) <= CAROM_ERROR + one.turn)
+            t->last[kept++] = one;
+    }
+    if (stops && kept == MOST_STOPS) {
+        for (int k = 1; k < kept; k++)
+            t->last[k - 1] = t->last[k];
+        kept -= 1;
+    }
+    if (stops) {
+        double left = rounded + greater(after->approach, turn * (before->slip + after->slip));
+        t->last[kept++] = (Stop){(int)body, before->nx, before->ny, before->reach, turn, left, turn * before->approach};
+    }
+    t->count = kept;
+}
+
+/* Store an impact of discs i and j that was just applied. */
+static inline void note_stopped_discs(State *s, Index i, Index j, const Impact *impact) {
+    if (s->stops == NULL)
+        return;
+    bool stops = s->law.restitution == 0.0;
+    Meeting before = meet_disc(s, i, j, impact->first_before, impact->second_before);
+    Meeting after = meet_disc(s, i, j, impact->first_after, impact->second_after);
+    if (s->discs[i].inverse_mass > 0.0)
+        note_stop(s, i, j, &before, &after, stops);
+    if (s->discs[j].inverse_mass > 0.0)
+        note_stop(s, j, i, &before, &after, stops);
+}
+
+/* Store an impact of disc i with wall k that was just applied. `meet_wall` explains `a` and `feature`. */
+static inline void note_stopped_by_wall(State *s, Index i, Index k, const Disc *a, Index feature,
+                                        const Impact *impact) {
+    if (s->stops == NULL)
+        return;
+    Meeting before = meet_wall(s, i, k, a, feature, impact->first_before);
+    Meeting after = meet_wall(s, i, k, a, feature, impact->first_after);
+    note_stop(s, i, before.body, &before, &after, s->wall_laws[k].wall_restitution == 0.0);
+}
