@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.cases import each, release_after
+from tests.cases import each, long_until, release_after
 from tests.packaging import core_wasm
 from tests.processes import run_command
 from tests.random_scenes import KINDS, TABLES, draw_scene, draw_slope_scene, draw_table_friction_scene
@@ -99,7 +99,7 @@ def _list_catalogue_jobs() -> list[Job]:
     return [(entry.scene, method) for entry in all_scenes().values() for method in ("pic", "pit")]
 
 
-@each("one_in", release_after(1, [8, 1]))
+@each("one_in", release_after(1, [16, 1]))
 def test_page_reproduces_the_catalogue_to_the_bit(one_in: int) -> None:
     """Every time, normal, velocity, spin, mode and final state of PIC and PIT in the page has the bits of Python."""
     assert _list_different_runs([job for k, job in enumerate(_list_catalogue_jobs()) if k // 2 % one_in == 0]) == []
@@ -125,7 +125,7 @@ _FAULTS = [
 ]
 
 
-@each("module, old, new", release_after(1, _FAULTS))
+@each("module, old, new", long_until(1, _FAULTS))
 def test_comparison_finds_a_rounding_fault_in_the_page(module: str, old: str, new: str, tmp_path: Path) -> None:
     """A rounding fault in a module of the page changes bits of a run, and the comparison finds it."""
     for source in SOURCES.iterdir():

@@ -53,7 +53,7 @@ def test_every_entry_of_attacks_file_is_used() -> None:
 
 
 @each_attack
-@pytest.mark.parametrize("stride", release_after(1, [3, 1]))
+@pytest.mark.parametrize("stride", release_after(1, [6, 1]))
 def test_pic_passes_every_attack(attack: Attack, stride: int, tmp_path: Path) -> None:
     """PIC passes the quick ladder of every attack, unstable-orbit up to 20, and its scene survives a file."""
     ladder = attack.build_ladder(quick=True)
@@ -118,7 +118,10 @@ def test_seam_attack_hits_a_joint_of_the_floor() -> None:
 IN_CONTACT = {attack.name: attack for attack in CONTACT_ATTACKS}
 
 
-@each("name, whole", [(name, False) for name in IN_CONTACT] + release_after(0, [(n, True) for n in IN_CONTACT]))
+@each(
+    "name, whole",
+    [*((name, False) for name in list(IN_CONTACT)[::2]), *release_after(0, [(name, True) for name in IN_CONTACT])],
+)
 def test_contact_truth_and_pic_agree_with_60_digits(name: str, whole: bool) -> None:
     """The truth of contact attacks and PIC agree to 1e-14 with an integration in 60 digits."""
     attack = IN_CONTACT[name]
