@@ -19,6 +19,7 @@ from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, settings
+from hypothesis.internal.conjecture import providers
 from typer.main import get_command
 
 from carom import Scene
@@ -35,6 +36,8 @@ settings.register_profile("carom", **UNTIMED, derandomize=True, max_examples=8)
 settings.register_profile("more", **UNTIMED, derandomize=True, max_examples=50)
 settings.register_profile("search", **UNTIMED, max_examples=2000, print_blob=True)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "carom"))
+# Hypothesis also draws constants of the loaded modules, and these depend on the tests that ran before.
+pytest.MonkeyPatch().setattr(providers, "_get_local_constants", cache(providers.Constants), raising=False)
 
 #: Where files are in memory on Linux, and how much of it the tests may need at most, sparse files and all.
 MEMORY = Path("/dev/shm")  # noqa: S108 - each session has a folder of its own in it
@@ -133,6 +136,12 @@ def in_process(monkeypatch: pytest.MonkeyPatch) -> None:
 
     for module in (settings_code, describe_engines, scene_import, pool):
         monkeypatch.setattr(module, "LocalPool", lambda *_: InProcessPool())
+
+
+@pytest.fixture
+def blank_pages(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave the page of a report empty, for tests of its other files: drawing the page takes most of the time."""
+    monkeypatch.setattr("carom.report.render.html.render_html", lambda _document: "")
 
 
 @cache

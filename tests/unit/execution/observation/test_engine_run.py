@@ -141,11 +141,11 @@ _DRIVEN = disc_at(0, 1.5, r=0.25, m=math.inf, driven=True, **_LEGS)
 _ROUGH: dict[str, Any] = {"friction": 0.3, "wall_friction": 0.2, "restitution": 0.9}
 #: Scenes in which a state has more than positions and velocities, or changes between contacts.
 SCENES = [
-    to_scene("contact/drop"),
+    staged("drop", disc_at(0, -2.48, 1), _BOX[2], wall_restitution=0.25, gravity_m_s2=(0.0, -10.0), duration_s=0.5),
     staged("spin and gravity", *_SPINNING, *_BOX, **_ROUGH, gravity_m_s2=(0.0, -5.0), duration_s=1.0),
     staged("legs and spin", _SPINNING[0], _DRIVEN, *_BOX, friction=0.2, duration_s=1.0),
     staged("damping", *_SPINNING, *_BOX, **_ROUGH, damping_per_s=0.5, duration_s=1.0),
-    *map(to_scene, ("paper/missed", "gravity/box", "classics/bullet")),
+    *map(to_scene, ("contact/drop", "paper/missed", "gravity/box", "classics/bullet")),
     staged("spin", *_SPINNING, *_BOX, **_ROUGH, duration_s=2.0),
     staged("legs", disc_at(-1, -0.5, 2, 1, r=0.3), _DRIVEN, *_BOX, duration_s=2.0),
 ]
