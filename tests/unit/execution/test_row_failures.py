@@ -109,7 +109,6 @@ def alter_trace(results: Results, **fields: Any) -> Results:
 
 
 @each("fields", release_after(1, [{"settings": {"k": object()}}, {"dt_s": "0.1"}, {"end_time_s": float("nan")}]))
-@pytest.mark.usefixtures("blank_pages")
 def test_reporting_error_affects_only_its_own_row(scene: Scene, tmp_path: Path, fields: dict[str, Any]) -> None:
     """A row whose record or replay can't be built is a failed row of the report, and the report is written."""
     results = alter_trace(run_cross_check(scene, "sound"), **fields)
