@@ -232,7 +232,6 @@ def test_readme_blocks_match_the_committed_results() -> None:
         assert f"| {engine}" in made["accuracy"]
 
 
-@pytest.mark.long
 def test_readme_diagram_has_the_texts_of_the_committed_results() -> None:
     """The committed diagram of the README has the texts of the one drawn from the committed results."""
     for name, drawn in readme.bench_figures().items():

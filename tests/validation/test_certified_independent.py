@@ -25,7 +25,7 @@ KINDS: dict[str, tuple[dict[str, Any], int, int]] = {
 @each(
     "kind, seed",
     [
-        pytest.param(kind, seed, marks=[pytest.mark.release] * (seed >= 1 or kind == "falling"))
+        pytest.param(kind, seed, marks=[pytest.mark.release] * (seed >= 1))
         for kind, (*_, seeds) in KINDS.items()
         for seed in range(seeds)
     ],
