@@ -18,13 +18,13 @@ from carom.execution.observation.engine_run import observe_run
 EXACT = 90 * float(np.spacing(4.0)) / 2
 
 SCENES = (
-    *("paper/missed", "paper/late", "paper/wrong-direction", "paper/multiple", "classics/oblique-3-4-5"),
+    *("paper/missed", "paper/wrong-direction", "paper/late", "paper/multiple", "classics/oblique-3-4-5"),
     *("classics/inelastic-oblique", "classics/perfectly-inelastic", "classics/deflection"),
     *("classics/mass-ratio-1000", "classics/box", "classics/slanted-wall", "classics/restitution-ladder"),
 )
 
 
-@each("name", release_after(4, SCENES))
+@each("name", release_after(2, SCENES))
 def test_located_impacts_match_pic_to_rounding(engine: Adapter, name: str) -> None:
     """At 60 steps per second located runs have all impacts of PIC, at its times and velocities to rounding."""
     scene = catalogue()[name].scene

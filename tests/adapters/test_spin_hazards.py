@@ -8,6 +8,7 @@ import importlib
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import product
 from typing import Any
 
 import pytest
@@ -62,8 +63,10 @@ def test_law_gives_the_quoted_answer() -> None:
 
 
 @each("friction", release_after(1, [0.1, 10.0, 0.01, 0.5]))
-@each("spin", [0.0, -10.0, 10.0])
-@each("restitution", [0.0, 0.5, 1.0])
+@each(
+    "spin, restitution",
+    [(0.0, 0.5), (-10.0, 0.0), (10.0, 1.0), *release_after(0, product((0.0, -10.0, 10.0), (0.0, 0.5, 1.0)))],
+)
 def test_engines_follow_the_friction_law_with_the_right_settings(
     named: Named, restitution: float, spin: float, friction: float
 ) -> None:

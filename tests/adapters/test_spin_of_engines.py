@@ -73,7 +73,7 @@ def assert_located_law(engine: Adapter, scene: Scene, velocity_within: float, sp
     np.testing.assert_allclose(require_value(trace.final_spin_rad_s), spin, rtol=0, atol=near[1])
 
 
-@each("pair", PAIRS)
+@each("pair", ["unequal", "immovable", *release_after(0, PAIRS)])
 @each("friction, mass", release_after(1, [(0.1, 1e6), (1e-4, 1.0), (0.1, 1e-6), (0.1, 1.0), (10.0, 1.0)]))
 def test_located_engines_follow_the_friction_law_to_rounding(
     engine: Adapter, pair: str, friction: float, mass: float

@@ -271,6 +271,7 @@ def find_unused_strings(body: list[ast.stmt], *, documented: bool = True) -> lis
     return lines
 
 
+@pytest.mark.long
 def test_no_string_is_an_unused_statement() -> None:
     """A string on the line after an assignment is lost without brackets; no module has such a string."""
     assert find_unused_strings(

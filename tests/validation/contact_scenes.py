@@ -17,8 +17,9 @@ from collections.abc import Sequence
 
 import numpy as np
 from tests.checker.small_steps import run_small_steps
+from tests.scene_builders import disc_at, staged
 
-from carom import Chain, Disc, Scene, Wall, solve_pic
+from carom import Chain, Scene, Wall, solve_pic
 from carom.model.energy import kinetic_energy
 from carom.model.trace import Trace
 
@@ -48,19 +49,19 @@ def draw_contact_scene(seed: int) -> Scene:
     walls += [Wall(point_m=(-3.0, 0.0), normal=(0.6, 0.8))] * rng.choice((0, 1))
     walls += [Wall(point_m=(7.0, 0.0), normal=(-1.0, 0.0))] * rng.choice((0, 1))
     discs = [
-        Disc(
-            position_m=(-1.2 + 1.7 * i, rng.choice((0.5, rng.uniform(0.5, 2.0)))),
-            velocity_m_s=(rng.uniform(-4, 4), 0.0),
-            radius_m=0.5,
+        disc_at(
+            -1.2 + 1.7 * i,
+            rng.choice((0.5, rng.uniform(0.5, 2.0))),
+            rng.uniform(-4, 4),
             spin_rad_s=rng.choice((0.0, rng.uniform(-6, 6))),
             inertia_factor=rng.choice((0.4, 0.5, 1.0)),
         )
         for i in range(rng.choice((1, 1, 2, 3)))
     ]
-    return Scene(
-        name=f"contact {seed}",
-        discs=discs,
-        walls=walls,
+    return staged(
+        f"contact {seed}",
+        *discs,
+        *walls,
         restitution=rng.choice((0.5, 0.9, 1.0)),
         wall_restitution=rng.choice((0.0, 0.3, 0.6)),
         wall_friction=rng.choice((0.0, 0.1, 0.4, 0.8)),

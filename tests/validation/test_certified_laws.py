@@ -208,7 +208,7 @@ def find_differences(one: CertifiedTrace, other: CertifiedTrace) -> list[tuple[i
 def test_runs_of_15_and_50_digits_agree() -> None:
     """In small rough scenes the intervals of default runs overlap those of runs with 50 digits."""
     impacts = 0
-    for number in range(16):
+    for number in range(8):
         scene = draw_small_scene(number, rough=True, gravity=(0.25, -1.0) if number % 4 == 3 else (0.0, 0.0))
         if not scene.arrays.turns:
             continue
@@ -218,7 +218,7 @@ def test_runs_of_15_and_50_digits_agree() -> None:
             continue
         assert find_differences(found, certify(scene, digits=50, max_impacts=10)) == [], number
         impacts += len(found)
-    assert impacts > 40
+    assert impacts > 20
 
 
 def test_exact_tie_of_stick_and_slide_is_certified() -> None:

@@ -94,7 +94,7 @@ def collide_on_arrays(start: DiscArrays) -> tuple[np.void, np.void]:
     return impact[0], spins[0]
 
 
-@each("count", release_after(1, [50, 10_000]))
+@each("count", release_after(1, [20, 10_000]))
 def test_random_rough_impacts_match_the_rational_law(count: int) -> None:
     """Velocities and surface speeds after random impacts are within 12 ulp of the law in rational numbers."""
     rng = random.Random(count)
@@ -109,7 +109,7 @@ def test_random_rough_impacts_match_the_rational_law(count: int) -> None:
     assert 0.5 < worst_as_arrays < ULPS
 
 
-@each("count", [100, pytest.param(400, marks=pytest.mark.release)])
+@each("count", release_after(1, [40, 400]))
 def test_rough_impacts_of_extreme_sizes_match_the_rational_law(count: int) -> None:
     """Impacts with masses, radii, speeds and spins from about 2^-199 to 2^199 are within 12 ulp of the exact law."""
     rng = random.Random(5)
@@ -183,9 +183,9 @@ def relative_surface_velocity(one: Body, other: Body, axes: tuple[tuple[Fraction
 
 
 def test_rational_law_conserves_momentum_and_gains_no_energy() -> None:
-    """In 200 rational impacts momentum and angular momentum about the contact are conserved."""
+    """In 50 rational impacts momentum and angular momentum about the contact are conserved."""
     rng = random.Random(7)
-    for _ in range(200):
+    for _ in range(50):
         normal = rng.choice([(3, 4), (5, -12), (1, 0), (-8, 15)])
         length = math.isqrt(normal[0] ** 2 + normal[1] ** 2)
         nx, ny = (Fraction(c, length) for c in normal)

@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 from tests.campaign.comparison import Record, compare_with_envelope
 from tests.campaign.envelope import Envelope, compute_envelope
-from tests.cases import each, release_after
+from tests.cases import each, long_until
 from tests.scene_builders import require_value
 from tests.validation.random_tables import KINDS, draw_table
 from tests.validation.table_runs import Table, build_table_scene
@@ -58,6 +58,7 @@ def test_table_parameter_off_by_1e_12_is_detected() -> None:
     assert compare_table(table, replace(table, radius=table.radius * hair))[1]
 
 
+@pytest.mark.long
 def test_nearly_flat_arc_under_gravity_loses_no_digits() -> None:
     """On an arc with a radius of 14 km the impacts keep the digits of the disc's own position."""
     # Positions on the arc once had the rounding of 14 km.
@@ -109,7 +110,7 @@ FAULTS: dict[str, Callable[[Features], Features]] = {
 }
 
 
-@each("name", release_after(1, FAULTS))
+@each("name", long_until(1, FAULTS))
 def test_fault_in_wall_features_is_detected(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """A wrong side, arc or vertex of a wall makes PIC contradict the certified run on one of the first tables."""
     monkeypatch.setattr(obstacles, "build_features", lambda *asked: FAULTS[name](build_features(*asked)))

@@ -54,7 +54,7 @@ def scene_file(tmp_path: Path) -> Path:
     return path
 
 
-@pytest.mark.usefixtures("in_process")
+@pytest.mark.usefixtures("in_process", "blank_pages")
 @pytest.mark.parametrize(("fail_on", "code"), release_after(1, [("inaccurate", 1), ("never", 0)]))
 def test_fail_on_sets_the_exit_code_of_a_missed_impact(fail_on: str, code: int, tmp_path: Path) -> None:
     """A missed impact is exit code 1 with `--fail-on inaccurate` and 0 with `never`, in JUnit as well."""

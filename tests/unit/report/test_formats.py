@@ -281,6 +281,7 @@ def test_rows_are_read_one_by_one(tmp_path: Path) -> None:
         next(rows)
 
 
+@pytest.mark.long
 def test_rows_of_the_sample_report_are_read_and_written_back() -> None:
     """All rows of the committed sample are read, and every twentieth one is written back unchanged."""
     path = ROOT / "reports" / "sample" / "results.jsonl"

@@ -183,9 +183,10 @@ def test_gliding_along_an_arc_is_detected_despite_rounding(
 
 
 @each("place", [0.0, 1.0, 1e3])
-def test_impact_on_the_inside_of_an_arc_with_restitution_0_is_the_last(place: float) -> None:
+@each("numbers", release_after(1, [range(10), range(10, 40)]))
+def test_impact_on_the_inside_of_an_arc_with_restitution_0_is_the_last(place: float, numbers: range) -> None:
     """A disc glides along the inside of an arc from the instant of its impact on, wherever the arc is."""
-    for number in range(40):
+    for number in numbers:
         rnd = random.Random(number)
         x, y = rnd.uniform(-place, place), rnd.uniform(-place, place)
         ring, radius, vx, vy = (rnd.uniform(*ends) for ends in ((0.02, 2), (0.001, 0.01), (0.2, 1), (-1, 1)))
@@ -275,11 +276,11 @@ def draw_wide_disc(number: int) -> Scene:
     return build_scene(disc, wall, wall_restitution=rnd.choice((1.0, 0.5)), duration_s=5.0)
 
 
-@each("first", release_after(1, range(0, 1000, 50)))
+@each("first", release_after(1, [*range(0, 50, 25), *range(50, 1000, 25)]))
 def test_disc_does_not_slip_through_an_arc_of_its_own_width(first: int) -> None:
     """A disc about as wide as an arc never overlaps it by 1e-6 of its radius, however its numbers are rounded."""
     kept = 0
-    for number in range(first, first + 50):
+    for number in range(first, first + 25):
         try:
             scene = draw_wide_disc(number)
         except CaromError:  # it overlaps the wall at the start
@@ -294,7 +295,7 @@ def test_disc_does_not_slip_through_an_arc_of_its_own_width(first: int) -> None:
                 gap = outline.compute_gap(x + vx * wait, y + vy * wait, disc.radius_m)
                 assert gap > -1e-6 * disc.radius_m, scene
             x, y, begun, (vx, vy) = x + vx * (end - begun), y + vy * (end - begun), end, after
-    assert kept >= 15
+    assert kept >= 7
 
 
 def split_edges(points: list[tuple[float, float]], n: int, closed: bool) -> list[tuple[float, float]]:

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.cases import each
+from tests.cases import each, release_after
+from tests.scene_builders import disc_at, staged, wall_at
 
 import carom
 from carom import Chain, Disc, Ring, Scene, Wall
@@ -38,13 +39,11 @@ def test_disc_moving_with_a_wall_does_not_hit_it_again(kind: str, angle: float, 
     across = complex(-normal.imag, normal.real)
     velocity = -2.0 * normal + 0.7 * across
     place = 3.0 * normal
-    scene = Scene(
-        name="pushed",
-        discs=[Disc(position_m=(place.real, place.imag), velocity_m_s=(velocity.real, velocity.imag), radius_m=0.5)],
-        walls=[
-            build_wall(kind, 0.0, normal, drive * normal, restitution=0.0),
-            build_wall(kind, 4.0 * across, -across, restitution=1.0),
-        ],
+    scene = staged(
+        "pushed",
+        disc_at(place.real, place.imag, velocity.real, velocity.imag),
+        build_wall(kind, 0.0, normal, drive * normal, restitution=0.0),
+        build_wall(kind, 4.0 * across, -across, restitution=1.0),
         duration_s=12.0,
     )
     trace = carom.solve_pic(scene)
@@ -67,23 +66,17 @@ def test_equal_discs_that_collide_along_a_floor_do_not_hit_the_floor_again(
     discs = []
     for radius, height, place, speed in zip(radii, (0.7, 1.1), (-3.1, 3.3), (1.3, -0.9), strict=True):
         centre, velocity = origin + (radius + height) * normal + place * along, -1.7 * normal + speed * along
-        discs.append(
-            Disc(
-                position_m=(centre.real, centre.imag),
-                velocity_m_s=(velocity.real, velocity.imag),
-                radius_m=radius,
-                mass_kg=1.0 + height,
-            )
-        )
+        discs.append(disc_at(centre.real, centre.imag, velocity.real, velocity.imag, r=radius, m=1.0 + height))
     sides = [
         build_wall("half-plane", origin + side * 5.0 * along, -side * along, restitution=1.0)
         for side in (1, -1)
         if radii[0] == radii[1]
     ]
-    scene = Scene(
-        name="along a floor",
-        discs=discs,
-        walls=[build_wall(kind, origin, normal, restitution=0.0), *sides],
+    scene = staged(
+        "along a floor",
+        *discs,
+        build_wall(kind, origin, normal, restitution=0.0),
+        *sides,
         duration_s=60.0 if sides else 4.0,
     )
     trace = carom.solve_pic(scene)
@@ -96,13 +89,11 @@ def test_equal_discs_that_collide_along_a_floor_do_not_hit_the_floor_again(
 
 def test_gravity_pulls_discs_off_a_ceiling_so_that_their_impact_is_not_along_it() -> None:
     """Two equal discs hit a ceiling with restitution 0 one after the other, fall, and exchange momentum at an angle."""
-    scene = Scene(
-        name="ceiling",
-        discs=[
-            Disc(position_m=(0.0, -1.0), velocity_m_s=(0.5, 2.0), radius_m=0.5),
-            Disc(position_m=(2.0, -1.5), velocity_m_s=(-0.7, 2.0), radius_m=0.5),
-        ],
-        walls=[Wall(point_m=(0.0, 0.0), normal=(0.0, -1.0))],
+    scene = staged(
+        "ceiling",
+        disc_at(0.0, -1.0, 0.5, 2.0),
+        disc_at(2.0, -1.5, -0.7, 2.0),
+        wall_at(0.0, 0.0, 0.0, -1.0),
         wall_restitution=0.0,
         gravity_m_s2=(0.0, -1.0),
         duration_s=1.5,
@@ -120,13 +111,12 @@ def test_gravity_pulls_discs_off_a_ceiling_so_that_their_impact_is_not_along_it(
 def test_discs_that_part_along_a_tangent_do_not_collide_again(driven: bool) -> None:
     """After an impact with restitution 0, two discs have no other impact than one on a side wall."""
     pusher = {"mass_kg": math.inf, "driven": True} if driven else {"mass_kg": 1.0}
-    scene = Scene(
-        name="tangent",
-        discs=[
-            Disc(position_m=(0.0, 0.0), velocity_m_s=(0.0, 0.3), radius_m=0.5, **pusher),
-            Disc(position_m=(-0.7, 3.0), velocity_m_s=(0.35, -0.9), radius_m=0.5),
-        ],
-        walls=[Wall(point_m=(2.0, 0.0), normal=(-1.0, 0.0)), Wall(point_m=(-2.0, 0.0), normal=(1.0, 0.0))],
+    scene = staged(
+        "tangent",
+        Disc(position_m=(0.0, 0.0), velocity_m_s=(0.0, 0.3), radius_m=0.5, **pusher),
+        disc_at(-0.7, 3.0, 0.35, -0.9),
+        wall_at(2.0, 0.0, -1.0, 0.0),
+        wall_at(-2.0, 0.0, 1.0, 0.0),
         restitution=0.0,
         wall_restitution=1.0,
         duration_s=14.0,
@@ -144,13 +134,11 @@ def test_impact_without_tangential_impulse_keeps_wall_contact(
 
     PIC and PIT report one impact with each wall.
     """
-    scene = Scene(
-        name="rounding",
-        discs=[Disc(position_m=(-5.0, 0.0), velocity_m_s=(34.84694149, 27.94789776), radius_m=0.5, spin_rad_s=3.0)],
-        walls=[
-            Wall(point_m=(-3.3, 0.0), normal=(-1.0, 0.0), velocity_m_s=(0.6498171847389411, 0.7), restitution=0.0),
-            Wall(point_m=(0.0, 2.4), normal=(0.0, -1.0), surface_speed_m_s=31.7, restitution=1.0),
-        ],
+    scene = staged(
+        "rounding",
+        disc_at(-5.0, 0.0, 34.84694149, 27.94789776, spin_rad_s=3.0),
+        wall_at(-3.3, 0.0, -1.0, 0.0, velocity_m_s=(0.6498171847389411, 0.7), restitution=0.0),
+        wall_at(0.0, 2.4, 0.0, -1.0, surface_speed_m_s=31.7, restitution=1.0),
         wall_friction=0.05,
         wall_tangential_restitution=-1.0,
         duration_s=1.0,
@@ -170,10 +158,10 @@ def test_wall_moving_along_itself_does_not_hit_a_touching_disc(
     drives = {0.0: 0.3 * along, 2.0: -0.7 * along, 3.0: 0.2 * along, 4.0: 0.25 * normal}
     legs = tuple(Leg(from_s=at, velocity_m_s=(drive.real, drive.imag)) for at, drive in drives.items())
     place, velocity = 1.5 * normal, -1.9 * normal + 0.7 * along
-    scene = Scene(
-        name="sliding wall",
-        discs=[Disc(position_m=(place.real, place.imag), velocity_m_s=(velocity.real, velocity.imag), radius_m=0.5)],
-        walls=[build_wall(kind, 0.0, normal, legs=legs)],
+    scene = staged(
+        "sliding wall",
+        disc_at(place.real, place.imag, velocity.real, velocity.imag),
+        build_wall(kind, 0.0, normal, legs=legs),
         wall_restitution=0.0,
         duration_s=6.0,
     )
@@ -191,14 +179,12 @@ def test_driven_disc_that_returns_hits_the_same_disc_again() -> None:
         Leg(from_s=at, velocity_m_s=velocity)
         for at, velocity in ((0.0, (0.0, 0.0)), (2.0, (0.0, 1.0)), (3.0, (0.5, -1.0)))
     )
-    scene = Scene(
-        name="back",
-        discs=[
-            Disc(position_m=(0.0, 0.0), radius_m=0.5, mass_kg=math.inf, driven=True, legs=legs),
-            Disc(position_m=(2.0, 0.0), velocity_m_s=(-1.0, 0.0), radius_m=0.5),
-            Disc(position_m=(0.0, -9.0), velocity_m_s=(0.0, 1000.0), radius_m=0.1),
-        ],
-        walls=[Chain(points_m=[(-5.0, y), (5.0, y)]) for y in (-10.0, -8.0)],
+    scene = staged(
+        "back",
+        disc_at(0.0, 0.0, m=math.inf, driven=True, legs=legs),
+        disc_at(2.0, 0.0, -1.0),
+        disc_at(0.0, -9.0, 0.0, 1000.0, r=0.1),
+        *[Chain(points_m=[(-5.0, y), (5.0, y)]) for y in (-10.0, -8.0)],
         restitution=0.0,
         wall_restitution=1.0,
         duration_s=3.5,
@@ -226,10 +212,10 @@ def build_struck_body(
     centre = (at.real, at.imag)
     disc = Disc(position_m=(place.real, place.imag), velocity_m_s=(velocity.real, velocity.imag), radius_m=0.5)
     driven = Disc(position_m=centre, radius_m=radius or 1.0, mass_kg=math.inf, driven=True, legs=legs)
-    return Scene(
-        name="struck",
-        discs=[driven, disc] if kind == "disc" else [disc],
-        walls=[] if kind == "disc" else [Ring(centre_m=centre, radius_m=radius, legs=legs)],
+    return staged(
+        "struck",
+        *([driven, disc] if kind == "disc" else [disc]),
+        *([] if kind == "disc" else [Ring(centre_m=centre, radius_m=radius, legs=legs)]),
         restitution=0.0,
         wall_restitution=0.0,
         duration_s=end_s,
@@ -248,15 +234,16 @@ def test_round_body_that_slides_past_a_touching_disc_hits_it_only_on_its_return(
 
 
 @each("kind", ["disc", "circle", "point"])
+@each("seeds", release_after(1, [range(20), range(20, 100)]))
 @each("solve, late_s", [(carom.solve_pic, 1e-12), (partial(carom.solve_pit, frame_rate_hz=240.0), 1 / 240)])
 def test_legs_along_the_contact_cause_no_impact(
-    kind: str, solve: Callable[[Scene], carom.Trace], late_s: float
+    kind: str, seeds: range, solve: Callable[[Scene], carom.Trace], late_s: float
 ) -> None:
     """A round body that keeps its speed along the normal after an impact does not hit the disc again.
 
     On its legs the body moves with the disc, or along the tangent in one direction.
     """
-    for seed in range(100):
+    for seed in seeds:
         rng = random.Random(seed)
         normal = cmath.exp(1j * rng.uniform(-4.0, 4.0))
         radius = 0.0 if kind == "point" else rng.uniform(0.1, 2.0)
@@ -296,10 +283,11 @@ def test_disc_that_a_wall_sends_back_hits_the_body_that_it_has_left(kind: str) -
     driven = Disc(position_m=(0.0, 0.0), radius_m=0.5, mass_kg=math.inf, driven=True, legs=legs)
     disc = Disc(position_m=(2.0, -1.0), velocity_m_s=(-1.0, 1.0), radius_m=0.5)
     ceiling = Chain(points_m=[(-50.0, 1024.5), (50.0, 1024.5)], restitution=1.0)
-    scene = Scene(
-        name="sent back",
-        discs=[disc] if kind == "circle" else [disc, driven],
-        walls=[ceiling, *([Ring(centre_m=(0.0, 0.0), radius_m=0.5, legs=legs)] if kind == "circle" else [])],
+    scene = staged(
+        "sent back",
+        *([disc] if kind == "circle" else [disc, driven]),
+        ceiling,
+        *([Ring(centre_m=(0.0, 0.0), radius_m=0.5, legs=legs)] if kind == "circle" else []),
         restitution=0.0,
         wall_restitution=0.0,
         duration_s=3000.0,
@@ -363,14 +351,8 @@ def test_collapse_under_gravity_ends_the_run_with_a_note() -> None:
         Disc(position_m=(x, y), velocity_m_s=(-0.3 * x, 0.0), radius_m=0.4)
         for x, y in ((-0.9, 2.6), (0.9, 2.6), (0.0, 4.0))
     ]
-    scene = Scene(
-        name="heap",
-        discs=discs,
-        walls=box,
-        restitution=0.1,
-        wall_restitution=0.1,
-        gravity_m_s2=(0.0, -9.81),
-        duration_s=20.0,
+    scene = staged(
+        "heap", *discs, *box, restitution=0.1, wall_restitution=0.1, gravity_m_s2=(0.0, -9.81), duration_s=20.0
     )
     trace = carom.solve_pic(scene)
     assert trace.outcome in {Outcome.STANDSTILL, Outcome.PRESSED, Outcome.CORNER}
@@ -397,16 +379,10 @@ def test_frictionless_corner_ends_at_the_sum_of_its_slides(opening: float) -> No
     corner = radius / math.sin(0.5 * opening) * complex(math.cos(middle), math.sin(middle))
     speed = 0.5
     ends = [40.0 * one, 0j, 40.0 * other]
-    scene = Scene(
-        name="wedge",
-        discs=[
-            Disc(
-                position_m=(corner.real, corner.imag),
-                velocity_m_s=(speed * one.real, speed * one.imag),
-                radius_m=radius,
-            )
-        ],
-        walls=[Chain(points_m=[(end.real, end.imag) for end in ends])],
+    scene = staged(
+        "wedge",
+        disc_at(corner.real, corner.imag, speed * one.real, speed * one.imag, r=radius),
+        Chain(points_m=[(end.real, end.imag) for end in ends]),
         wall_restitution=0.0,
         gravity_m_s2=(0.0, -gravity),
         duration_s=10.0,
@@ -429,10 +405,10 @@ def test_right_angled_corner_ends_at_the_sum_of_its_hops(tilt: float) -> None:
     """
     one = complex(math.cos(tilt), math.sin(tilt))
     place, gravity = (0.5 + 0.25j) * one, -(4.0 + 8.0j) * one
-    scene = Scene(
-        name="rolling corner",
-        discs=[Disc(position_m=(place.real, place.imag), radius_m=0.25)],
-        walls=[Wall(point_m=(0.0, 0.0), normal=(normal.real, normal.imag)) for normal in (one, 1j * one)],
+    scene = staged(
+        "rolling corner",
+        disc_at(place.real, place.imag, r=0.25),
+        *[wall_at(0.0, 0.0, normal.real, normal.imag) for normal in (one, 1j * one)],
         wall_restitution=0.0,
         wall_friction=1.0,
         gravity_m_s2=(gravity.real, gravity.imag),
@@ -476,19 +452,11 @@ def build_corner(
         fixed.append(Disc(position_m=(centre.real, centre.imag), radius_m=size, mass_kg=math.inf))
     else:
         walls.append(Ring(centre_m=(centre.real, centre.imag), radius_m=size, restitution=restitution))
-    disc = Disc(
-        position_m=(place.real, place.imag),
-        velocity_m_s=(speed * up.real, speed * up.imag),
-        radius_m=radius,
-        inertia_factor=math.inf if friction else 0.5,
+    disc = disc_at(
+        place.real, place.imag, speed * up.real, speed * up.imag, r=radius, inertia_factor=math.inf if friction else 0.5
     )
-    return Scene(
-        name="corner",
-        discs=[disc, *fixed],
-        walls=walls,
-        restitution=restitution,
-        gravity_m_s2=(0.0, -gravity),
-        duration_s=10.0,
+    return staged(
+        "corner", disc, *fixed, *walls, restitution=restitution, gravity_m_s2=(0.0, -gravity), duration_s=10.0
     )
 
 
@@ -543,21 +511,19 @@ def test_hops_between_two_rough_grounds_are_exact_down_to_the_clock() -> None:
 
     Certified runs have the same impacts. Each hop has another acceleration after the slip has ended.
     """
-    scene = Scene(
-        name="two grounds",
-        discs=[
-            Disc(
-                position_m=(1.4058744332066526, -1.3500096894196019),
-                velocity_m_s=(0.7454916716659294, 4.866294030352831),
-                radius_m=0.2641865576788216,
-                spin_rad_s=47.670056812145084,
-                inertia_factor=0.001,
-            )
-        ],
-        walls=[
-            Wall(point_m=(3.0, 0.0), normal=(-1.0, 0.0), friction=0.3),
-            Wall(point_m=(0.0, 3.0), normal=(0.0, -1.0), friction=0.5),
-        ],
+    scene = staged(
+        "two grounds",
+        disc_at(
+            1.4058744332066526,
+            -1.3500096894196019,
+            0.7454916716659294,
+            4.866294030352831,
+            r=0.2641865576788216,
+            spin_rad_s=47.670056812145084,
+            inertia_factor=0.001,
+        ),
+        wall_at(3.0, 0.0, -1.0, 0.0, friction=0.3),
+        wall_at(0.0, 3.0, 0.0, -1.0, friction=0.5),
         wall_restitution=0.0,
         wall_tangential_restitution=1.0,
         gravity_m_s2=(22.023568656479455, 40.09935269917041),
@@ -568,31 +534,27 @@ def test_hops_between_two_rough_grounds_are_exact_down_to_the_clock() -> None:
 
 def test_disc_lands_on_its_ground_before_it_meets_the_other_wall_of_the_corner() -> None:
     """A disc has the certified impacts when its hops end closer to the second wall than coordinates resolve."""
-    scene = Scene(
-        name="landing in a corner",
-        discs=[
-            Disc(
-                position_m=(-4.930177343985503, -17.6400797035545),
-                velocity_m_s=(-0.03949651575857991, 6.820884779775449),
-                radius_m=1.8525386436867646,
-                spin_rad_s=-2.398145693466247,
-                inertia_factor=0.4,
-            )
-        ],
-        walls=[
-            Wall(point_m=(0.0, -27.788079655301466), normal=(0.0, 1.0), friction=1.0),
-            Wall(
-                point_m=(-9.86596178204611, -25.97768598325464),
-                normal=(0.3550429502300589, 0.9348499898336288),
-                friction=0.5,
-            ),
-            Wall(
-                point_m=(28.453433926299542, -17.138977516061246),
-                normal=(-0.8566028654191159, 0.5159762891410419),
-                restitution=0.5,
-                friction=0.5,
-            ),
-        ],
+    scene = staged(
+        "landing in a corner",
+        disc_at(
+            -4.930177343985503,
+            -17.6400797035545,
+            -0.03949651575857991,
+            6.820884779775449,
+            r=1.8525386436867646,
+            spin_rad_s=-2.398145693466247,
+            inertia_factor=0.4,
+        ),
+        wall_at(0.0, -27.788079655301466, 0.0, 1.0, friction=1.0),
+        wall_at(-9.86596178204611, -25.97768598325464, 0.3550429502300589, 0.9348499898336288, friction=0.5),
+        wall_at(
+            28.453433926299542,
+            -17.138977516061246,
+            -0.8566028654191159,
+            0.5159762891410419,
+            restitution=0.5,
+            friction=0.5,
+        ),
         wall_restitution=0.0,
         gravity_m_s2=(0.0, -171.12076363368686),
         duration_s=3.0,
@@ -623,21 +585,14 @@ def test_two_discs_between_closing_walls_end_when_the_walls_leave_no_room(seed: 
     draw = random.Random(seed)
     x, height, radius = draw.uniform(-5.0, 5.0), draw.uniform(4.0, 8.0), draw.uniform(0.3, 0.9)
     up, down = draw.uniform(0.5, 3.0), draw.uniform(0.5, 3.0)
-    scene = Scene(
-        name="closing walls",
-        discs=[
-            Disc(
-                position_m=(x, side * draw.uniform(1.0, 2.5)),
-                velocity_m_s=(0.0, side * draw.uniform(1.0, 5.0)),
-                radius_m=radius,
-                mass_kg=mass,
-            )
-            for side, mass in ((1.0, draw.choice([1.0, 50.0, 1e-4])), (-1.0, 1.0))
+    scene = staged(
+        "closing walls",
+        *[
+            disc_at(x, side * draw.uniform(1.0, 2.5), 0.0, side * draw.uniform(1.0, 5.0), r=radius, m=mass)
+            for side, mass in ((1.0, draw.choice([1.0, 50.0, 0.0001])), (-1.0, 1.0))
         ],
-        walls=[
-            Wall(point_m=(0.0, -height), normal=(0.0, 1.0), velocity_m_s=(draw.uniform(-1.0, 1.0), up)),
-            Wall(point_m=(0.0, height), normal=(0.0, -1.0), velocity_m_s=(draw.uniform(-1.0, 1.0), -down)),
-        ],
+        wall_at(0.0, -height, 0.0, 1.0, velocity_m_s=(draw.uniform(-1.0, 1.0), up)),
+        wall_at(0.0, height, 0.0, -1.0, velocity_m_s=(draw.uniform(-1.0, 1.0), -down)),
         restitution=draw.choice([0.5, 0.8, 0.9]),
         wall_restitution=0.0,
         duration_s=20.0,
@@ -655,13 +610,11 @@ def test_blocks_that_compress_the_last_gap_have_all_their_impacts(mass_kg: float
     The smallest gap is 1e-13 m and the shortest time between impacts is far below the resolution of the clock.
     Source: G. Galperin, Regular and Chaotic Dynamics 8 (2003) 375.
     """
-    scene = Scene(
-        name="blocks",
-        discs=[
-            Disc(position_m=(0.1 + gap_m, 0.0), radius_m=0.1),
-            Disc(position_m=(1.3 + gap_m, 0.0), velocity_m_s=(-1.0, 0.0), radius_m=0.1, mass_kg=mass_kg),
-        ],
-        walls=[Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))],
+    scene = staged(
+        "blocks",
+        disc_at(0.1 + gap_m, 0.0, r=0.1),
+        disc_at(1.3 + gap_m, 0.0, -1.0, r=0.1, m=mass_kg),
+        wall_at(0.0, 0.0, 1.0, 0.0),
         duration_s=3.0,
     )
     trace = carom.solve_pic(scene)
@@ -671,17 +624,12 @@ def test_blocks_that_compress_the_last_gap_have_all_their_impacts(mass_kg: float
 
 def test_discs_that_friction_carries_off_a_wall_exchange_momentum_along_their_normal() -> None:
     """Both have touched a wall with restitution 0. One then falls off a ledge onto the other: the impact is oblique."""
-    scene = Scene(
-        name="ledge",
-        discs=[
-            Disc(position_m=(0.3125, y), velocity_m_s=(-1.0, 0.0), radius_m=0.25, spin_rad_s=spin)
-            for y, spin in ((0.25, -70.0), (1.25, -50.0))
-        ],
-        walls=[
-            Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0)),
-            Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0), restitution=0.0, friction=0.0),
-            Chain(points_m=[(-1.0, 1.0), (0.8125, 1.0)]),
-        ],
+    scene = staged(
+        "ledge",
+        *[disc_at(0.3125, y, -1.0, r=0.25, spin_rad_s=spin) for y, spin in ((0.25, -70.0), (1.25, -50.0))],
+        wall_at(0.0, 0.0, 0.0, 1.0),
+        wall_at(0.0, 0.0, 1.0, 0.0, restitution=0.0, friction=0.0),
+        Chain(points_m=[(-1.0, 1.0), (0.8125, 1.0)]),
         wall_restitution=0.5,
         wall_friction=0.5,
         gravity_m_s2=(0.0, -9.75),

@@ -63,7 +63,7 @@ def test_pic_is_exact_in_contact(name: str) -> None:
 
 
 @each("dt_s", release_after(1, [1 / 60, 1 / 240]))
-@each("name", release_after(5, [*list(CONTACT)[::4], *(name for k, name in enumerate(CONTACT) if k % 4)]))
+@each("name", release_after(4, [*list(CONTACT)[1::4], *(name for k, name in enumerate(CONTACT) if k % 4 != 1)]))
 def test_pit_is_no_worse_than_sampled_in_contact(name: str, dt_s: float) -> None:
     """PIT, which hops from frame to frame in contact, is SAMPLED, CLOSE or EXACT."""
     sampling = solve_pit(CONTACT[name], frame_rate_hz=round(1 / dt_s))
@@ -83,7 +83,7 @@ def test_hops_of_two_frames_are_not_hidden_by_skipped_states() -> None:
     assert require_value(score.contact).errors.velocity_m_s == pytest.approx(9.8 * 0.01)
 
 
-@each("name", list(CONTACT))
+@each("name", [*list(CONTACT)[::2], *release_after(0, CONTACT)])
 def test_states_computed_from_a_trace_equal_those_of_the_run(name: str) -> None:
     """Positions, velocities and spins computed from a trace at any time equal those of a run that ends then."""
     trace = run_reference(name)

@@ -54,7 +54,7 @@ def find_late_bounds(kind: str, seeds: range, length: float = 1.0, speed: float 
     return found
 
 
-@each("numbers", release_after(1, [range(2), range(2, 20)]))
+@each("numbers", release_after(1, [range(1), range(1, 20)]))
 @each("kind", KINDS)
 def test_no_lower_bound_exceeds_the_time_of_impact(kind: str, numbers: range) -> None:
     """No lower bound exceeds the exact impact time of true states within their balls."""

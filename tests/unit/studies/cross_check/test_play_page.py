@@ -52,6 +52,7 @@ def test_play_page_has_own_scene_before_the_gallery() -> None:
 
 
 @each("scene, linked", [(PAIR, True), (MANY, False)])
+@pytest.mark.usefixtures("blank_pages")
 def test_report_has_play_page_only_if_a_scene_supports_it(scene: Scene, linked: bool, tmp_path: Path) -> None:
     """A report includes and links the play page only if one of its scenes can be thrown."""
     results = run_cross_check([scene], ["pit"], dts=[1 / 24])

@@ -112,7 +112,7 @@ class _Film:
         return pictures, [[part for part in axes.patches if isinstance(part, Circle)] for axes in pictures]
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def film(missed_replay: Replay) -> Iterator[_Film]:
     made = films.build_film(missed_replay.reference, missed_replay.observed, missed_replay.score)
     yield _Film(made, films._compute_frame_times(missed_replay.reference.scene, _find_closest_time_s(missed_replay)))  # noqa: SLF001

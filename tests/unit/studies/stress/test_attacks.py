@@ -53,14 +53,14 @@ def test_every_entry_of_attacks_file_is_used() -> None:
 
 
 @each_attack
-@pytest.mark.parametrize("stride", release_after(1, [3, 1]))
+@pytest.mark.parametrize("stride", release_after(1, [6, 1]))
 def test_pic_passes_every_attack(attack: Attack, stride: int, tmp_path: Path) -> None:
     """PIC passes the quick ladder of every attack, unstable-orbit up to 20, and its scene survives a file."""
     ladder = attack.build_ladder(quick=True)
     if attack.name == HORIZON:
         ladder = [value for value in ladder if value <= 20]
     rungs = {value: attack.trials(value) for value in (ladder[::-stride] if not attack.full_only else ladder[:1])}
-    for trial in next(iter(rungs.values()))[:1]:
+    for trial in rungs[min(rungs, key=ladder.index)][:1]:
         save_scene(trial.scene, tmp_path / "scene.toml")
         assert load_scene(tmp_path / "scene.toml") == trial.scene
     for value, trials in rungs.items():
@@ -118,7 +118,10 @@ def test_seam_attack_hits_a_joint_of_the_floor() -> None:
 IN_CONTACT = {attack.name: attack for attack in CONTACT_ATTACKS}
 
 
-@each("name, whole", [(name, False) for name in IN_CONTACT] + release_after(0, [(n, True) for n in IN_CONTACT]))
+@each(
+    "name, whole",
+    [*((name, False) for name in list(IN_CONTACT)[::2]), *release_after(0, [(name, True) for name in IN_CONTACT])],
+)
 def test_contact_truth_and_pic_agree_with_60_digits(name: str, whole: bool) -> None:
     """The truth of contact attacks and PIC agree to 1e-14 with an integration in 60 digits."""
     attack = IN_CONTACT[name]
