@@ -190,6 +190,6 @@ class Program:
             self._popen.wait(GRACE_S)
         except subprocess.TimeoutExpired:
             self._popen.kill()
-            self._popen.wait(GRACE_S)
+            self._popen.wait()  # no process can ignore SIGKILL; on a busy machine it may take a while to end
             return False
         return True
