@@ -4,18 +4,19 @@
    impact, not even if a driven body begins a leg along the contact. So PIT stores the impact (`Stop`). From then on the
    two bodies have another impact only if they approach faster than rounding explains (`is_rounding`):
 
-   - The velocities are rounded (`velocity_error`), at the impact and at this frame.
+   - The velocities are rounded: those of this frame, and those that the impact has left.
    - The positions are rounded. Let R be the distance of the two centres of curvature, and d its rounding error
      (`distance_error`). Rounding then turns the normal by up to d / R (`turn_of`), so up to d / R times the slip is
      normal speed that the bodies do not have in exact arithmetic.
-   - In the same way, the impact itself has left up to d / R times its slip along its normal, and up to d / R times its
-     speed of approach along its tangent. Both count by their parts along the present normal. The second one does not
-     count for a body that has come nearer since, and pushes from another side.
+   - In the same way, the impact has left up to d / R times its slip along its normal, and up to d / R times its speed
+     of approach along its tangent. Later frames and impacts have rounded the velocities, too. These errors count by
+     their parts along the present normal, and only while the bodies have not come nearer by more than d since the
+     impact.
 
    So two bodies that do not approach in exact arithmetic have no impact by rounding, and a faster push is an impact at
    its first frame. Slower pushes cannot cause more overlap than rounding errors:
 
-   - If rounding has left the speed w, the bodies come nearer by w t in a time t. Rounding errors of this size are in
+   - If an impact has left the speed w, the bodies come nearer by w t in a time t. Rounding errors of this size are in
      their paths anyway.
    - An approach by d / R times the slip ends when the bodies have slid by d. So between two frames they come nearer by
      at most d^2 / 2 R. Since d / R is at most CAROM_COARSEST_CONTACT, this is less than d in 2^21 frames. */
@@ -35,15 +36,18 @@ typedef struct Meeting { /* a disc and another body at a frame */
     /* distance of the two centres of curvature, in metres; infinity if rounding of positions does not turn the
        normal */
     double reach;
+    double gap; /* distance of the two surfaces, in metres; negative if they overlap */
 } Meeting;
 
 /* Return the meeting of a disc and a body with the velocities v and w. The vector from the disc to the body along the
-   normal is (dx, dy). */
-static inline Meeting meeting_of(Index body, double dx, double dy, const double *v, const double *w, double sizes) {
+   normal is (dx, dy). If it ends at the centre of the body's curvature, `radii` is the sum of both radii. */
+static inline Meeting meeting_of(Index body, double dx, double dy, double radii, const double *v, const double *w,
+                                 double sizes) {
     double length = sqrt(dx * dx + dy * dy), nx = dx / length, ny = dy / length;
     double ux = w[0] - v[0], uy = w[1] - v[1];
     double speeds = fabs(v[0]) + fabs(v[1]) + fabs(w[0]) + fabs(w[1]);
-    return (Meeting){body, nx, ny, -(nx * ux + ny * uy), fabs(nx * uy - ny * ux), speeds, sizes, length};
+    return (Meeting){body, nx, ny, -(nx * ux + ny * uy), fabs(nx * uy - ny * ux), speeds, sizes, length,
+                     length - radii};
 }
 
 /* Return the meeting of discs i and j, which have the velocities v and w, as disc i sees it.
@@ -53,29 +57,35 @@ static inline Meeting meet_disc(const State *s, Index i, Index j, const double *
     const Disc *a = &s->discs[i];
     const Disc *b = &s->discs[j];
     double sizes = size_of(a->x, a->y, a->radius) + size_of(b->x, b->y, b->radius);
-    Meeting m = meeting_of(j, b->x - a->x, b->y - a->y, v, w, sizes);
+    Meeting m = meeting_of(j, b->x - a->x, b->y - a->y, a->radius + b->radius, v, w, sizes);
     if (disc_path(s, i) == NULL && disc_path(s, j) == NULL)
         m.reach = CAROM_INF;
     return m;
 }
 
-/* Return the meeting of a disc with a part of a chain. The disc, relative to the chain, is at (x, y).
+/* Return the meeting of a disc with a part of chain k. `a` is the disc relative to the chain.
 
    The inside of an arc presses a disc that slides along it, so a turn of the normal does not explain an approach. */
-static inline Meeting meet_feature(const State *s, Index feature, double x, double y, const double *v, const double *w,
-                                   double sizes) {
-    const ChainEdge *edge = &s->edges[feature / CHAIN_PARTS];
+static inline Meeting meet_feature(const State *s, Index k, const Disc *a, Index feature, const double *v,
+                                   const double *w, double sizes) {
+    const ChainEdge *e = &s->edges[feature / CHAIN_PARTS];
     Index body = -1 - s->wall_count - feature, part = feature % CHAIN_PARTS;
-    double sign = part == ON_RIGHT ? -1.0 : 1.0;
+    double sign = part == ON_RIGHT ? -1.0 : 1.0, radii = a->radius + s->chains[k].half_width;
     if (part == AT_BEGIN)
-        return meeting_of(body, edge->ax - x, edge->ay - y, v, w, sizes);
+        return meeting_of(body, e->ax - a->x, e->ay - a->y, radii, v, w, sizes);
     if (part == AT_END)
-        return meeting_of(body, edge->bx - x, edge->by - y, v, w, sizes);
-    Meeting m = edge->is_arc
-                    ? meeting_of(body, sign * (edge->cx - x), sign * (edge->cy - y), v, w, sizes)
-                    : meeting_of(body, sign * (edge->by - edge->ay), sign * (edge->ax - edge->bx), v, w, sizes);
-    if (!edge->is_arc || part == ON_RIGHT)
-        m.reach = CAROM_INF;
+        return meeting_of(body, e->bx - a->x, e->by - a->y, radii, v, w, sizes);
+    if (e->is_arc) {
+        Meeting m = meeting_of(body, sign * (e->cx - a->x), sign * (e->cy - a->y), e->radius + radii, v, w, sizes);
+        if (part == ON_RIGHT) {
+            m.gap = e->radius - m.reach - radii;
+            m.reach = CAROM_INF;
+        }
+        return m;
+    }
+    Meeting m = meeting_of(body, sign * (e->by - e->ay), sign * (e->ax - e->bx), 0.0, v, w, sizes);
+    m.gap = m.nx * (e->ax - a->x) + m.ny * (e->ay - a->y) - radii;
+    m.reach = CAROM_INF;
     return m;
 }
 
@@ -88,8 +98,9 @@ static inline Meeting meet_wall(const State *s, Index i, Index k, const Disc *a,
     const double *w = s->wall_motions != NULL ? &s->wall_motions[k].surface.vx : still;
     double sizes = size_of(disc->x, disc->y, disc->radius) + fabs(disc->x - a->x) + fabs(disc->y - a->y);
     if (is_chain(s, k))
-        return meet_feature(s, feature, a->x, a->y, v, w, sizes + s->chains[k].size);
-    Meeting m = meeting_of(-1 - k, -wall->nx, -wall->ny, v, w, sizes + size_of(wall->x, wall->y, 0.0));
+        return meet_feature(s, k, a, feature, v, w, sizes + s->chains[k].size);
+    Meeting m = meeting_of(-1 - k, -wall->nx, -wall->ny, 0.0, v, w, sizes + size_of(wall->x, wall->y, 0.0));
+    m.gap = (a->x - wall->x) * wall->nx + (a->y - wall->y) * wall->ny - a->radius;
     m.reach = CAROM_INF;
     return m;
 }
@@ -114,18 +125,20 @@ static inline double turn_of(const State *s, const Meeting *m) {
     return turn <= CAROM_COARSEST_CONTACT ? turn : 0.0;
 }
 
-/* Return the rounding error of the velocities, in metres per second. */
+/* Return the rounding error of the velocities due to all frames up to now, in metres per second. */
 static inline double velocity_error(const State *s, const Meeting *m) {
-    return (CAROM_ERROR + (s->motion == STRAIGHT ? 0.0 : count_roundings(s) * CAROM_ULP)) * m->speeds;
+    return s->motion == STRAIGHT ? 0.0 : count_roundings(s) * CAROM_ULP * m->speeds;
 }
 
 /* Return whether a disc and a body approach only by a rounding error. `t` describes their last impact. */
 static inline bool is_rounding(const State *s, const Stop *t, const Meeting *m) {
-    double cosine = t->nx * m->nx + t->ny * m->ny, sine = fabs(t->nx * m->ny - t->ny * m->nx);
-    double error = velocity_error(s, m) + t->normal_error * greater(cosine, 0.0);
-    if (m->reach * cosine >= t->reach - (distance_error(s, m) + error * s->now))
-        error += t->tangent_error * sine;
-    return m->approach <= error + turn_of(s, m) * m->slip;
+    double cosine = greater(t->nx * m->nx + t->ny * m->ny, 0.0), sine = fabs(t->nx * m->ny - t->ny * m->nx);
+    double error = CAROM_ERROR * m->speeds + turn_of(s, m) * m->slip + t->left * cosine;
+    if (m->approach <= error)
+        return true;
+    if (m->gap < t->gap - distance_error(s, m))
+        return false;
+    return m->approach <= error + velocity_error(s, m) + t->normal_error * cosine + t->tangent_error * sine;
 }
 
 /* ---- stored impacts ---- */
@@ -168,7 +181,7 @@ static inline bool is_in_contact(const State *s, Index i, Index k, const Disc *a
    The oldest contact is forgotten if there are too many. */
 static inline void note_stop(State *s, Index i, Index body, const Meeting *before, const Meeting *after, bool stops) {
     Stops *t = &s->stops[i];
-    double rounded = velocity_error(s, before) + velocity_error(s, after), turn = turn_of(s, before);
+    double rounded = CAROM_ERROR * (before->speeds + after->speeds), turn = turn_of(s, before);
     int kept = 0;
     for (int k = 0; k < t->count; k++) {
         Stop one = t->last[k];
@@ -182,8 +195,17 @@ static inline void note_stop(State *s, Index i, Index body, const Meeting *befor
         kept -= 1;
     }
     if (stops) {
-        double left = rounded + greater(after->approach, turn * (before->slip + after->slip));
-        t->last[kept++] = (Stop){(int)body, before->nx, before->ny, before->reach, turn, left, turn * before->approach};
+        double left = CAROM_ERROR * after->speeds + greater(after->approach, 0.0);
+        t->last[kept++] = (Stop){
+            .body = (int)body,
+            .nx = before->nx,
+            .ny = before->ny,
+            .gap = before->gap,
+            .turn = turn,
+            .left = left,
+            .normal_error = CAROM_ERROR * before->speeds + turn * (before->slip + after->slip),
+            .tangent_error = turn * before->approach,
+        };
     }
     t->count = kept;
 }

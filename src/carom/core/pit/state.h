@@ -50,12 +50,13 @@ typedef struct ChainHit { /* the part of a chain that a disc hit last */
 typedef struct Stop { /* the last impact of a disc with a body, if it had restitution 0: see pit/contact.h */
     /* the body: disc j as j, half-plane k as -1 - k, feature f of a chain as -1 - wall_count - f */
     int body;
-    double nx;    /* unit normal of the impact */
+    double nx;   /* unit normal of the impact */
     double ny;
-    double reach; /* see `Meeting` */
-    double turn;  /* rounding error of the direction of the normal, in radians */
-    /* rounding errors of the relative velocity after the impact, along the normal and along the tangent, in metres per
-       second */
+    double gap;  /* distance of the two surfaces at the impact, in metres; negative if they overlapped */
+    double turn; /* rounding error of the direction of the normal, in radians */
+    double left; /* speed of approach that the impact has left, with its rounding error, in metres per second */
+    /* rounding errors of the relative velocity along the normal and along the tangent, in metres per second: see
+       pit/contact.h */
     double normal_error;
     double tangent_error;
 } Stop;

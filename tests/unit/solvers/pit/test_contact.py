@@ -175,3 +175,29 @@ def test_push_from_another_side_is_found(push_m_s: float) -> None:
     driven = disc_at(1000.0, 0.0, m=math.inf, driven=True, **drive_on_legs((0.0, (0.0, 0.0)), *legs))
     scene = staged("side", driven, disc_at(5001.0, 0.0, -100.0, 0.0), restitution=0.0, duration_s=45.0)
     assert solve_pit(scene, frame_rate_hz=RATE_HZ).impacts["time_s"].tolist() == [40.0, 42.5]
+
+
+def test_weak_gravity_does_not_pull_a_fast_disc_through_the_floor() -> None:
+    """A disc that bounces between two walls 10,000 times stays on the floor, although it rounds its speed each time."""
+    walls = [wall_at(0, 0, 0, 1), wall_at(-1, 0, 1, 0, restitution=1.0), wall_at(1, 0, -1, 0, restitution=1.0)]
+    disc = disc_at(0.0, 0.75, 30.0, -0.5, r=0.5)
+    scene = staged("floor", disc, *walls, wall_restitution=0.0, gravity_m_s2=(0.0, -1e-8), duration_s=350.0)
+    trace = solve_pit(scene, frame_rate_hz=256.0)
+    assert len(trace.impacts) > 10_000
+    assert trace.final_position_m[0][1] == pytest.approx(0.5, abs=1e-6)  # the floor is hit without overlap at 0.5 s
+
+
+def test_slow_push_after_an_impact_with_fast_sliding_is_found() -> None:
+    """A disc is hit while it slides at 100 m/s. A push of 2e-6 m/s, slower than rounding of the impact, is found later.
+
+    The driven disc then moves with the other disc and pushes it for 500 s, which is 1 mm. The overlap grows by less
+    than a hundredth of this.
+    """
+    hit_s, frame_s, slip = 64.0, 1.0 / 256.0, 100.0
+    drive = drive_on_legs((0.0, (0.0, 0.0)), (hit_s + frame_s / 2, (0.0, 2 * slip)), (hit_s + frame_s, (2e-6, slip)))
+    driven = disc_at(0.0, 0.0, r=0.5, m=math.inf, driven=True, **drive)
+    other = disc_at(0.999 + hit_s, -slip * hit_s, -1.0, slip, r=0.5)
+    trace = solve_pit(staged("push", driven, other, restitution=0.0, duration_s=hit_s + 500.0), frame_rate_hz=256.0)
+    overlap_m = 1.0 - math.dist(*trace.final_position_m)
+    assert len(trace.impacts) > 1
+    assert overlap_m == pytest.approx(0.001, abs=1e-5)
