@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from carom.model.walls import AnyWall
 
 Limits = tuple[NDArray[np.float64], NDArray[np.float64]]
+#: Discs with the positions at which a picture shows them for a missed impact.
+_Misses = Sequence[tuple[int, NDArray[np.float64]]]
 
 _WIDTH_IN = 3.3
 #: Smallest and largest height of a picture, as a fraction of its width. A flat scene gets empty space above and below.
@@ -69,10 +71,8 @@ def draw_pair(reference: Trace, observed: Trace, missed: Sequence[int], labels: 
         return first, second
     misses = _find_missed_frames(reference, found, missed) if len(missed) <= _MOST_MISSES else []
     dotted = max(len(right.impact_positions), len(found.impact_positions)) > _MOST_IMPACT_POSITIONS
-    return (
-        _render_in_plane(scene, right, [], limits, labels[0], dotted=dotted),
-        _render_in_plane(scene, found, misses, limits, labels[1], dotted=dotted),
-    )
+    first, second = _render_in_plane(scene, [(right, ()), (found, misses)], limits, labels, dotted=dotted)
+    return first, second
 
 
 def draw_traces(several: Sequence[Axes], traces: Sequence[Trace]) -> None:
@@ -131,9 +131,7 @@ def compute_limits(scene: Scene, reference: Paths, observed: Paths) -> Limits:
     return low - margin, high + margin
 
 
-def _find_missed_frames(
-    reference: Trace, observed: Paths, missed: Sequence[int]
-) -> list[tuple[int, NDArray[np.float64]]]:
+def _find_missed_frames(reference: Trace, observed: Paths, missed: Sequence[int]) -> _Misses:
     """Return the discs of each missed impact, with their positions at the steps just before and after the impact."""
     if observed.frame_times is None or observed.frame_positions is None:
         return []
@@ -156,32 +154,29 @@ def _colour_of(disc: int) -> str:
 
 
 def _render_in_plane(
-    scene: Scene,
-    paths: Paths,
-    misses: Sequence[tuple[int, NDArray[np.float64]]],
-    limits: Limits,
-    label: str,
-    *,
-    dotted: bool,
-) -> str:
+    scene: Scene, sides: Sequence[tuple[Paths, _Misses]], limits: Limits, labels: Sequence[str], *, dotted: bool
+) -> tuple[str, ...]:
+    """Return a picture of each side. All share one set of axes, because creating axes takes longer than drawing."""
+    drawings: list[str] = []
     low, high = limits
     width, height = high - low
     aspect = min(max(height / width, _FLATTEST), _TALLEST)
+    # Both axes have the same scale, so the picture shows a larger region along its longer side.
+    spare = np.array([max(height / aspect - width, 0.0), max(width * aspect - height, 0.0)]) / 2.0
     with use_drawing_style():
         figure = build_figure(_WIDTH_IN, _WIDTH_IN * aspect)
         axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
         axes.set_axis_off()
-        # Both axes have the same scale, so the picture shows a larger region along its longer side.
-        spare = np.array([max(height / aspect - width, 0.0), max(width * aspect - height, 0.0)]) / 2.0
-        low, high = low - spare, high + spare
-        draw_walls(axes, scene, (low, high))
-        _draw_paths(axes, scene, paths, misses, dotted=dotted)
-        return render(figure, label)
+        for (paths, misses), label in zip(sides, labels, strict=True):
+            draw_walls(axes, scene, (low - spare, high + spare))
+            _draw_paths(axes, scene, paths, misses, dotted=dotted)
+            drawings.append(render(figure, label))
+            for artist in (*axes.patches, *axes.lines, *axes.texts):
+                artist.remove()
+    return tuple(drawings)
 
 
-def _draw_paths(
-    axes: Axes, scene: Scene, paths: Paths, misses: Sequence[tuple[int, NDArray[np.float64]]], *, dotted: bool
-) -> None:
+def _draw_paths(axes: Axes, scene: Scene, paths: Paths, misses: _Misses, *, dotted: bool) -> None:
     from matplotlib.patches import Circle
 
     def draw_circle(
@@ -244,9 +239,10 @@ def _draw_dots(axes: Axes, points: NDArray[np.float64], disc: int, marker: str =
 
 
 def _draw_number(axes: Axes, disc: int, centre: NDArray[np.float64]) -> None:
-    axes.annotate(
+    axes.text(
+        centre[0],
+        centre[1],
         str(disc),
-        tuple(centre),
         ha="center",
         va="center",
         fontsize=8,

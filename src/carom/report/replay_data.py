@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import math
 import shlex
-from collections.abc import Iterable, Iterator, Mapping
-from typing import Any
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 import tomli_w
@@ -79,6 +79,7 @@ def build_replay_data(reference: Trace, runs: Iterable[tuple[Trace, Score, Mappi
     """
     scene, extent_m = reference.scene, compute_extent(reference)
     places = _SHARP - math.floor(math.log10(extent_m))
+    meetings = list(list_meetings(reference))
     return {
         **_build_scene(scene),
         "reference": [
@@ -92,16 +93,18 @@ def build_replay_data(reference: Trace, runs: Iterable[tuple[Trace, Score, Mappi
         ],
         "meetings": [
             [round(x, places), round(y, places), None if overlap_s is None else float(f"{overlap_s:.6g}")]
-            for x, y, overlap_s in list_meetings(reference)
+            for x, y, overlap_s in meetings
         ],
         "runs": [
-            {**description, **_build_run(reference, trace, score, extent_m, places)}
+            {**description, **_build_run(reference, meetings, trace, score, extent_m, places)}
             for trace, score, description in runs
         ],
     }
 
 
-def _build_run(reference: Trace, trace: Trace, score: Score, extent_m: float, places: int) -> Json:
+def _build_run(
+    reference: Trace, meetings: Sequence[Meeting], trace: Trace, score: Score, extent_m: float, places: int
+) -> Json:
     return {
         "dt": trace.dt_s or 1.0 / trace.scene.frame_rate_hz,
         "sampled": trace.dt_s > 0.0,
@@ -110,7 +113,7 @@ def _build_run(reference: Trace, trace: Trace, score: Score, extent_m: float, pl
         "turned": _build_turnings(trace),
         "modes": _build_modes(trace),
         "sampler": _build_sampler(reference, trace),
-        **_build_impacts(reference, trace, score),
+        **_build_impacts(reference, meetings, trace, score),
         "settings": {name: formatting.format_setting(value) for name, value in trace.settings.items()},
     }
 
@@ -137,18 +140,29 @@ def _build_sampler(reference: Trace, trace: Trace) -> Json | None:
     return sampled
 
 
-def list_meetings(reference: Trace) -> Iterator[tuple[float, float, float | None]]:
-    """Yield the contact point of each impact (m), and the time that bodies would overlap without the impact (s).
+class Meeting(NamedTuple):
+    """The contact point of an impact, and the time that the bodies would overlap without the impact.
 
-    The bodies approach in the first half of this time. The time is None for impacts on walls, in scenes that slow discs
-    down, and if only one of two discs falls.
+    Attributes:
+        x_m: The contact point.
+        y_m: The contact point.
+        overlap_s: The time that the bodies would overlap. They approach in the first half of this time. None for
+            impacts on walls, in scenes that slow discs down, and if only one of two discs falls.
     """
+
+    x_m: float
+    y_m: float
+    overlap_s: float | None
+
+
+def list_meetings(reference: Trace) -> Iterator[Meeting]:
+    """Yield the contact point of each impact, and the time that its bodies would overlap."""
     scene, tracks = reference.scene, build_reference_tracks(reference)
     for impact in reference.impacts:
         first, second = int(impact["first"]), int(impact["second"])
         one, normal = scene.discs[first], impact["normal"]
         x, y = tracks[first].positions_at(impact["time_s"][None])[0] + one.radius_m * normal
-        yield float(x), float(y), _compute_overlap_time(scene, impact, first, second)
+        yield Meeting(float(x), float(y), _compute_overlap_time(scene, impact, first, second))
 
 
 def _compute_overlap_time(scene: Scene, impact: np.void, first: int, second: int) -> float | None:
@@ -165,14 +179,13 @@ def _compute_overlap_time(scene: Scene, impact: np.void, first: int, second: int
     return overlap_s if math.isfinite(overlap_s) else None
 
 
-def _build_impacts(reference: Trace, trace: Trace, score: Score) -> Json:
+def _build_impacts(reference: Trace, meetings: Sequence[Meeting], trace: Trace, score: Score) -> Json:
     rows = list(build_impact_rows(reference, trace, score))
     k = find_first_fault(rows)
     if k is None:
         return {"impacts": rows, "fault": None}
-    overlaps_s = [overlap_s for _, _, overlap_s in list_meetings(reference)]
-    meeting_row = rows[k].get("at")
-    overlap_s = None if meeting_row is None else overlaps_s[meeting_row]
+    meeting = rows[k].get("at")
+    overlap_s = None if meeting is None else meetings[meeting].overlap_s
     description, moment_s = _describe_fault(rows[k], overlap_s, trace.dt_s), find_pause_time(rows[k], overlap_s, trace)
     return {"impacts": rows, "fault": {"row": k, "said": description, "moment": moment_s}}
 

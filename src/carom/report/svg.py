@@ -308,7 +308,7 @@ def render_png(figure: Figure) -> bytes:
 
 
 def render(figure: Figure, label: str, links: Mapping[str, str] = MappingProxyType({}), *, narrow: bool = False) -> str:
-    """Return a figure as an SVG element for HTML, with an accessible name.
+    """Return a figure as an SVG element for HTML, with an accessible name. Call it within `use_drawing_style`.
 
     Args:
         figure: The figure.
@@ -322,8 +322,8 @@ def render(figure: Figure, label: str, links: Mapping[str, str] = MappingProxyTy
     nothing = dict.fromkeys(("Date", "Creator", "Format", "Type"))
     # Ids of parts are hashes. The label is part of the hashed text, so that ids differ between figures but are
     # reproducible.
-    with mpl.rc_context({"svg.hashsalt": label + " (narrow)" * narrow}):
-        figure.savefig(buffer, format="svg", transparent=True, metadata=nothing)
+    mpl.rcParams["svg.hashsalt"] = label + " (narrow)" * narrow
+    figure.savefig(buffer, format="svg", transparent=True, metadata=nothing)
     text = buffer.getvalue()
     text = text[text.index("<svg") :]
     text = re.sub(r"<metadata>.*?</metadata>\s*", "", text, flags=re.DOTALL)
@@ -334,9 +334,9 @@ def render(figure: Figure, label: str, links: Mapping[str, str] = MappingProxyTy
     used = set(re.findall(r'href="#([^"]+)"', text)) | set(re.findall(r"url\(#([^)]+)\)", text))
     text = re.sub(r'\sid="([^"]*)"', lambda found: found[0] if found[1] in used else "", text)
     # Round coordinates to a hundredth of a point. Numbers between tags are text, and are not changed.
-    text = re.sub(r"<(?!a )[^>]*>", lambda tag: re.sub(r"(\d\.\d\d)\d+", r"\1", tag[0]), text)
+    text = re.sub(r"<(?!a )[^>]*>", lambda tag: re.sub(r"(?<=\d\.\d\d)\d+", "", tag[0]), text)
     # Remove blanks around the letters of paths, and indents of elements.
-    text = re.sub(r'(?<= d=")[^"]*', lambda path: re.sub(r"\s*([A-Za-z])\s*", r"\1", path[0]), text)
+    text = re.sub(r'(?<= d=")[^"]*', lambda path: re.sub(r"\s+(?=[A-Za-z])|(?<=[A-Za-z])\s+", "", path[0]), text)
     text = re.sub(r"\n\s*<", "\n<", text)
     for colour, variable in _VARIABLES.items():
         text = text.replace(colour, f"var({variable},{colour})")

@@ -82,7 +82,7 @@ def build_film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation
     near: list[Artist] = []  # the inset and its frame, shown while the film is slow
     if (fault := find_first_fault(rows)) is not None:
         failing, index = rows[fault]["bodies"], rows[fault].get("at")
-        held_s = find_pause_time(rows[fault], None if index is None else places[index][2], observed)
+        held_s = find_pause_time(rows[fault], None if index is None else places[index].overlap_s, observed)
         first: Track = run_tracks[failing[0]]
         middle = first.positions_at(np.array([held_s]))[0] if index is None else np.array(places[index][:2])
         reach = _REACH * max(scene.discs[body].radius_m for body in failing if body >= 0)
