@@ -255,7 +255,8 @@ cdef class BodyStates:
         return Separation(gap.size, (gap.nx, gap.ny), gap.closing)
 
     cdef Gap measure_gap(self, int i, int j, int feature=-1) except *:
-        cdef Motion *one = self.find(i), *other
+        cdef Motion *one = self.find(i)
+        cdef Motion *other
         cdef double dx, dy, ux, uy, distance, speed, nx, ny, wx = 0.0, wy = 0.0
         cdef Plane *plane
         if j >= self.numbers.n:
@@ -288,7 +289,8 @@ cdef class BodyStates:
         A gap within the rounding of the contact distance counts as touching.
         """
         cdef int i = pair[0], j = pair[1]
-        cdef Motion *one = self.find(i), *other
+        cdef Motion *one = self.find(i)
+        cdef Motion *other
         cdef double reach = self.numbers.discs[i].radius * touch, dx, dy
         cdef Plane *plane
         if j >= self.numbers.n:
@@ -339,8 +341,10 @@ cdef class BodyStates:
         return 0
 
     cdef int apply_disc_impact(self, int i, int j) except -1:
-        cdef Motion *one = self.find(i), *other = self.find(j)
-        cdef Disc *first = &self.numbers.discs[i], *second = &self.numbers.discs[j]
+        cdef Motion *one = self.find(i)
+        cdef Motion *other = self.find(j)
+        cdef Disc *first = &self.numbers.discs[i]
+        cdef Disc *second = &self.numbers.discs[j]
         cdef double dx = other.x - one.x, dy = other.y - one.y, ux = other.vx - one.vx, uy = other.vy - one.vy
         cdef double turn = 0.0, impulse, distance, surface, inverse_effective_mass, px, py
         cdef double w_i = first.inverse_mass, w_j = second.inverse_mass
