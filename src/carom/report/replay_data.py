@@ -79,7 +79,7 @@ def build_replay_data(reference: Trace, runs: Iterable[tuple[Trace, Score, Mappi
     """
     scene, extent_m = reference.scene, compute_extent(reference)
     places = _SHARP - math.floor(math.log10(extent_m))
-    meetings = list(list_meetings(reference))
+    contact_points = list(list_contact_points(reference))
     return {
         **_build_scene(scene),
         "reference": [
@@ -93,17 +93,17 @@ def build_replay_data(reference: Trace, runs: Iterable[tuple[Trace, Score, Mappi
         ],
         "meetings": [
             [round(x, places), round(y, places), None if overlap_s is None else float(f"{overlap_s:.6g}")]
-            for x, y, overlap_s in meetings
+            for x, y, overlap_s in contact_points
         ],
         "runs": [
-            {**description, **_build_run(reference, meetings, trace, score, extent_m, places)}
+            {**description, **_build_run(reference, contact_points, trace, score, extent_m, places)}
             for trace, score, description in runs
         ],
     }
 
 
 def _build_run(
-    reference: Trace, meetings: Sequence[Meeting], trace: Trace, score: Score, extent_m: float, places: int
+    reference: Trace, contact_points: Sequence[ContactPoint], trace: Trace, score: Score, extent_m: float, places: int
 ) -> Json:
     return {
         "dt": trace.dt_s or 1.0 / trace.scene.frame_rate_hz,
@@ -113,7 +113,7 @@ def _build_run(
         "turned": _build_turnings(trace),
         "modes": _build_modes(trace),
         "sampler": _build_sampler(reference, trace),
-        **_build_impacts(reference, meetings, trace, score),
+        **_build_impacts(reference, contact_points, trace, score),
         "settings": {name: formatting.format_setting(value) for name, value in trace.settings.items()},
     }
 
@@ -140,7 +140,7 @@ def _build_sampler(reference: Trace, trace: Trace) -> Json | None:
     return sampled
 
 
-class Meeting(NamedTuple):
+class ContactPoint(NamedTuple):
     """The contact point of an impact, and the time that the bodies would overlap without the impact.
 
     Attributes:
@@ -155,14 +155,14 @@ class Meeting(NamedTuple):
     overlap_s: float | None
 
 
-def list_meetings(reference: Trace) -> Iterator[Meeting]:
+def list_contact_points(reference: Trace) -> Iterator[ContactPoint]:
     """Yield the contact point of each impact, and the time that its bodies would overlap."""
     scene, tracks = reference.scene, build_reference_tracks(reference)
     for impact in reference.impacts:
         first, second = int(impact["first"]), int(impact["second"])
         one, normal = scene.discs[first], impact["normal"]
         x, y = tracks[first].positions_at(impact["time_s"][None])[0] + one.radius_m * normal
-        yield Meeting(float(x), float(y), _compute_overlap_time(scene, impact, first, second))
+        yield ContactPoint(float(x), float(y), _compute_overlap_time(scene, impact, first, second))
 
 
 def _compute_overlap_time(scene: Scene, impact: np.void, first: int, second: int) -> float | None:
@@ -179,13 +179,13 @@ def _compute_overlap_time(scene: Scene, impact: np.void, first: int, second: int
     return overlap_s if math.isfinite(overlap_s) else None
 
 
-def _build_impacts(reference: Trace, meetings: Sequence[Meeting], trace: Trace, score: Score) -> Json:
+def _build_impacts(reference: Trace, contact_points: Sequence[ContactPoint], trace: Trace, score: Score) -> Json:
     rows = list(build_impact_rows(reference, trace, score))
     k = find_first_fault(rows)
     if k is None:
         return {"impacts": rows, "fault": None}
     meeting = rows[k].get("at")
-    overlap_s = None if meeting is None else meetings[meeting].overlap_s
+    overlap_s = None if meeting is None else contact_points[meeting].overlap_s
     description, moment_s = _describe_fault(rows[k], overlap_s, trace.dt_s), find_pause_time(rows[k], overlap_s, trace)
     return {"impacts": rows, "fault": {"row": k, "said": description, "moment": moment_s}}
 

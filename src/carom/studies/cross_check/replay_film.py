@@ -17,7 +17,7 @@ from carom.model.trace import Trace
 from carom.report.impact_rows import build_impact_rows
 from carom.report.paths import build_exact_paths, build_observed_paths, compute_extent
 from carom.report.picture import Limits, compute_limits, draw_walls
-from carom.report.replay_data import find_first_fault, find_pause_time, list_meetings
+from carom.report.replay_data import find_first_fault, find_pause_time, list_contact_points
 from carom.report.svg import SERIES, SURFACE, WALL
 from carom.report.tracks import Track, build_observed_tracks, build_reference_tracks
 from carom.support.formatting import format_number
@@ -71,7 +71,7 @@ def build_film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation
     from matplotlib.transforms import Affine2D
 
     scene, name = reference.scene, f"{observed.method} {observed.profile_shown}".strip()
-    rows, places = list(build_impact_rows(reference, observed, score)), list(list_meetings(reference))
+    rows, places = list(build_impact_rows(reference, observed, score)), list(list_contact_points(reference))
     exact, run_tracks = build_reference_tracks(reference), build_observed_tracks(observed, compute_extent(reference))
     limits = compute_limits(scene, build_exact_paths(reference), build_observed_paths(observed))
     figure = Figure(figsize=(8.0, 4.4), dpi=80)
