@@ -184,10 +184,13 @@ class _Comparison:
         Where a disc is pulled back to a body for a time T, and hits it at speed w, it has been w T / 4 away from it.
         Since its start it has been w T away at most.
         """
+        hop_s = self._hop_s(event)
+        return event.closing_m_s * hop_s <= (self._gap_m if hop_s == event.time_s else 4.0 * self._gap_m)
+
+    def _hop_s(self, event: Event) -> float:
+        """Return how long a disc was off a body before a certified impact: since the last one, or since the start."""
         earlier = [other.time_s for other in self.theirs if other.key == event.key and other.time_s < event.time_s]
-        if not earlier:
-            return event.closing_m_s * event.time_s <= self._gap_m
-        return event.closing_m_s * (event.time_s - earlier[-1]) <= 4.0 * self._gap_m
+        return event.time_s - earlier[-1] if earlier else event.time_s
 
     def _of_spurious(self, event: Event, until_s: float) -> Iterator[Difference]:
         """Yield an event that the certified run does not have."""
@@ -251,7 +254,8 @@ class _Comparison:
     def _of_missed(self, left: Sequence[Event], known_s: float, until_s: float) -> Iterator[Difference]:
         """Yield an event that the run does not have although it goes on beyond it."""
         for event in left:
-            if event.time_s > self._landed_s and self._follows_low_hop(event):
+            # Where the height of a hop is rounding, so is its duration: the landing may be later by as much.
+            if event.time_s + self._hop_s(event) > self._landed_s and self._follows_low_hop(event):
                 continue
             if not event.is_impact and event.closing_m_s <= event.closing_own_m_s:
                 continue

@@ -203,7 +203,7 @@ class _Comparison:
         mode, record = event.mode, self.record
         key = (mode.disc, mode.wall, _sticking(mode.before), _sticking(mode.after))
         if record.modes is None or not self._modes[key]:
-            if self._has_ended_before(mode.time + arb(0, event.time_s)):
+            if self._has_ended_before(mode.time + arb(0, event.time_s)) or self._has_with_next(event):
                 return
             change = f"disc {mode.disc} on {body_name(mode.wall)}: {mode.before.name} to {mode.after.name}"
             yield Difference(Kind.MODE, _middle(mode.time), f"{change} at {_format_ball(mode.time)} s is missing")
@@ -242,6 +242,24 @@ class _Comparison:
                     Kind.MODE, float(row["time_s"]), f"{what}, has {name} {value!r}, not {_format_ball(ball)}"
                 )
                 return
+
+    def _has_with_next(self, event: EnvelopeMode) -> bool:
+        """Whether the run has this change and the disc's next one as one: its clock does not distinguish their times.
+
+        The run's change then counts as the next one, which may be beyond the envelope.
+        """
+        mode, record, events = event.mode, self.record, self.envelope.events
+        later = [one for one in events[events.index(event) + 1 :] if isinstance(one, EnvelopeMode)]
+        follower = next((one.mode for one in later if one.mode.disc == mode.disc), None)
+        for key, numbers in list(self._modes.items()):
+            if record.modes is None or not numbers or key[:3] != (mode.disc, mode.wall, _sticking(mode.before)):
+                continue
+            if follower is not None and (follower.wall, _sticking(follower.after)) != key[1::2]:
+                continue
+            if _overlaps(record.modes[numbers[0]]["time_s"], mode.time, event.time_s):
+                self._modes[*key[:2], _sticking(mode.after), key[3]].appendleft(numbers.popleft())
+                return True
+        return False
 
     def _is_in_landing(self, disc: int, wall: int, event: EnvelopeImpact) -> bool:
         """Whether a bounce is one of those that the run replaces by a landing at the same time."""

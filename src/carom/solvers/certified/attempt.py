@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from typing import NamedTuple
 
@@ -142,7 +143,7 @@ class Attempt:
                 BallContacts(self.bodies).record_landing(i, self._tolerance)
             self._selection = Selection(self.bodies)
         selection = self._selection
-        selection.end_s, selection.deadline_s = float_above(goal.time), goal.deadline_s
+        selection.end_s, selection.deadline_s = min(float_above(goal.time), sys.float_info.max), goal.deadline_s
         while True:
             at_limit = self.impacts >= goal.impacts
             try:

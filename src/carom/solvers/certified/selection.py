@@ -13,6 +13,7 @@ events, the event's time is computed again, starting from the bound.
 from __future__ import annotations
 
 import math
+import sys
 import time
 from typing import NamedTuple, NoReturn
 
@@ -45,7 +46,8 @@ class Selection:
     """Search for the next impact in interval arithmetic.
 
     Attributes:
-        end_s: Impacts after this time, in seconds, are ignored.
+        end_s: Impacts after this time, in seconds, are ignored. The time is finite: an event that never occurs has an
+            infinite bound.
         deadline_s: Value of `time.perf_counter` after which the search ends.
         solved: Number of times of impact that were computed as intervals.
     """
@@ -53,7 +55,7 @@ class Selection:
     def __init__(self, bodies: BallBodies) -> None:
         self.bodies = bodies
         self.bounds = bounds.LowerBounds(bodies)
-        self.end_s = self.deadline_s = math.inf
+        self.end_s, self.deadline_s = sys.float_info.max, math.inf
         self.solved = 0
         self._meetings: dict[tuple[int, int], Meeting] = {}
         self._of: list[set[tuple[int, int]]] = [set() for _ in range(len(bodies))]
@@ -103,8 +105,12 @@ class Selection:
             self._solve(*min(unsolved))
 
     def _latest(self, rivals: list[tuple[float, int, int]]) -> float:
-        """Return the latest possible time of all rivals."""
-        return max(self._meetings[rival[1:]].latest for rival in rivals if rival[1:] in self._meetings)
+        """Return the latest possible time of all rivals, or `end_s` if it is earlier.
+
+        The end of a contact has an infinite upper bound if its interval is too wide at this precision.
+        """
+        latest = max(self._meetings[rival[1:]].latest for rival in rivals if rival[1:] in self._meetings)
+        return min(latest, self.end_s)
 
     def _solve(self, instant_s: float, disc: int, body: int) -> Meeting | None:
         """Compute the time of an impact as an interval, starting from its bound.
