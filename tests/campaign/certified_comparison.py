@@ -233,12 +233,15 @@ class _Comparison:
         return Difference(kind, event.time_s, text)
 
     def _allowed_s(self, event: Event) -> float:
-        """Return how far roundings may have the time of an event off."""
+        """Return how far roundings may have the time of an event off.
+
+        If no copy has the event, all may have ended just before it.
+        """
         spread, damping = self.copies.spread(event), self.scene.damping_per_s
         # A damped clock is that of the undamped run, seen through a logarithm.
         undamped_s = math.expm1(damping * event.time_s) / damping if damping else 0.0
         own_s = 2.0 * clock_resolution(event.time_s) + clock_resolution(undamped_s)
-        return own_s + (self._number[event.name] + 2) * (0.0 if spread is None else spread[0])
+        return own_s + (self._number[event.name] + 2) * (self.copies.spread_of_ends() if spread is None else spread[0])
 
     def _radii_of(self, proven: Event) -> Floats:
         """Return how far the truth may be from what the certified run reports."""

@@ -97,6 +97,11 @@ class Copies:
         values = np.max([np.abs(other.values - event.values) for other in same], axis=0)
         return max(abs(other.time_s - event.time_s) for other in same), values
 
+    def spread_of_ends(self) -> float:
+        """Return how far apart in time the copies end, in seconds; 0 if a copy does not end before the scene does."""
+        ends = [copy.end_s for copy in self._copies]
+        return 0.0 if math.inf in ends else max(ends) - min(ends)
+
 
 def _perturb_start(scene: Scene, gap_m: float, rng: random.Random) -> Scene:
     """Return a scene whose start is moved by no more than rounding."""

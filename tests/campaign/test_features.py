@@ -193,7 +193,23 @@ def test_contact_may_replace_hops_below_the_gap_resolution() -> None:
     assert not found.low_hops
 
 
-EXPLAINED = [221048, 26802, 31459, 47302, 107541, 228982, 57329, 41057, 43248, 46411, 61741, 104896, 131771, 221475]
+EXPLAINED = [
+    221048,
+    26802,
+    31459,
+    47302,
+    107541,
+    228982,
+    57329,
+    41057,
+    43248,
+    46411,
+    61741,
+    104896,
+    131771,
+    221475,
+    231155,
+]
 
 
 @each("number", release_after(6, EXPLAINED))
@@ -204,7 +220,7 @@ def test_differences_explained_by_rounding_are_no_findings(number: int) -> None:
     # In scene 61741 the run ends among the last bounces before a landing. In scene 107541 a disc lands at rest, and
     # roundings could make it roll. In scene 221048 the end of a contact has no upper bound at the first precision. In
     # scene 228982 slip and spin end at times that the clock does not distinguish. In scene 221475 the first hop that is
-    # too low to resolve ends before PIC's landing.
+    # too low to resolve ends before PIC's landing. In scene 231155 all copies end where the certified run ends.
     assert check_scene(draw_scene(number)).findings == []
 
 
