@@ -1,4 +1,4 @@
-"""Records the command line, which results contain, and formats types and defaults of options for ``--help``."""
+"""Records the command line for results, and formats types and defaults of options for ``--help``."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from typing import Any
 import typer
 from typer.core import TyperCommand
 
-#: Options that don't change the result, since they only continue a run or print more. They are not recorded.
+#: Options that are not recorded, because they only continue a run or print more.
 _NO_PART = {"resume", "retry", "verbose"}
 
-#: Words that ``--help`` shows for Typer's types, the same as in `carom.support.options`.
+#: Words that ``--help`` shows for Typer's types. `carom.support.options` uses the same words.
 _WORDS = {"str": "TEXT", "path": "PATH", "float": "NUMBER", "int": "INTEGER", "int range": "INTEGER"}
 
 _ASKED: ContextVar[str] = ContextVar("asked", default="carom")
 
 
 def get_command_line() -> str:
-    """Return the present command line, with the first name of each option; ``carom`` if no command is running."""
+    """Return the command line of this run, or ``carom`` if no command is running. Options have their long names."""
     return _ASKED.get()
 
 
@@ -32,7 +32,7 @@ def _format_type(typed: Callable[..., str], argument: bool, ctx: Any) -> str:
 
 
 def insert_default(text: str, default: str, span: str = "") -> str:
-    """Insert default and range at the end of a help text's first sentence."""
+    """Insert an option's default and range at the end of the first sentence of the help text."""
     facts = "; ".join(filter(None, (default and f"default: {default}", span)))
     if not facts:
         return text

@@ -58,7 +58,8 @@ def advise(
 
     Raises:
         InputError: PIC can't solve the scene, the scene has no impact, rounding makes its first impact unreliable, or
-        an option is invalid. UnknownNameError: The scene or an engine does not exist.
+            an option is invalid.
+        UnknownNameError: The scene or an engine does not exist.
 
     Examples:
         >>> advice = carom.advise("paper/late", ["pymunk"], profiles=["tuned"], phases=1)

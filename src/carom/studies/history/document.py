@@ -30,9 +30,9 @@ RULE = (
     "A change is attributed to the engine if the settings read back are equal and the motion differs. The motion is "
     "compared for the unshifted scene, and for the scene shifted to {phases} phases of the step. The motion differs if "
     "the ranges of one number (a final velocity error, a position error at one of eight instants, or one coordinate) "
-    "do not overlap. The gap between the ranges must exceed rounding, and the gaps between the outermost two values of "
-    "each range. Differences of reported contacts do not count. 'Same bits' means that impacts and final states are "
-    "bit-identical for the unshifted scene."
+    "do not overlap. The gap between the ranges must exceed rounding. It must also exceed the gap between the "
+    "outermost two values of each range. Differences of reported contacts do not count. 'Same bits' means that impacts "
+    "and final states are bit-identical for the unshifted scene."
 )
 
 
@@ -86,7 +86,8 @@ def write_history(history: History, document: Document, folder: Path) -> Path:
     """Write a history's document as ``history.md`` and its ``history.svg``, and return the path of ``history.md``.
 
     Raises:
-        InputError: The folder contains files that Carom did not write. OSError: The files can't be written.
+        InputError: The folder contains files that Carom did not write.
+        OSError: The files can't be written.
     """
     files = {"history.md": render_markdown(document), "history.svg": render_error_chart(history)}
     return write_files(folder, PURPOSE, files)

@@ -1,6 +1,6 @@
 """Stress tests with a disc and a finite wall.
 
-They vary speeds, the wall's width, the number of its pieces or of its velocity changes, the angle of a corner, and the
+The tests vary speeds, the wall's width, the number of its pieces or velocity changes, the angle of a corner, and the
 distance by which a disc almost misses the wall's end.
 """
 
@@ -22,8 +22,8 @@ from carom.support.formatting import format_metres, format_number
 
 #: Half the length of a wall. Discs only reach the ends in stress tests on ends of walls.
 _HALF_LENGTH_M = 4.0
-#: Initial distance of a disc from a corner, and the disc's speed. The disc returns after 30 steps. It moves an eighth
-#: of its radius in each step.
+#: Initial distance of a disc from a corner, and the disc's speed. The disc returns after 30 steps. In each step, the
+#: disc moves an eighth of its radius.
 _CORNER_M, _CORNER_SPEED_M_S = 0.5, 2 * 0.5 / (30 * DT_S)
 
 
@@ -73,7 +73,7 @@ def _wall_width(value: float, phase: float) -> Trial:
 def _wall_end(value: float, phase: float) -> Trial:
     """Make a trial of a disc that grazes the end of a wall. The normal points from the end to the disc's centre."""
     height = RADIUS_M * (1.0 - value)
-    offset = Decimal(height) / Decimal(RADIUS_M)  # computed from the height after rounding, as it is stored
+    offset = Decimal(height) / Decimal(RADIUS_M)  # computed from the rounded height, as stored in the scene
     along = (1 - offset * offset).sqrt()
     after = complex(float(2 * offset * offset - 1), float(2 * offset * along)) * SPEED_M_S
     description = f"A disc grazes the end of a thin wall, {format_number(value, 3)} radii from a miss."
@@ -97,7 +97,7 @@ def _seam(value: float, phase: float) -> Trial:
 def _corner(value: float, phase: float) -> Trial:
     """Make a trial of a disc that is thrown into a corner, but not exactly towards its apex.
 
-    The scene has sides of finite length. To compute the correct motion, they are replaced by half-planes.
+    The scene has sides of finite length. The correct motion is computed with half-planes in their place.
     """
     angle = math.radians(value)
     inwards = cmath.exp(0.5j * angle)

@@ -1,6 +1,6 @@
 """Pictures of faults: the cases of the paper by which Carom is inspired, and the worst runs.
 
-Each run is shown next to PIC's.
+Each run is shown next to PIC's run.
 """
 
 from __future__ import annotations
@@ -15,8 +15,7 @@ from carom.report.document import Media, Pair, Pairs, Section, Text
 from carom.studies.cross_check.grid import Grid, GridCell
 from carom.support.limits import MOST_DISCS_DRAWN
 
-#: Group of the four scenes from the paper by which Carom is inspired. They are always shown with the paper's method,
-#: PIT.
+#: Group of the four scenes from the paper by which Carom is inspired, always shown with the paper's method, PIT.
 PAPER_GROUP = "paper"
 WORST_SHOWN = 3
 
@@ -58,7 +57,7 @@ def _draw_pair(reference: Trace, observed: Trace, missed: Sequence[int], labels:
 
 
 def find_divergences(grid: Grid) -> tuple[tuple[GridCell, ...], tuple[GridCell, ...]]:
-    """Find PIT's runs of the paper's scenes, and the worst run of each other scene, sorted from the worst on.
+    """Find PIT's runs of the paper's scenes, and the worst run of each other scene, worst first.
 
     Scenes with too many discs for a picture are omitted.
     """

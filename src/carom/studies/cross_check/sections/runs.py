@@ -15,13 +15,13 @@ from carom.report.document import Cell, Column, Media, Section, Table, Text
 from carom.report.results_file.line_types import RowLine
 from carom.studies.cross_check.grid import Grid, GridCell, GridColumn, keep_worst, omission_note
 
-#: Largest number of rows in the table of all runs. A browser takes seconds to show this many.
+#: Largest number of rows in the table of all runs. A browser takes seconds to show them.
 MOST_CELLS = 10_000
 
 SPREAD_NOTE = (
-    "An engine can find an impact by luck, because a check happens to fall into the overlap. So each run was "
-    "repeated at several phases (shifts by fractions of a step). For two discs, a formula gives the fraction of "
-    "phases at which PIT must miss the impact."
+    "An engine can find an impact by luck, because a check happens to fall into the overlap. Therefore each run was "
+    "repeated at several phases (shifts by fractions of a step). For two discs, a formula gives the fraction of phases "
+    "at which PIT must miss the impact."
 )
 RUN_TIME_NOTE = (
     "Each number is the run time of all steps divided by PIT's for the same scene and step size, as a median over "
