@@ -88,7 +88,7 @@ def load_one_scene(name: str, argument: str) -> Scene:
     """Return the scene of a scene file, or the catalogue scene with this name.
 
     Raises:
-        InputError: The name matches several scenes. The message calls the command-line argument `argument`.
+        InputError: The name matches several scenes. `argument` is the argument's name in the message.
     """
     found = load_plain_scenes([name])
     if len(found) != 1:

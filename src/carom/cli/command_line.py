@@ -21,7 +21,10 @@ _ASKED: ContextVar[str] = ContextVar("asked", default="carom")
 
 
 def get_command_line() -> str:
-    """Return the command line of this run, or ``carom`` if no command is running. Options have their long names."""
+    """Return the command line of this run, or ``carom`` if no command is running.
+
+    Options are written with their long names.
+    """
     return _ASKED.get()
 
 
@@ -46,7 +49,7 @@ class Command(TyperCommand):
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
         for one in self.params:
-            if typed := getattr(one, "display_type", None):  # missing in older versions of Typer
+            if typed := getattr(one, "display_type", None):  # older versions of Typer lack it
                 one.display_type = partial(_format_type, typed, one.param_type_name == "argument")  # type: ignore[attr-defined] # see above
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:

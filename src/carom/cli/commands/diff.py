@@ -24,7 +24,8 @@ def diff(
     old: Annotated[Path | None, typer.Argument(help="Folder of the old report, or its results.jsonl.")] = None,
     new: Annotated[Path | None, typer.Argument(help="Folder of the new report, or its results.jsonl.")] = None,
     markdown: Annotated[
-        Path | None, typer.Option("--markdown", help="Write the comparison to a Markdown file; - prints only that.")
+        Path | None,
+        typer.Option("--markdown", help="Write the comparison to a Markdown file. With -, print only the Markdown."),
     ] = None,
     page: Annotated[Path | None, typer.Option("--page", help="Write the comparison to an HTML file.")] = None,
     verbose: arguments.Verbose = False,

@@ -36,7 +36,7 @@ def stress(
     verbose: arguments.Verbose = False,
     list_only: Annotated[bool, typer.Option("--list", help="List all stress tests and exit.")] = False,
 ) -> None:
-    """Find the value of a quantity, such as a speed, at which each engine fails, in numerically difficult scenes.
+    """Find the value of a quantity, such as a speed, at which each engine fails.
 
     Examples: `carom stress --quick`, `carom stress grazing tunnelling -e mujoco`,
     `carom stress --out reports/stress --resume`.

@@ -2,8 +2,8 @@
 
 For two discs without friction, `carom.studies.advise.sampling_limit` computes PIT's largest step size by a formula. All
 other step sizes are found by testing a series of step sizes. Each step size is tested at several phases: the scene is
-shifted in time by fractions of a step. Some phases are evenly spread over a step. At the others, a check comes just
-before one of the hardest impacts.
+shifted in time by fractions of a step. Some phases are evenly spread over a step. At the other phases, a check comes
+just before one of the hardest impacts.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ AIMED = 3
 
 
 class ReferenceCut(Enum):
-    """Reason why only the beginning of a scene is searched. The value is the phrase that the report shows."""
+    """Reason why only the beginning of a scene is searched. Each value is the phrase that the report shows."""
 
     TIE = "a disc meets two others at once, so the scene has no unique answer"
     CHAOS = "rounding decides what happens"
@@ -80,7 +80,7 @@ class Advice:
         impacts: Number of impacts in the searched part of the scene.
         hardest: Some of the hardest impacts, beginning with the hardest one.
         closed_form: The largest step sizes for PIT; None if no formula exists.
-        sampling: Search result of PIT for comparison, if no formula exists.
+        sampling: The search result of PIT, for comparison; None if a formula exists.
         answers: The search result of each engine and profile.
         unable: Engines and profiles that can't run the scene.
         phases: Number of evenly spread phases at which each step size was tested.

@@ -82,7 +82,7 @@ def compute_direction_limit(
         window: The two discs at contact.
         velocity_before: Velocity of the disc before the impact, in metres per second.
         sign: 1 for the first disc, whose velocity changes by ``+push (u . n) n``; -1 for the second.
-        push: ``(1 + e) mu / m`` of this disc; 0 if it is immovable.
+        push: ``(1 + e) mu / m`` of this disc; 0 for an immovable disc.
         angle_rad: The angle, above 0 and below pi.
 
     Returns:
@@ -174,12 +174,12 @@ def compute_pair_limit(
 
 
 #: An impact counts as a graze if its impact parameter, divided by the contact distance, is at least this number: cos
-#: 30°. Discs then overlap for less than half as long as in a head-on impact.
+#: 30°. In a graze, discs overlap for less than half as long as in a head-on impact.
 GRAZE = math.cos(math.pi / 6)
 
 
 class Cause(Enum):
-    """Reason why an impact is hard to find. The value is the phrase that the report shows."""
+    """Reason why an impact is hard to find. Each value is the phrase that the report shows."""
 
     GRAZE = "a graze"
     FAST = "a fast small disc"

@@ -16,8 +16,8 @@ from carom.studies.advise.step_trial import StepTrial, compute_step_limit
 #: Number of evenly spread phases at which a result is confirmed.
 CONFIRM = 64
 
-#: Tested step sizes per octave (factor of 2): 1, 1.5, 2, 3, 4, 6 ... steps per frame. From 2 on, these numbers are
-#: whole.
+#: Tested step sizes per octave (factor of 2): 1, 1.5, 2, 3, 4, 6 ... steps per frame. From 2 steps per frame on, the
+#: numbers are whole.
 IN_AN_OCTAVE = (1.0, 1.5)
 
 #: A step size is recommended only if all tested step sizes in this number of octaves below it also pass. If the error
@@ -43,7 +43,7 @@ FINEST = 1 / 64
 
 
 class SearchEnding(Enum):
-    """Reason why no further step size was tested. The value is the phrase that the report shows."""
+    """Reason why no further step size was tested. Each value is the phrase that the report shows."""
 
     FOUND = "both step sizes were found"
     BUDGET = "its budget of engine steps was used up"
@@ -247,7 +247,6 @@ class StepSearch:
     def _test(self, dt_s: float, even: int) -> Generator[StepRequest, StepTrial | str, bool]:
         """Request a step size, and return whether the search continues."""
         max_steps = compute_step_limit(self._duration_s, dt_s, even + self._aimed)
-        # Assume that runs end as early as runs with the previous step size.
         if max_steps * self._used_part > self._budget_left:
             self._ending = SearchEnding.BUDGET
             return False

@@ -203,7 +203,8 @@ def build_baseline_section(changes: Sequence[PointChange], kind: ErrorKind) -> S
     changed = [one for one in changes if (one.time, one.accuracy) != (BaselineChange.SAME, BaselineChange.SAME)]
     note = (
         f"Run time divided by PIT's in the same round, with a {CONFIDENCE:.0%} confidence interval for all points "
-        f"together. A point has changed if its whole interval differs from 1 by more than {LEAST_CHANGE:.0%}."
+        "together. A point has changed if its whole confidence interval differs from 1 by more than "
+        f"{LEAST_CHANGE:.0%}."
     )
     tables = (
         Table(columns, changed, title="Changes from the baseline", note=note),

@@ -37,7 +37,7 @@ EXACT = "exact"
 #: Smallest error that is shown in per cent. Smaller percentages, such as 0.0009 %, would be hard to read.
 LEAST_PERCENT = 1e-4
 
-#: Number of target errors that a terminal shows, which are the smallest ones.
+#: A terminal shows this number of target errors, the smallest ones.
 TARGETS_SHOWN = 3
 
 #: The first column of every table of a bench.

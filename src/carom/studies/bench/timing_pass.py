@@ -111,7 +111,7 @@ class CellTiming:
     """Times of one method with one step size over all rounds, in seconds.
 
     Attributes:
-        steps: Steps of the run.
+        steps: Number of steps of the run.
         rounds: Number of rounds.
         advance_s: Time of all steps.
         prepare_s: Time to build the world.

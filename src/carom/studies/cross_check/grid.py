@@ -259,7 +259,7 @@ class Grid:
 
     @property
     def compared(self) -> list[GridColumn]:
-        """The columns to compare with PIC, best first. If only PIC ran, this is PIC's own column."""
+        """The columns to compare with PIC, best first. If only PIC ran, only PIC's column is returned."""
         scored = [column for column in self.columns.values() if any(cell.scored for cell in self.list_cells(column))]
         return rank_methods(self, [column for column in scored if column.engine != "pic"] or scored)
 

@@ -60,7 +60,7 @@ class Options(LimitOptions):
     """Options of a cross-check, without its scenes.
 
     Attributes:
-        engines: Names of adapters; by default all whose engines are installed.
+        engines: Names of adapters; by default all adapters with installed engines.
         dts: Step sizes, in seconds; by default the result of `compute_default_dts` for each scene.
         profiles: Names of profiles, or "all"; by default the profiles of `carom.execution.methods.DEFAULT_PROFILES`
             that an engine offers. If two profiles of an engine have the same settings, only the later profile is run.

@@ -119,7 +119,7 @@ def cross_check(
         engine_names: Names of adapters, or manifests (default: all installed ones).
         progress: Function that is called with the number of finished jobs, the number of all jobs, and a description.
         command: The command that the report shows.
-        pool: Pool of worker processes, which is not closed. By default, a new pool is used and closed.
+        pool: Pool of worker processes, which stays open (default: a new pool, which is closed).
         options: ``dts``, ``profiles``, ``settings``, ``phases``, ``scheduler`` and the other fields of
             `carom.studies.cross_check.options.Options`.
 

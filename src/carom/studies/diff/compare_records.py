@@ -88,7 +88,7 @@ class Change:
     Attributes:
         kind: Kind of the change.
         scene: Name of the scene.
-        method: Engine and profile. If the two reports have different ones, both are named.
+        method: Engine and profile. If the methods of the two reports differ, both are named.
         dt_s: Step size, in seconds.
         old: Grade or failure in the old report.
         new: Grade or failure in the new report.
@@ -233,7 +233,9 @@ def _find_method(cells: Sequence[DiffCell], name: str, path: Path) -> list[DiffC
 
 
 def _select_pairs(cells: Sequence[DiffCell], match: Sequence[tuple[str, str]], side: int, path: Path) -> list[DiffCell]:
-    """Return the runs of one report that `match` selects. Each run stores the number of its pair of names.
+    """Return the runs of one report that `match` selects.
+
+    Each run stores the number of the pair of names that selects it.
 
     Args:
         cells: All runs of the report.

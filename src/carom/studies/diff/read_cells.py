@@ -92,7 +92,7 @@ def _build_cell(
         measures=_read_measures(line, summary.scenes[line.scene].scales) if mark.ran else (),
         numbers=tuple(_list_numbers(line, reasons)) if mark.ran else (),
         verdicts=verdict_texts or tuple(filter(None, (line.reason,))),
-        # Settings are compared as text, because 1, 1.0 and True are different settings but equal values.
+        # Settings are compared as text, because 1, 1.0 and True are different settings, but equal in Python.
         settings=shared.setdefault(repr(settings), settings),
         reference=references[line.scene] if mark.ran else {},
     )
@@ -104,7 +104,7 @@ def _read_measures(line: RowLine, scales: Scales) -> tuple[Measure, ...]:
     Each run must contain the width of its floats, its errors, and its missed and spurious impacts.
 
     Raises:
-        ValueError: The line lacks one of these values.
+        ValueError: The line lacks one of the required values.
     """
     if line.float_bits is None or line.total is None or line.missed is None or line.spurious is None:
         lacking = [name for name in ("float_bits", "total", "missed", "spurious") if getattr(line, name) is None]

@@ -185,7 +185,7 @@ class ChangeKind(Enum):
     """Change of a run from one release to the next. Each value is the phrase that the report shows."""
 
     NOTHING = "same bits"
-    ROUNDING = "other bits, but equal to rounding at this phase"
+    ROUNDING = "other bits, but equal except for rounding at this phase"
     OVERLAP = "changed, but the ranges over phases overlap"
     WORSE = "worse"
     BETTER = "better"
@@ -193,7 +193,7 @@ class ChangeKind(Enum):
     OTHER_SETTINGS = "the settings read back from the engine differ"
     OTHER_CONTACTS = "reported contacts differ, but the motion differs no more than between phases"
     UNOBSERVED = "changed, but the adapter does not observe every contact"
-    NOT_RUN = "not run by both"
+    NOT_RUN = "not run by both releases"
 
     @property
     def real(self) -> bool:

@@ -80,7 +80,7 @@ class ReleaseCache:
     def prune(self, most_bytes: float) -> None:
         """Remove interrupted installations.
 
-        Then remove the least recently used releases, until the other releases have at most `most_bytes` bytes.
+        Then remove the least recently used releases, until the rest has at most `most_bytes` bytes.
         """
         for broken in self.root.glob("*/*/.new-*"):
             shutil.rmtree(broken, ignore_errors=True)

@@ -341,8 +341,8 @@ def select_versions(listed: Sequence[str], terms: Sequence[str] | None, max_rele
         listed: All listed releases.
         terms: Versions, "latest", and conditions that must all be met (default: all final releases). A pre-release must
             be named by its version.
-        max_releases: Largest number of releases that meet the conditions; the newest ones are used. Versions that are
-            named individually are not counted.
+        max_releases: Largest number of releases that meet the conditions; the newest releases are used. Versions that
+            are named individually are not counted.
 
     Raises:
         UnknownNameError: A named version is not listed.

@@ -48,7 +48,6 @@ class CheckResult:
     status: Status = Status.RAN
 
 
-#: Function that checks a trace.
 TraceCheck = Callable[[Trace], CheckResult]
 
 
@@ -73,7 +72,7 @@ class Attack:
             method must pass all trials.
         truth: Explanation of how the correct result is known.
         gives_way: Explanation of when a method fails.
-        quick_absurd: The extreme end of the range in a quick campaign; None if this is also `absurd`.
+        quick_absurd: The extreme end of the range in a quick campaign; None for `absurd`.
         whole: Whether the values must be whole numbers.
         rungs: Number of values per decade (factor of 10) that are tried up to the first failure. More values are needed
             if a method can pass at a single value by chance.
@@ -174,7 +173,7 @@ def build_velocity_check(truth: TrueMotion) -> TraceCheck:
 
 
 def _require_end(check: TraceCheck) -> TraceCheck:
-    """Return a check that fails if a trace ends early, and calls the given check if not."""
+    """Extend a check, so that a trace that ends early fails."""
     return lambda trace: _check_early_end(trace) or check(trace)
 
 

@@ -162,5 +162,4 @@ def _list_with_reciprocal(value: float) -> Sequence[float]:
 
 
 _SLOPES = [build_attack(name, partial(_build_slope_trials, name)) for name in _STEEPEST]
-#: Stress tests with a disc on a wall under gravity.
 CONTACT_ATTACKS = (_lively, _rests, *_SLOPES, _slide_friction, _rolling_resistance)

@@ -23,7 +23,7 @@ from carom.support.formatting import format_metres, format_number
 #: Half the length of a wall. Discs only reach the ends in stress tests on ends of walls.
 _HALF_LENGTH_M = 4.0
 #: Initial distance of a disc from a corner, and the disc's speed. The disc returns after 30 steps. In each step, the
-#: disc moves an eighth of its radius.
+#: disc moves 2/15 of its radius.
 _CORNER_M, _CORNER_SPEED_M_S = 0.5, 2 * 0.5 / (30 * DT_S)
 
 
@@ -131,5 +131,4 @@ def _legs(value: float, phase: float) -> Trial:
     return _build_one_impact_trial(description, phase, RADIUS_M + displacement, 0, wall, 2.0 * speeds[-1])
 
 
-#: Stress tests with a disc and a finite wall.
 WALL_ATTACKS = (_thin_wall, _wall_end, _seam, _wall_width, _paddle, _legs, _corner)

@@ -119,5 +119,4 @@ def _rolling(value: float) -> Iterator[Trial]:
     yield build_trial(description, discs, check, lasts_s, walls=[FLOOR], **laws)
 
 
-#: Stress tests with friction and spin.
 FRICTION_ATTACKS = (_friction, _spin, _inertia, _grip_chain, _rolling)

@@ -192,7 +192,6 @@ def _unstable_orbit(bounces: float) -> Iterator[Trial]:
     yield build_trial(description, discs, None, (0.1 + count * free) / 2.0, frame_rate_hz=60.0)
 
 
-#: Stress tests with many discs or many impacts.
 MANY_DISC_ATTACKS = (
     *(_cradle_gap, _crowded_frame, _at_once, _packing),
     *(_duration, _gas_pressure, _restitution, _galperin, _unstable_orbit),

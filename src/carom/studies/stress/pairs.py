@@ -85,7 +85,6 @@ _GRAZING = "A disc grazes another, {value} contact distances from a miss."
 _TUNNELLING = "A disc that moves {value} radii per step meets one at rest head-on."
 _SIZE = "Discs of radius {value} m meet head-on at a fiftieth of the radius per step."
 _SIZES = {"radius": lambda value: value, "speed": lambda value: 0.02 * value * RATE_HZ}
-#: Stress tests with one pair of discs.
 PAIR_ATTACKS = (
     _build_attack("grazing", _GRAZING, offset=lambda value: 1.0 - value),
     _build_attack("mass-ratio", "A disc of 1 kg meets one of {value} kg head-on.", mass=lambda value: value),

@@ -324,7 +324,7 @@ def check_relation(relation: Relation, method: Method, runner: TaskRunner) -> Un
 
 
 class _StoppedError(Exception):
-    """One of the runs for an invariance failed. The error contains the reason and the status."""
+    """One of the runs for an invariance failed. The error's arguments are the reason and the status."""
 
 
 def _build_named_scenes(relation: Relation, method: Method, used: list[Scene]) -> tuple[Scene, ...]:

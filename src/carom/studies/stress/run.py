@@ -90,7 +90,7 @@ def run_stress_campaign(
 
     Args:
         names: Names of stress tests, invariances and reported bugs, or the words "attacks", "relations" and
-            "complaints"; all if empty.
+            "complaints"; all tests if empty.
         options: Options of the campaign.
         out: Folder for the journal and for the scenes that reproduce the numbers.
         resume: Whether to continue from the results in the journal in `out`.

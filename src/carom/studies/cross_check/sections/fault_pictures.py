@@ -20,7 +20,7 @@ PAPER_GROUP = "paper"
 WORST_SHOWN = 3
 
 PICTURE_NOTE = (
-    "PIC is shown next to the run, to the same scale. If everything moves along one line, position is drawn "
+    "PIC's run is shown next to each run, to the same scale. If everything moves along one line, position is drawn "
     "against time. A disc has an outline and a number at the start, a tint at an impact, and a fill at the end. Dots "
     "are frames. Dashed discs show the frames around a missed impact."
 )

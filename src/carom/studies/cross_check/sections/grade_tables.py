@@ -31,7 +31,7 @@ METHOD_DETAIL = (
 )
 METHOD_SHORT = (
     "The numbers after - and + count missed and invented impacts. The error is the largest velocity or spin error, "
-    "divided by PIT's{median}."
+    "divided by PIT's error{median}."
 )
 SCENE_NOTE = (
     "Each error is the largest of one run. Times with + are late. n/a is a missed or diverged impact. "
@@ -202,7 +202,7 @@ def _build_counts_table(grid: Grid, methods: Sequence[GridColumn]) -> Table:
 
 
 def _list_scored_runs(grid: Grid) -> list[GridCell]:
-    """Return the scored runs, sorted by step size, beginning with the largest, and then by quality."""
+    """Return the scored runs, sorted by step size (largest first), then by quality."""
     methods = grid.compared
     runs = [cell for cell in grid.runs if cell.scored and cell.column in methods]
     return sorted(runs, key=lambda cell: (-cell.line.dt_s, compute_standing([cell])))

@@ -31,7 +31,7 @@ KNOWN_NOTE = (
 
 
 def build_reference_section(grid: Grid) -> Section:
-    """Describe up to which time PIC's traces are reliable, if they are certified or not reliable to their ends."""
+    """Describe how far PIC's traces are reliable. Only certified and partly unreliable traces are listed."""
     results, lines = grid.results, []
     for name in dict.fromkeys((*results.certified, *results.horizons)):
         phrases = [str(results.certified[name])] if name in results.certified else []

@@ -1,4 +1,4 @@
-"""Section on the accuracy of single steps, for runs in which they reveal more than the whole trajectory."""
+"""Section on the accuracy of single steps, for runs in which single steps reveal more than the whole trajectory."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def build_steps_section(grid: Grid) -> Section:
 
 
 def _find_listed_runs(grid: Grid) -> Iterator[GridCell]:
-    """Yield the runs to list, by scene and best first. PIC is only listed if no other method ran."""
+    """Yield the runs to list, sorted by scene, best first. PIC is only listed if no other method ran."""
     for row in grid.rows:
         reference = grid.results.references.get(row.name)
         rests = reference is not None and reference.contact_s < math.inf
