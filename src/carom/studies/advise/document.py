@@ -280,7 +280,7 @@ def _format_rate(dt_s: float) -> str:
 def _format_rates(trials: Iterable[StepTrial]) -> str:
     """List step sizes as steps per second.
 
-    If there are many, list only the first, the last and the number of step sizes.
+    A long list is shortened to the first and the last step size, and the number of step sizes.
     """
     rates = [_format_rate(trial.dt_s) for trial in trials]
     if len(rates) < _MANY:

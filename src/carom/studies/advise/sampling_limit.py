@@ -194,8 +194,8 @@ class HardImpact:
 
     Attributes:
         time_s: Time of the impact.
-        first: The disc.
-        second: The other disc, or a wall.
+        first: The first body, which is a disc.
+        second: The second body: a disc or a wall.
         limit: The largest step sizes, computed without friction. For discs with friction, these step sizes only guide
             the search.
         cause: Reason why the impact needs a small step size.

@@ -92,7 +92,7 @@ class StepAdvice:
         ending: Reason why no smaller step size was tested.
         refused_s: The smallest step size that the method refuses, in seconds; None if the method refuses none. Larger
             step sizes were not run.
-        refusal: Reason why the method refuses step sizes; empty if it refuses none.
+        refusal: Reason why the method refuses step sizes; empty if none is refused.
     """
 
     method: Method

@@ -58,8 +58,7 @@ class GrowthRun:
         timing: Run times.
         before_bytes: Memory of the process before the world was built, in bytes.
         peak_bytes: Peak memory of the process, in bytes.
-        sitting: Time at which the bench that ran the gas was started, UTC. Only run times with the same start are
-            comparable.
+        sitting: Start time (UTC) of the bench that ran the gas. Only run times with the same start time are comparable.
     """
 
     timing: Timing
@@ -142,7 +141,7 @@ class GrowthPoint:
         ratio: `advance_s` divided by PIT's with the same number of discs. NaN if the two run times were not measured
             after the same start of the bench.
         reason: Reason why the gas was not run; empty if it was run.
-        sitting: Time at which the bench that ran the gas was started, UTC; empty if the gas was not run.
+        sitting: Start time (UTC) of the bench that ran the gas; empty if the gas was not run.
     """
 
     discs: int
@@ -162,7 +161,7 @@ class GrowthCurve:
     Attributes:
         engine: Name of the adapter.
         profile: Name of the profile.
-        points: Points from few discs to many.
+        points: Points, ordered by the number of discs.
         time_exponent: Exponent of the power law of run time against the number of discs, and its confidence interval:
             (exponent, low, high).
         memory_exponent: Exponent of memory against the number of discs, and its confidence interval.
@@ -273,7 +272,7 @@ def measure_growth(
 
 
 def _compute_time_left(curve: tuple[str, bool], shares_s: Mapping[tuple[str, bool], float], all_left_s: float) -> float:
-    """Return the seconds that a run may take: its curve's share, or all time except for the shares of other curves."""
+    """Return a run's time limit in seconds: its curve's share, or the time that the other curves' shares leave."""
     others_s = sum(share_s for key, share_s in shares_s.items() if key != curve)
     return min(all_left_s, max(shares_s.get(curve, 0.0), all_left_s - others_s))
 

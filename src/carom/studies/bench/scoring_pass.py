@@ -93,7 +93,7 @@ class ScoringPass:
         """Return the best profile of each engine, then the second best profile of each engine, and so on.
 
         Profiles are ranked by their numbers of missed and invented impacts, and then by their errors with the smallest
-        step size so far.
+        step size that has run.
         """
 
         def badness(method: Method) -> tuple[int, float]:

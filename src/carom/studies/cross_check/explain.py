@@ -1,4 +1,4 @@
-"""Description of a cross-check before it runs: planned runs, and omitted ones with reasons.
+"""Description of a cross-check before it runs: planned runs, and omitted runs with reasons.
 
 No engine is run, only PIC and PIT.
 """
@@ -116,7 +116,7 @@ def describe_pit(scene: Scene, dt_s: float) -> str:
     plain = counts["frames"] * time_saved.count_tests_per_frame(scene)
     looked_at = f"{counts['frames_looked_at']} of {counts['frames']} frames are tested"
     if counts["frames_looked_at"] < counts["frames"]:
-        looked_at += ", because no pair can touch at the others"
+        looked_at += ", because no pair can touch at the other frames"
     return f"{looked_at}; {counts['pair_tests']} pairs are tested, and without skipping {plain} would be tested"
 
 

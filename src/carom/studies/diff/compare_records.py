@@ -251,7 +251,10 @@ def _select_pairs(cells: Sequence[DiffCell], match: Sequence[tuple[str, str]], s
 
 
 def _find_changed_versions(old: Environment, new: Environment) -> dict[str, str]:
-    """Return the changed versions and facts of the machine. Each name has a text with the old and the new value."""
+    """Return the versions and properties of the machine that changed.
+
+    Each name has a text with the old and the new value.
+    """
     olds, news = (
         {"Carom": one.carom, **one.versions, "python": one.python, "system": one.system, "processor": one.processor}
         for one in (old, new)

@@ -53,7 +53,7 @@ class DiffCell:
     verdicts: tuple[str, ...]
     settings: Mapping[str, Any]
     reference: Mapping[str, Any]
-    pair: int = 0  # number of the pair of names, from 1, that selects this run; 0 if no pair does
+    pair: int = 0  # number (from 1) of the pair of names that selects this run; 0 without a pair
 
 
 def read_cells(path: Path) -> tuple[Summary, list[DiffCell]]:

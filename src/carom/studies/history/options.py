@@ -25,8 +25,8 @@ from carom.support.options import (
 if TYPE_CHECKING:
     from carom.model.scene import Scene
 
-#: Smallest number of phases from which a change can be concluded. With fewer phases, a release may look better or worse
-#: by chance.
+#: Smallest number of phases with which a change is attributed to the engine. With fewer phases, a release may look
+#: better or worse by chance.
 FEWEST_PHASES = 8
 
 

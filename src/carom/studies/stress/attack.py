@@ -193,8 +193,8 @@ def build_closed_form_check(
     Args:
         final_velocity_m_s: The known velocities, in metres per second.
         impacts: Number of impacts, for messages; 0 if unknown.
-        change_m_s: Change of each disc by impacts, in metres per second: the larger of the changes of velocity and of
-            rim speed; 0 for a disc that is never hit.
+        change_m_s: Change of each disc by impacts, in metres per second: the change of velocity or of rim speed,
+            whichever is larger; 0 for a disc that is never hit.
         note: Additional text about a trace that passes.
         final_rim_m_s: The known rim speeds ``R w``, in metres per second; None to ignore spins.
         cause: Cause of the velocity changes, for messages.

@@ -183,7 +183,7 @@ def _describe_method(results: StressResults, lines: list[StressTest], method: Me
 def _find_first_failure(
     results: StressResults, lines: list[StressTest], method: Method
 ) -> tuple[StressTest | None, Cell]:
-    """Return the failed test in which a method passes the smallest fraction of the range, and a cell that names it."""
+    """Return the failed test in which a method passes the smallest fraction of the range, and a cell for the test."""
     cells = [(line, results.cells[line.name, method.name]) for line in lines]
     failed = [one for one in cells if one[1].ending not in {CellEnding.PASSES, CellEnding.NOT_RUN}]
     if not failed:

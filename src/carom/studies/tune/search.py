@@ -110,7 +110,8 @@ class KnobSearch:
         """Run the search and return the best settings.
 
         Args:
-            trials: Number of different settings to test, including those that change a single setting.
+            trials: Number of different combinations of settings to test, including combinations that change a single
+                setting.
             seed: Seed of the optimiser's random numbers. Equal seeds lead to equal trials.
 
         Raises:

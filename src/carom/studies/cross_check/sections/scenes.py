@@ -34,7 +34,7 @@ FIGURE_DETAIL = (
     "accuracy of PIC."
 )
 SHORT_NOTE = (
-    "0.5\N{MULTIPLICATION SIGN} is the largest velocity or spin error divided by PIT's\n"
+    "0.5\N{MULTIPLICATION SIGN} is the largest velocity or spin error divided by PIT's error\n"
     "-1 +2 are the numbers of missed and invented impacts\n"
     "0.4 steps means that velocities are correct, but an impact is this late or early"
 )

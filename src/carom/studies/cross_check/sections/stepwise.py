@@ -42,7 +42,7 @@ _OFF_PAPER: Media = Media.TERMINAL | Media.DETAIL
 def build_steps_section(grid: Grid) -> Section:
     """Return a section with one row per method and scene, best first.
 
-    A terminal shows the section only for a single scene.
+    A terminal shows the section only if the report has a single scene.
     """
     cells = list(_find_listed_runs(grid))
     if not cells:

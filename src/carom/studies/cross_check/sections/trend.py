@@ -22,8 +22,8 @@ _WIDTH_IN, _HEIGHT_IN = 5.6, 4.0
 
 DETAIL_NOTE = (
     "Medians at different step sizes are only comparable over the same scenes. Therefore the medians only include "
-    "scenes in which PIT finds an impact at every step size, with a velocity error above rounding. A method that finds "
-    "no impact in a scene has fewer scenes."
+    "scenes in which PIT finds an impact at every step size, with a velocity error above rounding. A method's median "
+    "omits scenes in which the method finds no impact."
 )
 
 
@@ -131,7 +131,7 @@ def _build_point(cells: Sequence[GridCell], chosen: Sequence[str]) -> TrendPoint
 
 
 def build_trend_section(grid: Grid) -> Section:
-    """Return a section with charts of the error and of the number of wrong scenes against step size, and a table."""
+    """Return a section with a table, and charts of error and number of wrong scenes against step size."""
     trend = build_trend(grid)
     if not any(point.graded for series in trend.series for point in series.points):
         return Section("", ())
