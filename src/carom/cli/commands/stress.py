@@ -20,8 +20,9 @@ def stress(
     attacks: Annotated[
         list[str] | None,
         typer.Argument(
-            help="Names of stress tests, invariances or reported bugs, or all of a kind: attacks (stress tests), "
-            "relations (invariances), complaints (reported bugs). Default: all kinds. --list shows the names."
+            help="Names of stress tests, invariances or reported bugs. Three names mean all of a kind: attacks (stress "
+            "tests), relations (invariances), complaints (reported bugs). Default: all kinds. --list shows the "
+            "names."
         ),
     ] = None,
     resume: arguments.Resume = False,

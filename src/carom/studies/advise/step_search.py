@@ -61,8 +61,7 @@ class StepRange:
         in_frame: The largest step size that passes and divides a frame into equal steps, also confirmed; None if there
             is none.
         down_to_s: The smallest tested step size, in seconds; NaN if none was tested.
-        fails: The smallest step size that fails, which is the next larger one above `passes`; None if no step size
-            fails.
+        fails: The smallest failing step size, which is the next one above `passes`; None if no step size fails.
         coarser_passes: Step sizes that pass although a smaller one fails, the largest first.
         finer_failures: Step sizes that fail although a larger one passes, the largest first.
     """

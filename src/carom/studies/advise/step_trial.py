@@ -150,7 +150,7 @@ def list_start_phases(dt_s: float, even: int, aimed_s: Iterable[float]) -> tuple
 
 
 def compute_step_limit(duration_s: float, dt_s: float, phases: int) -> int:
-    """Return the largest number of engine steps that runs at this number of phases can have."""
+    """Return an upper bound for the number of engine steps in runs at this number of phases."""
     # A run can begin up to a step before the scene's start.
     return phases * (math.ceil(duration_s / dt_s) + 1 + BEYOND_STEPS)
 

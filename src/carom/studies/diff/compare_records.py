@@ -50,7 +50,7 @@ class BeforeAfter:
 
     @property
     def is_count(self) -> bool:
-        """Whether this is a number of impacts, for which every difference is a change."""
+        """Whether this number counts impacts, so that every difference is a change."""
         return self.rounding == 0.0
 
     @property

@@ -104,7 +104,7 @@ def _corner(value: float, phase: float) -> Trial:
     # The disc's centre moves in a smaller corner, which is at a distance of one radius from both sides.
     apex = RADIUS_M / math.sin(0.5 * angle) * inwards
     start = apex + (_CORNER_M + phase * _CORNER_SPEED_M_S * DT_S) * inwards
-    # The velocity points past the apex by an eighth of the angle, so the disc never meets both sides at once.
+    # The velocity points past the apex by an eighth of the corner's angle, so the disc never meets both sides at once.
     velocity = -_CORNER_SPEED_M_S * inwards * cmath.exp(0.125j * angle)
     side = abs(apex) + _HALF_LENGTH_M
     description = f"A disc is thrown into a corner of {format_number(value, 3)} degrees. Phase {phase:g} of a step."

@@ -251,7 +251,7 @@ def _format_error(cell: GridCell, value: float, unit: float, *, sign: bool = Fal
         value: The error; NaN if it is unknown.
         unit: Factor that converts the error to the unit of the column.
         sign: Whether to show the sign of a positive error.
-        limit: Largest absolute error that is shown as 0; None for the rounding of the cell's floats.
+        limit: Errors up to this size are shown as 0; None for the rounding error of the cell's floats.
     """
     if math.isnan(value) or cell.has_verdict(Verdict.DIVERGED):
         return formatting.ABSENT
