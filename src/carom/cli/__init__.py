@@ -33,7 +33,7 @@ GROUPS = {
 }
 _FIRST = tuple(name for names in GROUPS.values() for name in names)
 
-#: Module and function of each command whose name is a Python keyword, and so can't be the name of a module.
+#: Module and function of each command whose name is a Python keyword. A keyword can't be the name of a module.
 _SPELT = {"import": ("importing", "import_file")}
 
 _MODULES = {path.stem for path in Path(commands.__path__[0]).glob("[!_]*.py")} - {"importing"}
@@ -41,7 +41,7 @@ COMMANDS = (*_FIRST, *sorted(_MODULES - {*_FIRST}))
 
 
 class CommandGroup(TyperGroup):
-    """The top-level command `carom`. Its ``--help`` lists the commands under headings."""
+    """The top-level command `carom`. ``carom --help`` lists the commands under headings."""
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write one section per group. A command without a group is listed under *Other*."""
@@ -110,14 +110,14 @@ def run_command_line() -> str | int | None:
     output = sys.stdout
     try:
         try:
-            if not {"-h", "--help", "--version"} & {*sys.argv}:  # these options need no NumPy
+            if not {"-h", "--help", "--version"} & {*sys.argv}:  # help and version need no NumPy
                 address_space.require_address_space()
             first_argument = sys.argv[1:2]
             build_app(first_argument if first_argument and first_argument[0] in COMMANDS else COMMANDS)()
             code: str | int | None = 0
         except SystemExit as end:
             if isinstance(signal := getattr(end.__context__, "__cause__", None), KeyboardInterrupt):
-                raise signal from None  # restores the signal, since Typer reports every signal as Ctrl-C
+                raise signal from None  # raise the original signal again, since Typer reports every signal as Ctrl-C
             code = end.code if sys.stdout is output else 0  # if the pipe is closed, Typer replaces `stdout`
         except (CaromError, ImportError, MemoryError, RuntimeError) as error:
             if not isinstance(error, CaromError):
@@ -127,7 +127,7 @@ def run_command_line() -> str | int | None:
                 error = CaromError(f"{type(error).__name__}: {error}, {limit}", hints=["raise the limit"])
             say_error(error)
             code = ExitCode.BAD_INPUT
-        output.flush()  # an error at exit could not be reported
+        output.flush()  # write now, because an error at exit could not be reported
     except BrokenPipeError:  # a reader such as `head` has closed the pipe
         code = 0
     except OSError as error:  # for example a full disk

@@ -1,4 +1,4 @@
-"""Checks whether a limit on address space (`ulimit -v`) is too low. If so, NumPy would end the process silently."""
+"""Checks that a limit on address space (`ulimit -v`) is not too low for NumPy, which would end the process silently."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ import sys
 
 from carom.errors import InputError
 
-#: Fraction of the limit that imports may use. The rest is for the run, which needs at least a third of what imports
-#: use.
+#: Fraction of the address space that imports may use. The rest is for the run, which needs at least a third of the
+#: imports' memory.
 LOADED = 0.75
 
 
@@ -25,7 +25,7 @@ def read_limit_mb() -> float:
 def require_address_space() -> None:
     """If address space is limited, test in a child process whether NumPy can be loaded.
 
-    NumPy's library OpenBLAS allocates memory while it is loaded. If there is too little, OpenBLAS ends the process with
+    NumPy's library OpenBLAS allocates memory while it is loaded. If memory is too small, OpenBLAS ends the process with
     exit code 1 and without a message.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Arguments and options that several commands have, and the scenes, engines and steps that they name."""
+"""Arguments and options that several commands share, and functions that read scenes, engines and step sizes."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ SCENE_NAMES = typer.Argument(help="Scene files (.toml, .json), or names, groups 
 
 
 def parse_engine(name: str) -> str:
-    """Return an engine's name for a name or manifest on the command line. Register the engine of a manifest."""
+    """Return the name of an engine that is given by its name or its manifest (engine.toml). Register a manifest."""
     from carom.engines import registry
 
     try:
@@ -78,17 +78,17 @@ def load_scenes(names: list[str]) -> list[Scene | CatalogueScene]:
 
 
 def load_plain_scenes(names: list[str]) -> list[Scene]:
-    """Return the scenes that `load_scenes` returns, without known answers."""
+    """Load scenes like `load_scenes`, but without the known answers of catalogue scenes."""
     from carom.model.scene import Scene
 
     return [entry if isinstance(entry, Scene) else entry.scene for entry in load_scenes(names)]
 
 
 def load_one_scene(name: str, argument: str) -> Scene:
-    """Return the scene of a scene file, or the catalogue scene with a name.
+    """Return the scene of a scene file, or the catalogue scene with this name.
 
     Raises:
-        InputError: The name matches several scenes. In the message, the name is called `argument`.
+        InputError: The name matches several scenes. `argument` is the argument's name in the message.
     """
     found = load_plain_scenes([name])
     if len(found) != 1:

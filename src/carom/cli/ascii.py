@@ -1,4 +1,4 @@
-"""Encoding error handler for output in a small character set. It replaces characters by similar ones."""
+"""Encoding error handler that replaces characters by similar ones if the output's encoding lacks them."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def _replace_characters(error: UnicodeError) -> tuple[str, int]:
 
 
 def _find_nearest(sign: str) -> str:
-    """Return a letter without accent, a dash for a box-drawing character, or else a question mark."""
+    """Return a letter without its accent, a dash for a box-drawing character, and a question mark for anything else."""
     bare = unicodedata.normalize("NFKD", sign).encode("ascii", "ignore").decode()
     return bare or ("-" if unicodedata.name(sign, "").startswith("BOX DRAWINGS") else "?")
 

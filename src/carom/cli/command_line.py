@@ -1,4 +1,4 @@
-"""Records the command line, which results contain, and formats types and defaults of options for ``--help``."""
+"""Records the command line for results, and formats types and defaults of options for ``--help``."""
 
 from __future__ import annotations
 
@@ -11,17 +11,20 @@ from typing import Any
 import typer
 from typer.core import TyperCommand
 
-#: Options that don't change the result, since they only continue a run or print more. They are not recorded.
+#: Options that are not recorded, because they only continue a run or print more.
 _NO_PART = {"resume", "retry", "verbose"}
 
-#: Words that ``--help`` shows for Typer's types, the same as in `carom.support.options`.
+#: Words that ``--help`` shows for Typer's types. `carom.support.options` uses the same words.
 _WORDS = {"str": "TEXT", "path": "PATH", "float": "NUMBER", "int": "INTEGER", "int range": "INTEGER"}
 
 _ASKED: ContextVar[str] = ContextVar("asked", default="carom")
 
 
 def get_command_line() -> str:
-    """Return the present command line, with the first name of each option; ``carom`` if no command is running."""
+    """Return the command line of this run, or ``carom`` if no command is running.
+
+    Options are written with their long names.
+    """
     return _ASKED.get()
 
 
@@ -32,7 +35,7 @@ def _format_type(typed: Callable[..., str], argument: bool, ctx: Any) -> str:
 
 
 def insert_default(text: str, default: str, span: str = "") -> str:
-    """Insert default and range at the end of a help text's first sentence."""
+    """Insert an option's default and range at the end of the first sentence of the help text."""
     facts = "; ".join(filter(None, (default and f"default: {default}", span)))
     if not facts:
         return text
@@ -46,7 +49,7 @@ class Command(TyperCommand):
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
         for one in self.params:
-            if typed := getattr(one, "display_type", None):  # missing in older versions of Typer
+            if typed := getattr(one, "display_type", None):  # older versions of Typer lack it
                 one.display_type = partial(_format_type, typed, one.param_type_name == "argument")  # type: ignore[attr-defined] # see above
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:

@@ -1,4 +1,4 @@
-"""What a command does if an error or a signal ends it."""
+"""Messages and exit codes of commands that end by an error or a signal."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Parameters = ParamSpec("Parameters")
 
 
 def handle_errors(command: Callable[Parameters, None]) -> Callable[Parameters, None]:
-    """Decorator for a command: if it ends by an error or a signal, print a message and exit with the right code."""
+    """Decorate a command: if an error or a signal ends the command, print a message and exit with an exit code."""
 
     @functools.wraps(command)
     def run_guarded(*args: Parameters.args, **kwargs: Parameters.kwargs) -> None:
@@ -54,7 +54,10 @@ def handle_errors(command: Callable[Parameters, None]) -> Callable[Parameters, N
 
 
 def _describe_signal(error: KeyboardInterrupt) -> tuple[str, int]:
-    """Return message and exit code for the signal that ended a command. An error without a number means Ctrl-C."""
+    """Return message and exit code for the signal that ended a command.
+
+    A `KeyboardInterrupt` without a number means Ctrl-C.
+    """
     if hasattr(signal, "setitimer"):  # stop the timer of `carom.__main__` that raises the signal again
         signal.setitimer(signal.ITIMER_REAL, 0.0)
     number = signal.Signals(error.args[0]) if error.args else signal.SIGINT
@@ -70,7 +73,7 @@ def guard_journals(journal: Path, *other_journals: Path) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt as error:
-        for path in new:  # a signal can interrupt the journal before it removes an empty file
+        for path in new:  # a signal can arrive before the journal removes an empty file
             remove_unused(path)
         if not journal.exists():  # there is no finished result
             raise

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 def say(text: str, *, apart: bool = False) -> None:
     """Print text with control characters escaped.
 
-    If `apart` is true, the text is not part of the results, and is printed to standard error.
+    If `apart` is true, print to standard error, because the text is not part of the results.
     """
     replace_missing_characters()
     typer.echo(escape_controls(text), err=apart)
@@ -90,7 +90,7 @@ def replace_missing_characters() -> None:
 def drop_unwritten(*streams: TextIO) -> None:
     """Discard buffered output that can't be written.
 
-    Otherwise the interpreter would try to write the output at exit, and fail.
+    The interpreter would try to write remaining output at exit, and fail.
     """
     for stream in streams:
         try:
@@ -119,7 +119,7 @@ def print_document(document: Document, *, full: bool = False, **places: Path | N
 def write_report(document: Document, page: Path | None, markdown: Path | None, *, full: bool) -> None:
     """Write a document to the HTML and Markdown files that are given, and print it.
 
-    If a file is ``-``, print only the Markdown.
+    If `markdown` is ``-``, print only the Markdown.
     """
     from carom.report.render.html import render_html
     from carom.report.render.markdown import render_markdown as markdown_of

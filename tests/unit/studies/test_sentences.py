@@ -65,7 +65,9 @@ def test_trend_without_errors_has_no_medians() -> None:
     said = join_trend_text(run_own_methods(head_on))
     assert "PIT's velocities are correct at every step size" in said
     assert "There are no medians" in said
-    assert "A method that finds no impact in a scene has fewer scenes." in join_trend_text(run_own_methods(LATE))
+    assert "A method's median omits scenes in which the method finds no impact." in join_trend_text(
+        run_own_methods(LATE)
+    )
 
 
 def build_stress_lead(change: Callable[[CellResult], CellEnding]) -> str:

@@ -26,9 +26,9 @@ def advise(
 ) -> None:
     """Find the largest step size at which each engine misses no impact and meets an accuracy target.
 
-    A series of step sizes is tested, beginning with the whole run in one step. Each is tested at phases that are spread
-    over a step, and at phases at which impacts are easily missed. The recommended step size and all smaller ones pass;
-    the next larger one fails.
+    A series of step sizes is tested, beginning with the whole run in one step. Each step size is tested several times,
+    with the scene shifted in time by fractions of a step. Some of these shifts make impacts easy to miss. The
+    recommended step size and all smaller tested ones pass, but the next larger one fails.
 
     Examples: `carom advise my-scene.toml --out advice`, `carom advise paper/missed --direction-error 5deg
     --miss-probability 0.1`.

@@ -37,7 +37,9 @@ def bench(
     verbose: arguments.Verbose = False,
     grow: Annotated[
         bool,
-        typer.Option("--grow", help="Measure how run time and memory grow with the number of discs instead. No scene."),
+        typer.Option(
+            "--grow", help="Instead of errors, measure how run time and memory grow with the number of discs. No scene."
+        ),
     ] = False,
     discs: Annotated[list[str] | None, build_typer_option(GrowthOptions, "sizes")] = None,
 ) -> None:
@@ -66,7 +68,7 @@ def bench(
         raise InputError("no scene given: name a scene file or catalogue scenes, as in carom bench my-scene.toml")
     loaded_scenes = arguments.load_plain_scenes(scenes)
     require_report_extra()
-    # read the file before the runs, so that its errors are reported at once
+    # read the file before the runs, so that errors in the file are reported at once
     before = read_baseline(baseline, describe_environment()) if baseline is not None else None
     scored, timed = out / "journal.jsonl", out / "timings.jsonl"
     with (

@@ -14,7 +14,7 @@ from carom.errors import InputError
 from carom.execution.shared_options import FailOn
 from carom.studies.diff.options import DiffOptions
 
-#: Text by which a file is recognised as an earlier comparison, and number of bytes at its beginning that are searched.
+#: A file is an earlier comparison if its first `MOST_HEAD` bytes contain this title.
 TITLE, MOST_HEAD = "Carom diff", 4096
 
 
@@ -24,13 +24,14 @@ def diff(
     old: Annotated[Path | None, typer.Argument(help="Folder of the old report, or its results.jsonl.")] = None,
     new: Annotated[Path | None, typer.Argument(help="Folder of the new report, or its results.jsonl.")] = None,
     markdown: Annotated[
-        Path | None, typer.Option("--markdown", help="Write the comparison to a Markdown file; - prints only that.")
+        Path | None,
+        typer.Option("--markdown", help="Write the comparison to a Markdown file. With -, print only the Markdown."),
     ] = None,
     page: Annotated[Path | None, typer.Option("--page", help="Write the comparison to an HTML file.")] = None,
     verbose: arguments.Verbose = False,
     schema: Annotated[bool, typer.Option("--schema", help="Print the JSON Schema of a line of results.jsonl.")] = False,
 ) -> None:
-    """List what got better or worse from an old report to a new one, with the reason.
+    """List what became better or worse between an old and a new report, and why.
 
     Examples: `carom diff reports/before reports/after`, `carom diff old new --markdown - --fail-on close`.
     """
@@ -58,7 +59,7 @@ def diff(
 
 
 def _require_own(option: str, path: Path) -> None:
-    """Raise an error if the file exists, unless it is an earlier comparison, which may be replaced."""
+    """Raise an error if the file exists and is not an earlier comparison."""
     from carom.support.escaping import format_value
 
     if path.is_file() and (begin := path.read_bytes()[:MOST_HEAD]) and TITLE.encode() not in begin:

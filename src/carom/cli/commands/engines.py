@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 def engines(
     names: Annotated[
         list[str] | None,
-        typer.Argument(help="Engines to describe in full; with --show, the engine whose settings to print."),
+        typer.Argument(help="Engines to describe in full. With --show: the engine whose settings are printed."),
     ] = None,
     show: Annotated[
         str | None,
@@ -62,7 +62,7 @@ def engines(
 
 
 def _find_scene(name: str | None, restitution: float | None, friction: float | None) -> Scene:
-    """Return the requested scene. A coefficient that is not None replaces that of the scene."""
+    """Return the requested scene. A restitution or friction that is not None replaces the scene's value."""
     from carom.execution.settings_code import build_example_scene
     from carom.model.scene import Scene
 

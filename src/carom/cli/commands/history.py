@@ -26,7 +26,10 @@ SCENES = ("paper", "classics", "engines")
 def history(
     options: HistoryOptions,
     engine: Annotated[
-        str, typer.Argument(help="Engine name, or path of an engine.toml. Its releases must be on pip or npm.")
+        str,
+        typer.Argument(
+            help="Engine name, or path of an engine.toml. Its releases must be installable with pip or npm."
+        ),
     ],
     scenes: Annotated[list[str] | None, arguments.declare_scenes_argument("paper, classics, engines")] = None,
     listed: Annotated[bool, typer.Option("--list", help="List the available releases and exit.")] = False,
@@ -45,7 +48,7 @@ def history(
     retry: arguments.Retry = False,
     verbose: arguments.Verbose = False,
 ) -> None:
-    """List how results changed from release to release of an engine, with the present adapter and scenes.
+    """Run the releases of an engine with the present adapter and scenes, and list how results changed.
 
     Each release is installed into a folder of its own, so your installation does not change. Pip installs only wheels,
     and npm runs no scripts. The exit code is 1 if the newest release is worse than the previous one.

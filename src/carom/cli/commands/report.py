@@ -16,7 +16,8 @@ def report(
     folder: Annotated[Path, typer.Argument(help="Folder of the report, or its results.jsonl.")],
     page: Annotated[Path | None, typer.Option("--page", help="Write the report to a new HTML file.")] = None,
     markdown: Annotated[
-        Path | None, typer.Option("--markdown", help="Write the report to a new Markdown file; - prints only that.")
+        Path | None,
+        typer.Option("--markdown", help="Write the report to a new Markdown file. With -, print only the Markdown."),
     ] = None,
     verbose: arguments.Verbose = False,
 ) -> None:

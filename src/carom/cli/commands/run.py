@@ -77,7 +77,7 @@ def run(
         folder: AbstractContextManager[None] = nullcontext()
     else:
         require_report_extra()
-        # check the folder before the query of engines, which takes seconds
+        # check the folder first, because querying the engines takes seconds
         folder = claim_while_writing(out, PURPOSE, "--out")
     with options.open_pool() as pool, folder:
         plan = build_plan(loaded_scenes, options, pool)
@@ -117,13 +117,13 @@ def _carry_out_plan(
         found = execute(plan, pool, notes=journal, progress=progress, command=get_command_line())
         built_report = build_report(found, fail_on)
         page = built_report.write(report)
-        path.unlink(missing_ok=True)  # not needed any more: the report contains all results
+        path.unlink(missing_ok=True)  # the report contains all results of the journal
     output.print_document(built_report.document, full=verbose, report=page)
     return built_report.results
 
 
 def _say_settings(results: Results, scene: str) -> None:
-    """Print a command that prints the settings of the most accurate method as code. Skip methods that have no code."""
+    """Print the ``carom engines`` command that prints the settings of the most accurate method as code."""
     from carom.engines.registry import format_engine_argument
     from carom.studies.cross_check.grid import build_grid, rank_methods
     from carom.support.formatting import format_step_option

@@ -17,7 +17,9 @@ def serve(
     adapter: Annotated[str, typer.Argument(help="Name of a Python adapter, as listed by carom engines.")],
     path: Annotated[
         Path | None,
-        typer.Option("--path", help="Package folder to search first, such as one with another release of the engine."),
+        typer.Option(
+            "--path", help="Folder to import packages from first, such as a folder with another release of the engine."
+        ),
     ] = None,
     manifest: Annotated[
         str | None, typer.Option("--manifest", metavar="NAME", help="Print an engine.toml with this name and exit.")

@@ -20,8 +20,9 @@ def stress(
     attacks: Annotated[
         list[str] | None,
         typer.Argument(
-            help="Names of stress tests, invariances or reported bugs, or all of a kind: attacks (stress tests), "
-            "relations (invariances), complaints (reported bugs). Default: all kinds. --list shows the names."
+            help="Names of stress tests, invariances or reported bugs. Three names mean all of a kind: attacks (stress "
+            "tests), relations (invariances), complaints (reported bugs). Default: all kinds. --list shows the "
+            "names."
         ),
     ] = None,
     resume: arguments.Resume = False,
@@ -36,7 +37,7 @@ def stress(
     verbose: arguments.Verbose = False,
     list_only: Annotated[bool, typer.Option("--list", help="List all stress tests and exit.")] = False,
 ) -> None:
-    """Find the value of a quantity, such as a speed, at which each engine fails, in numerically difficult scenes.
+    """Find the value of a quantity, such as a speed, at which each engine fails.
 
     Examples: `carom stress --quick`, `carom stress grazing tunnelling -e mujoco`,
     `carom stress --out reports/stress --resume`.

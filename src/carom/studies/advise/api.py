@@ -52,13 +52,14 @@ def advise(
         scene: The scene, or its name in the catalogue.
         engine_names: Names of adapters (default: all installed ones).
         progress: Function that is called with the number of finished tasks, the number of all tasks, and a description.
-        pool: Pool of worker processes, which is not closed. By default, a new pool is used and closed.
+        pool: Pool of worker processes, which stays open (default: a new pool, which is closed).
         options: ``direction_error_rad``, ``profiles``, ``scheduler`` and the other fields of
             `carom.studies.advise.options.AdviceOptions`.
 
     Raises:
         InputError: PIC can't solve the scene, the scene has no impact, rounding makes its first impact unreliable, or
-        an option is invalid. UnknownNameError: The scene or an engine does not exist.
+            an option is invalid.
+        UnknownNameError: The scene or an engine does not exist.
 
     Examples:
         >>> advice = carom.advise("paper/late", ["pymunk"], profiles=["tuned"], phases=1)

@@ -43,8 +43,8 @@ def build_advice_document(advice: Advice, scene_word: str = "") -> Document:
 
     Args:
         advice: The advice.
-        scene_word: How to name the scene on the command line. The default is the scene's name, which only works for
-            scenes of the catalogue.
+        scene_word: Name or path of the scene on command lines that the document shows. The default, the scene's name,
+            works only for scenes of the catalogue.
     """
 
     def order(one: StepAdvice) -> tuple[bool, float, float]:
@@ -141,8 +141,8 @@ def _format_target_angle(advice: Advice) -> str:
 def _describe_longest_step(advice: Advice, question: Callable[[StepAdvice], StepRange]) -> str:
     """Describe the largest step size that passes, and its method.
 
-    Methods whose steps Carom shortens are considered only if there are no other methods, because no setting of an
-    engine does this.
+    Methods whose steps Carom shortens are considered only if there are no other methods. Users can't shorten steps by a
+    setting of the engine.
     """
     candidates = [one for one in advice.answers if one.method not in advice.located] or list(advice.answers)
     passing = [(found, answer) for answer in candidates if (found := question(answer)).passes]
@@ -278,7 +278,10 @@ def _format_rate(dt_s: float) -> str:
 
 
 def _format_rates(trials: Iterable[StepTrial]) -> str:
-    """List step sizes as steps per second; if there are many, only the first, the last and their number."""
+    """List step sizes as steps per second.
+
+    A long list is shortened to the first and the last step size, and the number of step sizes.
+    """
     rates = [_format_rate(trial.dt_s) for trial in trials]
     if len(rates) < _MANY:
         return formatting.join_words(rates)

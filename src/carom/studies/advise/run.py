@@ -1,8 +1,9 @@
 """Search for the largest step sizes at which each engine misses no impact and meets an accuracy target.
 
 For two discs without friction, `carom.studies.advise.sampling_limit` computes PIT's largest step size by a formula. All
-other step sizes are found by testing a series of step sizes. Each step size is tested at phases that are evenly spread
-over a step, and at phases with a check just before one of the hardest impacts.
+other step sizes are found by testing a series of step sizes. Each step size is tested at several phases: the scene is
+shifted in time by fractions of a step. Some phases are evenly spread over a step. At the other phases, a check comes
+just before one of the hardest impacts.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ AIMED = 3
 
 
 class ReferenceCut(Enum):
-    """Reason why only the beginning of a scene is searched. The value is the phrase that the report shows."""
+    """Reason why only the beginning of a scene is searched. Each value is the phrase that the report shows."""
 
     TIE = "a disc meets two others at once, so the scene has no unique answer"
     CHAOS = "rounding decides what happens"
@@ -45,7 +46,7 @@ class ReferenceCut(Enum):
 
 @dataclass(frozen=True)
 class UnsearchedMethod:
-    """A method that was not searched.
+    """A method for which no step size was tested.
 
     Attributes:
         method: Engine and profile.
@@ -74,24 +75,24 @@ class Advice:
     """Result of `carom advise`.
 
     Attributes:
-        scene: The scene. It is shortened if rounding makes its later impacts unreliable.
+        scene: The scene, which is shortened if rounding makes its later impacts unreliable.
         demand: Required accuracy.
         impacts: Number of impacts in the searched part of the scene.
         hardest: Some of the hardest impacts, beginning with the hardest one.
         closed_form: The largest step sizes for PIT; None if no formula exists.
-        sampling: Search result of PIT for comparison, if no formula exists.
+        sampling: The search result of PIT, for comparison; None if a formula exists.
         answers: The search result of each engine and profile.
         unable: Engines and profiles that can't run the scene.
         phases: Number of evenly spread phases at which each step size was tested.
         budget_steps: Largest number of engine steps in each search.
         swept: Methods with continuous collision detection, so that no fast body passes through another in a step.
-        located: Methods whose steps Carom shortens so that they end at impacts. No setting of the engine does this.
+        located: Methods whose steps Carom shortens so that they end at impacts, which no setting of the engine does.
         code: For each method, the engine's code for one frame with the recommended step size, if the adapter can write
             code.
         environment: Description of the machine, and versions of packages.
         command: The command that repeats the study; empty if it was called from Python.
         elapsed_s: Duration of the whole study, in seconds.
-        cut: Reason why the scene was shortened; None if it was not.
+        cut: Reason why the scene was shortened; None for a whole scene.
     """
 
     scene: Scene
@@ -201,7 +202,7 @@ def _write_frame_code(scene: Scene, answer: StepAdvice, pool: Pool) -> str:
 
 
 def _cut_reference(scene: Scene) -> tuple[Trace, ReferenceCut | None]:
-    """Return the reliable part of a scene's PIC trace, and the reason why the scene is shortened, if it is."""
+    """Return the reliable part of a scene's PIC trace, and the reason why later impacts are unreliable."""
     reference = solve_reference(scene)
     if not isinstance(reference, Trace):
         raise InputError(f"there is no reference to compare with: {reference}")
@@ -217,8 +218,8 @@ def _cut_reference(scene: Scene) -> tuple[Trace, ReferenceCut | None]:
     if reliable == 0:
         why = f"because from its first impact on, {cut.value}"
         raise InputError(f"no step size can be recommended for {scene.name!r}, {why}")
-    # The shortened scene ends in the middle between its last impact and the next one. So an engine that rounds the
-    # starting state still has the same impacts before the end.
+    # The shortened scene ends in the middle between its last impact and the next one. Therefore an engine that rounds
+    # the starting state still has the same impacts before the end.
     ended = solve_reference(Scene(**{**dict(scene), "duration_s": 0.5 * (times[reliable - 1] + times[reliable])}))
     if not isinstance(ended, Trace):
         raise InputError(f"there is no reference to compare with: {ended}")
@@ -226,7 +227,7 @@ def _cut_reference(scene: Scene) -> tuple[Trace, ReferenceCut | None]:
 
 
 def _find_closed_form(scene: Scene, hardest: Sequence[HardImpact]) -> ClosedForm | None:
-    """Compute PIT's largest step sizes by formulas; None if a third body, friction or forces exclude a formula."""
+    """Compute PIT's largest step sizes by formulas. Return None for three or more bodies, friction or forces."""
     slowed = scene.damping_per_s or scene.table_deceleration_m_s2
     is_accelerated = slowed or (any(scene.gravity_m_s2) and not all(scene.arrays.movable))
     turns = any(disc.legs for disc in scene.discs)

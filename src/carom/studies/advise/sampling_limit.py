@@ -1,13 +1,13 @@
 """Formulas for the largest step size with which a check once per step is accurate enough for one impact.
 
-A method that checks once per step finds the impact of two discs at the first check between first contact and closest
-approach, while the discs overlap and still approach. If the step dt is at most as long as this interval, the method
-finds the impact at every phase, with a delay of less than dt. The direction error that a delay causes follows from
-geometry. As the discs move into each other, the line between their centres turns. As a function of the delay, the
-velocity of each disc after the impact is a point on a circle. Let u be the relative velocity, n the unit vector along
-the line of centres, e the restitution, m the disc's mass, mu the reduced mass, and ``k = (1 + e) mu / m``. Then a
-disc's velocity changes by ``k (u . n) n = (k / 2) (u + |u| w)``. Here w is the unit vector whose angle is twice the
-angle of n, minus the angle of u.
+Between first contact and closest approach, two discs overlap and still approach. A method that checks once per step
+finds the impact at the first check in this interval. If the step dt is at most as long as the interval, the method
+always finds the impact, with a delay of less than dt. The direction error that a delay causes follows from geometry. As
+the discs move into each other, the line between their centres turns. A disc's velocity after the impact therefore
+depends on the delay, and its possible values form a circle. Let u be the relative velocity, n the unit vector along the
+line of centres, e the restitution, m the disc's mass, mu the reduced mass, and ``k = (1 + e) mu / m``. A disc's
+velocity changes by ``k (u . n) n = (k / 2) (u + |u| w)``. The angle of the unit vector w is twice the angle of n, minus
+the angle of u.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class Demand:
 
 @dataclass(frozen=True)
 class ContactWindow:
-    """Two discs at first contact. They would overlap for some time if there were no impact.
+    """Two discs at first contact, which would overlap for some time if there were no impact.
 
     Attributes:
         reach_m: Distance of the centres at contact.
@@ -55,8 +55,8 @@ class ContactWindow:
     @property
     def length_s(self) -> float:
         """Seconds from contact to the closest approach, if there were no impact."""
-        # The difference of squares is computed as the product of a difference and a sum. For a graze, the difference of
-        # the two rounded squares would be mostly rounding error.
+        # `a² - b²` is computed as `(a - b)(a + b)`. For a graze, the difference of the rounded squares is mostly
+        # rounding error.
         inside = (self.reach_m - abs(self.miss_m)) * (self.reach_m + abs(self.miss_m))
         return math.sqrt(max(inside, 0.0)) / self.speed_m_s
 
@@ -76,13 +76,13 @@ class ContactWindow:
 def compute_direction_limit(
     window: ContactWindow, velocity_before: Vector, sign: float, push: float, angle_rad: float
 ) -> float:
-    """Return the largest delay of an impact with which a disc's direction afterwards is wrong by at most an angle.
+    """Return the largest delay of an impact at which a disc's direction after the impact is wrong by at most an angle.
 
     Args:
         window: The two discs at contact.
         velocity_before: Velocity of the disc before the impact, in metres per second.
         sign: 1 for the first disc, whose velocity changes by ``+push (u . n) n``; -1 for the second.
-        push: ``(1 + e) mu / m`` of this disc; 0 if it is immovable.
+        push: ``(1 + e) mu / m`` of this disc; 0 for an immovable disc.
         angle_rad: The angle, above 0 and below pi.
 
     Returns:
@@ -162,7 +162,7 @@ def compute_pair_limit(
 ) -> PairLimit:
     """Return the largest step sizes for an impact of two discs.
 
-    Inverse masses are in 1/kg. They are 0 for an immovable disc.
+    Inverse masses are in 1/kg. An immovable disc has the inverse mass 0.
     """
     total = sum(inverse_masses)
     pushes = [(1.0 + restitution) * inverse / total for inverse in inverse_masses]
@@ -174,12 +174,12 @@ def compute_pair_limit(
 
 
 #: An impact counts as a graze if its impact parameter, divided by the contact distance, is at least this number: cos
-#: 30°. Discs then overlap for less than half as long as in a head-on impact.
+#: 30°. In a graze, discs overlap for less than half as long as in a head-on impact.
 GRAZE = math.cos(math.pi / 6)
 
 
 class Cause(Enum):
-    """Reason why an impact is hard to find. The value is the phrase that the report shows."""
+    """Reason why an impact is hard to find. Each value is the phrase that the report shows."""
 
     GRAZE = "a graze"
     FAST = "a fast small disc"
@@ -194,9 +194,10 @@ class HardImpact:
 
     Attributes:
         time_s: Time of the impact.
-        first: The disc.
-        second: The other disc, or a wall.
-        limit: The largest step sizes, computed without friction. If discs have friction, they only guide the search.
+        first: The first body, which is a disc.
+        second: The second body: a disc or a wall.
+        limit: The largest step sizes, computed without friction. For discs with friction, these step sizes only guide
+            the search.
         cause: Reason why the impact needs a small step size.
     """
 
@@ -208,7 +209,7 @@ class HardImpact:
 
 
 def rank_hardest_impacts(reference: Trace, demand: Demand) -> tuple[HardImpact, ...]:
-    """Compute the largest step sizes for each impact of a reference, and sort the impacts by them."""
+    """Compute the largest step sizes for each impact of a reference, and sort the impacts by step size."""
     found = [_build_hard_impact(reference, k, demand) for k in range(len(reference.impacts))]
     return tuple(sorted(found, key=lambda impact: (impact.limit.dt_s, impact.time_s)))
 

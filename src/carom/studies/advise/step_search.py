@@ -16,33 +16,34 @@ from carom.studies.advise.step_trial import StepTrial, compute_step_limit
 #: Number of evenly spread phases at which a result is confirmed.
 CONFIRM = 64
 
-#: Tested step sizes per octave: 1, 1.5, 2, 3, 4, 6 ... steps per frame. An octave is a factor of 2. From 2 steps per
-#: frame on, these numbers are whole.
+#: Tested step sizes per octave (factor of 2): 1, 1.5, 2, 3, 4, 6 ... steps per frame. From 2 steps per frame on, the
+#: numbers are whole.
 IN_AN_OCTAVE = (1.0, 1.5)
 
-#: A step size is recommended only if all tested smaller step sizes also pass, down to this number of octaves below it.
-#: If the error is not proportional to the step size in these octaves, one more octave is tested.
+#: A step size is recommended only if all tested step sizes in this number of octaves below it also pass. If the error
+#: is not proportional to the step size in these octaves, one more octave is tested.
 OCTAVES_BELOW = 2
 LONGEST = OCTAVES_BELOW + 1
 
 #: The search always continues down to one step per frame, because this is a usual choice. If PIT needs smaller steps,
 #: the search continues down to PIT's steps, but at most this number of octaves below a frame. The reason is that an
-#: engine may use continuous collision detection only for discs that move far in a step. With smaller steps, it may miss
-#: impacts that it finds with larger ones.
+#: engine may use continuous collision detection only for discs that move far in a step. With smaller steps, the engine
+#: may miss impacts that it finds with larger ones.
 OCTAVES_COVERED = 3
 
-#: Numbers within this factor count as equal. An error counts as proportional to the step size if their quotient is
-#: equal for `OCTAVES_BELOW` octaves. The order of convergence is then between 0.84 and 1.16. An error counts as
-#: independent of the step size if it is equal for `LONGEST` octaves. The order is then between -0.11 and 0.11.
+#: Numbers within this factor count as equal. An error counts as proportional to the step size if the error divided by
+#: the step size is equal for `OCTAVES_BELOW` octaves. The order of convergence of such an error is between 0.84 and
+#: 1.16. An error counts as independent of the step size if the error is equal for `LONGEST` octaves, with an order
+#: between -0.11 and 0.11.
 SAME = 1.25
 
-#: The smallest tested step size, as a fraction of the shortest of these times: a frame, the whole run, and the step
+#: The smallest tested step size, as a fraction of the shortest of three times: a frame, the whole run, and the step
 #: size that the hardest impact allows.
 FINEST = 1 / 64
 
 
 class SearchEnding(Enum):
-    """Reason why no further step size was tested. The value is the phrase that the report shows."""
+    """Reason why no further step size was tested. Each value is the phrase that the report shows."""
 
     FOUND = "both step sizes were found"
     BUDGET = "its budget of engine steps was used up"
@@ -57,11 +58,10 @@ class StepRange:
 
     Attributes:
         passes: The largest step size that passes, confirmed at `CONFIRM` phases; None if there is none.
-        in_frame: The largest step size that passes and divides a frame into equal steps, confirmed like `passes`; None
-            if there is none.
+        in_frame: The largest step size that passes and divides a frame into equal steps, also confirmed; None if there
+            is none.
         down_to_s: The smallest tested step size, in seconds; NaN if none was tested.
-        fails: The smallest step size that fails, which is the next larger one after `passes`; None if no step size
-            fails.
+        fails: The smallest failing step size, which is the next one above `passes`; None if no step size fails.
         coarser_passes: Step sizes that pass although a smaller one fails, the largest first.
         finer_failures: Step sizes that fail although a larger one passes, the largest first.
     """
@@ -91,7 +91,7 @@ class StepAdvice:
         ending: Reason why no smaller step size was tested.
         refused_s: The smallest step size that the method refuses, in seconds; None if the method refuses none. Larger
             step sizes were not run.
-        refusal: Reason of the refusal; empty if no step size is refused.
+        refusal: Reason why the method refuses step sizes; empty if none is refused.
     """
 
     method: Method
@@ -111,7 +111,7 @@ class StepAdvice:
     def flat_from_s(self) -> float | None:
         """The step size in seconds below which the direction error no longer decreases; None if there is none.
 
-        Only step sizes below the smallest one with a missed or invented impact are considered.
+        Only step sizes below the smallest step size with a missed or invented impact are considered.
         """
         run: list[StepTrial] = []
         for trial in reversed(_select_finest_passing(self.trials, lambda trial: trial.never_misses)):
@@ -130,7 +130,7 @@ class StepRequest:
 
 
 def generate_step_grid(scene: Scene, guess_s: float) -> Iterator[float]:
-    """Yield the step sizes to test: the whole run in one step, then two per factor of 2 down to the smallest."""
+    """Yield the step sizes to test: the whole run in one step, then two step sizes per factor of 2."""
     frame_s, whole_s = 1.0 / scene.frame_rate_hz, scene.duration_s
     finest = min(guess_s, frame_s, whole_s) * FINEST
     yield whole_s
@@ -146,7 +146,7 @@ def generate_step_grid(scene: Scene, guess_s: float) -> Iterator[float]:
 
 
 def count_steps_per_frame(dt_s: float, frame_rate_hz: float) -> int | None:
-    """Return the number of steps per frame; None if that number is not whole."""
+    """Return the number of steps per frame; None if the number is not whole."""
     times = 1.0 / (dt_s * frame_rate_hz)
     # `times` and `dt_s` have two rounding errors each.
     rounded = round(times)
@@ -165,10 +165,10 @@ class StepSearch:
         guess_s: Largest step size at which checking once per step is accurate enough for the hardest impact.
         phases: Number of evenly spread phases at which each step size is tested.
         aimed: Number of additional phases, at which a check comes just before a hard impact.
-        budget_steps: Largest number of engine steps in the search. A step size is tested only if its estimated number
-            of steps is not more than what remains of this budget. The estimate assumes that runs end as early as with
-            the previous step size.
-        refusal: Function that returns the reason why the method refuses a step size; an empty text if it accepts the
+        budget_steps: Largest number of engine steps in the search. A step size is tested only if the rest of this
+            budget covers its estimated number of steps. The estimate assumes that runs end as early as with the
+            previous step size.
+        refusal: Function that returns the reason why the method refuses a step size; empty if the method accepts the
             step size.
     """
 
@@ -203,7 +203,7 @@ class StepSearch:
         return all(self._refusal(dt_s) for dt_s in self._grid)
 
     def take(self, trial: StepTrial | str) -> None:
-        """Store the result of the requested step size, or the reason why it could not be tested.
+        """Store the result of the requested step size, or the reason why the step size could not be tested.
 
         Then request the next step size.
         """
@@ -246,7 +246,6 @@ class StepSearch:
     def _test(self, dt_s: float, even: int) -> Generator[StepRequest, StepTrial | str, bool]:
         """Request a step size, and return whether the search continues."""
         max_steps = compute_step_limit(self._duration_s, dt_s, even + self._aimed)
-        # Expect that the runs end as early as those with the previous step size.
         if max_steps * self._used_part > self._budget_left:
             self._ending = SearchEnding.BUDGET
             return False
@@ -266,7 +265,7 @@ class StepSearch:
         return True
 
     def _find_unconfirmed(self) -> StepTrial | None:
-        """Return a step size that is recommended if it also passes at more phases; None if there is none."""
+        """Return a step size that passed and must be confirmed at more phases; None if there is none."""
         for passes in self._questions:
             run = _select_finest_passing(self._tested, passes)
             for trial in (*run[:1], *self._select_frame_divisor(run)) if self._is_long_enough(run) else ():
@@ -275,7 +274,7 @@ class StepSearch:
         return None
 
     def _select_frame_divisor(self, run: Sequence[StepTrial]) -> Sequence[StepTrial]:
-        """Return a list of the result with the largest step size that divides a frame; an empty list if none does."""
+        """Return the largest step size that divides a frame into equal steps, in a list; an empty list if none does."""
         return [trial for trial in run if count_steps_per_frame(trial.dt_s, self._rate_hz)][:1]
 
     def _is_long_enough(self, run: Sequence[StepTrial]) -> bool:

@@ -24,8 +24,8 @@ from carom.model.scene import Scene
 from carom.model.trace import Outcome
 from carom.studies.advise.sampling_limit import Demand
 
-#: At a phase that is chosen for a hard impact, a check comes this fraction of a step before the impact. So a check once
-#: per step finds the impact almost a whole step late.
+#: At a phase that is chosen for a hard impact, a check comes this fraction of a step before the impact. A method that
+#: checks once per step then finds the impact almost a whole step late.
 JUST_BEFORE = 1e-3
 
 #: A run continues for this number of steps after the scene's end, so that the engine reports all impacts before the
@@ -71,7 +71,7 @@ class StartTask(JobTask):
         observed = observe_run(adapter, scene, job.profile, job.dt_s, overrides=job.method.tried, watched=False)
         aligned = match_impacts(reference, observed, comparison_range(reference, shifted_scene.duration_s))
         (measured,) = measure_errors([MatchedRun(reference, observed, aligned)], compute_scales(scene, reference))
-        # After the additional steps, only a run that ended early has undecided impacts, so they count as missed.
+        # After the additional steps, only a run that ended early has undecided impacts. These impacts count as missed.
         wrong = aligned.missed or aligned.spurious or aligned.undecided
         return PhaseResult(
             lost=bool(wrong) or observed.outcome is not Outcome.COMPLETED,
@@ -95,7 +95,7 @@ class StepTrial:
         lost: Number of all phases at which an impact was missed or invented, or the run ended early.
         direction_error_rad: Largest direction error at any phase; NaN if no impact was found.
         steps: Number of engine steps.
-        reason: Error message of the engine or its adapter. With an error, the step size fails. Empty if there is none.
+        reason: Error message of the engine or its adapter, which makes the step size fail; empty without an error.
     """
 
     dt_s: float
@@ -150,7 +150,7 @@ def list_start_phases(dt_s: float, even: int, aimed_s: Iterable[float]) -> tuple
 
 
 def compute_step_limit(duration_s: float, dt_s: float, phases: int) -> int:
-    """Return the largest number of engine steps that runs at this number of phases can have."""
+    """Return an upper bound for the number of engine steps in runs at this number of phases."""
     # A run can begin up to a step before the scene's start.
     return phases * (math.ceil(duration_s / dt_s) + 1 + BEYOND_STEPS)
 

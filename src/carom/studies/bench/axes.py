@@ -15,7 +15,7 @@ TARGETS = (0.1, 0.01, 1e-3, 1e-4, 1e-6)
 
 
 class Diagram(StrEnum):
-    """The quantities on the axes of a diagram. The value is the name on the command line."""
+    """The quantities on the axes of a diagram. Each value is the name on the command line."""
 
     ERROR_TIME = "error-time"
     ERROR_DT = "error-dt"
@@ -29,7 +29,7 @@ class Diagram(StrEnum):
 
 
 class ErrorKind(StrEnum):
-    """Kinds of error. The value is the name on the command line."""
+    """Kinds of error. Each value is the name on the command line."""
 
     IMPACT = "impact"
     TIME = "time"

@@ -1,6 +1,6 @@
 """Comparison of a bench with an earlier bench, the baseline, on the same machine.
 
-Run times of different days are not comparable. So each run time is divided by PIT's run time in the same round.
+Run times of different days are not comparable, so each is divided by PIT's run time in the same round.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ from carom.studies.bench.result import Bench, Point
 from carom.studies.bench.tables import format_error, format_point_name
 from carom.studies.bench.timing_pass import At
 
-#: A run time counts as changed if its quotient with the earlier run time, including the confidence interval, differs
-#: from 1 by more than this number. Smaller differences may have other causes, such as the program's position in memory
-#: and other programs on the machine.
+#: A run time counts as changed if the whole confidence interval of (new run time / earlier run time) differs from 1 by
+#: more than this number. Smaller differences may have other causes, such as the program's position in memory and other
+#: programs on the machine.
 LEAST_CHANGE = 0.05
 
 
@@ -43,7 +43,7 @@ class BaselineChange(Enum):
 class BaselinePoint(NamedTuple):
     """A point of the earlier bench.
 
-    Run times are divided by PIT's in each round. `lost` counts missed and invented impacts.
+    Run times are divided by PIT's run times of the same rounds. `lost` counts missed and invented impacts.
     """
 
     ratios: Sequence[float]
@@ -59,11 +59,11 @@ class PointChange:
         scene: Name of the scene.
         point: The point of the new bench.
         before: The same point in the earlier bench.
-        ratio: The new relative run time divided by the earlier one; NaN if a bench has too few rounds. Relative run
-            times are divided by PIT's.
+        ratio: Quotient of the new and the earlier run time, each divided by PIT's run time; NaN if a bench has too few
+            rounds.
         low: Lower end of the ratio's confidence interval. The confidence level holds for the intervals of all points
             together.
-        high: Upper end of the interval.
+        high: Upper end of the ratio's confidence interval.
     """
 
     scene: str
@@ -138,7 +138,7 @@ def _read_point(point: dict[str, Any]) -> BaselinePoint:
 def compare_points(bench: Bench, before: dict[tuple[str, At], BaselinePoint]) -> list[PointChange]:
     """Compare each scored point with the same point of the baseline, if the baseline has it.
 
-    PIT's points are omitted, because all ratios are relative to them.
+    PIT's points are omitted, because all run times are divided by PIT's.
     """
     both = [
         (scene.scene.name, point, found)
@@ -153,8 +153,8 @@ def compare_points(bench: Bench, before: dict[tuple[str, At], BaselinePoint]) ->
 def _compute_ratio(point: Point, before: BaselinePoint, points: int) -> tuple[float, float, float]:
     """Return the quotient of a point's mean run time and the earlier one, and both ends of its confidence interval.
 
-    Means are geometric. The interval is that of Welch's t-test. It is widened so that the confidence level holds for
-    the intervals of all `points` together.
+    Means are geometric. The interval of Welch's t-test is widened, so that the confidence level holds for the intervals
+    of all `points` together.
     """
     times = (point.timing.ratios if point.timing else (), before.ratios)
     one, other = ([math.log(value) for value in values if value > 0.0] for values in times)
@@ -203,7 +203,8 @@ def build_baseline_section(changes: Sequence[PointChange], kind: ErrorKind) -> S
     changed = [one for one in changes if (one.time, one.accuracy) != (BaselineChange.SAME, BaselineChange.SAME)]
     note = (
         f"Run time divided by PIT's in the same round, with a {CONFIDENCE:.0%} confidence interval for all points "
-        f"together. A point has changed if its whole interval differs from 1 by more than {LEAST_CHANGE:.0%}."
+        "together. A point has changed if its whole confidence interval differs from 1 by more than "
+        f"{LEAST_CHANGE:.0%}."
     )
     tables = (
         Table(columns, changed, title="Changes from the baseline", note=note),

@@ -14,12 +14,12 @@ from carom.comparator.thresholds import THRESHOLDS
 CONFIDENCE = 0.95
 
 #: Smallest order of convergence with which a method counts as convergent. Checking once per step has order 1. With an
-#: order below 1/2, half of the error requires more than four times as many steps.
+#: order below 1/2, halving the error requires more than four times as many steps.
 LEAST_ORDER = 0.5
 
 
 class Convergence(Enum):
-    """Result of a fit. The value is the phrase that the report shows."""
+    """Result of a fit. Each value is the phrase that the report shows."""
 
     EXACT = "exact at every step size"
     CONVERGES = "converges"
@@ -36,7 +36,7 @@ class ConvergenceOrder:
         verdict: Whether the method converges, according to the exponent's confidence interval.
         exponent: The slope on logarithmic axes; NaN if there are too few points.
         low: Lower end of the exponent's confidence interval.
-        high: Upper end of this interval.
+        high: Upper end of the exponent's confidence interval.
         factor: Value of the power law at a step size of 1 second.
         points: Number of points in the fit, which excludes errors within rounding.
     """
@@ -74,7 +74,7 @@ def fit_order(dts_s: Sequence[float], errors: Sequence[float]) -> ConvergenceOrd
 def fit_power(x: Sequence[float], y: Sequence[float]) -> tuple[float, float, float, float]:
     """Fit a power law to positive numbers.
 
-    Return its exponent, both ends of the exponent's confidence interval, and its factor.
+    Return the exponent, both ends of its confidence interval, and the factor.
 
     The fit uses least squares on the logarithms. The interval assumes that deviations from the fitted line are
     independent and normally distributed. The interval is NaN for fewer than three points. All values are NaN if fewer

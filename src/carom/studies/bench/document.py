@@ -22,8 +22,8 @@ from carom.studies.bench.result import Bench, SceneBench
 from carom.support.folders import build_file_name, write_files
 
 DIAGRAM_NOTE = (
-    "A cross marks a run with missed or invented impacts; all other marks find every impact. Point at a mark, or "
-    "select it with the keyboard, to see its numbers and its command."
+    "A cross marks a run with missed or invented impacts. All other runs find every impact. Point at a mark, or select "
+    "it with the keyboard, to see its numbers and its command."
 )
 
 
@@ -57,8 +57,8 @@ def write_bench(bench: Bench, document: Document, folder: Path, axes: Sequence[D
         The page.
 
     Raises:
-        MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed. InputError: The folder is not
-        writable, or contains files that Carom did not write.
+        MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed.
+        InputError: The folder is not writable, or contains files that Carom did not write.
     """
     scenes = [{**fields_of(scene), "scene": scene.scene.name} for scene in bench.scenes]
     files: dict[str, str | bytes] = {
@@ -82,7 +82,7 @@ def _select_diagrams(scene: SceneBench, axes: Sequence[Diagram]) -> tuple[Diagra
 def _build_scene_sections(
     bench: Bench, scene: SceneBench, axes: Sequence[Diagram], targets: Sequence[float]
 ) -> Iterator[Section]:
-    """Yield the sections of a scene. If there are several scenes, a terminal shows only one table for all of them."""
+    """Yield the sections of a scene. A terminal shows only one table for several scenes."""
     figures = []
     for kind in _select_diagrams(scene, axes):
         draw = partial(render_diagram_svg, scene, kind, bench.plan.error)
@@ -112,7 +112,7 @@ def _build_scene_sections(
 
 
 def _describe_coverage(bench: Bench) -> Iterator[str]:
-    """Yield a sentence with the numbers of points without a score or a run time, if there are any."""
+    """Yield a sentence on the number of points without a score or a run time, if there are any."""
     points = [point for scene in bench.scenes for point in scene.points]
     unrun, untimed = [p.reason for p in points if p.reason], [p.untimed for p in points if p.untimed]
     parts = [

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 _WIDTH_IN, _HEIGHT_IN = 7.4, 4.8
 #: Factor by which exact results are drawn below the lowest tick of the logarithmic axis.
 _FOOT = 10.0**0.5
-#: Errors with guide lines: a hundredth and a thousandth.
+#: Errors at which the diagram has guide lines: a hundredth and a thousandth.
 _MARKED = (1e-2, 1e-3)
 
 
@@ -96,8 +96,8 @@ class _Drawing:
             self.axes.plot(*zip(*(place for place, _ in drawn_points), strict=True), **style)
             for (x, y), point in drawn_points:
                 sound = self.kind is Diagram.TIME_DT or point.is_sound
-                # If impacts are missed or invented, the error is only that of the other impacts. Such points are drawn
-                # as crosses.
+                # A point with missed or invented impacts is drawn as a cross, because its error covers only the other
+                # impacts.
                 as_drawn = marks if sound else {**marks, "marker": "x", "markersize": 6.0}
                 self.axes.plot([x], [y], color=style["color"], linestyle="none", zorder=4, **as_drawn)
         for (x, y), point in drawn_points:

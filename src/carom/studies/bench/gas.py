@@ -55,7 +55,7 @@ def build_gas_scene(
         discs: Number of discs.
         packing: Fraction of the box's area that the discs cover.
         duration_s: Duration, in seconds.
-        touching: Whether the outer discs touch the walls at the start, as in the lattice; otherwise no bodies touch.
+        touching: Whether the outer discs touch the walls at the start; if false, no bodies touch.
         gravity: Whether the discs fall.
     """
     from carom.model.scene import Disc, Scene, Wall

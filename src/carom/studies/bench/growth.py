@@ -32,7 +32,7 @@ OWN_SIZES = (*SIZES, 30_000, 100_000)
 #: a second.
 PACKING = 0.3
 DT_S = 1 / 240
-#: Number of steps of a run. They take a simulated second. In less time, few of a hundred discs would meet.
+#: Number of steps of a run, which take a simulated second. In less time, few of a hundred discs would meet.
 STEPS = 240
 
 #: Smallest number of discs in a fit. With fewer discs, fixed costs hide the growth.
@@ -58,7 +58,7 @@ class GrowthRun:
         timing: Run times.
         before_bytes: Memory of the process before the world was built, in bytes.
         peak_bytes: Peak memory of the process, in bytes.
-        sitting: Time at which the bench that ran the gas was started, UTC. Only run times of one start are comparable.
+        sitting: Start time (UTC) of the bench that ran the gas. Only run times with the same start time are comparable.
     """
 
     timing: Timing
@@ -138,10 +138,10 @@ class GrowthPoint:
         memory_bytes: Peak memory of the process minus its memory before the world was built; NaN if the gas was not
             run.
         peak_bytes: Peak memory of the process; NaN if the gas was not run.
-        ratio: `advance_s` divided by PIT's with the same number of discs. NaN unless both were measured after the same
-            start of the bench.
+        ratio: `advance_s` divided by PIT's with the same number of discs. NaN if the two run times were not measured
+            after the same start of the bench.
         reason: Reason why the gas was not run; empty if it was run.
-        sitting: Time at which the bench that ran the gas was started, UTC; empty if the gas was not run.
+        sitting: Start time (UTC) of the bench that ran the gas; empty if the gas was not run.
     """
 
     discs: int
@@ -161,7 +161,7 @@ class GrowthCurve:
     Attributes:
         engine: Name of the adapter.
         profile: Name of the profile.
-        points: Points from few discs to many.
+        points: Points, ordered by the number of discs.
         time_exponent: Exponent of the power law of run time against the number of discs, and its confidence interval:
             (exponent, low, high).
         memory_exponent: Exponent of memory against the number of discs, and its confidence interval.
@@ -272,13 +272,13 @@ def measure_growth(
 
 
 def _compute_time_left(curve: tuple[str, bool], shares_s: Mapping[tuple[str, bool], float], all_left_s: float) -> float:
-    """Return the seconds that a run may take: its curve's share, or all time that the other curves' shares leave."""
+    """Return a run's time limit in seconds: its curve's share, or the time that the other curves' shares leave."""
     others_s = sum(share_s for key, share_s in shares_s.items() if key != curve)
     return min(all_left_s, max(shares_s.get(curve, 0.0), all_left_s - others_s))
 
 
 def _find_skip_reason(curve_points: Sequence[GrowthPoint], size: int, allowed_s: float) -> str:
-    """Return the reason to omit a run, which depends on the runs with fewer discs; an empty text if it may be tried."""
+    """Return the reason to omit a run, derived from runs with fewer discs; empty if the run may be tried."""
     if allowed_s <= 0:
         return "its share of the budget was used up; raise --budget"
     if curve_points and curve_points[-1].reason:  # a method that failed with fewer discs also fails with more discs
@@ -289,7 +289,8 @@ def _find_skip_reason(curve_points: Sequence[GrowthPoint], size: int, allowed_s:
         return ""
     last, before = completed_points[-1], completed_points[-2]
     spent, earlier = (point.advance_s + point.prepare_s for point in (last, before))
-    # Fixed costs can hide growth with few discs. So run times are expected to grow at least in proportion to the discs.
+    # Fixed costs can hide growth with few discs. Therefore the run time is expected to grow at least in proportion to
+    # the number of discs.
     exponent = max(1.0, math.log(spent / earlier) / math.log(last.discs / before.discs))
     expected_s = spent * (size / last.discs) ** exponent
     if expected_s + START_S <= allowed_s:
@@ -308,7 +309,7 @@ def _build_point(discs: int, answer: Answer[GrowthRun]) -> GrowthPoint:
 
 
 def select_same_method(points: Sequence[GrowthPoint]) -> list[GrowthPoint]:
-    """Return the points after the last decrease of the run time, because these were run by one algorithm.
+    """Return the points after the last decrease of the run time, because these points were run by one algorithm.
 
     If the run time decreases with more discs, the engine has changed its algorithm. For example, PIC solves two discs
     by a closed form. One power law can't describe both algorithms.

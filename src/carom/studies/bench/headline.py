@@ -49,7 +49,7 @@ def _format_time_range(points: list[Point]) -> str:
 
 
 def _format_scenes(scenes: list[SceneBench], bench: Bench) -> str:
-    """Return the names of scenes; the number of scenes if the bench has too many scenes for names."""
+    """Return the names of scenes, or the number of scenes if the bench has many."""
     if len(scenes) == len(bench.scenes):
         return "every scene"
     if len(bench.scenes) > SCENES_SHOWN:

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-#: Intended time of the fixed work on a quiet machine, in seconds. It is much longer than the clock's resolution, and
-#: much shorter than the measurements.
+#: Intended time of the fixed work on a quiet machine, in seconds. This time is much longer than the clock's resolution,
+#: and much shorter than the measurements.
 PROBE_S = 1e-3
 
 
@@ -58,7 +58,7 @@ class NoiseProbe:
         self._times: list[float] = []
 
     def take(self) -> None:
-        """Do the work once and store its time."""
+        """Do the fixed work once and store its run time."""
         self._times.append(self._time_work())
 
     def compute_noise(self) -> Noise:

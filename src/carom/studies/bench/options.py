@@ -74,8 +74,8 @@ class BenchPlan(LimitOptions):
         budget_s: Time limit for a scene, in seconds: half of it for errors, half for run times. Runs that would take
             longer are omitted with a reason.
         timing: Whether to measure run times.
-        own: Whether PIC and PIT run in addition to the chosen engines. They are the scale for engines: PIC is exact,
-            and PIT checks once per step.
+        own: Whether PIC and PIT run in addition to the chosen engines. PIC and PIT are the scale for engines: PIC is
+            exact, and PIT checks once per step.
 
     Raises:
         InputError: A value is invalid.

@@ -92,9 +92,9 @@ class Curve:
 
     @property
     def best(self) -> Point | None:
-        """The most accurate point that finds every impact. If no point does, the one with the fewest wrong impacts.
+        """The most accurate point that finds every impact, or else the point with the fewest wrong impacts.
 
-        None if no point was scored. Among equal points, the fastest is the best.
+        None if no point was scored. The fastest of equally good points is returned.
         """
 
         def order(point: Point) -> tuple[bool, int, float, float]:
@@ -115,7 +115,7 @@ class SceneBench:
         cheapest: The fastest point with an error of at most the target; None if there is none.
         noise: Spread of the run times of fixed work while this scene was timed; None if the scene was not timed.
         rounds: Number of rounds of the timing pass.
-        timed_at: Time of the timing pass, UTC. If the bench was resumed, this may be the time of an earlier session.
+        timed_at: Time of the timing pass, UTC. A resumed bench may have the time of an earlier session.
     """
 
     scene: Scene

@@ -47,7 +47,7 @@ def measure_work_precision(
     Args:
         scenes: Scenes with different names.
         plan: Options of the bench.
-        pool: Pool of worker processes for measuring errors. It is closed before run times are measured.
+        pool: Pool of worker processes for measuring errors, which is closed before run times are measured.
         notes: Journal of measured errors, to which new results are added.
         timings: Journal of measured run times, to which new results are added.
         progress: Function that is called with the number of finished tasks, the number of all tasks, and a description.
@@ -119,7 +119,7 @@ def _build_jobs(
 def _build_point(
     method_step: At, phase_answers: Sequence[Answer[Measures] | None], unscored: str, kind: ErrorKind
 ) -> Point:
-    """Combine the answers for all phases to one point of a method and step size.
+    """Combine the answers for all phases into one point of a method and step size.
 
     The answer of an omitted job is None.
     """

@@ -44,9 +44,9 @@ class ScoringPass:
     def run(self) -> tuple[dict[JobKey, Answer[Measures]], dict[At, str]]:
         """Return the results, and the reasons for missing results by method and step size.
 
-        All methods run with a step size before any method runs with a smaller one. A method is omitted if its expected
-        run time exceeds the remaining time. The best profile of each engine is chosen first, so that every engine gets
-        the smallest step size that the time limit permits.
+        All methods run with a step size before any method runs with a smaller step size. A method is omitted if its
+        expected run time exceeds the remaining time. The best profile of each engine is chosen first, so that every
+        engine gets the smallest step size that the time limit permits.
         """
         results: dict[JobKey, Answer[Measures]] = {}
         unscored: dict[At, str] = {}
@@ -93,7 +93,7 @@ class ScoringPass:
         """Return the best profile of each engine, then the second best profile of each engine, and so on.
 
         Profiles are ranked by their numbers of missed and invented impacts, and then by their errors with the smallest
-        step size so far.
+        step size that has run.
         """
 
         def badness(method: Method) -> tuple[int, float]:

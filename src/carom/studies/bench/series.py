@@ -10,7 +10,7 @@ from carom.errors import InputError
 if TYPE_CHECKING:
     from carom.model.scene import Scene
 
-#: Smallest step size of a scene's default series, as a fraction of its frame, and number of step sizes in the series.
+#: Smallest step size of a scene's default series, as a fraction of a frame, and number of step sizes in the series.
 FINEST = 60 / 10_000
 STEPS = 6
 
@@ -18,7 +18,7 @@ STEPS = 6
 def compute_geometric_steps(coarsest_s: float, finest_s: float, count: int) -> tuple[float, ...]:
     """Return step sizes that are evenly spread on a logarithmic axis.
 
-    If the frame rates of both ends are whole numbers, all step sizes have whole frame rates.
+    If both ends are a whole number of steps per second, all other step sizes are rounded to whole numbers, too.
 
     Raises:
         InputError: An end is not a positive number, or there are fewer than two steps.

@@ -24,12 +24,12 @@ from carom.studies.bench.result import Bench, Curve, Point, SceneBench, find_che
 from carom.studies.bench.timing_pass import CellTiming
 
 TABLE_NOTE = (
-    "The best method is first. 'Least error' is the smallest error of all step sizes that find every impact at "
-    "every phase. If there is no such step size, the column shows the missed (-) and spurious (+) impacts of the "
-    "best step size. A column headed by an error shows the run time of the fastest step size that reaches this error "
-    "and finds every impact; the column is empty if no step size does. 'Order' is the slope of error against step "
-    "size on logarithmic axes, without step sizes that miss an impact or reach rounding. Checking once per step has "
-    "order 1. A method does not converge if the whole interval of its order is below 1/2."
+    "The best method is first. 'Least error' is the smallest error of all step sizes that find every impact at every "
+    "phase. If no step size finds every impact, the column shows the missed (-) and spurious (+) impacts of the best "
+    "step size. A column headed by an error shows the shortest run time with which the method finds every impact and "
+    "reaches this error. 'Order' is the slope of error against step size on logarithmic axes, without step sizes that "
+    "miss an impact or reach rounding. Checking once per step has order 1. A method does not converge if the whole "
+    "confidence interval of its order is below 1/2."
 )
 TABLE_SHORT = "ms is the run time, -n and +n are missed and spurious impacts, and the error grows as (step size)^order."
 EXACT = "exact"
@@ -37,7 +37,7 @@ EXACT = "exact"
 #: Smallest error that is shown in per cent. Smaller percentages, such as 0.0009 %, would be hard to read.
 LEAST_PERCENT = 1e-4
 
-#: Number of target errors that a terminal shows. It shows the smallest ones.
+#: A terminal shows this number of target errors, the smallest ones.
 TARGETS_SHOWN = 3
 
 #: The first column of every table of a bench.
@@ -109,7 +109,7 @@ def _select_media(targets: Sequence[float], exact: Media = Media.EVERYWHERE) -> 
 def build_suite_table(bench: Bench, targets: Sequence[float]) -> Table:
     """Return a table with one row per method.
 
-    It counts the scenes in which a method finds every impact and reaches each target error.
+    For each target error, the table counts the scenes in which a method finds every impact and reaches the target.
     """
     curves = [(scene, curve) for scene in bench.scenes for curve in scene.curves]
     by_method = formatting.group_by(((curve.engine, curve.profile), (scene, curve)) for scene, curve in curves)
@@ -150,7 +150,7 @@ class _Method(NamedTuple):
         """Return the median run time for a target error, divided by PIC's run time; NaN if unknown."""
         cheap = [(scene, find_cheapest(curve.points, target)) for scene, curve in self.curves]
         cost_ratios = [read_run_time(point) / read_run_time(scene.exact) for scene, point in cheap]
-        known = [cost for cost in cost_ratios if 0 < cost < math.inf]  # a point without a run time has no cost
+        known = [cost for cost in cost_ratios if 0 < cost < math.inf]  # omits points without a run time
         return statistics.median(known) if known else math.nan
 
     def build_sort_key(self, targets: Sequence[float]) -> tuple[list[int], list[float]]:
@@ -223,7 +223,7 @@ def _format_best_step(curve: Curve) -> str:
 
 
 def _build_cost_cell(scene: SceneBench, target: float, curve: Curve) -> Cell:
-    """Return a cell for the fastest point within a target error: its run time, alone and divided by PIC's."""
+    """Return a cell for the fastest point within a target error: the run time, and the run time divided by PIC's."""
     point = find_cheapest(curve.points, target)
     if point is None or point.timing is None:
         reaching_point = next((p for p in curve.points if _is_within_target(p, target)), None)
@@ -284,13 +284,13 @@ def build_point_table(bench: SceneBench, plan: BenchPlan) -> Table:
         [point for point in bench.points if not point.reason],
         title=f"{name}: all points",
         note=f"The error is the {plan.error.meaning}. Each number is the largest over "
-        f"{formatting.format_count(plan.phases, 'phase')} that are spread evenly over a step. '-1 +2' means that "
-        "over all phases one impact is missed and two are invented; the error is then that of all other impacts. "
-        "Times are medians over rounds. 'Spread' is the distance between the quartiles, divided by the median. "
-        "'Empty world' is the time of a step with one disc at rest. 'Call' is the time of one Python call, divided "
-        "by its number of steps. 'Net' is the time per step minus the times in 'empty world' and 'call'. 'Whole' is "
-        "the time of all steps and of the preparation. Ratios are run times divided by PIT's at the same step size in "
-        "the same round. Times are valid only for this machine and session. To compare machines, use only ratios.",
+        f"{formatting.format_count(plan.phases, 'phase')} that are spread evenly over a step. '-1 +2' means that over "
+        "all phases one impact is missed and two are invented. The error then covers only the other impacts. Times are "
+        "medians over rounds. 'Spread' is the distance between the quartiles, divided by the median. 'Empty world' is "
+        "the time of a step with one disc at rest. 'Call' is the time of one Python call, divided by its number of "
+        "steps. 'Net' is the time per step minus the times in 'empty world' and 'call'. 'Whole' is the time of all "
+        "steps and of the preparation. Ratios are run times divided by PIT's at the same step size in the same round. "
+        "Times are valid only for this machine and session. To compare machines, use only ratios.",
         folded="The numbers of all points, and the commands that repeat them",
         css="cells",
         only=Media.IN_FULL,

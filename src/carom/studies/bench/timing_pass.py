@@ -1,9 +1,9 @@
 """Timing pass: measures run times, one run at a time, in several rounds of random order.
 
 The most important time is that of all steps, in as few calls as the adapter allows. The construction of the engine's
-world is timed separately. Two more times show costs that do not depend on the scene: the time of a Python call without
-a step, and the time of the same number of steps of a world without impacts. Times are only compared with other times of
-the same round.
+world is timed separately. Two more times show costs that do not depend on the scene. One is the time of a Python call
+without a step. The other is the time of the same number of steps in a world without impacts. Times are only compared
+with other times of the same round.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ At = tuple[Method, float]
 
 @dataclass(frozen=True)
 class Visit:
-    """Times of one method with one step size in one round. Each is a median over repeated runs, in seconds.
+    """Times of one method with one step size in one round. Each time is a median over repeated runs, in seconds.
 
     Attributes:
         prepare_s: Time to build the world.
@@ -111,7 +111,7 @@ class CellTiming:
     """Times of one method with one step size over all rounds, in seconds.
 
     Attributes:
-        steps: Steps of the run.
+        steps: Number of steps of the run.
         rounds: Number of rounds.
         advance_s: Time of all steps.
         prepare_s: Time to build the world.
@@ -122,7 +122,7 @@ class CellTiming:
         net_s: Rest of `advance_s`, without `call_s` and `empty_s`.
         ratio: `advance_s` divided by PIT's with the same step size in the same round; None if PIT was not timed.
         whole_ratio: `whole_s` divided by PIT's with the same step size in the same round; None if PIT was not timed.
-        ratios: `advance_s` divided by PIT's for each round; empty in files of an earlier version.
+        ratios: For each round, `advance_s` divided by PIT's; empty in files of an earlier version.
     """
 
     steps: int
@@ -179,7 +179,7 @@ class SceneTiming:
 
     @property
     def cut_off(self) -> bool:
-        """Whether some methods or step sizes were not timed, so that a repetition of the pass may time them."""
+        """Whether some methods or step sizes were not timed, so that a repeated pass may time them."""
         return bool(self.untimed)
 
 
@@ -274,7 +274,7 @@ class TimeScene(DependentTasks[SceneTiming]):
 def _measure_visit_costs(
     scene: Scene, ordered: Sequence[At], runner: TaskRunner, budget_s: float, progress: Progress
 ) -> tuple[dict[At, float], dict[At, str]]:
-    """Return the seconds of one run by method and step size, and the reasons why others were not run."""
+    """Return the seconds of one run for each method and step size, and the reasons why some were not run."""
     visit_costs_s: dict[At, float] = {}
     untimed: dict[At, str] = {}
     last: dict[Method, tuple[float, float]] = {}

@@ -20,7 +20,7 @@ from carom.web.page import add_gallery, render_page
 
 _SCENE, _PROFILE = "paper/missed", "default"
 
-#: The engine to try first. It has a wheel for every CPython and starts quickly.
+#: The engine to try first, which has a wheel for every CPython and starts quickly.
 _FIRST = "pymunk"
 
 
@@ -59,7 +59,7 @@ def demo(path: str | Path | None = None) -> Demo:
     runs. In a notebook, the result shows a replay of the run next to the exact run.
 
     Args:
-        path: Path of the page, ``.html`` (default: in a new temporary folder).
+        path: Path of the page, ``.html`` (default: a file in a new temporary folder).
 
     Raises:
         AdapterError: No installed method misses the impact.
@@ -82,7 +82,7 @@ def demo(path: str | Path | None = None) -> Demo:
 def _find_missing_replay() -> Replay:
     """Run methods until one of them misses an impact, and return its replay.
 
-    PIT always misses an impact in this scene.
+    PIT always misses an impact in the demo's scene.
     """
     reference = solve_pic(_SCENE)
     for name in _list_methods():
@@ -98,7 +98,7 @@ def _find_missing_replay() -> Replay:
 def _list_methods() -> Iterator[str]:
     """Yield methods in the order in which they are tried.
 
-    Other engines are only searched for if the first one misses no impact, because this takes time.
+    Other engines are looked up only if the first engine misses no impact, because the look-up takes time.
     """
     yield _FIRST
     yield from (info.name for info in engines() if info.available and info.engine != "Carom" and info.name != _FIRST)

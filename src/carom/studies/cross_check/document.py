@@ -91,7 +91,7 @@ class Report(NamedTuple):
     """A report before it is written.
 
     Attributes:
-        results: The results on which the report is based. If a result can't be written or replayed, it is replaced by a
+        results: The results on which the report is based. A result that can't be written or replayed is replaced by a
             failure.
         document: The content of `index.html` and `report.md`.
         files: Content of the files by name: `index.html`, `report.md`, `results.jsonl`, `junit.xml`, and `play.html`

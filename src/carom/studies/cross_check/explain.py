@@ -1,6 +1,6 @@
-"""Description of a cross-check before it runs: planned runs, and omitted ones with reasons.
+"""Description of a cross-check before it runs: planned runs, and omitted runs with reasons.
 
-Only PIC and PIT are run.
+No engine is run, only PIC and PIT.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from carom.solvers.pit.solve import solve_pit
 from carom.studies.cross_check.plan import Plan
 from carom.support.limits import MOST_DISCS_DRAWN
 
-#: Largest number of frames for which PIT is run to describe what it skips.
+#: Largest number of frames for which PIT is run to describe the work that PIT skips.
 MOST_FRAMES = 1_000_000
 
 
@@ -67,7 +67,7 @@ def explain(plan: Plan) -> Iterator[str]:
 
 
 def _list_skipped(scene: Scene, reference: Trace, dt_s: float) -> str:
-    """Describe the steps that methods skip with this step size; an empty text if they skip none."""
+    """Describe the steps that methods skip with this step size; empty if no steps are skipped."""
     skipped = ["event queue", "grid"] if time_saved.is_closed_form(reference) else []
     skipped += [] if scene.walls else ["wall tests"]
     frames = scene.step_count(dt_s)
@@ -81,10 +81,9 @@ def _list_skipped(scene: Scene, reference: Trace, dt_s: float) -> str:
 
 
 def _count_needed_steps(scene: Scene, reference: Trace, dt_s: float) -> int:
-    """Return the number of steps after which, according to PIC, all discs fly freely.
+    """Return the number of steps after which all discs fly freely, according to PIC.
 
-    This is the number of all steps if forces act, if there is no impact, or if impacts would follow after the scene's
-    end.
+    Return the number of all steps if forces act, if no impact occurs, or if impacts would follow after the scene's end.
     """
     steps = scene.step_count(dt_s)
     forces = any(scene.gravity_m_s2) or scene.damping_per_s or scene.table_deceleration_m_s2
@@ -117,12 +116,12 @@ def describe_pit(scene: Scene, dt_s: float) -> str:
     plain = counts["frames"] * time_saved.count_tests_per_frame(scene)
     looked_at = f"{counts['frames_looked_at']} of {counts['frames']} frames are tested"
     if counts["frames_looked_at"] < counts["frames"]:
-        looked_at += ", because no pair can touch at the others"
+        looked_at += ", because no pair can touch at the other frames"
     return f"{looked_at}; {counts['pair_tests']} pairs are tested, and without skipping {plain} would be tested"
 
 
 def _describe_saving(saved: time_saved.SkippedTime | None, plain: str) -> str:
-    """Describe how much time it saves to skip work; an empty text if the measurement would take too long."""
+    """Describe how much time skipping saves; empty if the measurement would take too long."""
     if saved is None:
         return ""
     takes = f"{plain} takes {format_number(saved.ratio)} times as long"
@@ -167,7 +166,7 @@ def _describe_samples(scene: Scene, *, drawn: bool) -> str:
 
 
 def _describe_runs(planned: Sequence[Job], plan: Plan, info: EngineInfo, profile: str, steps: int) -> str:
-    """Describe with which step sizes a profile is run, and why it is not run with the others."""
+    """Describe with which step sizes a profile is run, and why other step sizes are omitted."""
     if not planned:
         is_duplicate = profile in info.profiles
         return f"skipped: {'another profile has the same settings' if is_duplicate else 'no such profile'}"

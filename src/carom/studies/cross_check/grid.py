@@ -1,6 +1,6 @@
 """Grid of a cross-check, with a cell for each run.
 
-It is built from results or from results.jsonl, and used by all sections.
+The grid is built from results or from results.jsonl. All sections of the report use the grid.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _OWN = frozenset({"pic", "pit"})
 NOT_PLANNED = "not run separately, because another profile of the engine has the same settings at this step size"
 _NO_ERRORS = Errors(**{field.name: math.nan for field in fields(Errors)})
 _NO_SCENE = SceneLine(0, None, 0, None)  # type: ignore[arg-type] # not scored
-#: Verdicts which state that an impact was missed. After a trajectory has diverged, its impacts cause no such verdict.
+#: Verdicts which state that an impact was missed. Impacts of a diverged trajectory cause none of these verdicts.
 _MISSES = {verdict.name.lower() for verdict in (Verdict.MISSED, Verdict.MULTIPLE_MISSED, Verdict.PASSED_THROUGH)}
 #: Rank of a run without a result: one more than the rank of the worst grade.
 _BROKEN_RANK = 1 + max(mark.rank for mark in Mark if mark.rank is not None)
@@ -114,7 +114,7 @@ class GridCell(NamedTuple):
 
     @property
     def link(self) -> str:
-        """The link to the replay on the same page; empty if there is none."""
+        """The link to the replay on the same page; empty without a replay."""
         return f"#{quote(self.replay_key)}" if self.has_replay else ""
 
     @property
@@ -144,12 +144,12 @@ class GridCell(NamedTuple):
 
     @property
     def errors(self) -> Errors:
-        """The largest errors; NaN if there is none."""
+        """The largest errors of the run; NaN without an error."""
         return self.line.total or _NO_ERRORS
 
     @property
     def cost(self) -> float:
-        """The error divided by PIT's; NaN if there is none."""
+        """The run's error divided by PIT's; NaN without an error."""
         return math.nan if self.line.price_paid is None else float(self.line.price_paid)
 
     @property
@@ -159,7 +159,7 @@ class GridCell(NamedTuple):
 
     @property
     def time_error_s(self) -> float:
-        """The largest time error, in seconds; 0 if it is rounding, NaN if there is none."""
+        """The largest time error, in seconds; 0 within rounding, NaN without an error."""
         error_s = self.errors.time_s
         if math.isnan(error_s):
             return error_s
@@ -259,7 +259,7 @@ class Grid:
 
     @property
     def compared(self) -> list[GridColumn]:
-        """The columns to compare with PIC, best first. If only PIC ran, this is PIC's own column."""
+        """The columns to compare with PIC, best first. If only PIC ran, only PIC's column is returned."""
         scored = [column for column in self.columns.values() if any(cell.scored for cell in self.list_cells(column))]
         return rank_methods(self, [column for column in scored if column.engine != "pic"] or scored)
 
@@ -282,8 +282,8 @@ def read_grid(summary: Summary, lines: Sequence[RowLine]) -> Grid:
 
 def _assemble_grid(summary: Summary, lines: Sequence[RowLine], rows: Sequence[Row | None], results: Results) -> Grid:
     methods = list(dict.fromkeys(line.method for line in lines))
-    # Put the profiles of each engine together. They may be separated, because not all profiles run with the first step
-    # size.
+    # Put the profiles of each engine next to each other. Profiles that do not run with the first step size come later
+    # in `lines`.
     engines = list(dict.fromkeys(method.engine for method in methods))
     methods.sort(key=lambda method: engines.index(method.engine))
     columns = {method: GridColumn(method, method.engine in _OWN) for method in methods}
@@ -349,14 +349,14 @@ def keep_worst(items: Sequence[T], max_items: int, cells_of: Callable[[T], Seque
 
 
 def omission_note(listed: Sequence[T], items: Sequence[T], noun: str, media: Media) -> tuple[Text, ...]:
-    """Return a note if `keep_worst` has omitted items; otherwise nothing."""
+    """Return a note if `keep_worst` has omitted items, and an empty tuple if not."""
     worst = f"Only the {len(listed):,} {noun} with the worst grades of {len(items):,} are shown; results.jsonl has all."
     return (Text(worst, media),) if len(listed) < len(items) else ()
 
 
 RANKING_NOTE = (
-    "Methods are ranked by their mean grade, from 0 (exact) to 6 (wrong), with 7 for a run without a result. "
-    "Among equal grades, the smaller median error relative to PIT is first."
+    "Methods are ranked by their mean grade, from 0 (exact) to 6 (wrong), with 7 for a run without a result. Methods "
+    "with equal mean grades are sorted by their median error relative to PIT, smallest first."
 )
 
 
@@ -368,8 +368,8 @@ def rank_methods(grid: Grid, columns: Iterable[GridColumn]) -> list[GridColumn]:
 def compute_standing(cells: Iterable[GridCell]) -> tuple[float, float]:
     """Compute the sort key of a method from its cells, one for each scene. The best method has the smallest key.
 
-    The key is the mean grade, then the median error divided by PIT's (0 if no scene has one). A method without a grade
-    is last. Keys can only be compared if all methods have cells of the same scenes.
+    The key is the mean grade, then the median error divided by PIT's (0 without such an error). A method without a
+    grade is last. Keys can only be compared if all methods have cells of the same scenes.
     """
     cells = list(cells)
     places = [cell.rank for cell in cells if cell.rank is not None]

@@ -79,7 +79,7 @@ def _format_profile(profile: str) -> str:
 def _describe_misses(grid: Grid, columns: Sequence[GridColumn]) -> str:
     """Describe in how many scenes all methods miss an impact.
 
-    If there are none, describe how many each method misses.
+    If there is no such scene, describe in how many scenes each method misses an impact.
     """
     scenes = len(grid.rows)
     counts = [sum(cell.has_miss for cell in grid.list_cells(column)) for column in columns]

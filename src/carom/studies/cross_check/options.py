@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from carom.model.scene import Scene
     from carom.model.trace import Setting
 
-#: Each default step size of a scene is smaller than the last by this factor. The factor is large enough to show how
-#: errors decrease with the step size.
+#: Each default step size of a scene is smaller than the previous one by this factor. The factor is large enough to show
+#: how errors decrease with the step size.
 REFINEMENT = 4
 REFINEMENTS = 3
 
@@ -33,13 +33,13 @@ def compute_default_dts(scene: Scene) -> tuple[float, ...]:
 
 
 def _to_mapping(value: Any) -> dict[str, Any]:
-    if not isinstance(value, Mapping | tuple):  # a tuple is the default, which is empty
+    if not isinstance(value, Mapping | tuple):  # the default is an empty tuple
         raise TypeError
     return dict(value)
 
 
 def parse_settings(words: Sequence[str]) -> dict[str, Setting]:
-    """Parse settings in the form ``name=value``. The values stay texts.
+    """Parse settings in the form ``name=value``. Values are returned as text.
 
     Raises:
         InputError: A word has no ``=`` or no name, or a setting occurs twice.
@@ -60,21 +60,21 @@ class Options(LimitOptions):
     """Options of a cross-check, without its scenes.
 
     Attributes:
-        engines: Names of adapters; by default every one whose engine is installed.
-        dts: Step sizes, in seconds; by default those of `compute_default_dts` for each scene.
-        profiles: Names of profiles, or "all"; by default those of `carom.execution.methods.DEFAULT_PROFILES` that an
-            engine offers. If two profiles of an engine have the same settings, only the later one is run. The profile
-            `located` is run only at a scene's largest step size, unless step sizes are given, since its results do not
+        engines: Names of adapters; by default all adapters with installed engines.
+        dts: Step sizes, in seconds; by default the result of `compute_default_dts` for each scene.
+        profiles: Names of profiles, or "all"; by default the profiles of `carom.execution.methods.DEFAULT_PROFILES`
+            that an engine offers. If two profiles of an engine have the same settings, only the later profile is run.
+            By default, the profile `located` is run only at a scene's largest step size, since its results do not
             depend on the step size.
-        settings: Settings that replace those of the profiles, by name. Every requested engine must have these settings.
-            A text is converted to the type of the setting.
+        settings: Settings that replace settings of the profiles, by name. Every requested engine must have these
+            settings. A text is converted to the type of the setting.
         phases: Number of phases at which to run each job, in addition to the run without a shift, to measure how much
             errors vary.
         seed: Start of the quasi-random sequence of phases.
         certified: Whether to compare engines with certified runs. By default, engines are compared with PIC. If
-            python-flint is installed, certified runs of scenes of three or more discs then show up to which impact PIC
-            is reliable.
-        certify_s: Seconds for the certified run of each scene.
+            python-flint is installed, certified runs show up to which impact PIC is reliable in scenes of three or more
+            discs.
+        certify_s: Time limit for the certified run of each scene, in seconds.
         timing: Whether to also time each job with its scene's largest step size, while nothing else runs.
         samples: Whether to store positions of the discs, which the pictures of reports need.
 

@@ -52,7 +52,7 @@ def build_plan(scenes: Iterable[Scene | CatalogueScene | str], options: Options,
 
     Raises:
         InputError: There is no scene, or two scenes have the same name.
-        UnknownNameError: There is no such engine, or no requested engine has such a profile.
+        UnknownNameError: A requested engine does not exist, or no requested engine has a requested profile.
     """
     plain, answers = resolve_scenes(scenes)
     known = describe_engines(options.engines, pool)

@@ -19,7 +19,7 @@ def build_play_link(scene: Scene) -> str:
 
 
 def build_play_page(scenes: Iterable[Scene]) -> str:
-    """Build the page with all scenes that it can show; an empty text if there are none."""
+    """Build the play page with all scenes that it can show; empty without such scenes."""
     from carom.web.page import add_gallery, render_page
 
     playable_scenes = [scene for scene in scenes if build_play_link(scene)]

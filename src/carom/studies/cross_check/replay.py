@@ -121,16 +121,16 @@ def replay(
     """Return a replay of a run next to its reference, to show in a notebook or to save.
 
     Args:
-        reference: The reference, usually from `carom.solve_pic`; or a scene; or a scene's name in the catalogue.
-        observed: The run; or the name of an engine that runs the scene.
+        reference: The reference (usually from `carom.solve_pic`), a scene, or the name of a catalogue scene.
+        observed: The run, or the name of an engine to run the scene.
         score: The score of the run (default: computed by `carom.compare`).
-        dt: Step of the named engine, in seconds (default: the scene's frame).
+        dt: Step size of the named engine, in seconds (default: the scene's frame).
         profile: Profile of the named engine.
 
     Raises:
         InputError: The traces can't be compared (see `carom.compare`), a number of the run is NaN or infinite, or `dt`
             is given with a run.
-        UnknownNameError: The engine does not exist, or has no such profile.
+        UnknownNameError: The engine or the profile does not exist.
         AdapterError: The engine can't run the scene; see `carom.run`.
 
     Examples:

@@ -30,29 +30,29 @@ if TYPE_CHECKING:
 
     from carom.comparator import Score
 
-#: Durations in seconds, as in the page's replay: the film without slow motion, the part before the first fault that is
-#: shown in slow motion (its duration without it), and the pause at the fault. The last constant is the frame rate. In a
-#: GIF, the duration of a frame is a whole number of hundredths of a second, here 4.
+#: Durations in seconds: the film without slow motion, the part before the first fault (at normal speed), and the pause
+#: at the fault. The page's replay has the same durations. The last constant is the frame rate. A frame of a GIF lasts a
+#: whole number of hundredths of a second, here 4.
 _FILM_S, _LEAD_S, _HELD_S, FRAMES_PER_S = 6, 0.6, 1.5, 25
 #: Smallest speed of the slow motion, relative to normal speed.
 _SLOWEST = 1.0 / 8.0
-#: Flashes of the discs at each step of the run, as in the page: duration in seconds, largest number at once, and the
-#: number of discs above which only discs with a missed impact flash.
+#: Discs flash at each step of the run. The constants are the duration of a flash in seconds and the largest number of
+#: flashes at once. With more than `_CROWD` discs, only discs with a missed impact flash.
 _FLASH_S, _MOST_FLASHES, _CROWD = 0.45, 3, 4
-#: Sizes of the magnifying inset, which are those of the page. The first is half the side of the magnified region, in
-#: disc radii. The next two are the inset's largest size, divided by the picture's width and height. The last is its
-#: smallest magnification.
+#: Sizes of the magnifying inset, the same as in the page. `_REACH` is half the side of the magnified region, in disc
+#: radii. `_ASIDE` is the inset's largest size, divided by the picture's width and height. `_MAGNIFIES` is the smallest
+#: magnification.
 _REACH, _ASIDE, _MAGNIFIES = 2.5, (0.42, 0.56), 1.4
-#: Colours of exact positions and of missed impacts, as in the page.
+#: Colours of exact positions and of missed impacts, the same as in the page.
 _GHOST, _WRONG = "#74777c", "#d5452f"
-#: Time for which the outcome of an impact is shown, as a fraction of the scene's duration, as in the page.
+#: Time for which the outcome of an impact is shown, as a fraction of the scene's duration.
 _SAID_FOR = 1.0 / 12.0
 
 Array = NDArray[np.float64]
 
 
 class _Moving(NamedTuple):
-    """A circle of the film, with its position, shape ``(frames, 2)``, and its opacity in each frame."""
+    """A circle of the film, with its position (shape ``(frames, 2)``) and opacity in each frame."""
 
     circle: Circle
     places_m: Array
@@ -160,7 +160,7 @@ def _compute_lead_time(scene: Scene) -> float:
 def _draw_discs(
     axes: Axes, scene: Scene, tracks: Sequence[Track], times: Array, *, path: bool = True, **style: Any
 ) -> Iterator[_Moving]:
-    """Draw the discs of a run, and yield each with its positions at the given times."""
+    """Draw the discs of a run, and yield each disc with its positions at the given times."""
     from matplotlib.patches import Circle
 
     for k, (disc, track) in enumerate(zip(scene.discs, tracks, strict=True)):
@@ -182,8 +182,8 @@ def _draw_frames(
 
     Also draw fading flashes of the discs at the last few steps.
     """
-    # `looks` is the number of the run's latest step at each frame of the film. The added 1e-9 prevents rounding to the
-    # step before.
+    # `looks` is the number of the run's latest step at each frame of the film. The added 1e-9 prevents rounding down to
+    # the previous step.
     looks, frames = np.floor(times / dt_s + 1e-9), np.arange(len(times))
     yield from _draw_discs(axes, scene, tracks, looks * dt_s, fill=False, linestyle="--", path=False)
     is_failing_only = len(scene.discs) > _CROWD and bool(failing)

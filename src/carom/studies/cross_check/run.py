@@ -42,11 +42,11 @@ from carom.studies.cross_check.settings_override import resolve_settings
 from carom.support.limits import DEFAULT_TIME_LIMIT_S, MOST_DISCS_DRAWN
 from carom.support.options import build_step_kind, check_value
 
-#: Marks the key of a job that stores states for pictures; see `carom.execution.cache_key.JobKey`.
+#: Part of the key of a job that stores states for pictures; see `carom.execution.cache_key.JobKey`.
 DRAWN = "drawn"
 
-#: Function that opens the journal of a cross-check. Callers must pass `Options.stamp` as its stamp. The journal
-#: contains no run times, because only times of one session can be compared.
+#: Function that opens the journal of a cross-check. Callers must pass `Options.stamp` as the journal's stamp. The
+#: journal contains no run times, because only times of one session can be compared.
 observed_journal = partial(Journal[JobKey, Trace], "traces", JournalEntry[JobKey, CarriedTrace])
 
 
@@ -119,7 +119,7 @@ def cross_check(
         engine_names: Names of adapters, or manifests (default: all installed ones).
         progress: Function that is called with the number of finished jobs, the number of all jobs, and a description.
         command: The command that the report shows.
-        pool: Pool of worker processes, which is not closed. By default, a new pool is used and closed.
+        pool: Pool of worker processes, which stays open (default: a new pool, which is closed).
         options: ``dts``, ``profiles``, ``settings``, ``phases``, ``scheduler`` and the other fields of
             `carom.studies.cross_check.options.Options`.
 

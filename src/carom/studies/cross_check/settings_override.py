@@ -1,4 +1,4 @@
-"""Checks settings that replace those of a profile (``--set``), and converts their values to the settings' types."""
+"""Checks settings that replace settings of a profile (``--set``), and converts their values to the settings' types."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from carom.execution.pool import TaskRunner
 from carom.model.trace import Setting, format_setting
 from carom.support.escaping import build_name_hints
 
-#: Name of the step size among the settings. ``--set`` can't replace the step size. The option ``--dt`` sets it.
+#: Name of the step size among the settings. The step size is set by ``--dt``, and can't be replaced with ``--set``.
 STEP = "dt_s"
 
 _BOOLS = {"true": True, "false": False}
@@ -48,20 +48,20 @@ class KnownSettingsTask(AdapterTask):
 def resolve_settings(
     info: EngineInfo, overrides: Mapping[str, Setting], profiles: Sequence[str], dt_s: float, runner: TaskRunner
 ) -> SettingOverrides:
-    """Check and convert the settings that replace those of a profile. Return them sorted by name.
+    """Check and convert settings that replace settings of a profile, and return them sorted by name.
 
     Args:
         info: Description of the engine.
         overrides: The settings by name. Texts are converted to the type of the setting.
         profiles: The profiles whose settings are replaced.
         dt_s: Step size for the query of the profiles' settings, in seconds.
-        runner: Carries out the query of the adapter.
+        runner: Runner that queries the adapter.
 
     Raises:
-        UnknownNameError: The engine has no such setting.
+        UnknownNameError: The engine lacks a setting.
         InputError: A value has the wrong type.
     """
-    # without declarations, nothing can be checked; the rows of results show why they are missing
+    # without declarations, nothing can be checked; the results show why declarations are missing
     if not overrides or not info.profiles:
         return ()
     answer = runner.run(KnownSettingsTask(info.name, tuple(profiles), dt_s))

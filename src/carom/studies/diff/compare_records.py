@@ -32,7 +32,7 @@ class Kind(Enum):
 
 @dataclass(frozen=True)
 class BeforeAfter:
-    """A number of a run in the old and the new report; None if it is not measured.
+    """A number of a run in the old and the new report; None if the number is not measured.
 
     Attributes:
         name: Name of the number.
@@ -50,12 +50,12 @@ class BeforeAfter:
 
     @property
     def is_count(self) -> bool:
-        """Whether this is a number of impacts, for which every difference is a change."""
+        """Whether this number counts impacts, so that every difference is a change."""
         return self.rounding == 0.0
 
     @property
     def is_changed(self) -> bool:
-        """Whether the number differs, or is measured in one run only."""
+        """Whether the number differs, or is measured in only one of the runs."""
         if self.old is None or self.new is None:
             return self.old is not self.new
         return not abs(self.new - self.old) <= self.rounding
@@ -88,13 +88,13 @@ class Change:
     Attributes:
         kind: Kind of the change.
         scene: Name of the scene.
-        method: Engine and profile. If they differ between the reports, both are named.
+        method: Engine and profile. If the methods of the two reports differ, both are named.
         dt_s: Step size, in seconds.
         old: Grade or failure in the old report.
         new: Grade or failure in the new report.
         measures: The numbers that changed.
         verdicts: Verdicts that only one run has.
-        changed: Changed settings, versions and reference values. Each has a name, and the old and the new value as
+        changed: Changed settings, versions and reference values. Each item is a name, and the old and the new value as
             text.
     """
 
@@ -124,8 +124,8 @@ class Change:
     def badness(self) -> tuple[float, ...]:
         """Sort key that is largest for the worst change.
 
-        Changes are compared by these values in turn: whether they are graded, their kind, the new and the old grade,
-        the growth of missed and spurious impacts, and the largest growth of an error.
+        Changes are ordered by whether the runs are graded, then by kind, new grade, old grade, growth of the number of
+        missed and spurious impacts, and largest growth of an error.
         """
         impacts = sum(measure.growth for measure in self.measures if measure.is_count)
         # Only errors without a unit are compared, because seconds and degrees are not comparable.
@@ -137,9 +137,9 @@ class Change:
     def telling(self) -> BeforeAfter | None:
         """The most important changed number; None if no number changed.
 
-        If the run became worse, a number that became worse is preferred, and vice versa. Missed and spurious impacts
-        are more important than errors without a unit. Errors with a unit follow, and verdicts are last. Among equally
-        important numbers, the first is returned. Errors of impacts are first, because they cause the other errors.
+        If the run became worse, a number that became worse is preferred, and vice versa. The order of importance is:
+        missed and spurious impacts, errors without a unit, errors with a unit, verdicts. Among equally important
+        numbers, the first is returned. Errors of impacts are first, because they cause the other errors.
         """
         direction = -1.0 if self.kind is Kind.BETTER else 1.0
 
@@ -196,8 +196,8 @@ def compare_records(old: Path, new: Path, match: Sequence[tuple[str, str]] | Non
     def key(cell: DiffCell) -> tuple[object, ...]:
         if len(methods[0]) == len(methods[1]) == 1:
             return (cell.scene, cell.dt_s)
-        # The key ignores settings that the user has replaced. So a run with replaced settings is compared with a run of
-        # the unchanged profile.
+        # The key ignores settings that the user has replaced. Therefore a run with replaced settings is compared with a
+        # run of the unchanged profile.
         return (cell.scene, cell.dt_s, cell.method.profile, cell.pair or cell.method.engine)
 
     olds, news = {key(cell): cell for cell in old_cells}, {key(cell): cell for cell in new_cells}
@@ -233,7 +233,9 @@ def _find_method(cells: Sequence[DiffCell], name: str, path: Path) -> list[DiffC
 
 
 def _select_pairs(cells: Sequence[DiffCell], match: Sequence[tuple[str, str]], side: int, path: Path) -> list[DiffCell]:
-    """Return the runs of one report that `match` selects. Each is marked with the number of its pair of names.
+    """Return the runs of one report that `match` selects.
+
+    Each run stores the number of the pair of names that selects it.
 
     Args:
         cells: All runs of the report.
@@ -249,7 +251,10 @@ def _select_pairs(cells: Sequence[DiffCell], match: Sequence[tuple[str, str]], s
 
 
 def _find_changed_versions(old: Environment, new: Environment) -> dict[str, str]:
-    """Return the differences in versions and machine by name. Each is a text with the old and the new value."""
+    """Return the versions and properties of the machine that changed.
+
+    Each name has a text with the old and the new value.
+    """
     olds, news = (
         {"Carom": one.carom, **one.versions, "python": one.python, "system": one.system, "processor": one.processor}
         for one in (old, new)

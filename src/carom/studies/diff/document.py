@@ -12,11 +12,11 @@ from carom.studies.diff.compare_records import Change, Diff, Kind
 
 #: Largest number of rows. The whole table must fit into a comment on a pull request, whose length is limited.
 MOST_ROWS = 50
-#: Largest numbers of groups of similar changes on a terminal, so that 25 lines suffice. There are three numbers: for
-#: worse, mixed or vanished runs; for other changes; and for runs without a grade. A group takes two lines if there is
-#: only one method, and three lines otherwise.
+#: Largest numbers of groups of similar changes on a terminal, so that 25 lines suffice. The first number is for worse,
+#: mixed or vanished runs, the second for other changes, and the third for runs without a grade. A group takes two lines
+#: if there is only one method, and three lines otherwise.
 MOST_ALONE, MOST_OF_SEVERAL = (4, 2, 1), (3, 1, 1)
-#: Largest number of settings on a terminal, and of characters of a value.
+#: Largest number of settings on a terminal, and largest number of characters of a value.
 MOST_SETTINGS, MOST_LETTERS = 4, 40
 
 _COLUMNS = (
@@ -27,15 +27,14 @@ _COLUMNS = (
 )
 
 
-#: Similar changes: their kind, their grades, and the changed settings and versions are equal. The first change is the
-#: worst.
+#: Changes with the same kind, grades, and changed settings and versions. The first change is the worst.
 _Group = list[Change]
 
 
 def build_diff_document(diff: Diff, old: str, new: str) -> Document:
     """Return a document with the changed runs and their numbers.
 
-    On a terminal, only the most important ones are shown, in 25 lines.
+    On a terminal, only the most important changes are shown, in 25 lines.
 
     Args:
         diff: The changes.
@@ -62,7 +61,7 @@ def build_diff_document(diff: Diff, old: str, new: str) -> Document:
 def _build_summary_tables(changes: Sequence[Change]) -> Iterator[Table]:
     """Yield a table with a row for each group of similar changes, if there are changes.
 
-    Changes for the worse are first, then other changes, then those that are not graded.
+    Changes for the worse are first, then other changes, then changes of runs without a grade.
     """
     bad = [change for change in changes if change.graded and change.kind in (Kind.WORSE, Kind.MIXED, Kind.VANISHED)]
     ungraded = [change for change in changes if not change.graded]

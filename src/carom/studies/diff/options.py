@@ -27,8 +27,8 @@ class DiffOptions(DeclaredOptions):
 
     Attributes:
         match: Pairs of old and new engines ("pymunk") or methods ("pymunk/tuned") to compare. Other engines and methods
-            are omitted. By default, methods with the same name are compared. If each report has only one method, these
-            two are compared.
+            are omitted. By default, methods with the same name are compared. If each report has only one method, the
+            two methods are compared.
         fail_on: The comparison fails if a run became worse and now has this grade or a worse one.
 
     Raises:

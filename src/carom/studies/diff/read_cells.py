@@ -21,7 +21,7 @@ from carom.report.outcome_marks import Mark, parse_mark
 from carom.report.results_file.line_types import RowLine, Summary
 from carom.report.results_file.records import stream_records
 
-#: Verdicts without a number. Only their presence is compared.
+#: Verdicts without a number, of which only the presence is compared.
 _FLAGS = (
     *(Verdict.NOT_FINITE, Verdict.CUT_SHORT, Verdict.WRONG_ORDER, Verdict.DRIFTS, Verdict.TURNS),
     *(Verdict.SPINS, Verdict.WRONG_STAMP, Verdict.WRONG_NORMAL, Verdict.MOMENTUM, Verdict.ANGULAR),
@@ -53,7 +53,7 @@ class DiffCell:
     verdicts: tuple[str, ...]
     settings: Mapping[str, Any]
     reference: Mapping[str, Any]
-    pair: int = 0  # number of the pair of names, from 1, that selects this run; 0 if no pair does
+    pair: int = 0  # number (from 1) of the pair of names that selects this run; 0 without a pair
 
 
 def read_cells(path: Path) -> tuple[Summary, list[DiffCell]]:
@@ -71,7 +71,7 @@ def read_cells(path: Path) -> tuple[Summary, list[DiffCell]]:
         cells.extend(_build_cell(summary, line, references, shared) for line in lines)
     except InputError:
         raise
-    except (ArithmeticError, KeyError, TypeError, ValueError) as error:  # all types are valid, but the values are not
+    except (ArithmeticError, KeyError, TypeError, ValueError) as error:  # all types are valid, but some values are not
         message = f"{file}, line {len(cells) + 2}: not a run of a cross-check ({error!r})"
         raise InputError(message, hints=["run the cross-check again"]) from None
     return summary, cells
@@ -92,7 +92,7 @@ def _build_cell(
         measures=_read_measures(line, summary.scenes[line.scene].scales) if mark.ran else (),
         numbers=tuple(_list_numbers(line, reasons)) if mark.ran else (),
         verdicts=verdict_texts or tuple(filter(None, (line.reason,))),
-        # Settings are compared as text, because 1, 1.0 and True are different settings but equal values.
+        # Settings are compared as text, because 1, 1.0 and True are different settings, but equal in Python.
         settings=shared.setdefault(repr(settings), settings),
         reference=references[line.scene] if mark.ran else {},
     )
@@ -101,10 +101,10 @@ def _build_cell(
 def _read_measures(line: RowLine, scales: Scales) -> tuple[Measure, ...]:
     """Return name, rounding and unit of each number of a line.
 
-    A line of a run must have the width of its floats, errors, and missed and spurious impacts.
+    Each run must contain the width of its floats, its errors, and its missed and spurious impacts.
 
     Raises:
-        ValueError: The line lacks one of these values.
+        ValueError: The line lacks one of the required values.
     """
     if line.float_bits is None or line.total is None or line.missed is None or line.spurious is None:
         lacking = [name for name in ("float_bits", "total", "missed", "spurious") if getattr(line, name) is None]
@@ -114,7 +114,7 @@ def _read_measures(line: RowLine, scales: Scales) -> tuple[Measure, ...]:
 
 @lru_cache
 def _list_measures(bits: int, dt_s: float, scales: Scales) -> tuple[Measure, ...]:
-    """Return name, rounding and unit of each number of `_list_numbers`, for floats of the given width."""
+    """Return name, rounding and unit of each number that `_list_numbers` yields, for floats of this width in bits."""
     rounding, time_s = THRESHOLDS.rounding_of(bits), scales.time_s
     place = THRESHOLDS.place_rounding_of(bits, time_s / dt_s) * scales.reach_m / scales.length_m
     limits = {

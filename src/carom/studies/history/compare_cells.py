@@ -1,4 +1,4 @@
-"""Stored result of a release's run, and the comparison of two releases in one cell: a scene, profile and step size."""
+"""Stored result of a release's run, and the comparison of two releases in one cell (a scene, profile and step size)."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ from carom.support.formatting import format_number
 
 #: Number of PIC's and of PIT's runs that a worker process caches.
 _KEPT = 64
-#: Number of evenly spread instants at which positions are compared. Not only the end is compared, because runs with
-#: different bounces may agree again at the end.
+#: Number of evenly spread instants at which positions are compared. Comparing only the end is not enough, because runs
+#: with different bounces may agree again at the end.
 PLACES = 8
 
 _reference, _sampling = lru_cache(maxsize=_KEPT)(solve_reference), lru_cache(maxsize=_KEPT)(run_pit)
@@ -138,7 +138,7 @@ def _compute_state_errors(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return errors of positions, shape ``(PLACES, n, 2)``, and of final velocities, shape ``(n, 2)``.
 
-    An error is infinite after `until_s` or after the end of a run. It is NaN if a coordinate of the run is NaN.
+    An error is infinite after `until_s` or after the end of a run. An error is NaN if a coordinate of the run is NaN.
     """
     scene, flights, samples = trace.scene, list(free_flights(reference)), trace.samples
     assert samples is not None  # noqa: S101 - samples were requested
@@ -182,10 +182,10 @@ class SeenCell:
 
 
 class ChangeKind(Enum):
-    """Change of a run from one release to the next. The value is the phrase that the report shows."""
+    """Change of a run from one release to the next. Each value is the phrase that the report shows."""
 
     NOTHING = "same bits"
-    ROUNDING = "other bits, but equal to rounding at this phase"
+    ROUNDING = "other bits, but equal except for rounding at this phase"
     OVERLAP = "changed, but the ranges over phases overlap"
     WORSE = "worse"
     BETTER = "better"
@@ -193,7 +193,7 @@ class ChangeKind(Enum):
     OTHER_SETTINGS = "the settings read back from the engine differ"
     OTHER_CONTACTS = "reported contacts differ, but the motion differs no more than between phases"
     UNOBSERVED = "changed, but the adapter does not observe every contact"
-    NOT_RUN = "not run by both"
+    NOT_RUN = "not run by both releases"
 
     @property
     def real(self) -> bool:
@@ -285,12 +285,12 @@ def _has_same_motion(old: ReleaseRun, new: ReleaseRun) -> bool:
 def classify_change(old: SeenCell, new: SeenCell) -> CellChange:
     """Compare two releases for one scene, profile and step size, and classify the change.
 
-    A change is attributed to the engine if the settings read back from it are equal and the motion differs.
-    Coordinates, and the errors of positions and final velocities, describe the motion. Each number has a range over at
-    least `FEWEST_PHASES` phases. The motion differs if the ranges of one number do not overlap. The gap between them
-    must exceed rounding and the estimated effect of untested phases. Otherwise only reported contacts changed, or the
-    phase explains the change. If velocities change without a reported impact, the adapter does not observe every
-    contact, and the releases are not compared.
+    A change is attributed to the engine if the settings read back from the engine are equal and the motion differs. The
+    motion is described by coordinates, and by the errors of positions and final velocities. Each of these numbers has a
+    range over at least `FEWEST_PHASES` phases. The motion differs if the ranges of one number do not overlap. The gap
+    between the ranges must exceed rounding and the estimated effect of untested phases. If the motion does not differ,
+    only reported contacts changed, or the phase explains the change. If velocities change without a reported impact,
+    the adapter does not observe every contact, and the releases are not compared.
     """
     a, b = old.own.value, new.own.value
     if a is None or b is None:
@@ -309,7 +309,7 @@ def classify_change(old: SeenCell, new: SeenCell) -> CellChange:
     elsewhere = "" if separate else _describe_coordinate(old.ran, new.ran)
     if separate or elsewhere:
         kinds = {kind for kind, _ in separate}
-        unknown = Grade.UNGRADED.name in (a.grade, b.grade)  # it is unknown which of the two is correct
+        unknown = Grade.UNGRADED.name in (a.grade, b.grade)  # it is unknown which release is correct
         kind = kinds.pop() if len(kinds) == 1 and not unknown else ChangeKind.NEITHER
         return CellChange(kind, "; ".join(why for _, why in separate) or elsewhere)
     changes = [why for _, why in _find_separated_measures(_CONTACTS, old.ran, new.ran)]
@@ -335,10 +335,10 @@ def _find_separated_measures(
 def _compute_range_gaps(before: NDArray[np.float64], after: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return by how much the range of new values is above the range of old values, and by how much it is below.
 
-    The first axis has the runs.
+    The first axis of the arrays is the run.
 
-    Untested phases may extend a range. So each end of a range is moved outwards by the difference of the two numbers
-    that are nearest to this end.
+    Untested phases may extend a range. Therefore each end of a range is moved outwards by the distance between the two
+    numbers nearest to the end.
     """
 
     def reach(values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -351,7 +351,7 @@ def _compute_range_gaps(before: NDArray[np.float64], after: NDArray[np.float64])
 
 
 def _describe_coordinate(old: Sequence[ReleaseRun], new: Sequence[ReleaseRun]) -> str:
-    """Describe where two releases differ most: in which coordinate and when. Empty if they do not differ."""
+    """Describe where two releases differ most: in which coordinate and when. Empty if no coordinate differs."""
     before, after = (np.array([run.off_m for run in runs]) for runs in (old, new))
     gaps = _compute_range_gaps(before, after).max(axis=0)
     k = int(gaps.argmax())

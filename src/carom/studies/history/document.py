@@ -30,9 +30,9 @@ RULE = (
     "A change is attributed to the engine if the settings read back are equal and the motion differs. The motion is "
     "compared for the unshifted scene, and for the scene shifted to {phases} phases of the step. The motion differs if "
     "the ranges of one number (a final velocity error, a position error at one of eight instants, or one coordinate) "
-    "do not overlap. The gap between the ranges must exceed rounding, and the gaps between the outermost two values of "
-    "each range. Differences of reported contacts do not count. 'Same bits' means that impacts and final states are "
-    "bit-identical for the unshifted scene."
+    "do not overlap. The gap between the ranges must exceed rounding. The gap must also exceed the distance between "
+    "the two outermost values of each range. Differences of reported contacts do not count. 'Same bits' means that "
+    "impacts and final states are bit-identical for the unshifted scene."
 )
 
 
@@ -86,7 +86,8 @@ def write_history(history: History, document: Document, folder: Path) -> Path:
     """Write a history's document as ``history.md`` and its ``history.svg``, and return the path of ``history.md``.
 
     Raises:
-        InputError: The folder contains files that Carom did not write. OSError: The files can't be written.
+        InputError: The folder contains files that Carom did not write.
+        OSError: The files can't be written.
     """
     files = {"history.md": render_markdown(document), "history.svg": render_error_chart(history)}
     return write_files(folder, PURPOSE, files)
@@ -110,7 +111,7 @@ def describe_listing(origin: Origin, versions: tuple[str, ...]) -> Iterator[str]
 def describe_bisection(bisection: Bisection | None) -> Iterator[str]:
     """Yield sentences with the result of a bisection."""
     if bisection is None:
-        yield "The oldest and the newest release agree in this run within the range over phases."
+        yield "In this run, the oldest and the newest release differ no more than runs at different phases."
         return
     oldest = bisection.asked[0]
     agrees = f"{bisection.last}, which agrees with the oldest, {oldest}"
@@ -126,7 +127,7 @@ def _build_headline(history: History) -> Iterator[str]:
     changed_steps = [step for step in history.transitions if step.real]
     if len(run_releases) >= 2 and not changed_steps:
         is_identical = all(step.count(ChangeKind.NOTHING) == step.compared for step in history.transitions)
-        nothing = "no bit changed" if is_identical else "nothing changed beyond the range over phases"
+        nothing = "no bit changed" if is_identical else "no change is larger than the differences between phases"
         yield f"In {engine} from {run_releases[0].version} to {run_releases[-1].version}, {nothing}."
     for step in reversed(changed_steps):
         counts = Counter(change.kind for change in step.real.values())

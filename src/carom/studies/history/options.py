@@ -25,8 +25,8 @@ from carom.support.options import (
 if TYPE_CHECKING:
     from carom.model.scene import Scene
 
-#: Smallest number of phases from which a change can be concluded. With fewer phases, a release may look better or worse
-#: by chance.
+#: Smallest number of phases with which a change is attributed to the engine. With fewer phases, a release may look
+#: better or worse by chance.
 FEWEST_PHASES = 8
 
 
@@ -36,7 +36,7 @@ class HistoryOptions(LimitOptions):
 
     Attributes:
         versions: Releases to run: versions, and conditions such as ">=6" or "3.0..4.0" (default: all).
-        most: Largest number of releases that meet the conditions. If there are more, the newest ones are used.
+        most: Largest number of releases that meet the conditions; the newest releases are used.
         installed: Whether the installed engine also runs, after all releases.
         profiles: Names of profiles.
         dts: Step sizes, in seconds (default: each scene's own frame).

@@ -26,7 +26,8 @@ from carom.support.versions import require_version
 #: Time limits of listing and installing, in seconds. Listing takes seconds. Installing the largest tested release, 300
 #: MB, takes half a minute.
 LISTING_S, INSTALLING_S = 60.0, 600.0
-#: Largest number of bytes read from a client's output. A list of a thousand releases is a hundred times smaller.
+#: Largest number of bytes read from a client's output. The list of a thousand releases is a hundred times smaller than
+#: this number.
 MOST_PRINTED_BYTES = 2**22
 
 _NAME = re.compile(r"(@[a-z0-9][a-z0-9._-]*/)?[A-Za-z0-9][A-Za-z0-9._-]*")
@@ -55,7 +56,10 @@ class Client(Protocol):
 
 
 class Pip:
-    """The pip of this environment. It installs releases as wheels into a folder that must be first on Python's path."""
+    """The pip of this environment, which installs releases as wheels into a folder.
+
+    This folder must be first on Python's path.
+    """
 
     def list_versions(self, package: str) -> tuple[str, ...]:
         """Return the versions that the registry lists for a package."""
@@ -77,7 +81,7 @@ class Pip:
         resolved = [f"{_check_name(name)}=={require_version(one)}" for name, one in found]
         needed = (one for one in resolved if _normalize_name(one) != _normalize_name(requirement))
         needs = tuple(dict.fromkeys((requirement, *needed)))
-        # The list of packages already includes requirements, except for those that are installed.
+        # `--no-deps`, because the list of packages already includes all requirements that are not installed.
         into = ["--no-deps", "--target", str(folder)]
         _run([*_PIP, "install", "--quiet", *_LIMITS, *_WHEELS, *into, *needs], INSTALLING_S)
         return needs
@@ -118,7 +122,7 @@ _QUIET = ("--no-audit", "--no-fund", "--no-update-notifier", "--fetch-retries", 
 
 
 def _check_name(package: str) -> str:
-    """Return the name of a package if it can't be mistaken for an option or a path; otherwise raise an error."""
+    """Return a package's name. Raise an error if the name could be mistaken for an option or a path."""
     if not _NAME.fullmatch(package):
         raise ClientError(f"{format_value(package)} is not a package name")
     return package
@@ -155,7 +159,7 @@ def _run(words: Sequence[str], most_s: float, folder: Path | None = None) -> str
             stdin=subprocess.DEVNULL,
             stdout=printed,
             stderr=error_output,
-            cwd=folder or elsewhere,  # not the user's folder, which may contain an .npmrc
+            cwd=folder or elsewhere,  # the user's folder may contain an .npmrc
             start_new_session=True,
         )
         try:

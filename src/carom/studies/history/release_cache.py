@@ -32,7 +32,7 @@ class ReleaseCache:
     root: Path
 
     def find(self, registry: str, package: str, version: str) -> Path | None:
-        """Return the folder of an installed release; None if it is not installed."""
+        """Return the folder of an installed release; None if the release is not installed."""
         folder = self._folder(registry, package, version)
         try:
             json.loads((folder / _NOTE).read_text(encoding="utf-8"))
@@ -80,7 +80,7 @@ class ReleaseCache:
     def prune(self, most_bytes: float) -> None:
         """Remove interrupted installations.
 
-        Also remove the least recently used releases until the rest has `most_bytes` at most.
+        Then remove the least recently used releases, until the rest has at most `most_bytes` bytes.
         """
         for broken in self.root.glob("*/*/.new-*"):
             shutil.rmtree(broken, ignore_errors=True)
@@ -106,7 +106,7 @@ def _build_platform_tag(registry: str) -> str:
 def open_release_cache(most_bytes: float, root: Path | None = None) -> Iterator[ReleaseCache]:
     """Open the cache of releases, ``$XDG_CACHE_HOME/carom/history``.
 
-    At the end, remove old releases if it is too large.
+    At the end, remove old releases if the cache is too large.
 
     Nothing is removed while another `carom history` uses the cache.
     """

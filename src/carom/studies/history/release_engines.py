@@ -36,7 +36,7 @@ class Origin:
         engine: Display name of the engine.
         registry: Client of the registry, "pip" or "npm"; empty without a registry.
         package: Name of the engine's package in the registry.
-        oldest: Oldest release that the adapter supports; empty if no release is known that it does not support.
+        oldest: Oldest release that the adapter supports; empty if all known releases are supported.
         newest_tried: Newest release that was tested with the adapter; empty if unknown.
         manifest: Manifest of an engine in another language; empty for an adapter in Python.
         installed: The installed release; empty if none is installed.

@@ -46,7 +46,7 @@ class Release:
 
     @property
     def not_run(self) -> str:
-        """Most frequent reason why the release could not run, if it ran no scene at all; otherwise empty."""
+        """Most frequent reason why the release could not run; empty if the release ran at least one scene."""
         if self.reason or any(one.ran for one in self.seen.values()):
             return self.reason
         reasons = [one.own.said for one in self.seen.values()]

@@ -135,7 +135,7 @@ class _ReleaseRuns:
     def seen(self, names: Sequence[str], cells: Sequence[RunCell], pool: Pool) -> dict[str, dict[RunCell, SeenCell]]:
         """Return the results of each engine for each scene, profile and step size.
 
-        If the results of consecutive engines differ, both are run again at all phases.
+        If the results of consecutive engines differ, both engines are run again at all phases.
         """
         answers = self.run_jobs((self.job(name, cell) for name in names for cell in cells), pool)
         seen_cells = {name: {cell: SeenCell(answers[self.job(name, cell)]) for cell in cells} for name in names}
@@ -249,7 +249,7 @@ def _select_releases(
     """Return an engine's registry and package, and the releases to run.
 
     Raises:
-        UnknownNameError, InputError, UnavailableError: As in `run_history`.
+        UnknownNameError, InputError, UnavailableError: See `run_history`.
     """
     (info,) = describe_engines([engine], pool)
     for profile in options.profiles if info.profiles else ():
@@ -277,7 +277,7 @@ def bisect_change(
     changes, only one of them is found.
 
     Raises:
-        CaromError: As in `run_history`, or a release can't run this scene with this profile and step size.
+        CaromError: A release can't run this scene with this profile and step size. See also `run_history`.
     """
     options, cell = replace(options, profiles=(profile,), dts=(dt_s,)), RunCell(scene.name, profile, dt_s)
     study = _ReleaseRuns(engine, [scene], options, None, progress)
@@ -312,8 +312,8 @@ def bisect_change(
     return Bisection(cell, candidates[low], candidates[high], change, (candidates[0], *order))
 
 
-#: Matches versions of final releases, which have no mark such as alpha or nightly. The mark `post` is allowed: it is a
-#: repaired package of a final release.
+#: Matches versions of final releases, which have no mark such as alpha or nightly. The mark `post` is allowed, because
+#: it means a repaired package of a final release.
 _FINAL_VERSION = re.compile(r"([0-9]+!)?[0-9]+(\.[0-9]+)*(\.post[0-9]+)?")
 
 #: Word for the newest release.
@@ -341,11 +341,12 @@ def select_versions(listed: Sequence[str], terms: Sequence[str] | None, max_rele
         listed: All listed releases.
         terms: Versions, "latest", and conditions that must all be met (default: all final releases). A pre-release must
             be named by its version.
-        max_releases: Largest number of releases that meet the conditions; the newest ones are used. Versions that are
-            named individually are not counted.
+        max_releases: Largest number of releases that meet the conditions; the newest releases are used. Versions that
+            are named individually are not counted.
 
     Raises:
-        UnknownNameError: A named version is not listed. InputError: A term is neither a version nor a condition.
+        UnknownNameError: A named version is not listed.
+        InputError: A term is neither a version nor a condition.
     """
     words = [word.strip() for text in terms or () for word in text.split(",") if word.strip()]
     finals = sort_versions(filter(_FINAL_VERSION.fullmatch, listed))

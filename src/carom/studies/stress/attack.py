@@ -21,13 +21,13 @@ from carom.studies.stress.result import STRESS
 from carom.studies.stress.true_motion import TrueMotion
 from carom.support.formatting import format_number
 
-#: A method fails if its error exceeds this fraction of the velocity change by an impact. Such an error is too large for
-#: any purpose, and larger than usual errors of all engines at sensible step sizes. So a stress test finds the limits of
-#: a method, and does not measure its accuracy.
+#: A method fails if its error exceeds this fraction of the velocity change by an impact. This error is too large for
+#: any purpose, and larger than the usual errors of all engines at sensible step sizes. Therefore a stress test finds
+#: the limits of a method, and does not measure its accuracy.
 TOLERANCE = 0.1
 
-#: Phases of the step at which the impact comes. At a single phase, a method may pass by chance, so each value is tried
-#: at all of these.
+#: Phases of the step at which the impact comes. Each value is tried at all these phases, because a method may pass at a
+#: single phase by chance.
 PHASES = (0.13, 0.52, 0.89)
 
 
@@ -36,10 +36,10 @@ class CheckResult:
     """Result of the check of a trace.
 
     Attributes:
-        error: Error of the trace, as the stress test defines it; NaN if there is nothing to measure.
+        error: Error of the trace, as defined by the stress test; NaN if there is nothing to measure.
         broken: Reason why the method fails; empty if it passes.
         note: Additional text about the trace, for the report.
-        status: How the run ended: completed, or with which kind of failure.
+        status: How the run ended: completed, or a kind of failure.
     """
 
     error: float
@@ -48,7 +48,6 @@ class CheckResult:
     status: Status = Status.RAN
 
 
-#: Function that checks a trace.
 TraceCheck = Callable[[Trace], CheckResult]
 
 
@@ -69,18 +68,17 @@ class Attack:
         axis: Description of the varied quantity, with its unit.
         harmless: The harmless end of the range. Every sound method should pass at this value.
         absurd: The extreme end of the range, which may be larger or smaller than `harmless`.
-        trials: Function that returns the trials for a value. They usually differ only in the phase of the impact. A
-            method must pass all of them.
+        trials: Function that returns the trials for a value, which usually differ only in the phase of the impact. A
+            method must pass all trials.
         truth: Explanation of how the correct result is known.
         gives_way: Explanation of when a method fails.
-        quick_absurd: The extreme end of the range if the user requests a quick campaign; None if it is the same as
-            `absurd`.
+        quick_absurd: The extreme end of the range in a quick campaign; None for `absurd`.
         whole: Whether the values must be whole numbers.
-        rungs: Number of values per decade (factor of 10) that are tried up to the first failure. It is larger if a
-            method can pass at a single value by chance.
+        rungs: Number of values per decade (factor of 10) that are tried up to the first failure. More values are needed
+            if a method can pass at a single value by chance.
         full_only: Whether a quick campaign omits this stress test, because its runs take too long.
-        last: An additional value beyond `absurd` that has no logarithm, such as a gap of 0. It is tried, but never used
-            in a bisection.
+        last: An additional value beyond `absurd` that has no logarithm, such as a gap of 0. This value is tried, but
+            never used in a bisection.
     """
 
     name: str
@@ -126,8 +124,8 @@ class Attack:
 def build_attack(name: str, trials: Callable[[float], Iterable[Trial]]) -> Attack:
     """Return the stress test with a name such as "mass-ratio" or "_mass_ratio", which ``attacks.json`` describes.
 
-    Names in braces in this file are replaced by sentences that several stress tests share. All scenes get the stress
-    test's name.
+    Names in braces in `attacks.json` are replaced by sentences that several stress tests share. All scenes get the
+    stress test's name.
     """
     name = name.strip("_").replace("_", "-")
     attacks, sentences = _read_attacks()
@@ -167,15 +165,15 @@ def build_velocity_check(truth: TrueMotion) -> TraceCheck:
 
     The error of each disc is divided by the greatest change of its velocity by one impact.
 
-    If a disc is never hit, the greatest change of all discs is used. So in a graze, errors are relative to a small
-    change of velocity.
+    If a disc is never hit, the greatest change of all discs is used. Therefore errors in a graze are relative to a
+    small change of velocity.
     """
     note = "by convention" if truth.convention else ""
     return build_closed_form_check(truth.final_velocity_m_s, len(truth.impacts), truth.greatest_change_m_s, note)
 
 
 def _require_end(check: TraceCheck) -> TraceCheck:
-    """Return a check that fails if a trace ends early, and otherwise calls the given check."""
+    """Extend a check, so that a trace that ends early fails."""
     return lambda trace: _check_early_end(trace) or check(trace)
 
 
@@ -195,8 +193,8 @@ def build_closed_form_check(
     Args:
         final_velocity_m_s: The known velocities, in metres per second.
         impacts: Number of impacts, for messages; 0 if unknown.
-        change_m_s: Change of each disc by impacts, in metres per second: the larger of the changes of velocity and of
-            rim speed; 0 for a disc that is never hit.
+        change_m_s: Change of each disc by impacts, in metres per second: the change of velocity or of rim speed,
+            whichever is larger; 0 for a disc that is never hit.
         note: Additional text about a trace that passes.
         final_rim_m_s: The known rim speeds ``R w``, in metres per second; None to ignore spins.
         cause: Cause of the velocity changes, for messages.
@@ -247,7 +245,7 @@ def build_pressure_check(compressibility: float) -> TraceCheck:
 
     The check uses the impacts of discs in the last four fifths of the run.
 
-    The virial is the sum, over all impacts, of impulse times distance of the centres. The first fifth of the run is
+    The virial is the sum of `impulse * distance of the centres` over all impacts. The first fifth of the run is
     omitted, because the initial lattice still has an effect.
     """
 
@@ -271,7 +269,7 @@ def build_pressure_check(compressibility: float) -> TraceCheck:
 def _check_early_end(trace: Trace) -> CheckResult | None:
     """Return a failure for a run that ended early.
 
-    None if it reached its end, infinitely many impacts or a lasting contact.
+    Return None if the run reached its end, infinitely many impacts or a lasting contact.
     """
     if not (np.isfinite(trace.final_velocity_m_s).all() and np.isfinite(trace.final_position_m).all()):
         return CheckResult(math.nan, Outcome.NON_FINITE.value)

@@ -21,7 +21,7 @@ from carom.studies.stress.result import CellEnding, CellResult, UnsavedResult
 from carom.support.formatting import format_number
 
 #: Smallest deviation that is mentioned, relative to the scene's greatest speed or energy. Users notice an error of a
-#: per cent. It is larger than rounding errors in 32-bit floats.
+#: per cent. This deviation is larger than rounding errors in 32-bit floats.
 NOTICED = 0.01
 
 
@@ -44,10 +44,10 @@ def check_complaint(complaint: Complaint, method: Method, runner: TaskRunner) ->
 def find_symptom(complaint: Complaint, trace: Trace) -> tuple[bool, float, str]:
     """Return whether a trace shows the reported bug, the size of the deviation, and an explanation.
 
-    If the bug report is about energy, or the correct final velocities are unknown, the deviation is the energy error.
-    Otherwise it is the error of final velocities, and of rim speeds if spins are known. It is divided by the scene's
-    energy or speed. If a trace does not show the bug, but is wrong by a per cent or more, the explanation mentions this
-    error.
+    If the bug report is about energy, or the correct final velocities are unknown, the deviation is the energy error,
+    divided by the scene's energy. In all other cases, the deviation is the error of final velocities, and of rim speeds
+    if spins are known, divided by the scene's greatest speed. If a trace does not show the bug, but is wrong by a per
+    cent or more, the explanation mentions this error.
     """
     symptom, known, scene = complaint.symptom, complaint.known, complaint.scene
     finite = bool(np.isfinite(trace.final_velocity_m_s).all() and np.isfinite(trace.final_position_m).all())

@@ -31,8 +31,8 @@ _G, _K = 10.0, 0.5
 _LASTS_S = 0.5
 
 #: Coefficient of friction of all slopes and of the floor with rolling resistance, and the tangents of critical slopes.
-#: Up to its critical angle, a slope holds a block, lets a disc roll without slipping, holds a disc by rolling
-#: resistance, or stops the sliding of a disc that bounces with e = 1/2.
+#: Up to these slopes, in turn: a block stays at rest, a disc rolls without slipping, rolling resistance holds a disc,
+#: and a disc that bounces with e = 1/2 stops sliding.
 _FRICTION = 0.3
 _STEEPEST = {
     "sliding-slope": _FRICTION,
@@ -111,10 +111,10 @@ def _build_slope_trial(kind: str, value: float, side: float) -> Trial:
         along = slip / (1.0 + _K)
         rim, fields = 0.0 - along, {"wall_rolling_resistance": steepest}
     elif kind == "bouncing-slope":
-        # If the first bounce has this speed, the bounces last until the end of the scene. During a hop with take-off
-        # speed w, gravity adds 2 w tan(slope) to the speed at which the disc slides. The next bounce reduces this speed
-        # by f (1 + e)(1 + 1/k) w. Both numbers are equal at the critical slope. In total, bounces change the speed as
-        # much as lasting contact would.
+        # If the first bounce has this speed, the bounces last until the end of the scene. Between two bounces, the disc
+        # flies with take-off speed w, and gravity adds `2 w tan(slope)` to the speed at which the disc slides. The next
+        # bounce reduces this speed by `f (1 + e)(1 + 1/k) w`. Both changes are equal at the critical slope. In total,
+        # bounces change the speed as much as lasting contact would.
         hits = 0.5 * _LASTS_S * normal_pull * (1.0 - e) / e
         fields = {"velocity": complex(0.0, -hits), "wall_restitution": e}
     check = _build_contact_check(along, rim, pull * _LASTS_S)
@@ -162,5 +162,4 @@ def _list_with_reciprocal(value: float) -> Sequence[float]:
 
 
 _SLOPES = [build_attack(name, partial(_build_slope_trials, name)) for name in _STEEPEST]
-#: Stress tests with a disc on a wall under gravity.
 CONTACT_ATTACKS = (_lively, _rests, *_SLOPES, _slide_friction, _rolling_resistance)

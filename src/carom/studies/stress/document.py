@@ -36,7 +36,8 @@ NOTES = {
     "known answer.",
 }
 
-#: Largest number of methods for which the summary has a sentence for each method. For more methods, it is a ranking.
+#: Largest number of methods for which the summary has a sentence for each method. For more methods, the summary is a
+#: ranking.
 SENTENCES = 4
 
 HEAT = (
@@ -44,7 +45,7 @@ HEAT = (
     "digit n is a failure after n tenths of the range."
 )
 
-#: Largest number of methods that a sentence names. If there are more, it states only their number.
+#: Largest number of methods that a sentence names. If there are more methods, a sentence states only their number.
 FEW = 3
 
 #: Symbol and CSS class of a cell, and colours of the classes on a terminal.
@@ -71,8 +72,8 @@ def write_stress(results: StressResults, document: Document, folder: Path) -> Pa
     """Write `stress.html`, `stress.md` and `stress.json` into a folder, and return the path of the page.
 
     Raises:
-        MissingExtraError: jinja2, of the extra `report`, is not installed. InputError: The folder is not writable, or
-        contains files that Carom did not write.
+        MissingExtraError: jinja2, of the extra `report`, is not installed.
+        InputError: The folder is not writable, or contains files that Carom did not write.
     """
     pages = {"stress.html": render_html(document), "stress.md": render_markdown(document)}
     return write_files(folder, "stress", pages | {"stress.json": _format_json(results)})
@@ -182,7 +183,7 @@ def _describe_method(results: StressResults, lines: list[StressTest], method: Me
 def _find_first_failure(
     results: StressResults, lines: list[StressTest], method: Method
 ) -> tuple[StressTest | None, Cell]:
-    """Return the failed test in which a method passes the smallest fraction of the range, and a cell that names it."""
+    """Return the failed test in which a method passes the smallest fraction of the range, and a cell for the test."""
     cells = [(line, results.cells[line.name, method.name]) for line in lines]
     failed = [one for one in cells if one[1].ending not in {CellEnding.PASSES, CellEnding.NOT_RUN}]
     if not failed:
@@ -305,7 +306,7 @@ def _describe_results(results: StressResults, kinds: Mapping[str, list[StressTes
 
 
 def _describe_ranking(results: StressResults, kind: str, lines: list[StressTest], good: CellEnding) -> Iterator[str]:
-    """Yield a sentence on the best and the worst methods, and one on methods that could not run every test."""
+    """Yield a sentence on the best and the worst methods, and a sentence on methods that could not run every test."""
     passed: dict[int, list[str]] = {}
     partly: list[str] = []
     for method in results.methods:

@@ -1,6 +1,6 @@
 """Search for the value at which a method fails a stress test.
 
-Values are tried up to the first failure, then bisected.
+Values are tried up to the first failure. The last interval is then bisected.
 """
 
 from __future__ import annotations
@@ -96,10 +96,10 @@ def rename_scene(name: str, scene: Scene, description: str) -> Scene:
 def _try_value(attack: Attack, value: float, method: Method, runner: TaskRunner, *, quick: bool) -> tuple[_Tried, int]:
     """Run the trials for a value up to the first failure. Return the worst result, and the number of runs.
 
-    If the engine fails, the check fails, and the error is its reason.
+    If the engine fails, the check fails with the engine's error as the reason.
 
     Raises:
-        NotRunError: The engine is unavailable, or declares that it does not support even the harmless end.
+        NotRunError: The engine is unavailable, or does not support the scene at the harmless end.
     """
     try:
         trials = attack.trials(value)

@@ -1,6 +1,6 @@
 """Stress tests with a disc and a finite wall.
 
-They vary speeds, the wall's width, the number of its pieces or of its velocity changes, the angle of a corner, and the
+The tests vary speeds, the wall's width, the number of its pieces or velocity changes, the angle of a corner, and the
 distance by which a disc almost misses the wall's end.
 """
 
@@ -22,8 +22,8 @@ from carom.support.formatting import format_metres, format_number
 
 #: Half the length of a wall. Discs only reach the ends in stress tests on ends of walls.
 _HALF_LENGTH_M = 4.0
-#: Initial distance of a disc from a corner, and the disc's speed. The disc returns after 30 steps. It moves an eighth
-#: of its radius in each step.
+#: Initial distance of a disc from a corner, and the disc's speed. The disc returns after 30 steps. In each step, the
+#: disc moves 2/15 of its radius.
 _CORNER_M, _CORNER_SPEED_M_S = 0.5, 2 * 0.5 / (30 * DT_S)
 
 
@@ -73,7 +73,7 @@ def _wall_width(value: float, phase: float) -> Trial:
 def _wall_end(value: float, phase: float) -> Trial:
     """Make a trial of a disc that grazes the end of a wall. The normal points from the end to the disc's centre."""
     height = RADIUS_M * (1.0 - value)
-    offset = Decimal(height) / Decimal(RADIUS_M)  # computed from the height after rounding, as it is stored
+    offset = Decimal(height) / Decimal(RADIUS_M)  # computed from the rounded height, as stored in the scene
     along = (1 - offset * offset).sqrt()
     after = complex(float(2 * offset * offset - 1), float(2 * offset * along)) * SPEED_M_S
     description = f"A disc grazes the end of a thin wall, {format_number(value, 3)} radii from a miss."
@@ -97,14 +97,14 @@ def _seam(value: float, phase: float) -> Trial:
 def _corner(value: float, phase: float) -> Trial:
     """Make a trial of a disc that is thrown into a corner, but not exactly towards its apex.
 
-    The scene has sides of finite length. To compute the correct motion, they are replaced by half-planes.
+    The scene has sides of finite length. The correct motion is computed with half-planes in their place.
     """
     angle = math.radians(value)
     inwards = cmath.exp(0.5j * angle)
     # The disc's centre moves in a smaller corner, which is at a distance of one radius from both sides.
     apex = RADIUS_M / math.sin(0.5 * angle) * inwards
     start = apex + (_CORNER_M + phase * _CORNER_SPEED_M_S * DT_S) * inwards
-    # The velocity points past the apex by an eighth of the angle, so the disc never meets both sides at once.
+    # The velocity points past the apex by an eighth of the corner's angle, so the disc never meets both sides at once.
     velocity = -_CORNER_SPEED_M_S * inwards * cmath.exp(0.125j * angle)
     side = abs(apex) + _HALF_LENGTH_M
     description = f"A disc is thrown into a corner of {format_number(value, 3)} degrees. Phase {phase:g} of a step."
@@ -131,5 +131,4 @@ def _legs(value: float, phase: float) -> Trial:
     return _build_one_impact_trial(description, phase, RADIUS_M + displacement, 0, wall, 2.0 * speeds[-1])
 
 
-#: Stress tests with a disc and a finite wall.
 WALL_ATTACKS = (_thin_wall, _wall_end, _seam, _wall_width, _paddle, _legs, _corner)

@@ -1,8 +1,8 @@
 """Stress tests with friction and spin, which vary a coefficient, a spin, an inertia, or the number of sticking impacts.
 
-All impacts are head-on or with a wall. So the normal is correct even if an impact is found late, and a method fails
-only because of its friction. In the long chain of sticking impacts, however, a method may fail because late detection
-loses an impact.
+All impacts are head-on or with a wall. Therefore the normal is correct even if an impact is found late, and a method
+fails only because of its friction. In the long chain of sticking impacts, however, a method may fail because late
+detection loses an impact.
 """
 
 from __future__ import annotations
@@ -90,8 +90,8 @@ def _grip_chain(value: float) -> Iterator[Trial]:
     discs = [build_disc(complex(0.0, RADIUS_M + height / 2), 1 - 1j, RADIUS_M)]
     walls = [FLOOR, Wall(point_m=(0.0, 2.0 * RADIUS_M + height), normal=(0.0, -1.0))]
     laws = {"wall_friction": 1e3, "wall_tangential_restitution": 1.0}
-    # One bounce on the floor and one on the ceiling rotate (v, sqrt(k) R w) by the angle whose cosine is ((1 - k)^2 - 4
-    # k)/(1 + k)^2.
+    # A bounce on the floor and a bounce on the ceiling rotate the vector `(v, sqrt(k) R w)` by an angle with the cosine
+    # `((1 - k)^2 - 4 k)/(1 + k)^2`.
     angle = rounds * math.acos(-7.0 / 9.0)
     final, rim = [(math.cos(angle), -1.0)], [math.sin(angle) * math.sqrt(2.0)]
     check = build_closed_form_check(final, 2 * rounds, [2.0], final_rim_m_s=rim)
@@ -119,5 +119,4 @@ def _rolling(value: float) -> Iterator[Trial]:
     yield build_trial(description, discs, check, lasts_s, walls=[FLOOR], **laws)
 
 
-#: Stress tests with friction and spin.
 FRICTION_ATTACKS = (_friction, _spin, _inertia, _grip_chain, _rolling)

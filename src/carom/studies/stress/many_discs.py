@@ -53,8 +53,8 @@ def _cradle_gap(gap: float) -> Iterator[Trial]:
 @attack
 def _crowded_frame(impacts: float) -> Iterator[Trial]:
     count = round(impacts)
-    # All impacts come within half a step after the first one, which comes in the first half of a step. The scene is
-    # long enough for a method that processes one impact per step.
+    # The first impact comes in the first half of a step, and all other impacts within half a step after the first. The
+    # scene is long enough for a method that processes one impact per step.
     gap = 0.5 * SPEED_M_S / RATE_HZ / max(1, count - 1)
     description = f"A row of discs with {count} impacts in one step."
     return (_build_row_trial(description, [gap] * (count - 1), phase, 40 + count) for phase in (0.13, 0.42))
@@ -106,8 +106,8 @@ def _duration(impacts: float) -> Iterator[Trial]:
     gas = stage_boxed_gas(side, radius_m=radius, pitch_m=pitch, speed=speed, duration_s=1.0).scene
     n, free = len(gas.discs), side * pitch - 2 * radius
     # Estimate the number of impacts per second by the kinetic theory of a thin gas, which is accurate to a factor of
-    # two. The first term counts impacts with the four walls. The second counts impacts with discs whose centres are in
-    # a strip of four radii's width.
+    # two. The first term counts impacts with the four walls. The second term counts impacts with discs whose centres
+    # are in a strip of four radii's width.
     a_second = n * (2 / math.pi) * speed * 2 / free + n / 2 * 4 * radius * (n / free**2) * (4 / math.pi) * speed
     duration_s = max(1.0, round(impacts / a_second * rate)) / rate
     description = f"Nine discs in a box for the time of approximately {format_number(impacts, 3)} impacts."
@@ -119,7 +119,7 @@ def _duration(impacts: float) -> Iterator[Trial]:
 #: (2006)).
 VIRIAL = (0.782004, 0.53223180, 0.33355604, 0.1988425, 0.1148728, 0.0649930, 0.0362193, 0.0199537)
 PACKING = 0.3
-#: p V / N k T at this packing by a series with ten terms: 2.0632. In the series, B_2 times the density is twice the
+#: `p V / (N k T)` at this packing is 2.0632, by a series with ten terms. In the series, `B_2 * density` is twice the
 #: packing.
 COMPRESSIBILITY = 1.0 + 2 * PACKING + sum(b * (2 * PACKING) ** k for k, b in enumerate(VIRIAL, 2))
 
@@ -170,9 +170,9 @@ def _galperin(mass_ratio: float) -> Iterator[Trial]:
     root = math.sqrt(mass_ratio)
     angle = math.atan2(1.0, root)
     count = math.ceil(math.pi / angle) - 1
-    # In the plane of (root V, v), both velocities together are a vector with the initial angle pi. Each impact mirrors
-    # this vector. After an even number of impacts, its angle is pi - count * angle. After an odd number, this angle is
-    # mirrored.
+    # The velocities V (heavy disc) and v (light disc) form the vector `(root V, v)` with the initial angle pi. Each
+    # impact mirrors this vector. After an even number of impacts, the vector's angle is `pi - count * angle`. After an
+    # odd number of impacts, this angle is mirrored.
     final_angle = math.pi - count * angle if count % 2 == 0 else (count + 1) * angle - math.pi
     final = [(root * math.sin(final_angle) * speed, 0.0), (math.cos(final_angle) * speed, 0.0)]
     # At its greatest speed, the light disc has all the energy. In total, the heavy disc reverses its velocity.
@@ -192,7 +192,6 @@ def _unstable_orbit(bounces: float) -> Iterator[Trial]:
     yield build_trial(description, discs, None, (0.1 + count * free) / 2.0, frame_rate_hz=60.0)
 
 
-#: Stress tests with many discs or many impacts.
 MANY_DISC_ATTACKS = (
     *(_cradle_gap, _crowded_frame, _at_once, _packing),
     *(_duration, _gas_pressure, _restitution, _galperin, _unstable_orbit),

@@ -9,7 +9,7 @@ from carom.execution.shared_options import LimitOptions, declare_engines, declar
 from carom.support.limits import DEFAULT_TIME_LIMIT_S
 from carom.support.options import build_flag_kind, build_seconds_kind, declare_option
 
-#: Time limit of a run in a quick campaign, in seconds. Each scene of such a campaign normally takes less than a second.
+#: Time limit of a run in a quick campaign, in seconds. A scene of a quick campaign normally takes less than a second.
 QUICK_TIME_LIMIT_S = 10.0
 
 

@@ -17,11 +17,11 @@ RATE_HZ = 240.0
 DT_S = 1.0 / RATE_HZ
 
 #: Numbers of steps before and after the impact. If an engine models a contact by a spring, the contact lasts several
-#: steps: 24 steps at MuJoCo's usual stiffness of 1000 /s².
+#: steps. At MuJoCo's usual stiffness of 1000 /s², these are 24 steps.
 STEPS_BEFORE, STEPS_AFTER = 4, 40
 MEETING_S = (STEPS_BEFORE + STEPS_AFTER) * DT_S
 
-#: Default radius, and default speed: a hundredth of a diameter per step, which every method should handle.
+#: Default radius, and default speed: a hundredth of a diameter per step, which is easy for every method.
 RADIUS_M = 0.25
 SPEED_M_S = 0.01 * 2 * RADIUS_M * RATE_HZ
 
@@ -70,8 +70,7 @@ def _build_meeting_trial(
 def _build_attack(name: str, template: str, **functions: Callable[[float], float]) -> Attack:
     """Return a stress test whose trials are meetings of two discs, one at each phase.
 
-    The keywords are arguments of `_build_meeting_trial`. Each function computes such an argument from the stress test's
-    value.
+    Each keyword is an argument of `_build_meeting_trial`, given as a function of the stress test's value.
     """
 
     def trials(value: float) -> Sequence[Trial]:
@@ -86,7 +85,6 @@ _GRAZING = "A disc grazes another, {value} contact distances from a miss."
 _TUNNELLING = "A disc that moves {value} radii per step meets one at rest head-on."
 _SIZE = "Discs of radius {value} m meet head-on at a fiftieth of the radius per step."
 _SIZES = {"radius": lambda value: value, "speed": lambda value: 0.02 * value * RATE_HZ}
-#: Stress tests with one pair of discs.
 PAIR_ATTACKS = (
     _build_attack("grazing", _GRAZING, offset=lambda value: 1.0 - value),
     _build_attack("mass-ratio", "A disc of 1 kg meets one of {value} kg head-on.", mass=lambda value: value),

@@ -1,7 +1,7 @@
 """Invariances: changes of a scene that must change the result in a known way, even if the result itself is unknown.
 
 For example, if a scene is rotated, its result must be rotated. An engine that violates an invariance is wrong in at
-least one of the two scenes. If an engine uses absolute lengths, speeds or times (slops, thresholds, margins), it fails
+least one of the two scenes. An engine that uses absolute lengths, speeds or times (slops, thresholds, margins) fails
 when the units are changed.
 """
 
@@ -27,9 +27,9 @@ from carom.studies.stress.failure_search import NotRunError, observe, rename_sce
 from carom.studies.stress.result import CellEnding, CellResult, UnsavedResult
 from carom.support.formatting import format_number
 
-#: Largest deviation that does not count as a violation. Rounding errors are multiplied by a few hundred in three
-#: impacts, and again by adding up over a few hundred steps. The effect of an engine's absolute lengths and speeds is
-#: larger by orders of magnitude.
+#: Largest deviation that does not count as a violation. Three impacts multiply rounding errors by a few hundred, and a
+#: few hundred steps multiply rounding errors again. The effect of an engine's absolute lengths and speeds is larger by
+#: orders of magnitude.
 HOLDS = 1e-9
 
 #: A coefficient of friction with which superballs never slide. Every engine supports this coefficient.
@@ -57,8 +57,8 @@ class State(NamedTuple):
 def build_base_scene() -> Scene:
     """Return the base scene: four unequal discs with three oblique impacts, which are far apart in time.
 
-    One invariance stops the run at 1 s and continues it. The second impact is at 0.59 s and the third at 1.39 s. So
-    even a contact of a tenth of a second is over at 1 s.
+    One invariance stops the run at 1 s and continues it. The second impact is at 0.59 s and the third at 1.39 s.
+    Therefore even a contact of a tenth of a second is over at 1 s.
     """
     description = "Four unequal discs, three oblique impacts."
     discs = [
@@ -73,7 +73,7 @@ def build_base_scene() -> Scene:
 def build_rough_scene() -> Scene:
     """Return the base scene with spins and friction.
 
-    The discs slide in the first and the third impact, and stick in the second one.
+    The discs slide in the first and the third impact, and stick in the second impact.
     """
     base = build_base_scene()
     turning = zip(base.discs, (12.0, -2.0, 0.0, 3.0), (0.5, 0.4, 1.0, 0.5), strict=True)
@@ -97,12 +97,12 @@ class Relation:
         name: Short name, as on the command line.
         states: The invariance in one sentence.
         deviation: Function that runs a base scene and a changed scene, and returns how much the second result deviates
-            from the expected one. Deviations of positions are divided by the largest radius, and those of velocities
-            and rim speeds by the greatest speed. The function raises SceneError if the changed scene can't start from
-            the final state of the first run.
+            from the expected result. Deviations of positions are divided by the largest radius, and deviations of
+            velocities and rim speeds by the greatest speed. The function raises SceneError if the changed scene can't
+            start from the final state of the first run.
         base: Function that returns the base scene.
-        of_runs: Whether the changed scene starts from the final state of the first run, so that it differs between
-            methods.
+        of_runs: Whether the changed scene starts from the final state of the first run, so that the scene differs
+            between methods.
     """
 
     name: str
@@ -138,7 +138,7 @@ def _compute_deviation(base: Scene, found: State, expected: State) -> float:
 
 
 def _final_state_of(trace: Trace) -> State:
-    spin = trace.final_spin_rad_s  # if a disc turns, a trace without spins was rejected before
+    spin = trace.final_spin_rad_s  # if a disc spins, a trace without spins was already rejected
     resting = np.zeros(len(trace.scene.discs))
     return State(trace.final_position_m, trace.final_velocity_m_s, resting if spin is None else spin)
 
@@ -291,7 +291,7 @@ def list_relations() -> list[Relation]:
 
 
 def check_relation(relation: Relation, method: Method, runner: TaskRunner) -> UnsavedResult:
-    """Check whether a method's results have an invariance. Return the check's result with both scenes."""
+    """Check whether a method keeps an invariance. Return the check's result with both scenes."""
     used: list[Scene] = []
 
     def run(scene: Scene) -> Trace:
@@ -316,7 +316,7 @@ def check_relation(relation: Relation, method: Method, runner: TaskRunner) -> Un
     except _StoppedError as error:
         reason, status = error.args
     except InputError as error:
-        why = "a run can't start from the final state of the first one"
+        why = "a run can't start from the final state of the first run"
         reason = f"no second scene: {why} ({str(error).splitlines()[0]})"
     ending = CellEnding.VIOLATED if reason else CellEnding.HOLDS
     result = cell(ending, value, reason=reason, runs=len(used), status=status)
@@ -324,13 +324,13 @@ def check_relation(relation: Relation, method: Method, runner: TaskRunner) -> Un
 
 
 class _StoppedError(Exception):
-    """One of the runs for an invariance failed. The error contains the reason and the status."""
+    """One of the runs for an invariance failed. The error's arguments are the reason and the status."""
 
 
 def _build_named_scenes(relation: Relation, method: Method, used: list[Scene]) -> tuple[Scene, ...]:
     """Return the scenes of an invariance under unique names.
 
-    If a scene is the same for all methods, it has the same name.
+    A scene that is the same for all methods has the same name.
     """
     renamed = []
     for k, scene in enumerate(used):

@@ -29,7 +29,7 @@ _EARLIER = {
 
 
 class CellEnding(StrEnum):
-    """Outcome of a test with one method. The value is the phrase that the report shows."""
+    """Outcome of a test with one method. Each value is the phrase that the report shows."""
 
     FAILS_AT_SIZE = "fails at this size"
     PASSES = "passes to the end"
@@ -42,7 +42,7 @@ class CellEnding(StrEnum):
 
     @property
     def in_files(self) -> str:
-        """Name in ``stress.json``. It does not change when a member of this class is renamed."""
+        """Name in ``stress.json``. This name stays the same when a member of this class is renamed."""
         return _NAMES_IN_FILES[self]
 
     @classmethod
@@ -72,8 +72,8 @@ class CellResult:
         line: Name of the stress test, invariance or reported bug.
         method: Name of the method.
         ending: Outcome of the test.
-        value: The value at which the method fails, or the most extreme tested value if it passes. For an invariance or
-            a reported bug, this is the deviation. None if there is no number.
+        value: The value at which the method fails, or the most extreme tested value if it passes. The deviation, for an
+            invariance or a reported bug. None if there is no number.
         stands_at: The most extreme value up to which the method passes; None if there is none.
         error: The error at `stands_at`, as the stress test defines it; None if there is none.
         reason: Reason why the method fails, or why there is no number.
@@ -96,7 +96,7 @@ class CellResult:
 
     @property
     def cut_off(self) -> bool:
-        """Whether the engine or its adapter failed, so that the result says nothing about its motion."""
+        """Whether the engine or its adapter failed, so that the result says nothing about the engine's motion."""
         return self.status.is_failure
 
 
@@ -173,7 +173,7 @@ class StressResults:
         environment: Description of the machine, and versions of packages.
         command: The command that repeats the campaign.
         quick: Whether this is a quick campaign.
-        elapsed_s: Duration of the whole study, in seconds. If the campaign was resumed, only the time since then.
+        elapsed_s: Duration of the whole study, in seconds. For a resumed campaign, only the time since the resumption.
     """
 
     lines: tuple[StressTest, ...]

@@ -90,7 +90,7 @@ def run_stress_campaign(
 
     Args:
         names: Names of stress tests, invariances and reported bugs, or the words "attacks", "relations" and
-            "complaints"; all if empty.
+            "complaints"; all tests if empty.
         options: Options of the campaign.
         out: Folder for the journal and for the scenes that reproduce the numbers.
         resume: Whether to continue from the results in the journal in `out`.
@@ -177,7 +177,7 @@ def _list_all_tasks(quick: bool) -> list[StressTask]:
         line = StressTest("attack", attack.name, attack.axis, attack.truth, attack.gives_way, ladder, group=group)
         tasks.append((line, partial(find_failure, attack, quick=quick)))
     truth = "not needed, because the two runs of the method are compared with each other"
-    fails = f"the deviation is above {HOLDS:g}; rounding multiplied by three impacts is smaller"
+    fails = f"the deviation is above {HOLDS:g}; rounding errors after three impacts are smaller"
     tasks += [
         (StressTest("relation", relation.name, relation.states, truth, fails), partial(check_relation, relation))
         for relation in list_relations()

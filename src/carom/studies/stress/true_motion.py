@@ -22,12 +22,12 @@ from carom.errors import InputError
 from carom.model.scene import Need, Scene
 from carom.model.trace import Vector, wall_body, wall_index
 
-#: Number of decimal digits of the first computation. In a graze by 1e-15 of the contact distance, the smallest in a
-#: stress test, 30 digits are lost by cancellation. A chain of impacts loses about one digit per impact.
+#: Number of decimal digits of the first computation. In the smallest graze of a stress test, 1e-15 of the contact
+#: distance, 30 digits are lost by cancellation. A chain of impacts loses about one digit per impact.
 DIGITS = 120
 
-#: Largest relative difference between the results of both computations. It is far below the rounding error of a float,
-#: and far above the error that the lost digits cause.
+#: Largest relative difference between the results of both computations. This difference is far below the rounding error
+#: of a float, and far above the error that the lost digits cause.
 AGREEMENT = Decimal("1e-30")
 
 

@@ -55,7 +55,7 @@ def tune(
             `carom.studies.tune.options.TuneOptions`.
 
     Raises:
-        InputError: The adapter declares no searchable settings, can run none of the scenes, or an option is invalid.
+        InputError: The adapter declares no searchable settings or can run no scene, or an option is invalid.
         UnknownNameError: The engine, the profile or a scene does not exist.
         UnavailableError: The engine is not installed.
         MissingExtraError: The extra `tune` is not installed.

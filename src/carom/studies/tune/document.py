@@ -24,13 +24,13 @@ from carom.studies.tune.run import Tuning
 from carom.studies.tune.search import TriedSettings
 
 ERROR_NOTE = (
-    "The error is the largest velocity or spin error, divided by PIT's largest over the phases of the step. An error "
-    "of 1 is the cost of sampling, and 0 is rounding."
+    "The error is the largest velocity or spin error, divided by PIT's largest error over the phases of the step. 1 is "
+    "the error of checking once per step, and 0 is rounding."
 )
 MERIT_NOTE = (
     "Columns count scenes. 'Between' counts scenes with the grades sampled, inaccurate or diverged, and scenes without "
-    "a grade. The error is the mean over scenes on a logarithmic scale, on which 0 is rounding, 50 is the cost of "
-    "sampling, and 100 is wrong or not run."
+    "a grade. The error is the mean over scenes on a logarithmic scale, on which 0 is rounding, 50 is the error of "
+    "checking once per step, and 100 is wrong or not run."
 )
 #: Name of the profile in the code to paste.
 FOUND = "found"
@@ -105,7 +105,7 @@ def _build_headline(tuning: Tuning) -> Iterator[str]:
 
 
 def _describe_equal_profiles(tuning: Tuning) -> Iterator[str]:
-    """Yield a sentence on profiles that are equally good on these scenes, then one on better profiles.
+    """Yield a sentence on profiles that are equally good on these scenes, then a sentence on better profiles.
 
     Profiles whose steps Carom shortens are omitted.
     """
@@ -179,7 +179,7 @@ def _build_setting_section(tuning: Tuning) -> Section:
             "tested range", lambda item: ", ".join(format_setting(tuning.space.values[item[0]][k]) for k in (0, -1))
         ),
     )
-    note = "Each setting is needed: resetting any one of them makes the result worse."
+    note = "Each setting is needed: resetting a single setting makes the result worse."
     return Section("Settings found", (Table(columns, tuning.best.tried), Text(note)))
 
 

@@ -19,7 +19,8 @@ from carom.execution.timing import time_run
 from carom.model.scene import Scene
 from carom.studies.tune.objective import SceneResult
 
-#: Number of PIC's and of PIT's runs that a worker process caches. It is larger than the number of scenes in a search.
+#: Number of PIC's and of PIT's runs that a worker process caches. This number is larger than the number of scenes in a
+#: search.
 _KEPT = 256
 
 _reference, _sampling = lru_cache(maxsize=_KEPT)(solve_reference), lru_cache(maxsize=_KEPT)(run_pit)
@@ -28,8 +29,8 @@ _reference, _sampling = lru_cache(maxsize=_KEPT)(solve_reference), lru_cache(max
 def summarise_score(score: Score) -> SceneResult:
     """Return the parts of a score that a search needs.
 
-    If a trajectory has diverged from the reference's, its impacts match only by chance. In this case, the error divided
-    by PIT's and the wrong impacts are those of single steps, which start from the run's own states.
+    If a trajectory has diverged from the reference's, its impacts match only by chance. Errors and wrong impacts are
+    then taken from the comparison of single steps, which start from the run's own states.
     """
     local = score.local_truth
     if score.diverged_s is not None and local is not None:
@@ -71,11 +72,11 @@ class EvaluationTask(JobTask):
         return replace(result, seconds=seconds)
 
 
-#: Marks the key of a job that is also timed; see `carom.execution.cache_key.JobKey`.
+#: Part of the key of a job that is also timed; see `carom.execution.cache_key.JobKey`.
 _TIMED = "timed"
 
-#: Function that opens the journal of a search. If a search is continued, it requests the same jobs again, and finds
-#: their results in the journal.
+#: Function that opens the journal of a search. A continued search requests the same jobs again, and finds the results
+#: in the journal.
 tune_journal = partial(Journal[JobKey, SceneResult], "judgements", JournalEntry[JobKey, SceneResult])
 
 
@@ -88,7 +89,7 @@ class Evaluator:
             reliable to their end.
         pool: Pool of worker processes, which is not closed.
         notes: Journal of results, to which new results are added.
-        timed: Whether steps are timed. If so, only one job runs at a time.
+        timed: Whether steps are timed, with only one job at a time.
     """
 
     def __init__(

@@ -22,8 +22,8 @@ from dataclasses import dataclass
 from carom.comparator import Grade
 from carom.comparator.thresholds import THRESHOLDS
 
-#: The logarithmic scale of errors extends from `THRESHOLDS.rounding` to its reciprocal. It has this number of parts,
-#: each of which is a factor of 1.7.
+#: The logarithmic scale of errors extends from `THRESHOLDS.rounding` to its reciprocal. The scale has this number of
+#: parts, and each part is a factor of 1.7.
 _PARTS = 100
 
 
@@ -96,8 +96,8 @@ class Merit:
 def compute_error_on_scale(result: SceneResult) -> float:
     """Return a scene's error divided by PIT's on a logarithmic scale: 0 is rounding, and 1/2 is PIT's error.
 
-    The largest result is 1, which is the result for a wrong scene. If there is no error to measure, the result is 0 for
-    an exact or close scene, and 1 for any other scene.
+    A wrong scene has the largest result, 1. If there is no error to measure, the result is 0 for an exact or close
+    scene, and 1 for any other scene.
     """
     if result.wrong or math.isnan(result.price):
         return 1.0 if result.behind else 0.0

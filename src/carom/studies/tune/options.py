@@ -29,7 +29,7 @@ class TuneOptions(LimitOptions):
         dt_s: Step size, in seconds (default: each scene's own frame).
         trials: Number of different settings to try before the best ones are refined.
         seed: Seed of the optimiser's random numbers.
-        timing: Whether faster settings are preferred among equally accurate ones. If so, only one job runs at a time.
+        timing: Whether faster settings are preferred if accuracy is equal. With timing, only one job runs at a time.
 
     Raises:
         InputError: A value is invalid, or `timing` is requested on a cluster.

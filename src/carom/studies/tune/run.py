@@ -48,12 +48,12 @@ class Tuning:
         first: Results of the first profile.
         best: Results of the best settings, or `first` if nothing was better.
         others: Results of the engine's other profiles on the same scenes, by name.
-        located: Names of the profiles whose steps Carom shortens so that they end at impacts. No setting of the engine
-            does this.
-        code: Those lines of the engine's code that the best settings change, for the first scene's step size. Empty if
+        located: Names of the profiles whose steps Carom shortens so that they end at impacts, which no setting of the
+            engine does.
+        code: Lines of the engine's code that the best settings change, for the first scene's step size; empty if
             nothing was better, or if the adapter writes no code.
         own: The first profile's settings at the first scene's step size, by name.
-        settings: The best settings at this step size, by name.
+        settings: The best settings at the first scene's step size, by name.
         varying: Names of the settings whose values depend on the step size.
         time_ratio: Median over scenes of the run time, divided by the first profile's run time; NaN if no scene was
             timed.

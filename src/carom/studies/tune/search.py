@@ -4,9 +4,9 @@
 2. An optimiser (Optuna's tree-structured Parzen estimator, Bergstra et al., NeurIPS 2011) requests trials. In a trial,
    each setting has its default or another value.
 3. Starting from the best trial, one setting at a time is set back to its default or to another value, until nothing
-   improves. So every setting of the result has an effect.
-4. Step 3 is repeated from other trials, except trials that another trial *dominates*: the other one is better in one
-   criterion and worse in none. In this way, some pairs of settings are found that only help together.
+   improves. Therefore every setting of the result has an effect.
+4. Step 3 is repeated from other trials, except trials that another trial *dominates*. A trial dominates another trial
+   if it is better in one criterion and worse in none. This step finds some pairs of settings that only help together.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ class TriedSettings:
 
     @property
     def rank(self) -> tuple[Merit, int]:
-        """Sort key, which is smallest for the best settings: their merit, then their number."""
+        """Sort key, which is smallest for the best settings: the merit, then the trial's number."""
         return self.merit, len(self.tried)
 
 
@@ -110,7 +110,8 @@ class KnobSearch:
         """Run the search and return the best settings.
 
         Args:
-            trials: Number of different settings to test, including those that change a single setting.
+            trials: Number of different combinations of settings to test, including combinations that change a single
+                setting.
             seed: Seed of the optimiser's random numbers. Equal seeds lead to equal trials.
 
         Raises:
@@ -190,7 +191,7 @@ class KnobSearch:
     def evaluate(self, point: Point) -> tuple[Merit, bool]:
         """Evaluate a point.
 
-        Return the merit of the point's settings. Also return whether the evaluation was abandoned; the merit is then
+        Return the merit of the point's settings. Also return whether the evaluation was abandoned, so that the merit is
         only a bound.
         """
         overrides = self.space.settings_of(point)

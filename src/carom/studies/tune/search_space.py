@@ -13,8 +13,8 @@ from carom.model.trace import Setting
 #: Both ends are also tested, because they often disable a feature.
 BETWEEN = 15
 
-#: During refinement, the range of each setting is divided into `STOPS` equal parts. The values at their ends are
-#: tested, and the `NEAR` next values on both sides of the present value.
+#: During refinement, the range of each setting is divided into `STOPS` equal parts. The values at the ends of the parts
+#: are tested, and the `NEAR` next values on both sides of the present value.
 STOPS, NEAR = 4, 2
 
 #: A point of the search space: a mapping from the names of changed settings to indices of their values. Other settings
@@ -59,8 +59,8 @@ class Space:
     def neighbours(self, point: Point) -> Iterator[dict[str, int]]:
         """Yield the points that differ from `point` in one setting.
 
-        In these points, this setting has its default, a value at the end of one of the `STOPS` parts, or a value near
-        its present one.
+        The changed setting has its default, a value at the end of one of the `STOPS` parts, or a value near the present
+        value.
         """
         for name, values in self.values.items():
             last, current_index = len(values) - 1, point.get(name)

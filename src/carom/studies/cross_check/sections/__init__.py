@@ -1,1 +1,1 @@
-"""Sections of the report of a cross-check. Each is a function of the grid."""
+"""Sections of the report of a cross-check. Each section is computed from the grid."""

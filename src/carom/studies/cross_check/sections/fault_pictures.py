@@ -1,6 +1,6 @@
 """Pictures of faults: the cases of the paper by which Carom is inspired, and the worst runs.
 
-Each run is shown next to PIC's.
+Each run is shown next to PIC's run.
 """
 
 from __future__ import annotations
@@ -15,13 +15,12 @@ from carom.report.document import Media, Pair, Pairs, Section, Text
 from carom.studies.cross_check.grid import Grid, GridCell
 from carom.support.limits import MOST_DISCS_DRAWN
 
-#: Group of the four scenes from the paper by which Carom is inspired. They are always shown with the paper's method,
-#: PIT.
+#: Group of the four scenes from the paper by which Carom is inspired, always shown with the paper's method, PIT.
 PAPER_GROUP = "paper"
 WORST_SHOWN = 3
 
 PICTURE_NOTE = (
-    "PIC is shown next to the run, to the same scale. If everything moves along one line, position is drawn "
+    "PIC's run is shown next to each run, to the same scale. If everything moves along one line, position is drawn "
     "against time. A disc has an outline and a number at the start, a tint at an impact, and a fill at the end. Dots "
     "are frames. Dashed discs show the frames around a missed impact."
 )
@@ -58,7 +57,7 @@ def _draw_pair(reference: Trace, observed: Trace, missed: Sequence[int], labels:
 
 
 def find_divergences(grid: Grid) -> tuple[tuple[GridCell, ...], tuple[GridCell, ...]]:
-    """Find PIT's runs of the paper's scenes, and the worst run of each other scene, sorted from the worst on.
+    """Find PIT's runs of the paper's scenes, and the worst run of each other scene, worst first.
 
     Scenes with too many discs for a picture are omitted.
     """

@@ -15,8 +15,8 @@ from carom.report.impact_rows import build_impact_rows
 from carom.report.outcome_marks import RIGHT, Mark
 from carom.studies.cross_check.grid import RANKING_NOTE, Grid, GridCell, GridColumn, compute_standing
 
-#: Largest number of rows in the table of impacts, of columns with impacts in the table of methods, and of columns with
-#: methods on a terminal.
+#: Largest numbers: rows in the table of impacts, columns with impacts in the table of methods, and columns with methods
+#: on a terminal.
 MOST_IMPACTS, MOST_BESIDE, MOST_ACROSS = 40, 4, 3
 
 METHOD_NOTE = (
@@ -24,18 +24,17 @@ METHOD_NOTE = (
     "error is divided by PIT's. The error in the table is the median over scenes."
 )
 METHOD_DETAIL = (
-    "The error is the largest velocity or spin error, divided by PIT's largest error at any phase of the step. "
-    "1 is the error of checking once per step, and 0 is no error. Scenes without a unique answer have no "
-    "error. A cell of a group shows how many of its graded scenes are exact or close, and links to the worst "
-    f"one. {Mark.WRONG.symbol} in a corner of a cell means that an impact is missed in at least one scene of the "
-    "group. "
+    "The error is the largest velocity or spin error, divided by PIT's largest error at any phase of the step. 1 is "
+    "the error of checking once per step, and 0 is no error. Scenes without a unique answer have no error. The cell of "
+    "a group of scenes shows how many of the graded scenes are exact or close, and links to the worst scene. "
+    f"{Mark.WRONG.symbol} in a corner of a cell means that an impact is missed in at least one scene of the group. "
 )
 METHOD_SHORT = (
     "The numbers after - and + count missed and invented impacts. The error is the largest velocity or spin error, "
-    "divided by PIT's{median}."
+    "divided by PIT's error{median}."
 )
 SCENE_NOTE = (
-    "Each error is the largest of its run. Times with + are late. n/a is a missed or diverged impact. "
+    "Each error is the largest of one run. Times with + are late. n/a is a missed or diverged impact. "
     "\N{MULTIPLICATION SIGN} is the error divided by PIT's error."
 )
 
@@ -130,8 +129,7 @@ def _format_cost(cells: Sequence[GridCell]) -> str:
 def _find_worst(cells: Sequence[GridCell]) -> GridCell | None:
     """Find the run with the worst grade; None if no run is graded.
 
-    Among runs with the same grade, the one with more missed and invented impacts is worse, then the one with the larger
-    error.
+    Runs with the same grade are compared by their number of missed and invented impacts, then by their error.
     """
 
     def badness(cell: GridCell) -> tuple[int, int, float]:
@@ -146,7 +144,7 @@ def _build_worst_scene_cell(cells: Sequence[GridCell]) -> Cell:
 
 
 def _read_group(scene: str) -> str:
-    """Return the part of a scene's name before the slash, which is its group; ``others`` if there is no slash."""
+    """Return a scene's group, the part of its name before the slash; ``others`` if there is no slash."""
     group, slash, _ = scene.partition("/")
     return group if slash else "others"
 
@@ -177,8 +175,8 @@ def _build_group_cell(grid: Grid, names: Sequence[str], method: GridColumn) -> C
 def find_first_replay(grid: Grid) -> Cell | None:
     """Return a link to the replay of the worst run of an engine; None if no replay shows an error.
 
-    Among runs with the same grade, runs that miss an impact are preferred, and then scenes with few impacts. Without
-    runs of engines, the link leads to a run of one of Carom's own methods.
+    If runs have the same grade, runs that miss an impact are preferred, and then scenes with few impacts. Without runs
+    of engines, the link leads to a run of one of Carom's own methods.
     """
     graded = [cell for row in grid.rows for cell in row.cells if cell.mark.rank and cell.has_replay]
     engines = [cell for cell in graded if not cell.column.own] or graded
@@ -204,7 +202,7 @@ def _build_counts_table(grid: Grid, methods: Sequence[GridColumn]) -> Table:
 
 
 def _list_scored_runs(grid: Grid) -> list[GridCell]:
-    """Return the scored runs, sorted by step size, beginning with the largest, and then by quality."""
+    """Return the scored runs, sorted by step size (largest first), then by quality."""
     methods = grid.compared
     runs = [cell for cell in grid.runs if cell.scored and cell.column in methods]
     return sorted(runs, key=lambda cell: (-cell.line.dt_s, compute_standing([cell])))
@@ -246,14 +244,14 @@ def _error_column(head: str, under: str, read: Callable[[GridCell], float], unit
 
 
 def _format_error(cell: GridCell, value: float, unit: float, *, sign: bool = False, limit: float | None = None) -> str:
-    """Format an error. For a diverged trajectory, no error is shown, because it would depend on chance.
+    """Format an error. For a diverged trajectory, no error is shown, because the error would depend on chance.
 
     Args:
         cell: The cell.
         value: The error; NaN if it is unknown.
         unit: Factor that converts the error to the unit of the column.
         sign: Whether to show the sign of a positive error.
-        limit: Largest absolute error that is shown as 0; None for the rounding of the cell's floats.
+        limit: Errors up to this size are shown as 0; None for the rounding error of the cell's floats.
     """
     if math.isnan(value) or cell.has_verdict(Verdict.DIVERGED):
         return formatting.ABSENT

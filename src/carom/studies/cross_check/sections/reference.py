@@ -11,7 +11,7 @@ from carom.report import formatting
 from carom.report.document import Block, Cell, Column, Lines, Media, Section, Table, Text
 from carom.studies.cross_check.grid import Grid
 
-#: Largest number of PIC's traces that a terminal lists. If there are more, only the page lists them.
+#: Largest number of PIC's traces that a terminal lists. If more traces must be listed, only the page lists them.
 MOST_LISTED = 3
 
 REFERENCE_NOTE = (
@@ -21,8 +21,8 @@ REFERENCE_NOTE = (
 )
 ESTIMATE_NOTE = "The estimate compares PIC with a run whose initial numbers are moved by one unit in the last place."
 REST_NOTE = (
-    "Impacts are compared until a disc comes to rest, slides or rolls. After that, each step is compared with "
-    "PIC from the run's own state."
+    "Impacts are compared until a disc comes to rest, slides or rolls. After this time, each step is compared with PIC "
+    "from the run's own state."
 )
 KNOWN_NOTE = (
     "Known answers come from mathematics or a cited source, never from Carom itself. A deviation is divided by "
@@ -31,7 +31,7 @@ KNOWN_NOTE = (
 
 
 def build_reference_section(grid: Grid) -> Section:
-    """Describe up to which time PIC's traces are reliable, if they are certified or not reliable to their ends."""
+    """Describe how far PIC's traces are reliable. Only certified and partly unreliable traces are listed."""
     results, lines = grid.results, []
     for name in dict.fromkeys((*results.certified, *results.horizons)):
         phrases = [str(results.certified[name])] if name in results.certified else []

@@ -15,22 +15,22 @@ from carom.report.document import Cell, Column, Media, Section, Table, Text
 from carom.report.results_file.line_types import RowLine
 from carom.studies.cross_check.grid import Grid, GridCell, GridColumn, keep_worst, omission_note
 
-#: Largest number of rows in the table of all runs. A browser takes seconds to show this many.
+#: Largest number of rows in the table of all runs. A browser takes seconds to show them.
 MOST_CELLS = 10_000
 
 SPREAD_NOTE = (
-    "An engine can find an impact by luck, because a check happens to fall into the overlap. So each run was "
-    "repeated at several phases (shifts by fractions of a step). For two discs, a formula gives the fraction of "
-    "phases at which PIT must miss the impact."
+    "An engine can find an impact by luck, because a check happens to fall into the overlap. Therefore each run was "
+    "repeated at several phases (shifts by fractions of a step). For two discs, a formula gives the fraction of phases "
+    "at which PIT must miss the impact."
 )
 RUN_TIME_NOTE = (
     "Each number is the run time of all steps divided by PIT's for the same scene and step size, as a median over "
-    "scenes. Below 1 the method is faster than PIT."
+    "scenes. A method with a number below 1 is faster than PIT."
 )
 RUN_TIME_DETAIL = (
     "Both times are measured in one session, at each scene's largest step size. Carom's PIT skips frames at which "
-    "nothing can touch. 'Bit-identical repeats' counts scenes in which all timed runs, each in a new world of one "
-    "process, ended with the same positions and velocities."
+    "nothing can touch. 'Bit-identical repeats' counts scenes in which all timed runs ended with the same positions "
+    "and velocities. Each run had a new world in the same process."
 )
 SETTINGS_NOTE = (
     "The settings are those of the first scene that the engine ran, at the largest step size. Carom reads settings "
@@ -63,7 +63,7 @@ def build_spread_section(grid: Grid) -> Section:
 
 
 class _RunTimes(NamedTuple):
-    """Run times of a method divided by PIT's, and the number of different final states of repeated runs by scene."""
+    """A method's run times divided by PIT's, and numbers of different final states of repeated runs, for each scene."""
 
     column: GridColumn
     ratios: list[float]

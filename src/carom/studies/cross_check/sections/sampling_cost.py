@@ -17,8 +17,8 @@ _WIDTH_IN, _NARROW_IN, _LINE_IN, _NAMES_IN, _FOOT_IN = 10.5, 4.0, 0.22, 1.3, 0.5
 
 TITLE = "Error of each engine, and the part that sampling does not explain"
 CAPTION = (
-    "A ring is the largest velocity error, and a disc is the part that sampling does not explain. Both are medians "
-    "over scenes."
+    "A ring is the largest velocity error, and a disc is the part that sampling does not explain. Both errors are "
+    "medians over scenes."
 )
 
 NOTE = (
@@ -26,13 +26,14 @@ NOTE = (
     "are medians over scenes, with the smallest and largest values."
 )
 DETAIL_NOTE = (
-    "The error is the largest velocity error, divided by PIT's largest over the phases of the step; or the same "
-    "ratio of spin errors if that is larger. For a missed impact, the error is the whole change of velocity. The "
-    "error not from sampling is the smaller of the velocity errors relative to PIT and to PIC, divided by the greatest "
-    "speed. For single impacts, this error is measured from the engine's own state before the impact. Time errors do "
-    "not count, because checking once per step is late by up to a step. Scenes without a unique answer are omitted."
+    "The error is the largest velocity error, divided by PIT's largest velocity error over the phases of the step. If "
+    "the same ratio of spin errors is larger, the error is this ratio. For a missed impact, the error is the whole "
+    "change of velocity. The error not from sampling is the smaller of the velocity errors relative to PIT and to PIC, "
+    "divided by the greatest speed. For single impacts, this error is measured from the engine's own state before the "
+    "impact. Time errors do not count, because checking once per step is late by up to a step. Scenes without a unique "
+    "answer are omitted."
 )
-SHORT_NOTE = "error / PIT's is the largest velocity or spin error, divided by PIT's largest at any phase of the step"
+SHORT_NOTE = "error / PIT's: largest velocity or spin error, divided by PIT's largest error at any phase of the step"
 
 
 class EngineCost(NamedTuple):
@@ -40,7 +41,7 @@ class EngineCost(NamedTuple):
 
     Attributes:
         column: The engine and profile.
-        cells: The runs in scenes that PIT also ran. In these scenes simultaneous impacts have a unique result.
+        cells: The runs in scenes that PIT also ran and whose simultaneous impacts have a unique result.
     """
 
     column: GridColumn

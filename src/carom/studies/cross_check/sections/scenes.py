@@ -23,17 +23,18 @@ MOST_SCENES = 500
 _ACTIONABLE = (Mark.UNAVAILABLE, Mark.CRASHED, Mark.TIMED_OUT, Mark.FAILED)
 
 FIGURE_NOTE = (
-    "A number of PIT's error is the run's largest error, divided by PIT's largest error at the same step size. If all "
-    "velocities are correct, but an impact is found late or early, a cell shows by how many steps."
+    "'0.5 of PIT's error' means that the run's largest error is half of PIT's largest error at the same step size. If "
+    "all velocities are correct, but an impact is found late or early, a cell shows by how many steps."
 )
 FIGURE_DETAIL = (
-    "A cell shows the number of missed or invented impacts. Without such impacts, a cell shows the largest velocity "
-    "or spin error, divided by PIT's largest over the phases of the step; or divided by the greatest speed if "
-    "PIT has no such error. If all velocities and spins are correct except for rounding, a cell shows the largest "
-    "time error in steps. PIC is compared with itself in this table; the known answers show the accuracy of PIC."
+    "A cell shows the number of missed or invented impacts. Without missed or invented impacts, a cell shows the "
+    "largest velocity or spin error, divided by PIT's largest error over the phases of the step. If PIT has no such "
+    "error, the error is divided by the greatest speed. If all velocities and spins are correct except for rounding, a "
+    "cell shows the largest time error in steps. PIC is compared with itself in this table; the known answers show the "
+    "accuracy of PIC."
 )
 SHORT_NOTE = (
-    "0.5\N{MULTIPLICATION SIGN} is the largest velocity or spin error divided by PIT's\n"
+    "0.5\N{MULTIPLICATION SIGN} is the largest velocity or spin error divided by PIT's error\n"
     "-1 +2 are the numbers of missed and invented impacts\n"
     "0.4 steps means that velocities are correct, but an impact is this late or early"
 )
@@ -96,7 +97,7 @@ def build_unscored_section(grid: Grid) -> Section:
     important = tuple(reason for reason, is_important in reasons if is_important)
     run = {column.engine for column in grid.columns.values()}
     missing = [info for info in grid.results.engines if info.missing and info.name not in run]
-    folder_prefix = f"{Path.cwd()}{os.sep}"  # shorten paths in the working folder, because reports are passed on
+    folder_prefix = f"{Path.cwd()}{os.sep}"  # shorten paths in the working folder, because reports are shared
     unavailable = tuple(f"{one.name} is not run: {one.unavailable.replace(folder_prefix, '')}" for one in missing)
     names = formatting.join_words([info.name for info in missing])
     folded = formatting.format_count(len(reasons), "reason")

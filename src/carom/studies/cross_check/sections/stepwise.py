@@ -1,4 +1,4 @@
-"""Section on the accuracy of single steps, for runs in which they reveal more than the whole trajectory."""
+"""Section on the accuracy of single steps, for runs in which single steps reveal more than the whole trajectory."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ NOTE = (
     "table lists runs for which single steps reveal more than the whole trajectory. The best run is first."
 )
 DETAIL_NOTE = (
-    "Steps in which several bodies meet are compared together as a window. 'Missed' counts pairs of bodies that "
-    "passed through each other. In brackets: how many of these pairs PIT also misses if it starts from the same "
-    "state. 'Invented' counts "
-    "changes of velocity with no other body near. 'Late' is the lateness in steps. The error is the velocity or spin "
-    "error, divided by PIT's largest error from the same state. Checking once per step explains an error of up to 1. "
-    "'Energy' is the energy gained or lost in addition to PIT's gains and losses from the same states, divided by the "
-    "scene's energy. 'Late' and 'error' include only impacts that are alone in their window. 'Entangled' is the "
-    "fraction of windows with several impacts, which have no unique answer. Methods are ranked by misses that PIT "
-    "does not have, then by inventions, early impacts, largest error and energy. Runs that ended early are last. A "
-    "run is listed if it continues beyond the horizon or after a disc comes to rest, if its trajectory diverged, or "
-    "if a verdict is about its steps."
+    "Steps in which several bodies meet are compared together as a window. 'Missed' counts pairs of bodies that passed "
+    "through each other. In brackets: how many of these pairs PIT also misses if it starts from the same state. "
+    "'Invented' counts changes of velocity with no other body near. 'Late' is the delay of an impact in steps. The "
+    "error is the velocity or spin error, divided by PIT's largest error from the same state. Checking once per step "
+    "explains an error of up to 1. 'Energy' is the energy gained or lost in addition to PIT's gains and losses from "
+    "the same states, divided by the scene's energy. 'Late' and 'error' include only impacts that are alone in their "
+    "window. 'Entangled' is the fraction of windows with several impacts, which have no unique answer. Methods are "
+    "ranked by misses that PIT does not have, then by inventions, early impacts, largest error and energy. Runs that "
+    "ended early are last. A run is listed if it continues beyond the horizon or after a disc comes to rest, if its "
+    "trajectory diverged, or if a verdict is about its steps."
 )
 SHORT_NOTE = (
     "The table counts missed impacts (in brackets: those that PIT also misses) and invented impacts (+). The error is "
-    "the run's largest, divided by PIT's from the same state. The best run is first. Runs that ended early are last."
+    "the run's largest error, divided by PIT's error from the same state. The best run is first. Runs that ended early "
+    "are last."
 )
 #: Verdicts that follow only from the comparison of single steps.
 _OF_STEPS = (Verdict.PASSED_THROUGH, Verdict.TURNED_ALONE, Verdict.SINKS, Verdict.WORSE_STEPS)
@@ -42,7 +42,7 @@ _OFF_PAPER: Media = Media.TERMINAL | Media.DETAIL
 def build_steps_section(grid: Grid) -> Section:
     """Return a section with one row per method and scene, best first.
 
-    A terminal shows the section only for a single scene.
+    A terminal shows the section only if the report has a single scene.
     """
     cells = list(_find_listed_runs(grid))
     if not cells:
@@ -90,7 +90,7 @@ def build_steps_section(grid: Grid) -> Section:
 
 
 def _find_listed_runs(grid: Grid) -> Iterator[GridCell]:
-    """Yield the runs to list, by scene and best first. PIC is only listed if no other method ran."""
+    """Yield the runs to list, sorted by scene, best first. PIC is only listed if no other method ran."""
     for row in grid.rows:
         reference = grid.results.references.get(row.name)
         rests = reference is not None and reference.contact_s < math.inf

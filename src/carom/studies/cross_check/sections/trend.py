@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 _WIDTH_IN, _HEIGHT_IN = 5.6, 4.0
 
 DETAIL_NOTE = (
-    "Medians at different step sizes are only comparable over the same scenes. So the medians only include scenes in "
-    "which PIT finds an impact at every step size, with a velocity error above rounding. A method that finds no impact "
-    "in a scene has fewer scenes."
+    "Medians at different step sizes are only comparable over the same scenes. Therefore the medians only include "
+    "scenes in which PIT finds an impact at every step size, with a velocity error above rounding. A method's median "
+    "omits scenes in which the method finds no impact."
 )
 
 
@@ -32,8 +32,8 @@ class TrendPoint(NamedTuple):
 
     Attributes:
         median: Median over scenes of the largest velocity error; None if no scene has such an error.
-        low: Smallest of these errors.
-        high: Largest of these errors.
+        low: Smallest error of the scenes in the median.
+        high: Largest error of the scenes in the median.
         scenes: Number of scenes in the median.
         wrong: Number of scenes with grade *wrong*.
         graded: Number of graded scenes.
@@ -60,7 +60,7 @@ class Trend(NamedTuple):
 
     Attributes:
         parts: Step sizes as fractions of each scene's largest step size, beginning with 1.
-        coarsest_s: Each scene has a largest step size. This is the smallest and the largest of these, in seconds.
+        coarsest_s: The smallest and the largest of the scenes' largest step sizes, in seconds.
         series: One series for each column of the grid. Equal profiles of Carom's own methods share one series.
         scenes: Names of the scenes in the velocity medians.
         left_out: Names of the scenes that are not in the medians, by reason.
@@ -76,7 +76,7 @@ class Trend(NamedTuple):
 #: Reasons to omit a scene from the medians, in the order of the report.
 _EXACT, _MISSED, _WITHOUT, _OTHER = _LEFT_OUT = (
     "PIT's velocities are correct at every step size",
-    "PIT finds no impact at one of the step sizes, so it has no velocity error",
+    "PIT finds no impact at one of the step sizes, so PIT has no velocity error",
     "there is no impact",
     "the scene is not graded",
 )
@@ -108,7 +108,7 @@ def build_trend(grid: Grid) -> Trend:
 
 
 def _find_omission_reason(cells: Sequence[GridCell]) -> str:
-    """Return the reason to omit the scene of these cells; an empty text if the scene is used."""
+    """Return the reason to omit the scene of these cells; empty if the scene is used."""
     scored = [cell for cell in cells if cell.scored]
     if not scored or any(cell.mark is Mark.UNGRADED for cell in cells):
         return _OTHER
@@ -131,7 +131,7 @@ def _build_point(cells: Sequence[GridCell], chosen: Sequence[str]) -> TrendPoint
 
 
 def build_trend_section(grid: Grid) -> Section:
-    """Return a section with charts of the error and of the number of wrong scenes against step size, and a table."""
+    """Return a section with a table, and charts of error and number of wrong scenes against step size."""
     trend = build_trend(grid)
     if not any(point.graded for series in trend.series for point in series.points):
         return Section("", ())
@@ -175,7 +175,7 @@ def _format_error(k: int, series: Series) -> Cell | str:
 
 
 def _describe_scenes(trend: Trend) -> Iterator[str]:
-    """Describe the scenes in the medians, and why others are omitted."""
+    """Describe the scenes in the medians, and why other scenes are omitted."""
     if trend.scenes:
         yield f"Velocity errors are medians over {formatting.join_words(trend.scenes)}."
     for why, names in trend.left_out.items():
