@@ -25,7 +25,7 @@ from carom.execution.observation.step_cutter import Cutter
 from carom.execution.validate_adapter import build_adapter_error
 from carom.model.scene import Scene
 
-#: Number of timed runs of a job. If the machine disturbs one of three runs, the median ignores it.
+#: Number of timed runs of a job. If another process disturbs one of three runs, the median ignores this run.
 TIMING_RUNS = 3
 
 #: A job is not timed again after two consecutive run times that differ by less than this fraction.
@@ -90,10 +90,10 @@ def time_run(
         scene: The scene.
         profile: Name of the profile.
         dt_s: The step size, in seconds.
-        overrides: Settings that replace those of the profile.
+        overrides: Settings that replace settings of the profile.
         steps: Number of steps; by default the whole scene.
         runs: Largest number of runs, 1 or more.
-        enough_s: Stop after the run that brings the total of the timed seconds to this value.
+        enough_s: Stop when the total of the timed seconds reaches this value.
         agreed: Stop after two consecutive times that differ by less than this fraction.
         call: Whether to also time a call that takes no steps. The call is made before the steps and timed separately.
         zero: Whether to accept a time of 0, for very short runs that measure only overhead.
@@ -137,10 +137,10 @@ def _are_last_two_close(times_s: list[float], fraction: float) -> bool:
 
 
 def _time_steps(world: World, steps: int, dt_s: float, *, located: bool) -> float:
-    """Take steps and return the seconds that they take. If the world has a clock of its own, this clock is read."""
+    """Take steps, and return their run time in seconds. If the world has its own clock, read this clock."""
     own_clock_s = world.seconds if isinstance(world, TimedWorld) else 0.0
     started = time.perf_counter()
-    if located:  # the time for shortening steps is included, since the profile needs it
+    if located:  # includes the time for shortening steps, which the profile needs
         cutter = Cutter(world)
         for step in range(1, steps + 1):
             for _ in cutter.take_step((step - 1) * dt_s, step * dt_s):
@@ -163,7 +163,7 @@ def _read_own_clock(world: TimedWorld, before_s: float) -> float:
 
 
 def _time_empty_call(world: World) -> float:
-    """Return the seconds of a call with no steps, after such a call to warm up; NaN if the adapter refuses it."""
+    """Return the run time in seconds of a call with no steps; NaN if the adapter refuses the call."""
     try:
         world.advance(0)
         started = time.perf_counter()
