@@ -9,7 +9,7 @@ from dataclasses import replace
 from carom.engines.api import AdapterError, Scene, Setting, require_sound, require_supported
 from carom_adapters.shared.engine_adapter import GENERAL
 
-#: Attributes of `b2World`. The names are pybox2d's.
+#: Attributes of `b2World`, with pybox2d's names.
 WORLD_SETTINGS = ("warmStarting",)
 
 #: Other settings: the arguments of `b2World.Step`, and ``sleepingAllowed`` of every body (`b2World.allowSleeping` has
@@ -26,14 +26,14 @@ OTHER_SETTINGS = (
     "chains",
 )
 
-#: Values of ``sweep``, which determines for which discs Box2D checks the whole path of a step. With "none" it sweeps no
-#: disc. With "shipped" it sweeps every disc against immovable bodies. With "fast" it does so only in scenes in which a
-#: disc or a driven body moves by more than a radius in a step. In such scenes, it also sweeps fast discs against all
-#: other discs (Box2D's "bullets").
+#: Values of ``sweep``, which determines for which discs Box2D checks the whole path of a step. With "none", no disc is
+#: swept. With "shipped", every disc is swept against immovable bodies. With "fast", discs are swept only in scenes in
+#: which a disc or a driven body moves by more than a radius in a step. In these scenes, every disc is swept against
+#: immovable bodies, and fast discs are also swept against all other discs (as Box2D's "bullets").
 SWEEPS = ("none", "shipped", "fast")
 
-#: Smallest and largest values of settings. With other values, Box2D aborts or fails, or the step size, after scaling,
-#: is outside the range of 32-bit floats.
+#: Smallest and largest values of settings. With other values, Box2D aborts or fails, or the scaled step size is outside
+#: the range of 32-bit floats.
 LEAST = {"velocityIterations": 1, "positionIterations": 0, "velocity_scale": 1, "polygon_radius_m": 0, "dt_s": 1e-12}
 MOST = {"dt_s": 1e12}
 
@@ -41,24 +41,24 @@ MOST = {"dt_s": 1e12}
 #: lower, so that a body at this limit can be distinguished from a body that was slowed down.
 LONGEST_MOVE_M = 2.0 * (1 - 2.0**-20)
 
-#: b2_maxRotation is pi/2: Box2D slows down a body that would turn farther in one step. This number is a millionth
-#: lower, so that a body at the limit can be distinguished from one that was slowed down.
+#: b2_maxRotation is pi/2: Box2D slows down a body that would turn farther in one step. The limit here is a millionth
+#: lower, so that a body at this limit can be distinguished from a body that was slowed down.
 LARGEST_TURN_RAD = 0.5 * math.pi * (1 - 2.0**-20)
 
 #: Largest coefficient of friction. If the product of two coefficients overflowed 32-bit floats, velocities would become
-#: NaN. The same number limits the rate of damping times the velocity scale.
+#: NaN. The same number limits the rate of damping.
 LARGEST_FRICTION = 1e19
 
 #: Largest force of a table on a disc: a third of the largest 32-bit float.
 LARGEST_FORCE_N = 1e38
 
-#: b2_velocityThreshold, compiled in. Box2D makes contacts with at most this closing speed inelastic.
+#: Box2D makes contacts with at most this closing speed inelastic (b2_velocityThreshold, compiled in).
 THRESHOLD_M_S = 1.0
 
-#: Factor on all velocities; the comments of the profile `tuned` explain it.
+#: Factor on all velocities, explained in the profile `tuned`.
 VELOCITY_SCALE = 2.0**20
 
-#: b2_linearSlop. If neighbouring points of a chain are not farther apart than this, Box2D aborts.
+#: Box2D aborts if neighbouring points of a chain are not farther apart than this distance (b2_linearSlop).
 SHORTEST_PIECE_M = 0.005
 
 CAPABILITIES = replace(
@@ -70,13 +70,13 @@ CAPABILITIES = replace(
     table_friction=True,
     spin=True,
     # Because of rounding, a contact point is not exactly on the line of centres. So the normal impulse also changes the
-    # spin, and more so if the inertia is small. With this inertia factor, the relative error of the spin is 5e-4 for
-    # discs at a distance of 200 radii from the origin.
+    # spin. The smaller the inertia, the larger is this error. With this inertia factor, the relative error of the spin
+    # is 5e-4 for discs at a distance of 200 radii from the origin.
     min_inertia_factor=1e-2,
     friction=(0.0, LARGEST_FRICTION),
     max_turn_rad=LARGEST_TURN_RAD,
     continuous_detection=True,
-    # The square of this speed times the velocity scale (2**20) is 1e36.
+    # With the velocity scale 2^20, the square of the scaled speed is 1e36, within the range of 32-bit floats.
     max_speed_m_s=1e12,
     # To find contacts, Box2D compares squared distances. So this limit is far below 1.8e19, the square root of the
     # largest 32-bit float.

@@ -78,7 +78,7 @@ class DartWorld:
         self._discs.append(skeleton)
 
     def _add_shape(self, body: Any, shape: Any, number: int, restitution: float) -> None:
-        """Add a body's shape. Its name is the body's number, by which the bodies of a contact are recognised."""
+        """Add a body's shape. The shape's name is the body's number, which identifies the bodies of a contact."""
         node = body.createShapeNode(shape)
         node.setName(str(number))
         node.createCollisionAspect()
@@ -169,7 +169,7 @@ class DartWorld:
         )
 
     def save(self) -> object:
-        """Return positions and velocities. There is no other state."""
+        """Return positions and velocities, the complete state."""
         states = [(skeleton.getPositions(), skeleton.getVelocities()) for skeleton in self._discs]
         return (self._clock.now_s, states)
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from carom.engines.api import Capabilities, Scene, Setting, require_sound, require_supported
 
 #: ``point_stiffness`` (N/m) is a property of every body. ``target_accuracy`` and ``integration_scheme`` are properties
-#: of the simulator. The names are Drake's. Settings that a profile omits keep Drake's defaults.
+#: of the simulator. All three names are Drake's. Settings that a profile omits keep Drake's defaults.
 SETTINGS = ("point_stiffness", "target_accuracy", "integration_scheme")
 
 #: Smallest allowed values of settings. Drake fails with smaller values.

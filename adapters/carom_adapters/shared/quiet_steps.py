@@ -18,7 +18,7 @@ class QuietSteps(ABC):
     """A world that reads its state as plain numbers after each step.
 
     Attributes:
-        size_without_warning: Bound for the root of the sum of the squares of all numbers of a state. Below this bound,
+        size_without_warning: If the square root of the sum of the squares of a state's numbers is below this bound,
             `observe` returns no warning.
     """
 
