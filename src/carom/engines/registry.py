@@ -222,7 +222,7 @@ def resolve_engine(word: str) -> str:
 
 
 def format_engine_argument(name: str) -> str:
-    """Return a value for ``--engine`` that works in any process: the manifest's path or, if there is none, the name."""
+    """Return a value for ``--engine`` that works in any process: the manifest's path, or the name without manifest."""
     point = list_adapter_points().get(name)
     return point.value if point is not None and point.manifest else name
 
@@ -276,7 +276,7 @@ def load_adapter(name: str) -> Adapter:
     if not is_adapter:
         parts = ("name", "engine", "capabilities", "profiles", "prepare")
         missing = [part for part in parts if not has_part(adapter, part)]
-        # `isinstance` treats a property that raises an AttributeError as missing
+        # for `isinstance`, a property that raises an AttributeError is missing
         for part in set(parts) - set(missing):
             try:
                 getattr(adapter, part)
@@ -341,8 +341,8 @@ def explain_unavailable_adapter(adapter: Adapter) -> str:
 def find_version(adapter: Adapter, adapter_distribution: str) -> str:
     """Return the version of an engine, from its adapter or its distribution.
 
-    An adapter may have a method ``version()`` if its engine is not a Python distribution. If there is neither this
-    method nor a module of the engine, the engine is part of the adapter and has the adapter's version.
+    An adapter may have a method ``version()`` if its engine is not a Python distribution. Without the method
+    ``version()``, an engine that has no module is part of its adapter and has the adapter's version.
     """
     method = getattr(adapter, "version", None)
     if callable(method):

@@ -83,7 +83,7 @@ class World(Protocol):
         """Return the present state and the contacts of the last step. The call is not timed."""
 
     def close(self) -> None:
-        """Release the engine's resources. This method is called once, also after an error."""
+        """Release the engine's resources. Carom calls this method once, also after an error."""
 
 
 @runtime_checkable
@@ -120,7 +120,7 @@ class CuttableWorld(World, Protocol):
     def touching(self) -> frozenset[tuple[int, int]]:
         """Return the pairs of bodies that now touch by the engine's own contact test.
 
-        Bodies have the numbers that `Contact` describes.
+        Bodies are numbered as in `Contact`.
 
         Carom calls this method after `advance`. The call must not change the state or the contacts that `observe`
         returns.
@@ -154,7 +154,10 @@ class Adapter(Protocol):
         """Profiles by name: at least ``default`` and ``tuned``."""
 
     def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> World:
-        """Build a scene in the engine, with the settings of a profile. Carom measures this time separately."""
+        """Build a scene in the engine, with the settings of a profile.
+
+        Carom measures the time of this call separately.
+        """
 
 
 @runtime_checkable

@@ -11,7 +11,7 @@ Point = tuple[float, float]
 
 
 def wall_towards(discs: Sequence[Disc], faces: Iterable[tuple[Point, Point]]) -> Wall | None:
-    """Return a face of a body that has all discs in front of it, as a wall; None if there is no such face.
+    """Return a wall for a face of a body, so that all discs are in front of the wall; None if there is no such face.
 
     A face is given by a point and a normal. If several faces have all discs in front, the face farthest from the discs
     is chosen.
@@ -43,7 +43,7 @@ def one_coefficient(what: str, values: Sequence[float], most: float, dropped: li
     Args:
         what: Name of the coefficient, for the report.
         values: The coefficients in the file, one for each pair of bodies.
-        most: Largest value in a scene.
+        most: Largest value that a scene allows.
         dropped: List to which the reported changes are added.
     """
     if not values:

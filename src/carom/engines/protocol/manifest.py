@@ -76,7 +76,7 @@ class _Table(BaseModel):
 
 
 class ProgramProfile(_Table):
-    """A profile in a manifest. Its fields are those of `carom.engines.api.Profile`.
+    """A profile in a manifest, with the fields of `carom.engines.api.Profile`.
 
     The settings do not contain the step size ``dt_s``, which Carom adds. In the file, `capabilities` contains only
     values that differ from the engine's capabilities.
@@ -106,7 +106,7 @@ class Manifest(_Table):
         command: Command that starts the program. The program runs in an empty folder. A word that begins with ``./`` or
             ``../`` is the path of a file, relative to the manifest's folder.
         install: Command that installs the program's requirements, shown if a requirement is missing. Paths are resolved
-            like those in `command`.
+            like paths in `command`.
         capabilities: Capabilities of the engine.
         profiles: Profiles by name: at least ``default`` and ``tuned``.
         knobs: Settings that ``carom tune`` may change, with their ranges, by name. Profiles need not contain these
@@ -129,7 +129,7 @@ class Manifest(_Table):
     @model_validator(mode="before")
     @classmethod
     def _complete_capabilities(cls, data: Any) -> Any:
-        """Complete the capabilities of each profile with those of the engine."""
+        """Complete the capabilities of each profile with the capabilities of the engine."""
         match data:
             case {"capabilities": dict(shared), "profiles": dict(profiles)}:
                 completed = {
@@ -173,7 +173,7 @@ class Manifest(_Table):
 
 
 def _resolve_argument(folder: Path, argument: str) -> str:
-    """Return an argument of a command. If it is a path relative to the manifest, return the full path."""
+    """Return an argument of a command. A path relative to the manifest is replaced by the full path."""
     return str((folder / argument).resolve()) if argument.startswith(("./", "../")) else argument
 
 

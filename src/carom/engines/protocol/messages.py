@@ -134,7 +134,7 @@ class Stepped(_Message):
 
 
 class ToldContact(_Message):
-    """A contact of the last step. The fields are those of `carom.engines.api.Contact`."""
+    """A contact of the last step, with fields of `carom.engines.api.Contact`."""
 
     first: int
     second: int
@@ -145,7 +145,7 @@ class ToldContact(_Message):
 
 
 class Seen(_Message):
-    """Reply to `Look`. The fields are those of `carom.engines.api.Observation`."""
+    """Reply to `Look`, with the fields of `carom.engines.api.Observation`."""
 
     position_m: list[_Vector]
     velocity_m_s: list[_Vector]

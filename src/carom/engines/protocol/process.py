@@ -22,7 +22,7 @@ from carom.support.fields import describe_error
 MOST_ANSWER_BYTES = 256 * 2**20
 #: Number of characters of an invalid answer that are shown.
 SHOWN = 120
-#: Number of bytes that are kept from the end of standard error. Their last line appears in the message about a failure.
+#: Number of bytes that are kept from the end of standard error. The last line appears in the message about a failure.
 MOST_PRINTED_BYTES = 2**14
 #: Default capacity of a pipe on Linux.
 CHUNK_BYTES = 2**16
@@ -151,7 +151,7 @@ class Program:
         return bool(chunk)
 
     def _describe_last_output(self) -> str:
-        """Return a phrase with the last line that the program printed since the last request; empty if none."""
+        """Return a phrase with the last line that the program printed since the last request; may be empty."""
         while self._read_printed():
             pass
         # Remove the path of the worker's temporary folder, so that the same failure always has the same text.
@@ -159,7 +159,7 @@ class Program:
         return f"it last printed {last_output!r}" if last_output else ""
 
     def _describe_end(self) -> str:
-        """End the program. Return a description of its end and of its last output."""
+        """End the program. Return how the program ended, and its last output."""
         by_itself = self._stop()
         last_output = self._describe_last_output()
         self.end()

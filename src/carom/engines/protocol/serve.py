@@ -23,8 +23,8 @@ from carom.engines.protocol import messages
 from carom.errors import AdapterError, CaromError
 
 #: Name of the only setting in the manifest of a served adapter. The value of the setting is the name of a profile. The
-#: program reads all other settings from the adapter's profile. These settings can depend on the step size, but settings
-#: in a manifest can't.
+#: program reads all other settings from the adapter's profile. Settings of a profile can depend on the step size, but
+#: settings in a manifest can't.
 PROFILE = "profile"
 
 W = TypeVar("W")
@@ -206,7 +206,7 @@ def _build_knob(knob: Knob) -> dict[str, Any]:
 
 
 def _find_differing(declared: _Declared, usual: _Declared) -> dict[str, Any]:
-    """Return the fields of `declared` that differ from those of `usual`, as they are written in a manifest."""
+    """Return the fields of `declared` that differ from `usual`, as they are written in a manifest."""
     pairs = ((field.name, getattr(declared, field.name), getattr(usual, field.name)) for field in fields(declared))
     return {name: _to_toml_value(value) for name, value, other in pairs if value != other}
 
