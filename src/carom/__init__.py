@@ -147,7 +147,10 @@ def _find_view(name: str) -> Callable[..., Any]:
 
 
 class _Moved(ModuleType):
-    """A module at an import path of an earlier version. It imports its replacement at the first use of a name."""
+    """A module at an import path of an earlier version.
+
+    The module imports its replacement at the first use of a name.
+    """
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):  # introspection reads names such as `__path__` from every module

@@ -26,8 +26,9 @@ CAME: list[signal.Signals] = []
 class Ended(KeyboardInterrupt):
     """A signal has arrived. The argument is the signal's number.
 
-    Carom does not raise a plain `KeyboardInterrupt`, since Python would ignore the command's exit code if the exception
-    left a call of `exec`. Dataclasses use `exec`. See `_Py_UnhandledKeyboardInterrupt` in Python's pythonrun.c.
+    Carom does not raise a plain `KeyboardInterrupt`. If a `KeyboardInterrupt` leaves a call of `exec`, which
+    dataclasses use, Python ignores the command's exit code. See `_Py_UnhandledKeyboardInterrupt` in Python's
+    pythonrun.c.
     """
 
 
@@ -54,7 +55,8 @@ def main() -> None:
         if CAME:  # the signal was lost, because Python ignores exceptions during its cleanup after an import
             raise Ended(CAME[-1])
         code = run_command_line()
-        if CAME and code == 128 + signal.SIGINT:  # commands that save results return SIGINT's code for any signal
+        # a command that saves results after a signal returns the code of SIGINT, whatever the signal was
+        if CAME and code == 128 + signal.SIGINT:
             code = 128 + CAME[-1]
         _return_signals(handled)
     # a library whose import is interrupted by `Ended` can raise any other exception instead

@@ -79,7 +79,7 @@ class SceneError(InputError):
     """A scene, or the file that contains it, is not valid.
 
     Attributes:
-        problems: All problems, or the first of each kind.
+        problems: All problems of the scene, or the first problem of each kind.
         source: The scene's file, if there is a file.
         more: Whether the scene has further problems, whose number is not known.
 

@@ -27,7 +27,7 @@ def load_supported_adapter(job: Job) -> Adapter:
     if reason := explain_unavailable_adapter(adapter):
         raise UnavailableError(reason)
     located = job.profile in adapter.profiles and adapter.profiles[job.profile].located
-    # A profile may declare its own capabilities. These capabilities hold only if no setting of the profile is replaced.
+    # The capabilities that a profile declares hold only if no setting of the profile is replaced.
     able = adapter.capabilities if job.method.tried else capabilities_of(adapter, job.profile)
     if reason := unsupported_reason(job.scene, able, job.dt_s, located=located):
         raise UnsupportedError(reason)
@@ -35,7 +35,7 @@ def load_supported_adapter(job: Job) -> Adapter:
 
 
 def capabilities_of(adapter: Adapter, profile: str) -> Capabilities:
-    """Return the capabilities that a profile declares, or the adapter's capabilities if the profile declares none."""
+    """Return the capabilities that a profile declares, or by default the adapter's capabilities."""
     known = adapter.profiles.get(profile)
     return known.capabilities if known is not None and known.capabilities is not None else adapter.capabilities
 

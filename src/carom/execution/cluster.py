@@ -104,7 +104,7 @@ class ClusterPool(Pool):
 
         Raises:
             ClusterError: The workers of some items were lost repeatedly, the scheduler is gone, or the cluster had no
-                worker for `WORKERLESS_S`. In the first case, the error is raised after all other results.
+                worker for `WORKERLESS_S`. The error about lost workers is raised after all other results.
         """
         distributed: Any = importlib.import_module("distributed")
         submitted = {

@@ -74,7 +74,7 @@ _KNOWN: dict[tuple[str, str], EngineInfo] = {}
 
 
 class EngineList(Shown, list[EngineInfo]):
-    """List of engine descriptions. Its text has one line for each engine."""
+    """List of engine descriptions, printed with one line for each engine."""
 
 
 def engines(names: Sequence[str] | None = None) -> EngineList:

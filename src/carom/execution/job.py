@@ -23,7 +23,7 @@ T = TypeVar("T")
 T_co = TypeVar("T_co", covariant=True)
 
 
-#: Settings that replace settings of a profile, as pairs of name and value.
+#: Settings that are used instead of a profile's settings, as pairs of name and value.
 SettingOverrides = tuple[tuple[str, Setting], ...]
 
 
@@ -34,7 +34,8 @@ class Method:
     Attributes:
         engine: Name of the adapter.
         profile: Name of the profile. An alias is replaced by the profile's name.
-        tried: Settings that replace settings of the profile. Methods with different replacements are different methods.
+        tried: Settings that are used instead of the profile's settings. Methods with different values of `tried` are
+            different methods.
     """
 
     engine: str

@@ -245,8 +245,8 @@ def _find_after_line_feed(file: int, end: int) -> int:
 def _read_lines(file: int, end: int) -> Iterator[bytes]:
     """Yield the lines up to `end` without line feeds.
 
-    If a line is longer than `LONGEST_LINE`, at most two bytes more than this limit are yielded. So the caller
-    recognises that the line is too long.
+    If a line is longer than `LONGEST_LINE`, at most two bytes more than this limit are yielded, so that the caller
+    recognises the line as too long.
     """
     with open(file, "rb", closefd=False) as stream:
         stream.seek(0)

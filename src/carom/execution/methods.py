@@ -94,8 +94,7 @@ class Methods(NamedTuple):
         info = self.infos.get(job.engine)
         if (known := self.find_refusal(job.method, job.dt_s)) is not None or info is None or info.capabilities is None:
             return known
-        # A profile may declare its own capabilities. These capabilities hold only if no setting of the profile is
-        # replaced.
+        # The capabilities that a profile declares hold only if no setting of the profile is replaced.
         capabilities = info.capabilities if job.method.tried else info.own.get(job.profile, info.capabilities)
         reason = unsupported_reason(job.scene, capabilities, job.dt_s, located=job.profile in info.located)
         return Answer(Status.UNSUPPORTED, reason) if reason else None
@@ -115,7 +114,7 @@ def list_methods(
         profiles: Names of the profiles to run.
         dts: Step sizes, in seconds.
         pool: Pool that carries out the queries of adapters; the caller closes it.
-        overrides: Settings that replace settings of the profiles, by the engine's name.
+        overrides: Settings that are used instead of the profiles' settings, by the engine's name.
     """
     steps = tuple(dict.fromkeys(dts))
     tasks = {
@@ -154,7 +153,8 @@ def _extract_settings(
 ) -> Mapping[str, Setting] | Answer[Any]:
     """Return the settings of a profile for step size number `step`, or why a method with this profile can't be run."""
     if answer is not None and answer.value is not None and isinstance(settings := answer.value[step], Mapping):
-        # The settings are needed even if the engine is not installed: profiles with equal settings are one method.
+        # The settings are needed even if the engine is not installed, because profiles with equal settings are one
+        # method.
         return settings
     if info.unavailable or answer is None:
         return Answer(Status.UNAVAILABLE, info.unavailable)

@@ -224,7 +224,7 @@ class LocalPool(Pool):
             except BaseException as error:  # noqa: BLE001 - raised again in the caller's thread
                 messages.put(error)
 
-        # Lanes that have already started an engine of the items come first. There are at most as many threads as items.
+        # Lanes that have already started a required engine come first. There are at most as many threads as items.
         lanes = sorted(self._lanes, key=lambda lane: pending.engines.isdisjoint(lane.engines))[: pending.count]
         threads = [threading.Thread(target=serve, args=(lane,), daemon=True) for lane in lanes]
         self._threads += threads

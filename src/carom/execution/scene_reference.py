@@ -46,7 +46,7 @@ class Reference(NamedTuple):
 
 
 def solve_reference(scene: Scene) -> Trace | str:
-    """Solve a scene with PIC. Return the trace, or the reason why there is none."""
+    """Solve a scene with PIC. Return the trace, or the reason why there is no trace."""
     try:
         trace = solve_pic(scene, max_impacts=MOST_IMPACTS)
     except InputError as error:
@@ -89,7 +89,7 @@ def needs_certification(scene: Scene, is_requested: bool | None) -> bool:
 
 
 def build_reference(trace: Trace, is_requested: bool | None, time_budget_s: float = CERTIFY_SECONDS) -> Reference:
-    """Build the reference of a scene. Its horizon, after which PIC is not reliable, is certified or else estimated.
+    """Build the reference of a scene. The horizon, after which PIC is not reliable, is certified or else estimated.
 
     Args:
         trace: The PIC trace of the scene.

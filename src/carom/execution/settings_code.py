@@ -135,12 +135,12 @@ def find_step_code(engine: str, profile: str, scene: Scene, dt_s: float, pool: P
 def find_changed_code(
     engine: str, profile: str, overrides: SettingOverrides, scene: Scene, dt_s: float, pool: Pool
 ) -> str:
-    """Return the lines of an engine's code that change if `overrides` replaces settings of a profile.
+    """Return the lines of an engine's code that change if `overrides` replaces some of the profile's settings.
 
     Args:
         engine: Name of the adapter.
         profile: Name of one of its profiles.
-        overrides: The settings that replace settings of the profile.
+        overrides: Settings that are used instead of the profile's settings.
         scene: The scene.
         dt_s: Step size, in seconds.
         pool: Pool in which the adapter runs; the caller closes it.
@@ -196,7 +196,7 @@ def find_step_lines(code: str, at_another_step: str) -> str:
 def find_changed_lines(code: str, before: str) -> str:
     """Return the statements of a Python program, or the lines of another text, that differ from an earlier version.
 
-    In a program, also return each statement that uses a name assigned by a changed statement. Comments are left out.
+    For a program, also return each statement that uses a name assigned by a changed statement. Comments are left out.
     """
     if not code.startswith("#"):
         model = code.startswith("<")

@@ -46,7 +46,8 @@ class Timing:
         prepare_s: Seconds to build the world.
         advance_s: Seconds to take all steps, without observation.
         runs: Number of runs.
-        call_s: Seconds of a call that takes no steps; NaN if such a call was not requested, or the adapter refuses it.
+        call_s: Seconds of a call that takes no steps; NaN if the call was not requested, or the adapter refuses the
+            call.
         ends: Number of different final states of the runs, compared bit by bit; 1 if the engine is repeatable. None if
             the times were read from a file of an older version.
     """
@@ -90,7 +91,7 @@ def time_run(
         scene: The scene.
         profile: Name of the profile.
         dt_s: The step size, in seconds.
-        overrides: Settings that replace settings of the profile.
+        overrides: Settings that are used instead of the profile's settings.
         steps: Number of steps; by default the whole scene.
         runs: Largest number of runs, 1 or more.
         enough_s: Stop when the total of the timed seconds reaches this value.
@@ -101,7 +102,7 @@ def time_run(
     Raises:
         UnknownNameError: The adapter has no such profile.
         AdapterError: The adapter refuses the scene or fails, or its clock shows an impossible time.
-        UnsupportedError: The clock shows 0 seconds, because it is too coarse for such a short run.
+        UnsupportedError: The run is so short that the clock shows 0 seconds.
     """
     settings = prepare_settings(adapter, profile, dt_s, overrides)
     steps = scene.step_count(dt_s) if steps is None else steps
@@ -152,7 +153,7 @@ def _time_steps(world: World, steps: int, dt_s: float, *, located: bool) -> floa
 
 
 def _read_own_clock(world: TimedWorld, before_s: float) -> float:
-    """Return the seconds that have passed on a world's clock since it showed `before_s`."""
+    """Return the seconds that have passed on a world's clock since the clock showed `before_s`."""
     found = world.seconds
     numbers = isinstance(before_s, int | float) and isinstance(found, int | float)
     if not (numbers and -sys.float_info.max <= before_s <= found <= sys.float_info.max):

@@ -39,7 +39,7 @@ def shorten(text: str, max_length: int = 60) -> str:
 
 
 def find_last_message(printed: str) -> str:
-    """Return the last line that begins like an error or, if there is none, the last line, cut to 200 characters."""
+    """Return the last line that begins like an error, or else the last line, cut to 200 characters."""
     lines = [line for line in map(str.strip, printed.splitlines()) if line][-_LAST_LINES:]
     return ([line for line in lines if _ERROR.match(line)] or lines or [""])[-1][:200]
 

@@ -176,7 +176,10 @@ def _read(option: Option, flag: str, text: Any) -> Any:
 
 
 def build_whole_number_kind(minimum: int, maximum: int | None = None) -> ValueKind:
-    """Return the kind of whole numbers from `minimum` to `maximum`. If `maximum` is None, there is no upper limit."""
+    """Return the `ValueKind` of whole numbers from `minimum` to `maximum`.
+
+    If `maximum` is None, there is no upper limit.
+    """
 
     def take(value: Any) -> int:
         if isinstance(value, bool):
@@ -203,7 +206,7 @@ def format_bound(value: float) -> str:
 def build_measure_kind(
     description: str, word: str, lower: float, upper: float, *, read: Callable[[str], Any] = float, span: str = ""
 ) -> ValueKind:
-    """Return the kind of finite numbers above `lower` and up to `upper`."""
+    """Return the `ValueKind` of finite numbers above `lower` and up to `upper`."""
 
     def take(value: Any) -> float:
         if isinstance(value, bool) or not isinstance(value, Real):
@@ -223,17 +226,17 @@ def _build_limit_kind(unit: str, most: float) -> ValueKind:
 
 
 def build_seconds_kind() -> ValueKind:
-    """Return the kind of time limits in seconds."""
+    """Return the `ValueKind` of time limits in seconds."""
     return _build_limit_kind("seconds", LONGEST_S)
 
 
 def build_megabytes_kind() -> ValueKind:
-    """Return the kind of memory limits in megabytes."""
+    """Return the `ValueKind` of memory limits in megabytes."""
     return _build_limit_kind("megabytes", MOST_MB)
 
 
 def build_step_kind(read: Callable[[str], Any] | None = None, also: str = "") -> ValueKind:
-    """Return the kind of step sizes.
+    """Return the `ValueKind` of step sizes.
 
     `read` parses a text of the command line. `also` is added to the description, and names other texts that `read`
     accepts.
@@ -261,16 +264,16 @@ def _require_type(kind: type, value: Any) -> Any:
 
 
 def build_name_kind() -> ValueKind:
-    """Return the kind of names. Any text is valid, since the study checks later whether the name exists."""
+    """Return the `ValueKind` of names. Any text is valid, since the study checks later whether the name exists."""
     return ValueKind("a name", "NAME", partial(_require_type, str))
 
 
 def build_flag_kind() -> ValueKind:
-    """Return the kind of boolean options."""
+    """Return the `ValueKind` of boolean options."""
     return ValueKind("True or False", "", partial(_require_type, bool))
 
 
 def build_enum_kind(kinds: type[StrEnum]) -> ValueKind:
-    """Return the kind of an enumeration's members. A value may be a member or its name."""
+    """Return the `ValueKind` of an enumeration's members. A value may be a member or its name."""
     listed = ", ".join(one.value for one in kinds)
     return ValueKind(f"one of {listed}", "|".join(one.value for one in kinds), kinds)

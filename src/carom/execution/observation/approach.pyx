@@ -1,7 +1,7 @@
 """Tests for free flight: whether discs move straight, overlap, or come near each other or near walls.
 
-These formulas are much faster than the computation of an impact's time. Bodies count as near long before they touch, so
-the rounding of the computed times does not matter.
+The formulas in this module are much faster than the computation of an impact's time. Bodies count as near long before
+they touch, so the rounding of the computed times does not matter.
 """
 
 from libc.math cimport INFINITY, fabs, hypot, isfinite, sqrt

@@ -100,7 +100,7 @@ def observe_run(
         scene: The scene.
         profile: Name of the profile.
         dt_s: Step size, in seconds.
-        overrides: Settings that replace settings of the profile.
+        overrides: Settings that are used instead of the profile's settings.
         samples: Whether to keep positions for drawing.
         watched: Whether to compare each step with a step of PIC from the same state, for `local_truth` of the trace.
 
@@ -225,8 +225,8 @@ class _Run:
     def _take_quiet_steps(self, world: QuietWorld, flight: FreeFlight | None) -> Observation | None:
         """Take steps without contacts in one call, until a step has contacts or a warning, or free flight is possible.
 
-        Return the observation after the last step, and add the states after all earlier steps. If only one step may
-        be taken, take none and return None. Call this method only while no contact continues from the last step.
+        Return the observation after the last step, and add the states after all earlier steps. If only one step may be
+        taken, take no step and return None. Call this method only while no contact continues from the last step.
         """
         if self.row + 1 == len(self.rows.time_s):
             self._begin_rows()
@@ -300,7 +300,7 @@ class _Run:
         self.row = 0
 
     def _pass_on_states(self) -> None:
-        """Pass the block's states to the step-by-step comparison, except the first, which the previous block passed."""
+        """Pass the block's states to the step-by-step comparison, except the first state, which was passed before."""
         if self.watch is not None:
             self.watch.add(self.rows.states(slice(1, self.row + 1)))
 

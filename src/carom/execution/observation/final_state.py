@@ -91,17 +91,16 @@ class LastStep:
         turned_s: Array,
         spins: NDArray[np.void] | None,
     ) -> LastStep:
-        """Return this step with another end. The discs `discs` have only the impacts in `impacts`.
+        """Return this step with another end. Impacts of the discs `discs` that are missing in `impacts` are undone.
 
-        After the last of these impacts, or after the start of the step if there is none, each of the discs flies
-        freely.
+        Each of the discs flies freely after its last impact, or after the start of the step if it has no impact.
 
         Args:
             discs: Numbers of the discs.
             until_s: End of the returned step, in seconds.
             impacts: The impacts to keep.
             turned_s: Time at which each impact changed the velocities of its bodies, in seconds.
-            spins: Spins around each impact; None in a scene without spins.
+            spins: Spins before and after each impact; None in a scene without spins.
         """
         position, velocity = self.state.position_m.copy(), self.state.velocity_m_s.copy()
         spin = None if self.state.spin_rad_s is None else self.state.spin_rad_s.copy()

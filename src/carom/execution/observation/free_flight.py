@@ -32,7 +32,7 @@ _WIDER = 1.0 + 2.0**-40
 #: Approaching pairs are searched for longer and longer times ahead. Factor between two successive times.
 _WIDENED = 4.0
 
-#: Largest number of discs of a scene in which all pairs are tested, since the search for near pairs would take longer.
+#: In scenes with at most this number of discs, all pairs are tested, which is faster than a search for near pairs.
 _FEW_DISCS = 32
 
 #: Free flight requires that this number of steps left all velocities unchanged and moved all discs straight.

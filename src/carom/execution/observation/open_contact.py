@@ -102,9 +102,9 @@ class OpenContact:
         """Return the instant at which a pair that comes to rest lands.
 
         `compute_turn_time` needs a free path after the impact, but resting bodies do not separate. At the returned
-        instant, the free path before the impact reaches the distance of the resting bodies. This distance changes at
-        the pair's normal speed at the end of the contact. The free path is a parabola, or a line if gravity accelerates
-        both bodies equally.
+        instant, the free path before the impact reaches the distance of the resting bodies. The distance of resting
+        bodies changes at their normal speed at the end of the contact. The free path is a parabola, or a line if
+        gravity accelerates both bodies equally.
 
         Args:
             gravity: Acceleration of each disc, from `compute_gravity`.
@@ -118,7 +118,7 @@ class OpenContact:
         bend = float(self._compute_relative_pull(gravity) @ normal) / 2
         closing = float((u1 - u0) @ normal)
         gap = float((d0 - d1 + u1 * duration_s) @ normal)
-        # The result is the first root of `gap - closing t + bend t^2 = 0`. This form of the formula does not subtract
+        # The result is the first root of `gap - closing t + bend t^2 = 0`. The formula below avoids the subtraction of
         # nearly equal numbers, which would lose digits.
         square = closing * closing - 4.0 * bend * gap
         if not (square >= 0.0 and closing + math.sqrt(square) > 0.0):
@@ -132,8 +132,8 @@ class OpenContact:
         and u1 be the relative position and velocity at the time t1, in the first state after the contact. The paths are
         the lines d0 + u0 (t - t0) and d1 + u1 (t - t1). The difference of the paths is a linear function of t with
         slope u0 - u1. The difference is also linear under gravity, where both paths are parabolas of the same
-        curvature. With damping, the paths are lines in undamped time. On a table that slows discs, the paths have
-        different curvatures. The nearest instant is found by least squares.
+        curvature. With damping, the paths are lines in undamped time (the time in which an undamped disc moves as far).
+        On a table that slows discs, the paths have different curvatures. The nearest instant is found by least squares.
 
         Args:
             gravity: Acceleration of each disc, from `compute_gravity`.

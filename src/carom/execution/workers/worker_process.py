@@ -90,7 +90,7 @@ class Worker:
                     del todo[0]
                     yield answer
         finally:
-            # the caller stopped early; the remaining answers must not be mistaken for answers to its next call
+            # the caller stopped early; a later call must not receive the remaining answers
             if todo:
                 with self._lock:
                     self._end()
@@ -183,7 +183,7 @@ class _Process:
         self._tail, self._tasks_ended = b"", 0
 
     def send(self, message: object) -> None:
-        """Queue a message; `exchange` sends it."""
+        """Queue a message; `exchange` sends the message."""
         if not self._unsent:
             self._selector.register(self._requests, selectors.EVENT_WRITE)
         self._unsent = memoryview(bytes(self._unsent) + pickle.dumps(message, protocol=pickle.HIGHEST_PROTOCOL))
@@ -202,7 +202,7 @@ class _Process:
         return line
 
     def exchange(self, wait_s: float) -> None:
-        """Wait at most `wait_s` seconds until data can be sent or received. Then send and receive what is possible."""
+        """Wait at most `wait_s` seconds until data can be sent or received, and send and receive what is possible."""
         for key, _ in self._selector.select(wait_s):
             try:
                 if key.fd == self._requests:

@@ -37,8 +37,8 @@ class Folder:
         self._root = Path(tempfile.mkdtemp(prefix=PREFIX))
         self.path = self._root / WORK
         self.path.mkdir()
-        # The file is renamed to `LOCK` only after it is locked. Otherwise another process could find the file unlocked,
-        # and remove the folder as abandoned.
+        # The file is renamed to `LOCK` only after it is locked. If another process found the file unlocked, it would
+        # remove the folder as abandoned.
         self._lock = os.open(self._root / f"{LOCK}.new", os.O_CREAT | os.O_RDWR, 0o600)
         fcntl.flock(self._lock, fcntl.LOCK_EX)
         os.rename(self._root / f"{LOCK}.new", self._root / LOCK)
