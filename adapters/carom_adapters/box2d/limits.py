@@ -84,8 +84,8 @@ CAPABILITIES = replace(
     max_move_m=LONGEST_MOVE_M,
     # `b2WorldManifold` uses an arbitrary normal if two points are closer than b2_epsilon, 1.2e-7.
     min_radius_m=1e-6,
-    # With masses between these powers of ten, quotients of masses, and impulses at scaled velocities, stay in the range
-    # of 32-bit floats (1e-38 to 1e38). A mass that underflowed to 0 would be replaced by 1 kg.
+    # These limits keep quotients of masses, and impulses at scaled velocities, in the range of 32-bit floats (1e-38 to
+    # 1e38). Box2D replaces a mass that underflows to 0 by 1 kg.
     min_mass_kg=1e-20,
     max_mass_kg=1e20,
     float_bits=32,

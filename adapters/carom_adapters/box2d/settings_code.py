@@ -16,7 +16,7 @@ from carom_adapters.shared.walls import compute_thickness
 #: Comment in the program that explains the scale of velocities.
 SCALED = (
     "All velocities are multiplied and all times are divided by this factor, since Box2D makes contacts inelastic if "
-    "the closing speed is below 1 m/s (b2_velocityThreshold, compiled in). It is a power of two, which avoids rounding."
+    "the closing speed is below 1 m/s (b2_velocityThreshold, compiled in). A power of two avoids rounding."
 )
 NOT_SCALED = (
     "By default, contacts are inelastic if the closing speed is below 1 m/s (b2_velocityThreshold, compiled in)."

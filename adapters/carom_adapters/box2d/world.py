@@ -115,7 +115,7 @@ class Box2dWorld(QuietSteps):
                 self._add_wall(
                     scene, k, wall.centre_m, [self._box2d.b2CircleShape(radius=compute_thickness(scene, wall))]
                 )
-        if any(self._belts.values()):  # only a listener can set the conveyor's speed, in each contact
+        if any(self._belts.values()):  # only a contact listener can set the speed of a conveyor
             self._listen()
 
     def _add_disc(self, scene: Scene, i: int) -> None:
@@ -302,7 +302,7 @@ class Box2dWorld(QuietSteps):
         return found
 
     def _find_warning(self, observation: Observation) -> str:
-        # Impacts can make a body too fast. Then it is too late to refuse the scene, so the run gets a warning.
+        # Impacts can make a body too fast. A running scene can't be refused, so the run gets a warning.
         dt_s = self._clock.dt_s / self._time
         fastest = math.hypot(*observation.velocity_m_s.ravel().tolist())  # an upper bound for each disc's speed
         if fastest * dt_s > LONGEST_MOVE_M and (
@@ -320,10 +320,7 @@ class Box2dWorld(QuietSteps):
         self._clock.cut(dt_s * self._time)
 
     def touching(self) -> frozenset[tuple[int, int]]:
-        """Return the pairs that Box2D finds in contact in a step of length 0.
-
-        Such a step moves no body and solves no contact.
-        """
+        """Return the pairs that Box2D finds in contact in a step of length 0. This step moves no body."""
         self._world.Step(0.0, 0, 0)
         found = set()
         for contact in self._world.contacts:

@@ -13,7 +13,7 @@ from carom_adapters.shared import engine_adapter as shared
 CHAIN = Accuracy(velocity=16 * 2 * MIXING, energy=16 * 4 * MIXING)
 
 _TUNED: shared.Settings = {
-    # This detector tests spheres by a formula, not as meshes.
+    # DART's own detector tests spheres by a formula, not as meshes.
     "collision_detector": "DART",
     # With this option, DART pushes overlapping bodies apart without changing their velocities.
     "split_impulse": True,

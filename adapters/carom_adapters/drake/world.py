@@ -129,8 +129,8 @@ class DrakeWorld:
     def observe(self) -> Observation:
         """Return the state of every disc, and the contacts that a monitor found in the integrator's steps.
 
-        A contact can begin and end within a step, so the state at the end of the step may not show it. The first
-        observation creates the monitor, so that timed runs, which are not observed, have no monitor.
+        A contact can begin and end within a step, so the state at the end of the step may not show the contact. The
+        first observation creates the monitor, so that timed runs, which are not observed, have no monitor.
         """
         if not self._watched:
             self._watched = True

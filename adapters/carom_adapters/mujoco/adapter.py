@@ -20,8 +20,8 @@ _DEFAULT: shared.Settings = {"joints": "free", "stiffness": 1000.0}
 _TUNED: shared.Settings = {
     "joints": "slide",
     "stiffness": 0.0,
-    # These numbers ("impedance") make contacts as hard as MuJoCo allows, at any depth, without an effect on the speed
-    # after a bounce.
+    # These numbers ("impedance") make contacts as hard as MuJoCo allows, at any depth. The speed after a bounce stays
+    # the same.
     "solimp": "0.9999 0.9999 0.001 0.5 2",
     # The contact's damping is chosen such that one step by Euler's method reverses the velocity. Other integrators
     # would need another damping.
@@ -56,8 +56,8 @@ _PLAIN_CYLINDER: shared.Settings = {**_TUNED, "shape": "cylinder", "joints": "fr
 
 adapter = shared.EngineAdapter(
     name="mujoco",
-    # Release 2.3 fails with the adapter's settings of a pair. MuJoCo has speculative contacts since release 4.0.
-    # Releases 3.x run these profiles without speculative contacts, and report the setting as False.
+    # Release 2.3 does not support the adapter's settings of a pair of bodies. MuJoCo has speculative contacts since
+    # release 4.0. Releases 3.x run these profiles without speculative contacts, and report the setting as False.
     engine=shared.build_engine("MuJoCo", "mujoco", "mujoco", oldest="3.0", newest_tried="4.0"),
     capabilities=CAPABILITIES,
     knobs={

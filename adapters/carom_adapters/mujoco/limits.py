@@ -34,9 +34,9 @@ MJCF_INTEGRATORS = {
 #: ``joints`` determines how discs can move: "free" allows all motions, and "slide" allows only x and y (if discs turn,
 #: also z and a hinge). ``stiffness`` (1/s^2) is the stiffness of a contact, 0 for none; see `_compute_solref` of
 #: `model`. ``solimp`` is an attribute of a geom. With ``listed_pairs`` each pair of bodies is listed in the model, and
-#: is tested in every step. ``shape`` is "sphere" or "cylinder". A cylinder is as high as it is wide. With ``in_turn``
-#: contacts with friction are solved one after another: first the normal force, and then friction within the bounds that
-#: the normal force sets, as in the law of impacts. Without ``in_turn`` MuJoCo solves all contacts together, as an
+#: is tested in every step. ``shape`` is "sphere" or "cylinder". A cylinder is as high as it is wide. With ``in_turn``,
+#: contacts with friction are solved one after another. In each contact the normal force comes first, and then friction
+#: within the bounds that the normal force sets. Without ``in_turn`` MuJoCo solves all contacts together, as an
 #: optimisation problem.
 OTHER_SETTINGS = ("joints", "stiffness", "solimp", "listed_pairs", "shape", "in_turn")
 
@@ -50,7 +50,7 @@ WORDS: Mapping[str, tuple[str, ...]] = {
     "solver": ("PGS", "CG", "Newton"),
 }
 
-#: MuJoCo's mjMAXVAL. MuJoCo treats a coordinate, velocity or acceleration above mjMAXVAL as an error.
+#: MuJoCo's mjMAXVAL. A coordinate, velocity or acceleration above mjMAXVAL is an error in MuJoCo.
 LARGEST_VALUE = 1e10
 
 #: Smallest acceleration of an impact. MuJoCo's solver ignores accelerations below mjMINVAL, 1e-15.
@@ -86,7 +86,7 @@ CAPABILITIES = replace(
 
 
 def does_solve_in_turn(scene: Scene, settings: Mapping[str, Setting]) -> bool:
-    """Whether contacts are solved one after another: ``in_turn`` is set, and the scene has friction."""
+    """Whether contacts are solved one after another. This requires friction and the setting ``in_turn``."""
     return bool(settings.get("in_turn", False)) and scene.arrays.rubs
 
 

@@ -16,7 +16,7 @@ from carom_adapters.shared.walls import compute_thickness, cut_chain
 #: unit of mass is chosen such that the heaviest disc's mass is at most 1, and at most this number times friction^2.
 MASS_OVER_FRICTION_SQUARED = 1e4
 
-#: The impedance of contacts in `tuned`: the first number of its ``solimp``.
+#: The impedance of contacts with the profile `tuned`: the first number in its setting ``solimp``.
 IMPEDANCE = 0.9999
 
 #: Moment of inertia of a cylinder about a diameter, divided by mass times radius squared: 1/4 + 1/3, if the height
@@ -28,9 +28,9 @@ CYLINDER_TIPS = 7 / 12
 #: So driven bodies have a huge mass: this number times the heaviest disc's mass. An impact then changes a driven body's
 #: velocity by only 1e-13 times the closing speed.
 DRIVEN_MASS = 2.0**44
-#: A smaller ratio than `DRIVEN_MASS`, for a solver that stops at a tolerance. From a ratio of 2^34 on, rounding errors
-#: of the quantity that the solver minimises exceed the tolerance. With a ratio of 2^44, the error of a disc's velocity
-#: is 1.3 times the closing speed.
+#: Smaller ratio that replaces `DRIVEN_MASS` if the solver stops at a tolerance. From a ratio of 2^34 on, rounding
+#: errors of the quantity that the solver minimises exceed the tolerance. With a ratio of 2^44, the error of a disc's
+#: velocity is 1.3 times the closing speed.
 DRIVEN_MASS_IN_TOLERANCE = 2.0**28
 
 
@@ -53,11 +53,11 @@ def _compute_solref(stiffness: float, restitution: float, dt_s: float) -> tuple[
 def _compute_solreffriction(scene: Scene, discs: tuple[int, ...], dt_s: float) -> tuple[float, float]:
     """Return the ``solreffriction`` with which a contact of these discs ends their slip (sliding) within the step.
 
-    Without `solreffriction`, MuJoCo applies `solref` also to friction. Then a sliding speed u would become
-    ``-restitution * u`` instead of 0. MuJoCo regularises friction and the normal force alike, by ``(1 - d) / d`` times
-    the inverse mass along the normal. In the direction of sliding, the inverse mass is larger, because the discs can
-    turn. The quotient of the two inverse masses compensates for this difference. For the normal force, MuJoCo itself
-    compensates for the regularisation.
+    Without `solreffriction`, MuJoCo applies `solref` also to friction, and a sliding speed u becomes ``-restitution *
+    u`` instead of 0. MuJoCo regularises friction and the normal force alike, by ``(1 - d) / d`` times the inverse mass
+    along the normal. In the direction of sliding, the inverse mass is larger, because the discs can turn. The quotient
+    of the two inverse masses compensates for this difference. For the normal force, MuJoCo itself compensates for the
+    regularisation.
     """
     inverse = [1.0 / scene.discs[i].mass_kg for i in discs]
     slip = [(1.0 + 1.0 / scene.discs[i].inertia_factor) / scene.discs[i].mass_kg for i in discs]
@@ -172,7 +172,7 @@ def _list_wall_shapes(scene: Scene, k: int, dt_s: float) -> list[dict[str, objec
     if not wall.driven:
         # a size of 0 means infinite
         return [{"type": "plane", "size": "0 0 1", "pos": "{!r} {!r} 0".format(*wall.point_m), **facing}]
-    # In MuJoCo, a plane can't move. So a driven half-plane is a box, so large that discs can reach only the face that
+    # In MuJoCo, a plane can't move. So a driven half-plane is a large box, of which discs can reach only the face that
     # replaces the plane.
     centre, radius = reach(scene, dt_s)
     drift = wall.drive.fastest * (scene.duration_s + dt_s)

@@ -80,7 +80,7 @@ class _Reading:
         if np.any(self.model.dof_damping):
             self.dropped.append("damping of joints")
         if self.model.npair:
-            self.dropped.append("contacts of listed pairs: the contacts of their geoms are used")
+            self.dropped.append("settings of listed pairs: the settings of their geoms are used instead")
         return Imported(
             Scene(
                 name=name,

@@ -49,7 +49,7 @@ def _compile(text: str) -> Any:
     return importlib.import_module("mujoco").MjModel.from_xml_string(text)
 
 
-#: Flags that only later releases of MuJoCo have: their names in MJCF, and the names of their bits.
+#: Flags that early releases of MuJoCo lack. For each flag in MJCF: names of the enumeration and of the member.
 _LATER = {"speculative": ("mjtEnableBit", "mjENBL_SPECULATIVE"), "autoreset": ("mjtDisableBit", "mjDSBL_AUTORESET")}
 
 
@@ -71,21 +71,21 @@ class MujocoWorld:
         self._mujoco: Any = importlib.import_module("mujoco")  # untyped: its classes come from C++ without stubs
         self._mujoco.set_mju_user_warning(_ignore)
         try:
-            # Leave out flags that this release lacks. These flags are later reported as not set.
+            # Leave out flags that this release lacks. Missing flags are later reported as not set.
             lacking = {name for name in _LATER if not _find_flag_bit(self._mujoco, name)}
             known = {name: value for name, value in settings.items() if name not in lacking}
             self._model = _compile(build_mjcf(scene, known))
             self._data = self._mujoco.MjData(self._model)
         except (ValueError, MemoryError, self._mujoco.FatalError) as error:
             raise AdapterError(f"MuJoCo refuses the scene of {len(scene.discs)} discs: {error}") from error
-        # These views are kept, since creating a view takes long.
+        # Views of MuJoCo's arrays are kept, since creating a view takes long.
         self._warnings, self._qpos, self._qvel = self._data.warning.number, self._data.qpos, self._data.qvel
         self._shared = True
         #: For each array of contact dampings in the model: a view of the array, and its values times the step size.
         self._dampings: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []
         self._probe: Any = None
         self._clock = StepClock(float(self._model.opt.timestep))
-        # Damping times step size. This product is the same for all step sizes; see `_compute_solref`.
+        # Damping times step size, a product that is the same for all step sizes; see `_compute_solref`.
         self._geom_damping = self._model.geom_solref[:, 1] * self._clock.dt_s
         self._pair_damping = self._model.pair_solref[:, 1] * self._clock.dt_s
         self._rub_damping = self._model.pair_solreffriction[:, 1] * self._clock.dt_s

@@ -25,7 +25,7 @@ _DEFAULT: shared.Settings = {"linearDamping": 0.0, "angularDamping": 0.0}
 _TUNED: shared.Settings = {
     "linearDamping": 0.0,
     # By default a body is a multibody, with a speed of at most 100 m/s and a spin of at most 100 rad/s, and without
-    # continuous detection. Bodies with maximal coordinates have none of these limits, and their spin is not damped.
+    # continuous detection. Bodies with maximal coordinates have no such limits, and their spin is not damped.
     "useMaximalCoordinates": True,
     # Bullet adds erp * depth / dt to the speed after a bounce. The default of erp is 0.08.
     "contactERP": 0.0,
@@ -36,7 +36,7 @@ _TUNED: shared.Settings = {
     "restitutionVelocityThreshold": 0.0,
     # By default, the order in which contacts of the same body are solved depends on memory addresses.
     "deterministicOverlappingPairs": 1,
-    # By default, the solver stops when the residual is small. Then contacts of the same body lose energy.
+    # By default, the solver stops when the residual is small, so that contacts of the same body lose energy.
     "solverResidualThreshold": 0.0,
     "numSolverIterations": 50,
     # Bullet sweeps a sphere of this fraction of the disc's radius along the path of a step (continuous detection). Only

@@ -52,8 +52,8 @@ RIGID_BODY = 1
 
 NOT_TURNED = (0.0, 0.0, 0.0, 1.0)
 
-#: The client of the world that was closed last, by the result of `build_structure_key`. The next world reuses this
-#: client, since allocating a new client takes longer. Only one client is kept, because a client takes 29 MB.
+#: The client of the world that was closed last, by a key from `build_structure_key`. The next world reuses this client,
+#: since allocating a new client takes longer. Only one client is kept, because a client takes 29 MB.
 _KEPT: dict[object, tuple[int, list[int], list[int], dict[int, int]]] = {}
 
 
@@ -261,8 +261,8 @@ class PybulletWorld(QuietSteps):
         return any(point[9] > 0.0 for point in self._bullet.getContactPoints(physicsClientId=self._client))
 
     def _find_warning(self, velocity: NDArray[np.float64], spin: NDArray[np.float64] | None) -> str:
-        # An impact or a fall can make a body too fast. Then it is too late to refuse the scene, so the run gets a
-        # warning. Bullet clamps x and y separately.
+        # An impact or a fall can make a body too fast. A running scene can't be refused, so the run gets a warning.
+        # Bullet clamps x and y separately.
         if self._asked.get("useMaximalCoordinates", False):
             return ""
         clamped = self._below_clamp & (np.abs(velocity) >= SHIPPED_SPEED_CLAMP_M_S)

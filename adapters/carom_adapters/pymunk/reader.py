@@ -48,7 +48,7 @@ _ADMITTED = {
 
 class _Unpickler(pickle.Unpickler):
     def find_class(self, module: str, name: str) -> Any:
-        # Pickle protocols below 3 use names of Python 2. These names are translated here, before the check.
+        # Pickle protocols below 3 use names of Python 2, which are translated before the check.
         known = {"__builtin__": "builtins", "copy_reg": "copyreg"}.get(module, module)
         if (known, name) not in _ADMITTED:
             raise AdapterError(

@@ -156,7 +156,7 @@ class PymunkWorld(QuietSteps):
         return any(impulse != (0.0, 0.0) for impulse in impulses)
 
     def _collect_impulse(self, arbiter: pymunk.Arbiter, impulses: dict[Pair, list[ArbiterImpulse]]) -> None:
-        """Add the impulse of an arbiter, which is read from its first body."""
+        """Add the impulse of an arbiter (a contact) to `impulses`, unless the impulse has already been added."""
         normal = arbiter.normal
         total = -arbiter.total_impulse
         impulse = total.dot(normal)

@@ -41,8 +41,8 @@ _LOCATED: shared.Settings = {
     # With these two settings, a step depends only on positions and velocities, so the step can be undone.
     "contact_recycling": False,
     "warmstart_coefficient": 0.0,
-    # The fraction is as small as the relative rounding error of 32-bit floats. It is a power of two, so its product
-    # with the step size is exact.
+    # The fraction is as small as the relative rounding error of 32-bit floats. The fraction is a power of two, so that
+    # its product with the step size is exact.
     "first_part": 2.0**-24,
 }
 

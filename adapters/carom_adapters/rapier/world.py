@@ -80,7 +80,7 @@ class RapierWorld:
             handles.append(world.add_body(body))
             number[world.add_collider(ball if disc.immovable else ball.mass(disc.mass_kg), handles[-1])] = i
         # Discs keep Rapier's default rule, the mean of two restitutions, since all have the same restitution. A wall
-        # has the rule (MIN or MAX) that selects the wall's restitution. This rule has precedence over the mean.
+        # has the rule (MIN or MAX) that selects the wall's restitution, and has precedence over the mean.
         rule = rapier.CoefficientCombineRule
         for k, (wall, material) in enumerate(zip(scene.walls, scene.arrays.materials, strict=True)):
             position, velocity = of_walls[k]
@@ -110,7 +110,7 @@ class RapierWorld:
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings, including Rapier's defaults. Rapier reports all except the adapter's `first_part`."""
+        """The settings, including Rapier's defaults. Rapier reports all settings except the adapter's `first_part`."""
         parameters = self._world.integration_parameters
         read: dict[str, Setting] = {"dt_s": self._read_step()}
         read |= {name: getattr(parameters, name) for name in PARAMETERS}
@@ -161,8 +161,7 @@ class RapierWorld:
         return list(sum_contacts(contacts, find_walls_in_pieces(self._scene)))
 
     def _find_warning(self, velocity: Any) -> str:
-        # Impacts can accelerate a body to Rapier's limit. Then it is too late to refuse the scene, so the run gets a
-        # warning.
+        # Impacts can accelerate a body to Rapier's limit. A running scene can't be refused, so the run gets a warning.
         parameters = self._world.integration_parameters
         limit = parameters.normalized_max_linear_velocity * parameters.length_unit
         if (fastest := float(np.hypot(*velocity.T).max())) > limit * (1 - 4 * ROUNDING):

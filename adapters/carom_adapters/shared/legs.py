@@ -17,8 +17,9 @@ Driven = Disc | Wall | Chain | Ring
 Body = TypeVar("Body")
 Vector = tuple[float, float]
 
-#: A velocity that changes at a step boundary must apply to the next step in spite of rounding errors of times. This
-#: factor allows for 2^13 rounding errors of 2^-53 each, since times are added up for each piece of a shortened step.
+#: A velocity that changes at a step boundary must apply to the next step in spite of rounding errors of times.
+#: `_REACHED` allows for 2^13 rounding errors of 2^-53 each, since times are added up for each piece of a shortened
+#: step.
 _REACHED = 1.0 + 2.0**-40
 
 
