@@ -97,8 +97,7 @@ def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
     """Refuse scenes that are not supported, and input for which Box2D would abort or fail silently.
 
     Raises:
-        AdapterError: A capability excludes the scene, a setting has an unknown name or value, or a step size, damping
-            or force is outside the range of 32-bit floats.
+        AdapterError: The scene or a setting is not supported, or a number is outside the range of 32-bit floats.
     """
     require_sound("Box2D", scene, settings, (*WORLD_SETTINGS, *OTHER_SETTINGS), LEAST, MOST, {"sweep": SWEEPS})
     if scene.damping_per_s > LARGEST_FRICTION:

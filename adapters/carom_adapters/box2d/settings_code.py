@@ -89,7 +89,7 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
                 "velocity": disc.velocity_m_s,
                 "spin": disc.spin_rad_s,
             }
-            if scene.damping_per_s:  # Box2D's damping is per second of its faster clock
+            if scene.damping_per_s:  # Box2D's damping is a rate on its own, faster clock
                 arguments |= dict.fromkeys(("linearDamping", "angularDamping"), fast_clock.damping_per_s)
             arguments |= {"fixedRotation": fixed, "allowSleep": bool(settings.get("sleepingAllowed", True))}
             # A disc that moves by more than its radius in a step is swept against all other bodies.

@@ -31,13 +31,13 @@ MJCF_INTEGRATORS = {
     "mjINT_DISCRETE": "discrete",
 }
 
-#: ``joints`` determines how discs can move: "free" allows all motions, and "slide" allows only x and y (if discs turn,
-#: also z and a hinge). ``stiffness`` (1/s^2) is the stiffness of a contact, 0 for none; see `_compute_solref` of
-#: `model`. ``solimp`` is an attribute of a geom. With ``listed_pairs`` each pair of bodies is listed in the model, and
-#: is tested in every step. ``shape`` is "sphere" or "cylinder". A cylinder is as high as it is wide. With ``in_turn``,
-#: contacts with friction are solved one after another. In each contact the normal force comes first, and then friction
-#: within the bounds that the normal force sets. Without ``in_turn`` MuJoCo solves all contacts together, as an
-#: optimisation problem.
+#: ``joints`` determines how discs can move. The value "free" allows all motions. The value "slide" allows motion along
+#: x and y, and, if discs turn, also along z and about a hinge. ``stiffness`` (1/s^2) is the stiffness of a contact, 0
+#: for none; see `_compute_solref` of `model`. ``solimp`` is an attribute of a geom. With ``listed_pairs`` each pair of
+#: bodies is listed in the model, and is tested in every step. ``shape`` is "sphere" or "cylinder". A cylinder is as
+#: high as it is wide. With ``in_turn``, contacts with friction are solved one after another. In each contact the normal
+#: force comes first, and then friction within the bounds that the normal force sets. Without ``in_turn`` MuJoCo solves
+#: all contacts together, as an optimisation problem.
 OTHER_SETTINGS = ("joints", "stiffness", "solimp", "listed_pairs", "shape", "in_turn")
 
 #: Possible values of settings that are words.
@@ -99,8 +99,7 @@ def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
     """Refuse scenes that are not supported, and input that MuJoCo rejects or for which MuJoCo would fail silently.
 
     Raises:
-        AdapterError: A capability excludes the scene, a setting has an unknown name or value, or damping, the number of
-            discs or the speed is beyond a limit of MuJoCo.
+        AdapterError: The scene or a setting is not supported, or a number is beyond a limit of MuJoCo.
     """
     known = (*OPTION_SETTINGS, *FLAG_SETTINGS, *OTHER_SETTINGS)
     require_sound("MuJoCo", scene, settings, known, {"tolerance": 0.0, "iterations": 1, "stiffness": 0.0}, words=WORDS)

@@ -12,8 +12,8 @@ from carom_adapters.mujoco.limits import FLAG_SETTINGS, OPTION_SETTINGS, does_li
 from carom_adapters.shared.walls import compute_thickness, cut_chain
 
 #: MuJoCo's function `mju_QCQP2` limits friction by Coulomb's law. The function returns no friction if a determinant is
-#: below 1e-10, and accepts errors of 1e-10 N^2. The determinant of a contact is at least friction^4 / mass^2. So the
-#: unit of mass is chosen such that the heaviest disc's mass is at most 1, and at most this number times friction^2.
+#: below 1e-10, and accepts errors of 1e-10 N^2. The determinant of a contact is at least friction^4 / mass^2. In the
+#: chosen unit of mass, the heaviest disc has a mass of at most 1, and at most this number times friction^2.
 MASS_OVER_FRICTION_SQUARED = 1e4
 
 #: The impedance of contacts with the profile `tuned`: the first number in its setting ``solimp``.

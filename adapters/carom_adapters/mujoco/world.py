@@ -120,8 +120,8 @@ class MujocoWorld:
             if about is not None:
                 model.dof_damping[model.body_dofadr[body] + 3 : model.body_dofadr[body] + 6] = about
         self._radius = scene.arrays.radius_m[self._movable][self._free]
-        # If the sum of the squared distances from the plane is below this limit, no disc can be off the plane by more
-        # than its radius. So the single distances need not be checked.
+        # If the sum of the squared distances from the plane is below this limit, no disc is off the plane by more than
+        # its radius, so the distances need not be checked one by one.
         self._low = 0.25 * float(np.min(self._radius, initial=np.inf)) ** 2
         driven = [scene.discs[i].driven for i in moving]
         turning = (np.isfinite(scene.arrays.inertia[self._movable]) | np.array(driven, dtype=bool)) & self._turns

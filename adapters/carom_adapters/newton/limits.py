@@ -24,7 +24,7 @@ CAPABILITIES = Capabilities(
     gravity=True,
     restitution=(0.0, 1.0),
     # In each step with contacts, Newton stops bodies that are slower than 0.1 mm/s. So two bodies with a closing speed
-    # of up to twice this speed may not bounce.
+    # of up to 0.2 mm/s may not bounce.
     restitution_threshold_m_s=2e-4,
     float_bits=32,
     dimensions=3,

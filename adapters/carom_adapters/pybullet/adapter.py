@@ -24,8 +24,8 @@ _DEFAULT: shared.Settings = {"linearDamping": 0.0, "angularDamping": 0.0}
 
 _TUNED: shared.Settings = {
     "linearDamping": 0.0,
-    # By default a body is a multibody, with a speed of at most 100 m/s and a spin of at most 100 rad/s, and without
-    # continuous detection. Bodies with maximal coordinates have no such limits, and their spin is not damped.
+    # By default a body is a multibody. A multibody has a speed of at most 100 m/s and a spin of at most 100 rad/s, and
+    # no continuous detection. Bodies with maximal coordinates have no such limits, and their spin is not damped.
     "useMaximalCoordinates": True,
     # Bullet adds erp * depth / dt to the speed after a bounce. The default of erp is 0.08.
     "contactERP": 0.0,
@@ -40,10 +40,10 @@ _TUNED: shared.Settings = {
     "solverResidualThreshold": 0.0,
     "numSolverIterations": 50,
     # Bullet sweeps a sphere of this fraction of the disc's radius along the path of a step (continuous detection). Only
-    # discs are swept whose initial velocity moves them by more than their radius in a step. A disc that an impact has
-    # made fast would be swept into bodies that it already touches, and would gain energy (by a factor of eight in
-    # Galperin's billiard at 60 steps per second). With a fraction of 1, a swept disc would stop before it overlaps the
-    # other body, so that no contact is found.
+    # discs are swept whose initial velocity moves them by more than their radius in a step. If discs made fast by an
+    # impact were swept, they would be moved into bodies that they already touch, and would gain energy. In Galperin's
+    # billiard at 60 steps per second, the energy would grow by a factor of eight. With a fraction of 1, a swept disc
+    # would stop before it overlaps the other body, so that no contact is found.
     "ccd_radius_fraction": 0.95,
 }
 

@@ -294,8 +294,7 @@ class PybulletWorld(QuietSteps):
         found = []
         for point in self._bullet.getContactPoints(physicsClientId=self._client):
             body_a, body_b, normal_from_b_to_a, distance, force = point[1], point[2], point[7], point[8], point[9]
-            # A contact with a plane still exists after the overlap has ended, with the force of the last step that
-            # solved the contact.
+            # A contact with a plane still exists after the overlap has ended, and reports the last force.
             if force <= 0 or distance > solved_below:
                 continue
             normal, impulse = (normal_from_b_to_a[0], normal_from_b_to_a[1]), force * self._clock.dt_s

@@ -178,9 +178,9 @@ class RapierWorld:
 class RapierCuttableWorld(RapierWorld):
     """A world whose steps can be shortened and undone. Each step is taken in two parts, of which the first is tiny.
 
-    If bodies touch at the start of a step, Rapier moves them with the velocities of an inelastic impact, and sets the
-    velocities of the bounce only at the end of the step. The first part of a step is so short that bodies bounce before
-    they move. In the second part, bodies move with their new velocities.
+    Rapier moves touching bodies with the velocities of an inelastic impact, and sets the velocities of the bounce only
+    at the end of the step. The first part of a step is so short that bodies bounce before they move. In the second
+    part, bodies move with their new velocities.
     """
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:

@@ -159,8 +159,8 @@ def list_adapter_points() -> Mapping[str, AdapterPoint]:
 def _list_points(distribution: metadata.Distribution) -> list[AdapterPoint]:
     """Return the adapters of a distribution.
 
-    If the distribution's entry points can't be read, return one adapter whose name is the distribution's location, and
-    whose `broken` is the reason.
+    If the distribution's entry points can't be read, return one adapter with the distribution's location as name, and
+    with the reason in `broken`.
     """
     try:
         # parse the file only if it can contain adapters, since parsing the files of all distributions takes long

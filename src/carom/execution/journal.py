@@ -1,9 +1,9 @@
 """Journals: append-only files with one line of JSON per result. An interrupted study resumes from its journal.
 
 Each append writes complete lines at once, and returns when the lines are on the disk. A process that is killed during a
-write can leave one incomplete line at the end, which is removed when the journal is opened next. The first line
-identifies the study. A float is written as the shortest text that reads back as the same float. NaN and infinities are
-written as strings. Control characters are escaped, so that a line contains no line break.
+write can leave an incomplete last line. The next opening of the journal removes this line. The first line identifies
+the study. A float is written as the shortest text that reads back as the same float. NaN and infinities are written as
+strings. Control characters are escaped, so that a line contains no line break.
 """
 
 from __future__ import annotations
@@ -245,8 +245,7 @@ def _find_after_line_feed(file: int, end: int) -> int:
 def _read_lines(file: int, end: int) -> Iterator[bytes]:
     """Yield the lines up to `end` without line feeds.
 
-    If a line is longer than `LONGEST_LINE`, at most two bytes more than this limit are yielded, so that the caller
-    recognises the line as too long.
+    If a line is too long, only its beginning is yielded, which is also longer than `LONGEST_LINE`.
     """
     with open(file, "rb", closefd=False) as stream:
         stream.seek(0)

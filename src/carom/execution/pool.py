@@ -247,9 +247,9 @@ class LocalPool(Pool):
 class _PendingItems(Generic[Item]):
     """Items that no lane has taken yet.
 
-    A lane takes items of one engine until none is left. Then the lane takes items of another engine. The lane prefers,
-    in this order: an engine of which no other lane takes items, an engine that this lane has already started, and the
-    engine with the most remaining items.
+    A lane takes items of one engine until none is left. Then the lane takes items of another engine. The lane prefers
+    an engine of which no other lane takes items, then an engine that this lane has already started, and then the engine
+    with the most remaining items.
 
     Attributes:
         engines: Names of the engines that any of the items needs.

@@ -69,8 +69,8 @@ class Results(Tabular):
         environment: Machine and versions.
         command: The command that repeats this cross-check; empty if the cross-check was called from Python.
         elapsed_s: Wall-clock seconds of the whole cross-check.
-        certified: Comparison of PIC with a certified run (a run with proven error bounds), or why there was no
-            certified run, by the scene's name. Scenes of one or two discs are included on request only.
+        certified: By the scene's name, the comparison of PIC with a certified run (a run with proven error bounds), or
+            the reason why no run was certified. Scenes of one or two discs are included on request only.
         horizons: Time up to which runs are compared with the reference, in seconds, by the scene's name. After this
             time the reference is not reliable, or lasting contact has begun. Scenes that are not listed are compared up
             to their end.

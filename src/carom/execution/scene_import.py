@@ -54,7 +54,7 @@ class _ReadTask(AdapterTask):
 def import_scene(
     path: str | Path, *, name: str = "", duration_s: float = 10.0, pixels_per_metre: float = 1.0
 ) -> Imported:
-    """Return the scene in a file of an engine, in metres, and a list of the file's parts that scenes do not support.
+    """Return the scene in an engine's file, in metres, and a list of the file's parts that scenes do not support.
 
     Args:
         path: The file: a pickled `pymunk.Space` (``.pkl``, ``.pickle``), an MJCF model (``.xml``), or a world written

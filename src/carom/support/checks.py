@@ -75,8 +75,7 @@ def check_times(name: str, values: Any) -> list[float]:
     """Return an argument as a list of finite times of at least 0 in ascending order.
 
     Raises:
-        InputError: The value is not a list, an item is not a finite number of at least 0, or the times are not in
-            ascending order.
+        InputError: The value is not a list of finite numbers of at least 0 in ascending order.
     """
     try:
         if isinstance(values, _TEXTS):

@@ -116,8 +116,8 @@ class DeclaredOptions:
         """Parse options of a command line.
 
         Args:
-            texts: Text or list of texts of each option, by the field's name; None or an empty list if the option was
-                not given.
+            texts: Text or list of texts of each option, by the field's name. An option that was not given is None or an
+                empty list.
             before: Prefix of option names in messages. The pytest plug-in uses another prefix than ``--``.
 
         Raises:

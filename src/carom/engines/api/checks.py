@@ -274,8 +274,8 @@ def _can_turn(disc: Disc) -> bool:
 def require_supported(engine: str, scene: Scene, capabilities: Capabilities, dt_s: float) -> None:
     """Refuse a scene that the declared capabilities exclude.
 
-    Carom makes the same check before a run. Only Carom's check includes the closing speed up to which contacts are
-    inelastic, because this speed depends on the profile, which `prepare` does not receive.
+    Carom makes the same check before a run, and also checks the closing speed up to which contacts are inelastic. This
+    closing speed depends on the profile, which `prepare` does not receive.
 
     Args:
         engine: Name of the engine in messages.

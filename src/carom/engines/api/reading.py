@@ -11,7 +11,7 @@ Point = tuple[float, float]
 
 
 def wall_towards(discs: Sequence[Disc], faces: Iterable[tuple[Point, Point]]) -> Wall | None:
-    """Return a wall for a face of a body, so that all discs are in front of the wall; None if there is no such face.
+    """Return a wall that replaces a face of a body; None if no face has all discs in front.
 
     A face is given by a point and a normal. If several faces have all discs in front, the face farthest from the discs
     is chosen.

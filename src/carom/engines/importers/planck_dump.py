@@ -113,8 +113,7 @@ class _Reading:
         place, radius = body.to_world(shape["p"]), float(shape["radius"])
         if not body.moves:
             return Disc(position_m=place, radius_m=radius, mass_kg=math.inf)
-        # If a body's density is 0, Box2D sets the body's mass to 1 kg and gives it no moment of inertia, so the body
-        # never turns.
+        # Box2D gives a body with the density 0 a mass of 1 kg and no moment of inertia, so the body never turns.
         mass = float(fixture["density"]) * math.pi * radius**2
         turns = mass > 0.0 and not body.fields["fixedRotation"]
         spin = float(body.fields["angularVelocity"])

@@ -35,8 +35,8 @@ def has_moved_straight(
 ):
     """Whether every disc has moved by its velocity times the step's duration, except for rounding.
 
-    The rounding error may be at most `roundings` times the largest coordinate, or `roundings` times the longest path
-    until the step's end `end_s`.
+    The largest allowed rounding error is `roundings` times a length: the largest coordinate, or a longer path until the
+    step's end `end_s`.
     """
     cdef double farthest = 0.0, fastest = 0.0
     cdef Py_ssize_t i, axis

@@ -91,7 +91,7 @@ class LastStep:
         turned_s: Array,
         spins: NDArray[np.void] | None,
     ) -> LastStep:
-        """Return this step with another end. Impacts of the discs `discs` that are missing in `impacts` are undone.
+        """Return this step, ended at `until_s`. Impacts of the discs `discs` that are missing in `impacts` are undone.
 
         Each of the discs flies freely after its last impact, or after the start of the step if it has no impact.
 

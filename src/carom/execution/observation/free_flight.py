@@ -29,7 +29,8 @@ _AHEAD_STEPS = 2
 #: the search compares.
 _WIDER = 1.0 + 2.0**-40
 
-#: Approaching pairs are searched for longer and longer times ahead. Factor between two successive times.
+#: Approaching pairs are searched for longer and longer times ahead. Each time is the previous time multiplied by this
+#: factor.
 _WIDENED = 4.0
 
 #: In scenes with at most this number of discs, all pairs are tested, which is faster than a search for near pairs.

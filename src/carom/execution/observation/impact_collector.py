@@ -35,9 +35,9 @@ _State = tuple[float, Vector, Vector]
 _UNKNOWN: Vector = (math.nan, math.nan)
 _NOWHERE: Vector = (0.0, 0.0)
 
-#: Two touching bodies count as resting if their relative speed along the normal is at most what gravity adds in this
-#: number of steps. An engine may need one step to test for contact, and another step to change the velocities. A
-#: leapfrog scheme, whose positions and velocities belong to times half a step apart, adds half a step.
+#: Two touching bodies count as resting if their relative speed along the normal is at most the speed that gravity adds
+#: in this number of steps. An engine may need one step to test for contact, and another step to change the velocities.
+#: A leapfrog scheme, whose positions and velocities belong to times half a step apart, adds half a step.
 _REST_STEPS = 2.5
 
 
@@ -131,8 +131,8 @@ class ImpactCollector:
     def _has_effect(self, contact: Contact, before: Observation, after: Observation, step_s: float) -> bool:
         """Whether a reported contact changed a velocity or spin. Engines also report contacts in which no force acts.
 
-        A contact of two immovable bodies has no effect. If the engine reports no impulses, a contact has an effect if
-        a velocity or spin changed by more than damping or the table's deceleration explains.
+        A contact of two immovable bodies has no effect. Without reported impulses, a contact has an effect if a
+        velocity or spin changed by more than damping or a table explains.
         """
         if not self._list_movable((contact.first, contact.second)):
             return False

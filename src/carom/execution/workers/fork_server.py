@@ -2,8 +2,8 @@
 
 The server is forked from the main thread of the `carom` command, before any other thread starts. The server's only open
 files are the null device and a socket. The server loads no adapter and no engine. For each request, the server forks a
-watchdog (`carom.execution.workers.watchdog`), whose streams, folder, session, limits and environment are set as in a
-new process. When the command ends, the server and all processes that it forked end too.
+watchdog (`carom.execution.workers.watchdog`). The watchdog gets its own streams, folder, session, limits and
+environment, like a new process. When the command ends, the server and all processes that it forked end too.
 
 Only the command `carom` starts a fork server, and only on Linux. Another process, such as a notebook, can have threads,
 which a fork does not copy. Without a server that answers, each worker starts in a new interpreter.

@@ -75,9 +75,9 @@ def watch_worker(parent: int, memory_bytes: int) -> None:
 def _wait_and_clean_up(worker: int, woken: int, parent: int) -> None:
     """Wait until the worker ends or is no longer needed. Kill remaining processes, and exit with the worker's status.
 
-    The worker is no longer needed when the other end of standard input is closed, when the parent sends SIGTERM, or
-    when the parent has exited. The first condition is not enough, because a process that the parent has forked can also
-    hold the other end open.
+    The worker is no longer needed if the other end of standard input is closed, the parent sends SIGTERM, or the parent
+    exits. The first condition is not enough, because a process that the parent has forked can also hold the other end
+    open.
     """
     null = os.open(os.devnull, os.O_WRONLY)
     os.dup2(null, 1)  # only the worker may keep the answer pipe open
