@@ -52,7 +52,7 @@ def list_shape_points(chain: Chain, settings: Mapping[str, Setting]) -> list[lis
     If a closed chain is one shape, the last point repeats the first point.
 
     Raises:
-        AdapterError: The settings have ``chains``, and a piece is shorter than Box2D accepts.
+        AdapterError: The setting ``chains`` is on, and a piece is shorter than Box2D accepts.
     """
     points = list_points(chain)
     all_points = [*points, points[0]] if chain.closed else points

@@ -1,4 +1,4 @@
-"""Types of the modules that run engines: `Method`, `Job`, `Task`, `Status` and `Answer`."""
+"""Types that several modules for engine runs use: `Method`, `Job`, `Task`, `Status` and `Answer`."""
 
 from __future__ import annotations
 

@@ -16,8 +16,7 @@ import numpy as np
 from carom.comparator import Score
 from carom.model.scene import Scene
 
-#: Fractional part of the golden ratio. The fractional parts of its multiples fill the interval from 0 to 1 most evenly,
-#: since no number is harder to approximate by fractions.
+#: Fractional part of the golden ratio, whose multiples modulo 1 fill the interval from 0 to 1 most evenly.
 _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 

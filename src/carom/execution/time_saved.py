@@ -53,7 +53,7 @@ def count_tests_per_frame(scene: Scene) -> int:
 def is_closed_form(reference: Trace) -> bool:
     """Whether PIC solved the scene by the formula for two discs on straight paths.
 
-    All other methods of PIC count in the trace how often discs cross cells of a grid.
+    All other methods of PIC store in the trace how often discs enter another cell of a grid.
     """
     scene = reference.scene
     straight = not (any(scene.gravity_m_s2) or scene.damping_per_s or scene.table_deceleration_m_s2)

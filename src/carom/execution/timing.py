@@ -132,7 +132,7 @@ def time_run(
 
 
 def _are_last_two_close(times_s: list[float], fraction: float) -> bool:
-    """Whether the last two times differ by less than a fraction of the longer one."""
+    """Whether the last two times differ by less than a fraction of the longer time."""
     *_, previous, last = (math.nan, *times_s)
     return abs(previous - last) < fraction * max(previous, last)
 

@@ -27,7 +27,8 @@ Kind = TypeVar("Kind")
 #: Sections of docs/reference/adapters.md to which messages refer.
 FIELDS, DECLARED = "field-by-field", "3-what-you-declare"
 
-#: Largest number of characters of a text, and of settings and counts. All texts, settings and counts are displayed.
+#: Largest number of characters of a text, and largest number of settings or counts. Texts, settings and counts are
+#: displayed.
 MOST_CHARACTERS = 2000
 MOST_ENTRIES = 1000
 #: Largest whole number. Python refuses to print numbers of several thousand digits.

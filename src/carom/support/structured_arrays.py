@@ -21,7 +21,7 @@ def build_dtype(record: type[Any], omitted: Collection[str] = ()) -> np.dtype[np
 
 
 def join_rows(arrays: Sequence[NDArray[np.void]]) -> NDArray[np.void]:
-    """Return the rows of at least one structured array of one dtype.
+    """Join structured arrays of the same dtype. At least one array is required.
 
     `np.concatenate` compares the fields of all dtypes, which takes longer than copying a few rows.
     """
