@@ -132,7 +132,7 @@ class ImpactCollector:
         """Whether a reported contact changed a velocity or spin. Engines also report contacts in which no force acts.
 
         A contact of two immovable bodies has no effect. Without reported impulses, a contact has an effect if a
-        velocity or spin changed by more than damping or a table explains.
+        velocity or spin changed, and not only by damping or by a table.
         """
         if not self._list_movable((contact.first, contact.second)):
             return False
@@ -276,8 +276,8 @@ class ImpactCollector:
     ) -> tuple[tuple[Vector, Vector, Vector, Vector], tuple[float, float, float, float] | None]:
         """Return velocities and spins of damped or braked discs at an impact, given velocities and spins at step ends.
 
-        If the instant can't be computed, the reported instant is used. The instant is at most one duration of the
-        contact before the contact's start or after the contact's end.
+        If the instant can't be computed, the reported instant is used. The instant is limited to the contact's
+        duration, extended by the same duration on both sides.
         """
         duration_s = contact.end_s - contact.start_s
         at_s = effective_s if math.isfinite(effective_s) else contact.reported.time_s
