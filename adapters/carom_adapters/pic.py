@@ -33,10 +33,11 @@ class PicWorld(RecordedWorld):
         self._steps = 0
 
     def advance(self, steps: int) -> None:
-        """Advance the run to the end of the last of the steps, with all impacts up to that time."""
+        """Advance the run by `steps` steps, with all impacts in these steps."""
         self._steps += steps
         outcome = self._run.advance_to(self._steps * self._dt_s)
-        # Lasting contact is not a failure. From its start on, the state stays the same, and nothing is compared.
+        # Lasting contact is not a failure. After lasting contact has begun, the state stays the same and is not
+        # compared.
         if outcome is not Outcome.COMPLETED and not outcome.in_contact:
             self._warning = outcome.value
 

@@ -72,7 +72,7 @@ class RecordedWorld:
 
 
 def list_contacts_since(log: RunImpacts, old_count: int) -> tuple[Contact, ...]:
-    """Return all impacts except the first `old_count`, each with the velocities before and after it."""
+    """Return all impacts except the first `old_count`, each with the velocities before and after the impact."""
     if len(log) == old_count:  # most steps have no impact
         return ()
     impacts, all_spins = log.array()[old_count:].tolist(), log.spins()

@@ -123,7 +123,10 @@ def scene(name: str) -> Scene:
 
 
 def _find_scene(name: str) -> Scene:
-    """Return a scene of the catalogue. `carom.model` calls this function, since it must not import the catalogue."""
+    """Return a scene of the catalogue.
+
+    The package `carom.model` must not import the catalogue, and calls this function instead.
+    """
     from carom.catalogue import scene_named
 
     return scene_named(name)
@@ -137,17 +140,20 @@ _VIEWS |= dict.fromkeys(("html_of", "plot"), "carom.report.notebook")
 def _find_view(name: str) -> Callable[..., Any]:
     """Import and return a function that shows a result.
 
-    The import happens only now, since the modules of results must not import `carom.report`.
+    Modules of results call this function, since they must not import `carom.report`.
     """
     view: Callable[..., Any] = getattr(importlib.import_module(_VIEWS[name]), name)
     return view
 
 
 class _Moved(ModuleType):
-    """A module at an import path of an earlier version. It imports its replacement at the first use of a name."""
+    """A module at an import path of an earlier version.
+
+    The module imports its replacement at the first use of a name.
+    """
 
     def __getattr__(self, name: str) -> Any:
-        if name.startswith("__"):  # introspection reads some of these names from every module
+        if name.startswith("__"):  # introspection reads names such as `__path__` from every module
             raise AttributeError(name)
         if (path := f"{self.__name__}.{name}") in _MOVED:
             return sys.modules[path]
@@ -159,7 +165,7 @@ class _Moved(ModuleType):
 
 
 class _Engines(ModuleType):
-    """The package `carom.engines`. It can be called, and then runs the public function `carom.engines`."""
+    """The package `carom.engines`. A call of the package runs the public function `carom.engines`."""
 
     def __call__(self, *args: Any, **options: Any) -> list[EngineInfo]:
         from carom.execution.describe_engines import engines
@@ -171,5 +177,5 @@ require_extension()
 sys.modules.update({name: _Moved(name) for name in _MOVED})
 set_view_finder(_find_view)
 set_scene_finder(_find_scene)
-# must run first, since the import makes `carom.engines` the package instead of the function
+# the import binds `carom.engines` to the package, so the package must be callable
 importlib.import_module("carom.engines").__class__ = _Engines

@@ -1,4 +1,4 @@
-"""The `carom` command and ``python -m carom``. If a signal such as Ctrl-C ends the command, it still cleans up."""
+"""The `carom` command and ``python -m carom``. A signal such as Ctrl-C ends the command after its cleanup."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ import os
 import signal
 import sys
 
-#: Signals from the keyboard, from a closed terminal, and from a system that shuts down. Some systems lack some of
-#: these.
+#: Signals from the keyboard, a closed terminal and a system that shuts down, as far as this system has them.
 SIGNALS = [one for one in signal.Signals if one.name in {"SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT"}]
 
 #: Number of new objects after which Python searches for reference cycles. A short command creates fewer objects, so
-#: Python never searches. With Python's default of 700, the searches would take a fifteenth of a short command's time.
+#: Python never searches for cycles. With Python's default of 700, the searches would take a fifteenth of a short
+#: command's time.
 _COLLECTED_FROM = 400_000
 
-#: Seconds until the exception of a signal is raised again, if Python or C code has dropped it. It can be dropped
-#: several times, so it is raised until the command has handled it.
+#: Seconds after which the exception of a signal is raised again if Python or C code has dropped the exception. The
+#: exception is raised repeatedly until the command has handled it.
 AGAIN_S = 0.01
 
 #: Signals that have arrived.
@@ -26,25 +26,26 @@ CAME: list[signal.Signals] = []
 class Ended(KeyboardInterrupt):
     """A signal has arrived. The argument is the signal's number.
 
-    A plain `KeyboardInterrupt` would not do: if one leaves an `exec`, Python later ends as if by Ctrl-C, and ignores
-    the command's exit code. See `_Py_UnhandledKeyboardInterrupt` in Python's pythonrun.c. Dataclasses use `exec`.
+    Carom does not raise a plain `KeyboardInterrupt`. If a `KeyboardInterrupt` leaves a call of `exec`, which
+    dataclasses use, Python ignores the command's exit code. See `_Py_UnhandledKeyboardInterrupt` in Python's
+    pythonrun.c.
     """
 
 
 def main() -> None:
     """Run the command."""
     _open_closed_streams()
-    # `nohup` starts a command with some signals ignored; they stay ignored
+    # signals that `nohup` ignores stay ignored
     handled = [number for number in SIGNALS if signal.getsignal(number) is not signal.SIG_IGN]
     for number in handled:
         signal.signal(number, _end)
     gc.set_threshold(_COLLECTED_FROM, *gc.get_threshold()[1:])
     previous_hook, sys.unraisablehook = sys.unraisablehook, _raise_again
-    # Without this variable, Pydantic reads the entry points of all installed packages, and fails if any are damaged.
+    # By default Pydantic reads the entry points of all installed packages, and fails if a package is damaged.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
-    # Without this variable, OpenBLAS starts a thread per core in each process that imports NumPy. Such a thread loops
-    # while it waits, and takes tens of megabytes of address space. Carom multiplies only small matrices. Engines
-    # inherit the variable.
+    # By default OpenBLAS starts a thread per core in each process that imports NumPy. Each thread loops while it waits,
+    # and takes tens of megabytes of address space. Carom multiplies only small matrices and needs one thread. Engines
+    # inherit this environment variable.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         from carom.cli import run_command_line
@@ -54,10 +55,11 @@ def main() -> None:
         if CAME:  # the signal was lost, because Python ignores exceptions during its cleanup after an import
             raise Ended(CAME[-1])
         code = run_command_line()
-        if CAME and code == 128 + signal.SIGINT:  # commands that save finished results handle every signal as Ctrl-C
+        # a command that saves results after a signal returns the code of SIGINT, whatever the signal was
+        if CAME and code == 128 + signal.SIGINT:
             code = 128 + CAME[-1]
         _return_signals(handled)
-    # if `Ended` is raised during the import of a library, the library can raise any exception instead
+    # a library whose import is interrupted by `Ended` can raise any other exception instead
     except BaseException:
         if not CAME:
             raise
@@ -66,7 +68,7 @@ def main() -> None:
         _return_signals(handled)
     finally:
         sys.unraisablehook = previous_hook
-    gc.freeze()  # without this, a search for cycles at the exit would take an eighth of a short command's time
+    gc.freeze()  # prevents a search for cycles at the exit, which takes an eighth of a short command's time
     sys.exit(code)
 
 
@@ -80,10 +82,9 @@ def _open_closed_streams() -> None:
 
 
 def _end(number: int, _frame: object) -> None:
-    """Raise `Ended`. While an earlier `Ended` is handled, do nothing, because the cleanup must not be interrupted.
+    """Raise `Ended`, except during the cleanup after an earlier `Ended`, which must not be interrupted.
 
-    An earlier `Ended` that is no longer being handled does not count. Python may have dropped it, since Python ignores
-    exceptions in destructors, for example.
+    Python may have dropped an earlier `Ended`, for example in a destructor. In this case `Ended` is raised again.
     """
     error = sys.exc_info()[1]
     while error is not None:
@@ -105,7 +106,7 @@ def _raise_again(unraisable: sys.UnraisableHookArgs) -> None:
 
 
 def _return_signals(handled: list[signal.Signals]) -> None:
-    """Restore the system's default handling of signals. Call this after all cleanup, when nothing is left to interrupt.
+    """Restore the system's default handling of signals. Call this function after all cleanup.
 
     Signals that have already arrived are ignored from now on, so that they can't change the exit code.
     """

@@ -54,7 +54,7 @@ class MissingExtraError(CaromError, ImportError):
 
 
 class AdapterError(CaromError, RuntimeError):
-    """An engine or its adapter did something after which the harness can't continue."""
+    """Carom can't continue a run because of a fault of an engine or its adapter."""
 
 
 class Problem(NamedTuple):
@@ -79,9 +79,9 @@ class SceneError(InputError):
     """A scene, or the file that contains it, is not valid.
 
     Attributes:
-        problems: All problems, or the first of each kind.
-        source: The file, if there is one.
-        more: Whether the scene has more problems than those in `problems`. Their number is not known.
+        problems: All problems of the scene, or the first problem of each kind.
+        source: The scene's file, if there is a file.
+        more: Whether the scene has further problems, whose number is not known.
 
     Examples:
         >>> carom.Disc(position_m=(0.0, 0.0), radius_m=-1.0)
@@ -89,8 +89,7 @@ class SceneError(InputError):
         carom.errors.SceneError: radius_m: must be greater than 0, got -1.0
     """
 
-    #: Largest number of problems in a message. The message only counts the others, so that its first line stays
-    #: visible in a terminal.
+    #: Largest number of problems in a message. In a longer message, the first line would scroll out of the terminal.
     SHOWN = 10
 
     def __init__(self, problems: Sequence[Problem], source: str = "", *, more: bool = False) -> None:
@@ -104,7 +103,7 @@ class SceneError(InputError):
 
     @property
     def message(self) -> str:
-        """A line for each problem, or for the first `SHOWN` problems, without the hints."""
+        """A line for each of the first `SHOWN` problems, without hints."""
         return self._format_lines([problem.sentence for problem in self.problems[: self.SHOWN]])
 
     def __str__(self) -> str:

@@ -196,7 +196,7 @@ def test_pybullet_speed_clamp_is_reported_as_a_warning(pybullet: Adapter) -> Non
             found[profile, speed] = world.observe()
             world.close()
         assert found["default", 90.0].velocity_m_s[1, 0] == 100
-        assert "velocity to 100 m/s, and disc 1 has reached that" in found["default", 90.0].warning
+        assert "velocity to 100 m/s, and disc 1 has reached this limit" in found["default", 90.0].warning
         assert found["default", 40.0].velocity_m_s[1, 0] > 70
         assert found["default", 40.0].warning == found["tuned", 90.0].warning == ""
         # Twice the speed of the centre of mass.

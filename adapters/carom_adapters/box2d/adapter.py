@@ -21,14 +21,14 @@ _DEFAULT: shared.Settings = {
 
 _TUNED: shared.Settings = {
     # Box2D makes contacts inelastic if the closing speed is below 1 m/s (b2_velocityThreshold, compiled in). In the
-    # adapter's world, all velocities are multiplied and all times are divided by this factor. So the limit is 1e-6 m/s
-    # in the scene's units. The factor is a power of two, so scaling is exact.
+    # adapter's world, all velocities are multiplied and all times are divided by this factor. So the limit becomes 1e-6
+    # m/s in the scene's units. The factor is a power of two, so scaling is exact.
     "velocity_scale": VELOCITY_SCALE,
     "velocityIterations": 50,
     # Overlapping bodies are not pushed apart.
     "positionIterations": 0,
-    # Box2D moves a swept disc only until it is 1.5 cm (3 b2_linearSlop) deep inside the other disc, which is an error.
-    # So only fast discs are swept, which would otherwise pass through others.
+    # Box2D checks the whole path of a swept disc, but stops the disc only 1.5 cm (3 b2_linearSlop) deep inside the
+    # other disc. So only discs that could pass through other discs are swept.
     "sweep": "fast",
     # By default Box2D makes polygons 1 cm thicker on each side ("skin").
     "polygon_radius_m": 0.0,
@@ -41,16 +41,17 @@ _NO_CCD: shared.Settings = {**_TUNED, "sweep": "none"}
 
 def _build_resting_settings(dt_s: float) -> shared.Settings:
     # Box2D applies restitution to the speed at the end of a step, which includes the fall during the step. So a ball
-    # hops for ever at a speed of about ``g dt / (1 - e)``, unless contacts at this speed are inelastic. Here, contacts
-    # are inelastic below the speed of a fall of 2.5 steps under 10 m/s^2, rounded up to a power of two. So a ball with
-    # e up to 0.6 comes to rest. A ball with a greater e comes to rest only if rounding up raises the limit enough.
+    # hops for ever at a speed of about ``g dt / (1 - e)``, unless contacts at this speed are inelastic. With these
+    # settings, contacts are inelastic below the speed that a fall at 10 m/s^2 reaches in 2.5 steps, rounded up to a
+    # power of two. So a ball with a restitution e of up to 0.6 comes to rest. A ball with a greater restitution comes
+    # to rest only if rounding up raises the limit enough.
     steps_fall_m_s = 2.5 * 10.0 * dt_s
     scale = 2.0 ** math.floor(math.log2(THRESHOLD_M_S / steps_fall_m_s))
     return {"dt_s": dt_s, **_TUNED, "velocity_scale": min(max(scale, 1.0), VELOCITY_SCALE)}
 
 
-#: While bodies touch, Box2D starts each step with the impulse of the step before, times the ratio of the present step
-#: size to the last one ("warm start"). With shortened steps, this ratio can be arbitrarily large.
+#: While bodies touch, Box2D starts each step with the impulse of the last step, multiplied by the ratio of the present
+#: to the last step size ("warm start"). With shortened steps, this ratio can be arbitrarily large.
 _LOCATED: shared.Settings = {**_NO_CCD, "warmStarting": False}
 
 

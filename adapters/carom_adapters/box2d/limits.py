@@ -9,7 +9,7 @@ from dataclasses import replace
 from carom.engines.api import AdapterError, Scene, Setting, require_sound, require_supported
 from carom_adapters.shared.engine_adapter import GENERAL
 
-#: Attributes of `b2World`. The names are pybox2d's.
+#: Attributes of `b2World`, with pybox2d's names.
 WORLD_SETTINGS = ("warmStarting",)
 
 #: Other settings: the arguments of `b2World.Step`, and ``sleepingAllowed`` of every body (`b2World.allowSleeping` has
@@ -26,14 +26,14 @@ OTHER_SETTINGS = (
     "chains",
 )
 
-#: Values of ``sweep``, which determines for which discs Box2D checks the whole path of a step. With "none" it sweeps no
-#: disc. With "shipped" it sweeps every disc against immovable bodies. With "fast" it does so only in scenes in which a
-#: disc or a driven body moves by more than a radius in a step. In such scenes, it also sweeps fast discs against all
-#: other discs (Box2D's "bullets").
+#: Values of ``sweep``, which determines for which discs Box2D checks the whole path of a step. With "none", no disc is
+#: swept. With "shipped", every disc is swept against immovable bodies. With "fast", discs are swept only in scenes in
+#: which a disc or a driven body moves by more than a radius in a step. In these scenes, every disc is swept against
+#: immovable bodies, and fast discs are also swept against all other discs (as Box2D's "bullets").
 SWEEPS = ("none", "shipped", "fast")
 
-#: Smallest and largest values of settings. With other values, Box2D aborts or fails, or the step size, after scaling,
-#: is outside the range of 32-bit floats.
+#: Smallest and largest values of settings. With other values, Box2D aborts or fails, or the scaled step size is outside
+#: the range of 32-bit floats.
 LEAST = {"velocityIterations": 1, "positionIterations": 0, "velocity_scale": 1, "polygon_radius_m": 0, "dt_s": 1e-12}
 MOST = {"dt_s": 1e12}
 
@@ -41,24 +41,24 @@ MOST = {"dt_s": 1e12}
 #: lower, so that a body at this limit can be distinguished from a body that was slowed down.
 LONGEST_MOVE_M = 2.0 * (1 - 2.0**-20)
 
-#: b2_maxRotation is pi/2: Box2D slows down a body that would turn farther in one step. This number is a millionth
-#: lower, so that a body at the limit can be distinguished from one that was slowed down.
+#: b2_maxRotation is pi/2: Box2D slows down a body that would turn farther in one step. The limit here is a millionth
+#: lower, so that a body at this limit can be distinguished from a body that was slowed down.
 LARGEST_TURN_RAD = 0.5 * math.pi * (1 - 2.0**-20)
 
 #: Largest coefficient of friction. If the product of two coefficients overflowed 32-bit floats, velocities would become
-#: NaN. The same number limits the rate of damping times the velocity scale.
+#: NaN. The same number limits the rate of damping.
 LARGEST_FRICTION = 1e19
 
 #: Largest force of a table on a disc: a third of the largest 32-bit float.
 LARGEST_FORCE_N = 1e38
 
-#: b2_velocityThreshold, compiled in. Box2D makes contacts with at most this closing speed inelastic.
+#: Box2D makes contacts with at most this closing speed inelastic (b2_velocityThreshold, compiled in).
 THRESHOLD_M_S = 1.0
 
-#: Factor on all velocities; the comments of the profile `tuned` explain it.
+#: Factor on all velocities, explained in the profile `tuned`.
 VELOCITY_SCALE = 2.0**20
 
-#: b2_linearSlop. If neighbouring points of a chain are not farther apart than this, Box2D aborts.
+#: Box2D aborts if neighbouring points of a chain are not farther apart than this distance (b2_linearSlop).
 SHORTEST_PIECE_M = 0.005
 
 CAPABILITIES = replace(
@@ -70,13 +70,13 @@ CAPABILITIES = replace(
     table_friction=True,
     spin=True,
     # Because of rounding, a contact point is not exactly on the line of centres. So the normal impulse also changes the
-    # spin, and more so if the inertia is small. With this inertia factor, the relative error of the spin is 5e-4 for
-    # discs at a distance of 200 radii from the origin.
+    # spin. The smaller the inertia, the larger is this error. With this inertia factor, the relative error of the spin
+    # is 5e-4 for discs at a distance of 200 radii from the origin.
     min_inertia_factor=1e-2,
     friction=(0.0, LARGEST_FRICTION),
     max_turn_rad=LARGEST_TURN_RAD,
     continuous_detection=True,
-    # The square of this speed times the velocity scale (2**20) is 1e36.
+    # With the velocity scale 2^20, the square of the scaled speed is 1e36, within the range of 32-bit floats.
     max_speed_m_s=1e12,
     # To find contacts, Box2D compares squared distances. So this limit is far below 1.8e19, the square root of the
     # largest 32-bit float.
@@ -84,8 +84,8 @@ CAPABILITIES = replace(
     max_move_m=LONGEST_MOVE_M,
     # `b2WorldManifold` uses an arbitrary normal if two points are closer than b2_epsilon, 1.2e-7.
     min_radius_m=1e-6,
-    # With masses between these powers of ten, quotients of masses, and impulses at scaled velocities, stay in the range
-    # of 32-bit floats (1e-38 to 1e38). A mass that underflowed to 0 would be replaced by 1 kg.
+    # These limits keep quotients of masses, and impulses at scaled velocities, in the range of 32-bit floats (1e-38 to
+    # 1e38). Box2D replaces a mass that underflows to 0 by 1 kg.
     min_mass_kg=1e-20,
     max_mass_kg=1e20,
     float_bits=32,
@@ -97,8 +97,7 @@ def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
     """Refuse scenes that are not supported, and input for which Box2D would abort or fail silently.
 
     Raises:
-        AdapterError: A capability excludes the scene, a setting has an unknown name or value, or a step size, damping
-            or force is outside the range of 32-bit floats.
+        AdapterError: The scene or a setting is not supported, or a number is outside the range of 32-bit floats.
     """
     require_sound("Box2D", scene, settings, (*WORLD_SETTINGS, *OTHER_SETTINGS), LEAST, MOST, {"sweep": SWEEPS})
     if scene.damping_per_s > LARGEST_FRICTION:

@@ -16,7 +16,7 @@ from carom_adapters.shared.walls import compute_thickness
 #: Comment in the program that explains the scale of velocities.
 SCALED = (
     "All velocities are multiplied and all times are divided by this factor, since Box2D makes contacts inelastic if "
-    "the closing speed is below 1 m/s (b2_velocityThreshold, compiled in). It is a power of two, which avoids rounding."
+    "the closing speed is below 1 m/s (b2_velocityThreshold, compiled in). A power of two avoids rounding."
 )
 NOT_SCALED = (
     "By default, contacts are inelastic if the closing speed is below 1 m/s (b2_velocityThreshold, compiled in)."
@@ -66,7 +66,7 @@ world.contactListener = belts = Belts()
 TABLE = """        force = {slower} * mass * scale * scale  # of the table, which slows the disc down
         world.CreateFrictionJoint(bodyA=table, bodyB=body, localAnchorA=position, maxForce=force)
 """
-#: Code that creates a driven body, without legs and with legs.
+#: Code that creates a driven body, without and with later changes of velocity.
 _MADE = "return world.CreateKinematicBody(position=position, linearVelocity=velocity, angularVelocity=spin * scale)"
 _KEPT = f"driven.append({_MADE.removeprefix('return ')})\n    return driven[-1]"
 
@@ -89,7 +89,7 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
                 "velocity": disc.velocity_m_s,
                 "spin": disc.spin_rad_s,
             }
-            if scene.damping_per_s:  # Box2D's damping is per second of its own, faster clock
+            if scene.damping_per_s:  # Box2D's damping is a rate on its own, faster clock
                 arguments |= dict.fromkeys(("linearDamping", "angularDamping"), fast_clock.damping_per_s)
             arguments |= {"fixedRotation": fixed, "allowSleep": bool(settings.get("sleepingAllowed", True))}
             # A disc that moves by more than its radius in a step is swept against all other bodies.

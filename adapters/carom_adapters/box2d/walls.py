@@ -27,14 +27,14 @@ Point = tuple[float, float]
 def build_wall_rectangle(scene: Scene, plane: Wall, centre: Point, radius: float) -> tuple[Point, list[Point]]:
     """Return the position of a half-plane's body, and the corners of its polygon relative to this position.
 
-    The position is the half-plane's point that is nearest to `centre`. Box2D has no half-plane. It is replaced by a
-    polygon and not by an edge, since a deep polygon also stops fast discs.
+    The position is the half-plane's point that is nearest to `centre`. Box2D has no half-planes. A deep polygon
+    replaces the half-plane, since fast discs would pass through an edge.
 
     Raises:
         AdapterError: The wall would be so long that rounding to 32-bit floats moves its corners by more than the
             smallest radius.
     """
-    # The polygon's corners are relative to this point, so that those near the scene are small numbers.
+    # The polygon's corners are relative to this point, so that corners near the scene are small numbers.
     foot, gap = find_foot(plane, centre)
     size = max(2.0 * (radius + gap), SMALLEST_WALL_M)
     smallest = min(disc.radius_m for disc in scene.discs)
@@ -47,12 +47,12 @@ def build_wall_rectangle(scene: Scene, plane: Wall, centre: Point, radius: float
 
 
 def list_shape_points(chain: Chain, settings: Mapping[str, Setting]) -> list[list[Point]]:
-    """Return the points of each Box2D shape of a chain: one shape if the setting ``chains`` is on, else one per edge.
+    """Return the points of each Box2D shape of a chain: one shape with the setting ``chains``, else one per edge.
 
     If a closed chain is one shape, the last point repeats the first point.
 
     Raises:
-        AdapterError: The settings have ``chains``, and a piece is shorter than Box2D accepts.
+        AdapterError: The setting ``chains`` is on, and a piece is shorter than Box2D accepts.
     """
     points = list_points(chain)
     all_points = [*points, points[0]] if chain.closed else points
@@ -63,7 +63,7 @@ def list_shape_points(chain: Chain, settings: Mapping[str, Setting]) -> list[lis
     if not shortest > 2.0 * SHORTEST_PIECE_M:
         raise AdapterError(
             f"Box2D: the pieces of a chain must be longer than {2.0 * SHORTEST_PIECE_M:g} m, got {shortest:.3g} m; "
-            "cut the chain into fewer"
+            "cut the chain into fewer pieces"
         )
     return [all_points]
 

@@ -39,11 +39,11 @@ Point = tuple[float, float]
 
 
 def list_disc_shapes(scene: Scene) -> list[tuple[int, float, float]]:
-    """Return category, restitution and friction of each of the one or two circular shapes of a disc.
+    """Return category, restitution and friction of each circular shape of a disc (one or two shapes).
 
-    Box2D uses the larger of two bodies' restitutions, and the square root of the product of their frictions. If the
-    walls' restitution is smaller than the discs', or if their frictions differ, a disc needs two shapes. One collides
-    with other discs. The other collides with walls, and has a restitution of 0 and the walls' friction.
+    Box2D uses the larger of two bodies' restitutions, and the square root of the product of their frictions. If discs
+    have a larger restitution than walls, or another friction, a disc needs two shapes. The first shape collides with
+    other discs. The second shape collides with walls, and has a restitution of 0 and the walls' friction.
     """
     if scene.walls and (scene.wall_restitution < scene.restitution or scene.wall_friction != scene.friction):
         return [(AMONG_DISCS, scene.restitution, scene.friction), (BEFORE_WALLS, 0.0, scene.wall_friction)]
@@ -53,7 +53,7 @@ def list_disc_shapes(scene: Scene) -> list[tuple[int, float, float]]:
 def does_sweep(scene: Scene, settings: Mapping[str, Setting], dt_s: float) -> bool:
     """Whether Box2D sweeps bodies in this scene; see `limits.SWEEPS`.
 
-    With "fast", it does if any disc or driven body is fast.
+    With "fast", Box2D sweeps bodies if any disc or driven body is fast.
     """
     sweep = settings.get("sweep", "shipped")
     driven = max((body.drive.fastest for body in (*scene.discs, *scene.walls) if body.driven), default=0.0)
@@ -63,8 +63,8 @@ def does_sweep(scene: Scene, settings: Mapping[str, Setting], dt_s: float) -> bo
 
 def _import_box2d() -> Any:  # untyped: a SWIG module without stubs
     with warnings.catch_warnings():
-        # Box2D's SWIG types have no __module__, so CPython warns. If a user has turned warnings into errors, this would
-        # end the process.
+        # Box2D's SWIG types have no __module__, so CPython warns. If a user has turned warnings into errors, the
+        # warning would end the process.
         warnings.simplefilter("ignore")
         return importlib.import_module("Box2D")
 
@@ -76,7 +76,7 @@ class Box2dWorld(QuietSteps):
         require_usable(scene, settings)
         self._box2d = _import_box2d()
         self._asked = dict(settings)
-        # Length of a second in units of the world's clock. Velocities are divided by this number.
+        # Number of time units of the world's clock in a second. Velocities are divided by this number.
         self._time = 1.0 / float(settings.get("velocity_scale", 1.0))
         scene = scaled(scene, time=self._time)
         self._iterations = (int(settings["velocityIterations"]), int(settings["positionIterations"]))
@@ -115,7 +115,7 @@ class Box2dWorld(QuietSteps):
                 self._add_wall(
                     scene, k, wall.centre_m, [self._box2d.b2CircleShape(radius=compute_thickness(scene, wall))]
                 )
-        if any(self._belts.values()):  # only a listener can set the conveyor's speed, in each contact
+        if any(self._belts.values()):  # only a contact listener can set the speed of a conveyor
             self._listen()
 
     def _add_disc(self, scene: Scene, i: int) -> None:
@@ -143,7 +143,7 @@ class Box2dWorld(QuietSteps):
                 categoryBits=category,
                 maskBits=category,
             )
-        if not disc.immovable:  # set the mass last, since creating shapes changes it
+        if not disc.immovable:  # set the mass last, since new shapes change the mass
             # Box2D sets the inverse inertia of a body that does not turn to 0.
             inertia = 1.0 if body.fixedRotation else disc.inertia_factor * disc.mass_kg * disc.radius_m**2
             body.massData = box2d.b2MassData(mass=disc.mass_kg, center=(0, 0), I=inertia)
@@ -156,7 +156,7 @@ class Box2dWorld(QuietSteps):
         self._bodies.append(body)
 
     def _create_held_body(self, place: Point, scene_body: Driven, spin: float = 0.0) -> Any:
-        """Return a body that impacts do not move. It is at rest or driven."""
+        """Return a body that impacts do not move: a body at rest or a driven body."""
         if not scene_body.driven:
             return self._world.CreateStaticBody(position=place)
         velocity = find_first_velocity(scene_body)
@@ -255,7 +255,7 @@ class Box2dWorld(QuietSteps):
 
         class Listener(self._box2d.b2ContactListener):  # type: ignore[misc, name-defined] # made at run time
             def PreSolve(self, contact: Any, _old: Any) -> None:  # noqa: N802 - Box2D's name
-                manifold = contact.worldManifold  # keep it alive, since its normal is a view
+                manifold = contact.worldManifold  # keeps the manifold alive, since its normal is a view
                 normals[hash(contact)] = tuple(manifold.normal)  # the hash is the address of Box2D's own contact
                 if has_belts:
                     for fixture in (contact.fixtureA, contact.fixtureB):
@@ -302,7 +302,7 @@ class Box2dWorld(QuietSteps):
         return found
 
     def _find_warning(self, observation: Observation) -> str:
-        # Impacts can make a body too fast. Then it is too late to refuse the scene, so the run gets a warning.
+        # Impacts can make a body too fast. A running scene can't be refused, so the run gets a warning.
         dt_s = self._clock.dt_s / self._time
         fastest = math.hypot(*observation.velocity_m_s.ravel().tolist())  # an upper bound for each disc's speed
         if fastest * dt_s > LONGEST_MOVE_M and (
@@ -320,10 +320,7 @@ class Box2dWorld(QuietSteps):
         self._clock.cut(dt_s * self._time)
 
     def touching(self) -> frozenset[tuple[int, int]]:
-        """Return the pairs that Box2D finds in contact in a step of length 0.
-
-        Such a step moves no body and solves no contact.
-        """
+        """Return the pairs that Box2D finds in contact in a step of length 0. This step moves no body."""
         self._world.Step(0.0, 0, 0)
         found = set()
         for contact in self._world.contacts:

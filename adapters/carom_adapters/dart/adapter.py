@@ -13,7 +13,7 @@ from carom_adapters.shared import engine_adapter as shared
 CHAIN = Accuracy(velocity=16 * 2 * MIXING, energy=16 * 4 * MIXING)
 
 _TUNED: shared.Settings = {
-    # This detector tests spheres by a formula, not as meshes.
+    # DART's own detector tests spheres by a formula, not as meshes.
     "collision_detector": "DART",
     # With this option, DART pushes overlapping bodies apart without changing their velocities.
     "split_impulse": True,
@@ -22,8 +22,8 @@ _TUNED: shared.Settings = {
 
 adapter = shared.EngineAdapter(
     name="dart",
-    # DART has split impulses since release 6.20. Earlier releases run these profiles without split impulses. The
-    # settings that are read back show this.
+    # DART has split impulses since release 6.20. Earlier releases run these profiles without split impulses, and report
+    # the setting as False.
     engine=shared.build_engine("DART", "dart", "dartpy", oldest="6.16", newest_tried="6.20"),
     capabilities=CAPABILITIES,
     knobs={"collision_detector": Knob(choices=DETECTORS), "split_impulse": Knob(choices=(False, True))},

@@ -78,7 +78,7 @@ class DartWorld:
         self._discs.append(skeleton)
 
     def _add_shape(self, body: Any, shape: Any, number: int, restitution: float) -> None:
-        """Add a body's shape. Its name is the body's number, by which the bodies of a contact are recognised."""
+        """Add a body's shape. The shape's name is the body's number, which identifies the bodies of a contact."""
         node = body.createShapeNode(shape)
         node.setName(str(number))
         node.createCollisionAspect()
@@ -93,7 +93,7 @@ class DartWorld:
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings, read back from DART. For a release without split impulses, the setting is False."""
+        """The settings, read back from DART. For a release without split impulses, `split_impulse` is False."""
         told_by = self._world if hasattr(self._world, "getCollisionDetector") else self._solver
         detector = type(told_by.getCollisionDetector()).__name__.upper()
         return {
@@ -140,7 +140,7 @@ class DartWorld:
         return int(first.getShapeFrame().getName()), int(second.getShapeFrame().getName())
 
     def _find_warning(self, velocity: Any, contacts: tuple[Contact, ...]) -> str:
-        # Impacts can make a body too fast. Then it is too late to refuse the scene, so the run gets a warning.
+        # Impacts can make a body too fast. A running scene can't be refused, so the run gets a warning.
         scene = self._scene
         for contact in contacts:
             first, second = contact.first, contact.second
@@ -169,7 +169,7 @@ class DartWorld:
         )
 
     def save(self) -> object:
-        """Return positions and velocities. There is no other state."""
+        """Return positions and velocities, the complete state."""
         states = [(skeleton.getPositions(), skeleton.getVelocities()) for skeleton in self._discs]
         return (self._clock.now_s, states)
 

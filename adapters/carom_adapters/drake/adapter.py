@@ -43,7 +43,7 @@ adapter = shared.EngineAdapter(
             "The most exact settings known, from Carom's own measurements: contacts ten thousand times as stiff, and "
             "steps of the integrator that are short enough for slow contacts.",
             shared.add_step(_TUNED),
-            # These errors were measured with an accuracy of 1e-7 for each step of the integrator.
+            # The errors of this profile were measured with an accuracy of 1e-7 for each step of the integrator.
             Accuracy(velocity=1e-3, energy=1e-3),
         ),
     },

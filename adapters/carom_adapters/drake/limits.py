@@ -6,14 +6,14 @@ from collections.abc import Mapping
 
 from carom.engines.api import Capabilities, Scene, Setting, require_sound, require_supported
 
-#: ``point_stiffness`` (N/m) is a property of every body. ``target_accuracy`` and ``integration_scheme`` are properties
-#: of the simulator. The names are Drake's. Settings that a profile omits keep Drake's defaults.
+#: With Drake's names, ``point_stiffness`` (N/m) is a property of every body, and ``target_accuracy`` and
+#: ``integration_scheme`` are properties of the simulator. Settings that a profile omits keep Drake's defaults.
 SETTINGS = ("point_stiffness", "target_accuracy", "integration_scheme")
 
 #: Smallest allowed values of settings. Drake fails with smaller values.
 LEAST = {"point_stiffness": 1e-300, "target_accuracy": 1e-15}
 
-#: Contacts are soft, and bodies overlap by up to speed * sqrt(mass / stiffness). Within these limits, and with the
+#: Contacts are soft, and bodies overlap by up to speed * sqrt(mass / stiffness). Within the limits below, and with the
 #: stiffness of `tuned`, the overlap is less than a radius.
 CAPABILITIES = Capabilities(
     gravity=True,

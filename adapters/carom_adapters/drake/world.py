@@ -48,7 +48,7 @@ class DrakeWorld:
         self._clock = StepClock(float(settings["dt_s"]))
         self._number: dict[Any, int] = {}
         builder = drake.framework.DiagramBuilder()
-        # Drake's function for this, AddMultibodyPlantSceneGraph, is not used, since it leaks 95 kB of memory.
+        # Drake's usual function, AddMultibodyPlantSceneGraph, is not used, since this function leaks 95 kB of memory.
         self._plant, _ = drake.plant.AddMultibodyPlant(drake.plant.MultibodyPlantConfig(time_step=0.0), builder)
         self._plant.mutable_gravity_field().set_gravity_vector([*scene.gravity_m_s2, 0.0])
         joints = [self._add_disc(scene, i) for i in range(len(scene.discs))]
@@ -108,7 +108,8 @@ class DrakeWorld:
         integrator = self._simulator.get_integrator()
         shipped = self._drake.geometry.SceneGraphConfig().default_proximity_properties.point_stiffness
         return {
-            # Releases up to 1.35 have no default stiffness. In these, a plant computes it from gravity and masses.
+            # Releases up to 1.35 have no default stiffness. In these releases, a plant computes the stiffness from
+            # gravity and masses.
             **({} if shipped is None else {"point_stiffness": shipped}),
             "integration_scheme": _format_scheme(integrator),
             **self._asked,
@@ -128,8 +129,8 @@ class DrakeWorld:
     def observe(self) -> Observation:
         """Return the state of every disc, and the contacts that a monitor found in the integrator's steps.
 
-        A contact can begin and end within a step, so the state at the end of the step may not show it. The first
-        observation creates the monitor, so that timed runs, which are not observed, have no monitor.
+        A contact can begin and end within a step, so the state at the end of the step may not show the contact. The
+        first observation creates the monitor, so that timed runs, which are not observed, have no monitor.
         """
         if not self._watched:
             self._watched = True
@@ -154,8 +155,8 @@ class DrakeWorld:
     def _read_contacts(self) -> list[Contact]:
         at_s, contacts = self._clock.step_began_s, []
         for (b, a), (_, normal) in self._pushed.items():
-            # The impulse is the integral of the force over time. It is None, since the force is known only at single
-            # instants.
+            # The impulse is the integral of the force over time. The impulse is None here, since the force is known
+            # only at single instants.
             contacts.append(replace(oriented_contact(b, a, at_s, normal, 0.0), impulse_n_s=None))
         return contacts
 

@@ -11,8 +11,8 @@ from carom_adapters.mujoco.settings_code import write_code
 from carom_adapters.mujoco.world import MujocoWorld
 from carom_adapters.shared import engine_adapter as shared
 
-#: Cylinders touch along a line, and MuJoCo's contact points are not in the middle of this line. This causes errors of
-#: up to 6.3e-4 times the scene's speed (for a disc in a box, at 240 steps per second).
+#: Cylinders touch along a line, and MuJoCo's contact points are not in the middle of this line. So velocities have
+#: errors of up to 6.3e-4 times the scene's speed (for a disc in a box, at 240 steps per second).
 CYLINDER_ACCURACY = Accuracy(velocity=1e-3)
 
 _DEFAULT: shared.Settings = {"joints": "free", "stiffness": 1000.0}
@@ -20,8 +20,8 @@ _DEFAULT: shared.Settings = {"joints": "free", "stiffness": 1000.0}
 _TUNED: shared.Settings = {
     "joints": "slide",
     "stiffness": 0.0,
-    # These numbers ("impedance") make contacts as hard as MuJoCo allows, at any depth, without an effect on the speed
-    # after a bounce.
+    # These numbers ("impedance") make contacts as hard as MuJoCo allows, at any depth. The speed after a bounce stays
+    # the same.
     "solimp": "0.9999 0.9999 0.001 0.5 2",
     # The contact's damping is chosen such that one step by Euler's method reverses the velocity. Other integrators
     # would need another damping.
@@ -29,7 +29,7 @@ _TUNED: shared.Settings = {
     # The sparse Cholesky factorisation of MuJoCo 4.0.0 is wrong (google-deepmind/mujoco#3767).
     "jacobian": "dense",
     # In scenes with friction, the normal force of a contact is computed first, and then friction. If MuJoCo optimises
-    # both together, sliding bodies lift off. Their speed is then the friction coefficient times the slip.
+    # both forces together, sliding bodies lift off, with a speed of friction coefficient times sliding speed.
     "in_turn": True,
     # The solver iterates until it can't improve the result.
     "tolerance": 0.0,
@@ -42,12 +42,12 @@ _TUNED: shared.Settings = {
 
 _NO_CCD: shared.Settings = {**_TUNED, "speculative": False}
 
-#: Settings of `located`. Pairs are listed in the model, since MuJoCo's search for other pairs rounds to 32 bits, and
-#: misses overlaps of less than about 1e-7 m. Speculative contacts would act before bodies touch. A warm start would use
-#: impulses of a step that was undone.
+#: Settings of the profile `located`. Pairs of bodies are listed in the model, since MuJoCo's search for pairs rounds to
+#: 32 bits, and misses overlaps of less than about 1e-7 m. Speculative contacts would act before bodies touch. A warm
+#: start would use impulses of a step that was undone.
 _LOCATED: shared.Settings = {**_NO_CCD, "listed_pairs": True, "warmstart": False}
 
-#: Cylinders touch along a line, but MuJoCo uses only single points of this line, which are not in its middle. So
+#: Cylinders touch along a line, but MuJoCo uses only single points of this line, which are not in the middle. So
 #: cylinders tip over if they can turn.
 _CYLINDER: shared.Settings = {**_TUNED, "shape": "cylinder", "ccd_tolerance": 1e-12, "ccd_iterations": 500}
 
@@ -56,8 +56,8 @@ _PLAIN_CYLINDER: shared.Settings = {**_TUNED, "shape": "cylinder", "joints": "fr
 
 adapter = shared.EngineAdapter(
     name="mujoco",
-    # Release 2.3 fails with the adapter's settings of a pair. MuJoCo has speculative contacts since release 4.0.
-    # Releases 3.x run these profiles without speculative contacts. The settings in the results show this.
+    # Release 2.3 does not support the adapter's settings of a pair of bodies. MuJoCo has speculative contacts since
+    # release 4.0. Releases 3.x run these profiles without speculative contacts, and report the setting as False.
     engine=shared.build_engine("MuJoCo", "mujoco", "mujoco", oldest="3.0", newest_tried="4.0"),
     capabilities=CAPABILITIES,
     knobs={

@@ -9,7 +9,7 @@ from dataclasses import replace
 from carom.engines.api import AdapterError, Scene, Setting, require_sound, require_supported
 from carom_adapters.shared.engine_adapter import GENERAL
 
-#: Attributes of MJCF's ``option``, and of its child ``flag``. The names are MuJoCo's.
+#: Attributes of MJCF's ``option``, and of its child ``flag``, with MuJoCo's names.
 OPTION_SETTINGS = (
     "integrator",
     "jacobian",
@@ -31,16 +31,16 @@ MJCF_INTEGRATORS = {
     "mjINT_DISCRETE": "discrete",
 }
 
-#: ``joints`` determines how discs can move: "free" allows all motions, and "slide" allows only x and y (if discs turn,
-#: also z and a hinge). ``stiffness`` (1/s**2) is the stiffness of a contact, 0 for none; see `_compute_solref` of
-#: `model`. ``solimp`` is an attribute of a geom. With ``listed_pairs`` each pair of bodies is listed in the model, and
-#: is tested in every step. ``shape`` is "sphere" or "cylinder". A cylinder is as high as it is wide. With ``in_turn``
-#: contacts with friction are solved one after another: first the normal force, and then friction within the bounds that
-#: the normal force sets, as in the law of impacts. Without ``in_turn`` MuJoCo solves all contacts together, as an
-#: optimisation problem.
+#: ``joints`` determines how discs can move. The value "free" allows all motions. The value "slide" allows motion along
+#: x and y, and, if discs turn, also along z and about a hinge. ``stiffness`` (1/s^2) is the stiffness of a contact, 0
+#: for none; see `_compute_solref` of `model`. ``solimp`` is an attribute of a geom. With ``listed_pairs`` each pair of
+#: bodies is listed in the model, and is tested in every step. ``shape`` is "sphere" or "cylinder". A cylinder is as
+#: high as it is wide. With ``in_turn``, contacts with friction are solved one after another. In each contact the normal
+#: force comes first, and then friction within the bounds that the normal force sets. Without ``in_turn`` MuJoCo solves
+#: all contacts together, as an optimisation problem.
 OTHER_SETTINGS = ("joints", "stiffness", "solimp", "listed_pairs", "shape", "in_turn")
 
-#: Settings with a few possible words.
+#: Possible values of settings that are words.
 WORDS: Mapping[str, tuple[str, ...]] = {
     "integrator": tuple(MJCF_INTEGRATORS.values()),
     "jacobian": ("dense", "sparse", "auto"),
@@ -50,14 +50,14 @@ WORDS: Mapping[str, tuple[str, ...]] = {
     "solver": ("PGS", "CG", "Newton"),
 }
 
-#: MuJoCo's mjMAXVAL. MuJoCo treats a coordinate, velocity or acceleration above mjMAXVAL as an error.
+#: MuJoCo's mjMAXVAL. A coordinate, velocity or acceleration above mjMAXVAL is an error in MuJoCo.
 LARGEST_VALUE = 1e10
 
 #: Smallest acceleration of an impact. MuJoCo's solver ignores accelerations below mjMINVAL, 1e-15.
 LEAST_ACCELERATION_M_S2 = 1e-12
 
-#: Largest number of discs in a scene whose pairs the model lists. This number of discs has half a million pairs.
-#: MuJoCo compiles these in seconds.
+#: Largest number of discs in a scene whose pairs the model lists. 1000 discs have half a million pairs, which MuJoCo
+#: compiles in seconds.
 MOST_LISTED = 1000
 
 CAPABILITIES = replace(
@@ -65,9 +65,9 @@ CAPABILITIES = replace(
     damping=True,
     spin=True,
     # Because of rounding, a contact point is not exactly on the line of centres. So the normal impulse also changes the
-    # spin, and more so if the inertia is small. With this inertia factor, the relative error of the spin is 5e-9 for
-    # discs at a distance of 200 radii from the origin. MuJoCo itself refuses an inertia below mjMINVAL, 1e-15 in units
-    # of the model.
+    # spin. The smaller the inertia, the larger is this error. With this inertia factor, the relative error of the spin
+    # is 5e-9 for discs at a distance of 200 radii from the origin. MuJoCo itself refuses an inertia below mjMINVAL,
+    # 1e-15 in units of the model.
     min_inertia_factor=1e-5,
     # The least coefficient is MuJoCo's mjMINMU, by which MuJoCo silently replaces smaller coefficients, except 0.
     # From a coefficient of 1e80 on, MuJoCo applies no friction, since the coefficient's fourth power overflows.
@@ -79,14 +79,14 @@ CAPABILITIES = replace(
     # below mjMINVAL, MuJoCo uses an arbitrary normal. The least radius is far above such distances.
     min_radius_m=1e-12,
     min_mass_kg=math.nextafter(1e-15, 1.0),
-    # A contact's regularisation is (1 - d) / d / mass, with the impedance d = 0.9999. It must be at least mjMINVAL.
+    # A contact's regularisation, (1 - d) / d / mass with the impedance d = 0.9999, must be at least mjMINVAL.
     max_mass_kg=1e11,
     dimensions=3,
 )
 
 
 def does_solve_in_turn(scene: Scene, settings: Mapping[str, Setting]) -> bool:
-    """Whether contacts are solved one after another: ``in_turn`` is set, and the scene has friction."""
+    """Whether contacts are solved one after another. This requires friction and the setting ``in_turn``."""
     return bool(settings.get("in_turn", False)) and scene.arrays.rubs
 
 
@@ -96,11 +96,10 @@ def does_list_pairs(scene: Scene, settings: Mapping[str, Setting]) -> bool:
 
 
 def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
-    """Refuse scenes that are not supported, and input that MuJoCo rejects or for which it would fail silently.
+    """Refuse scenes that are not supported, and input that MuJoCo rejects or for which MuJoCo would fail silently.
 
     Raises:
-        AdapterError: A capability excludes the scene, a setting has an unknown name or value, or damping, the number of
-            discs or the speed is beyond a limit of MuJoCo.
+        AdapterError: The scene or a setting is not supported, or a number is beyond a limit of MuJoCo.
     """
     known = (*OPTION_SETTINGS, *FLAG_SETTINGS, *OTHER_SETTINGS)
     require_sound("MuJoCo", scene, settings, known, {"tolerance": 0.0, "iterations": 1, "stiffness": 0.0}, words=WORDS)

@@ -11,16 +11,16 @@ from carom.engines.api import Chain, Ring, Scene, Setting, reach, wall_body, wal
 from carom_adapters.mujoco.limits import FLAG_SETTINGS, OPTION_SETTINGS, does_list_pairs, does_solve_in_turn
 from carom_adapters.shared.walls import compute_thickness, cut_chain
 
-#: MuJoCo's function `mju_QCQP2`, which limits friction by Coulomb's law, returns no friction if a determinant is below
-#: 1e-10, and it accepts errors of 1e-10 N^2. The determinant of a contact is at least friction**4 / mass**2. So the
-#: unit of mass is chosen such that the heaviest disc's mass is at most 1, and at most this number times friction**2.
+#: MuJoCo's function `mju_QCQP2` limits friction by Coulomb's law. The function returns no friction if a determinant is
+#: below 1e-10, and accepts errors of 1e-10 N^2. The determinant of a contact is at least friction^4 / mass^2. In the
+#: chosen unit of mass, the heaviest disc has a mass of at most 1, and at most this number times friction^2.
 MASS_OVER_FRICTION_SQUARED = 1e4
 
-#: The impedance of contacts in `tuned`: the first number of its ``solimp``.
+#: The impedance of contacts with the profile `tuned`: the first number in its setting ``solimp``.
 IMPEDANCE = 0.9999
 
-#: Moment of inertia, about a diameter, of a cylinder whose height equals its diameter, divided by mass times radius
-#: squared: 1/4 + 1/3.
+#: Moment of inertia of a cylinder about a diameter, divided by mass times radius squared: 1/4 + 1/3, if the height
+#: equals the diameter.
 CYLINDER_TIPS = 7 / 12
 
 
@@ -28,9 +28,9 @@ CYLINDER_TIPS = 7 / 12
 #: So driven bodies have a huge mass: this number times the heaviest disc's mass. An impact then changes a driven body's
 #: velocity by only 1e-13 times the closing speed.
 DRIVEN_MASS = 2.0**44
-#: A smaller ratio than `DRIVEN_MASS`, for a solver that stops at a tolerance. From a ratio of 2**34 on, rounding errors
-#: of the quantity that the solver minimises exceed the tolerance. At 2**44, the error of a disc's velocity is 1.3 times
-#: the closing speed.
+#: Smaller ratio that replaces `DRIVEN_MASS` if the solver stops at a tolerance. From a ratio of 2^34 on, rounding
+#: errors of the quantity that the solver minimises exceed the tolerance. With a ratio of 2^44, the error of a disc's
+#: velocity is 1.3 times the closing speed.
 DRIVEN_MASS_IN_TOLERANCE = 2.0**28
 
 
@@ -40,8 +40,8 @@ def _compute_solref(stiffness: float, restitution: float, dt_s: float) -> tuple[
     MuJoCo aims at the acceleration ``-damping * v - stiffness * depth`` along the normal, for any masses. Without
     stiffness, and with a damping of ``(1 + restitution) / dt``, an Euler step changes the velocity ``v`` to
     ``-restitution * v``, so an impact takes one step. With stiffness, the contact is an oscillator that ends after half
-    a period with ``restitution = exp(-pi z / sqrt(1 - z**2))``, where z is the damping ratio. This assumes that the
-    contact also pulls the bodies together shortly before they separate.
+    a period with ``restitution = exp(-pi z / sqrt(1 - z**2))``, where z is the damping ratio. The formula assumes that
+    the contact also pulls the bodies together shortly before they separate.
     """
     if stiffness == 0:
         return 0.0, -(1.0 + restitution) / dt_s
@@ -51,12 +51,13 @@ def _compute_solref(stiffness: float, restitution: float, dt_s: float) -> tuple[
 
 
 def _compute_solreffriction(scene: Scene, discs: tuple[int, ...], dt_s: float) -> tuple[float, float]:
-    """Return the ``solreffriction`` with which a contact of these discs ends their slip within the step.
+    """Return the ``solreffriction`` with which a contact of these discs ends their slip (sliding) within the step.
 
-    Without `solreffriction`, MuJoCo applies `solref` also to friction. Then a slip u would become ``-restitution * u``
-    instead of 0. MuJoCo regularises friction and the normal force alike, by ``(1 - d) / d`` times the inverse mass
-    along the normal. Along the slip, the inverse mass is larger, because the discs can turn. The quotient of the two
-    inverse masses compensates for this. For the normal force, MuJoCo itself compensates for the regularisation.
+    Without `solreffriction`, MuJoCo applies `solref` also to friction, and a sliding speed u becomes ``-restitution *
+    u`` instead of 0. MuJoCo regularises friction and the normal force alike, by ``(1 - d) / d`` times the inverse mass
+    along the normal. In the direction of sliding, the inverse mass is larger, because the discs can turn. The quotient
+    of the two inverse masses compensates for this difference. For the normal force, MuJoCo itself compensates for the
+    regularisation.
     """
     inverse = [1.0 / scene.discs[i].mass_kg for i in discs]
     slip = [(1.0 + 1.0 / scene.discs[i].inertia_factor) / scene.discs[i].mass_kg for i in discs]
@@ -80,9 +81,10 @@ def _format_attributes(**values: object) -> str:
 
 
 def build_mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
-    """Return the model as MJCF. The name of each geom is the number of its body, by which contacts are read.
+    """Return the model as MJCF.
 
-    Driven bodies are last.
+    The name of each geom (shape) is the number of its body, which identifies the bodies of contacts. Driven bodies are
+    last.
     """
     dt_s, stiffness = float(settings["dt_s"]), float(settings["stiffness"])
     listed = {"contype": "0", "conaffinity": "0"} if does_list_pairs(scene, settings) else {}
@@ -93,7 +95,7 @@ def build_mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
 
     def format_geom(name: str | int, restitution: float, friction: float, **values: object) -> str:
         solref = "{!r} {!r}".format(*_compute_solref(stiffness, restitution, dt_s))
-        # Condim 1 means a contact without friction, and 3 a contact with sliding friction.
+        # Condim 1 means a contact without friction, and condim 3 means a contact with sliding friction.
         rubbing = {"condim": "3", "friction": f"{friction!r} 0 0"} if friction > 0 else {"condim": "1"}
         return f"<geom {_format_attributes(name=str(name), solref=solref, **rubbing, **shared, **values)}/>"
 
@@ -114,8 +116,8 @@ def build_mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
             return f"<body>{_format_turning(scene, settings, i, unit)}{geom}</body>"
         damped = _format_damping(scene, body.mass_kg)
         if settings["joints"] == "slide":
-            # The disc can't turn, so its moments of inertia have no effect. They are set to 1, because MuJoCo refuses
-            # the tiny moments of a small disc.
+            # The disc can't turn, so its moments of inertia have no effect. The moments are 1 here, because MuJoCo
+            # refuses the tiny moments of a small disc.
             return (
                 f'<body><inertial pos="0 0 0" mass="{body.mass_kg!r}" diaginertia="1 1 1"/>'
                 f'<joint type="slide" axis="1 0 0"{damped}/><joint type="slide" axis="0 1 0"{damped}/>{geom}</body>'
@@ -126,8 +128,8 @@ def build_mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
     def format_wall(k: int) -> str:
         material = scene.arrays.materials[k]
         geom = "".join(
-            # With this priority, MuJoCo uses only the wall's parameters. Without it, MuJoCo would combine them with the
-            # disc's, and use the larger damping and friction.
+            # With this priority, MuJoCo uses only the wall's parameters. Without this priority, MuJoCo would use the
+            # larger damping and friction of disc and wall.
             format_geom(name, material.restitution, material.friction, **shape, priority="1", **fixed_attributes)
             for name, shape in zip(list_wall_names(scene, k), _list_wall_shapes(scene, k, dt_s), strict=True)
         )
@@ -170,7 +172,7 @@ def _list_wall_shapes(scene: Scene, k: int, dt_s: float) -> list[dict[str, objec
     if not wall.driven:
         # a size of 0 means infinite
         return [{"type": "plane", "size": "0 0 1", "pos": "{!r} {!r} 0".format(*wall.point_m), **facing}]
-    # In MuJoCo, a plane can't move. So a driven half-plane is a box, so large that discs can reach only the face that
+    # In MuJoCo, a plane can't move. So a driven half-plane is a large box, of which discs can reach only the face that
     # replaces the plane.
     centre, radius = reach(scene, dt_s)
     drift = wall.drive.fastest * (scene.duration_s + dt_s)
@@ -185,7 +187,7 @@ def _find_heaviest(scene: Scene) -> float:
 
 
 def _format_driven_start(scene: Scene, settings: Mapping[str, Setting], *, turns: bool = False) -> str:
-    """Return the first MJCF lines of a driven body: its joints, and a mass so large that impacts hardly move it."""
+    """Return the first MJCF lines of a driven body: joints, and a mass so large that impacts hardly move the body."""
     ratio = DRIVEN_MASS if settings.get("tolerance") == 0 else DRIVEN_MASS_IN_TOLERANCE
     mass = ratio * choose_mass_unit(scene, settings) * _find_heaviest(scene)
     inertia = mass * max(disc.radius_m for disc in scene.discs) ** 2
@@ -237,9 +239,9 @@ def _format_free_joint(damped: str) -> str:
 
 
 def list_axis_dampings(scene: Scene, settings: Mapping[str, Setting], inertia: Sequence[float]) -> list[float] | None:
-    """Return the damping of rotations of a free joint with these moments of inertia; None to keep that of the MJCF.
+    """Return the damping of rotations of a free joint with these moments of inertia; None to keep MJCF's damping.
 
-    In MJCF, all six axes of a free joint have the same damping, which is right for translations here.
+    In MJCF, all six axes of a free joint have the same damping, which is right only for translations.
     """
     if not (scene.damping_per_s and scene.arrays.turns and settings["joints"] == "free"):
         return None

@@ -11,7 +11,7 @@ import numpy as np
 
 from carom.engines.api import AdapterError, Disc, Imported, Scene, Wall, one_coefficient
 
-#: Largest difference of two numbers that count as equal. It allows for the rounding of a quaternion.
+#: Largest difference of two numbers that count as equal. The limit allows for the rounding of a quaternion.
 ROUNDING = 1e-12
 
 #: Kinds of geoms that scenes support.
@@ -19,9 +19,9 @@ PLANE, SPHERE, CYLINDER = "plane", "sphere", "cylinder"
 
 
 def read_scene(content: bytes, name: str, duration_s: float) -> Imported:
-    """Return the discs and walls of a model, and list everything in it that scenes do not support.
+    """Return the discs and walls of a model, and list everything in the model that scenes do not support.
 
-    Positions and velocities are those of the model's first keyframe or, without a keyframe, of its initial state.
+    Positions and velocities are from the model's first keyframe or, without a keyframe, from the initial state.
 
     Raises:
         AdapterError: The content is not an MJCF model that MuJoCo can compile, or the model refers to other files.
@@ -80,7 +80,7 @@ class _Reading:
         if np.any(self.model.dof_damping):
             self.dropped.append("damping of joints")
         if self.model.npair:
-            self.dropped.append("contacts of listed pairs: the contacts of their geoms are used")
+            self.dropped.append("settings of listed pairs: the settings of their geoms are used instead")
         return Imported(
             Scene(
                 name=name,

@@ -35,7 +35,7 @@ KEPT_MODELS = 16
 def _ignore(_text: str) -> None:
     """Ignore the text of a warning, which MuJoCo would write to a file in the working folder.
 
-    `observe` reads from MuJoCo's counters which warnings there were.
+    Instead, `observe` reads MuJoCo's counters of warnings.
     """
 
 
@@ -43,13 +43,13 @@ def _ignore(_text: str) -> None:
 def _compile(text: str) -> Any:
     """Compile a model, or return the model that was compiled from the same text.
 
-    The text does not contain positions and velocities of movable discs. So scenes that differ only in these share a
-    compiled model.
+    The text does not contain positions and velocities of movable discs. So scenes that differ only in these states
+    share a compiled model.
     """
     return importlib.import_module("mujoco").MjModel.from_xml_string(text)
 
 
-#: Flags that only later releases of MuJoCo have: their names in MJCF, and the names of their bits.
+#: Flags that early releases of MuJoCo lack. For each flag in MJCF: names of the enumeration and of the member.
 _LATER = {"speculative": ("mjtEnableBit", "mjENBL_SPECULATIVE"), "autoreset": ("mjtDisableBit", "mjDSBL_AUTORESET")}
 
 
@@ -71,21 +71,21 @@ class MujocoWorld:
         self._mujoco: Any = importlib.import_module("mujoco")  # untyped: its classes come from C++ without stubs
         self._mujoco.set_mju_user_warning(_ignore)
         try:
-            # Leave out flags that this release lacks. They are later reported as not set.
+            # Leave out flags that this release lacks. Missing flags are later reported as not set.
             lacking = {name for name in _LATER if not _find_flag_bit(self._mujoco, name)}
             known = {name: value for name, value in settings.items() if name not in lacking}
             self._model = _compile(build_mjcf(scene, known))
             self._data = self._mujoco.MjData(self._model)
         except (ValueError, MemoryError, self._mujoco.FatalError) as error:
             raise AdapterError(f"MuJoCo refuses the scene of {len(scene.discs)} discs: {error}") from error
-        # These views are kept, since it takes long to create them.
+        # Views of MuJoCo's arrays are kept, since creating a view takes long.
         self._warnings, self._qpos, self._qvel = self._data.warning.number, self._data.qpos, self._data.qvel
         self._shared = True
         #: For each array of contact dampings in the model: a view of the array, and its values times the step size.
         self._dampings: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []
         self._probe: Any = None
         self._clock = StepClock(float(self._model.opt.timestep))
-        # Damping times step size. This product is the same for all step sizes; see `_compute_solref`.
+        # Damping times step size, a product that is the same for all step sizes; see `_compute_solref`.
         self._geom_damping = self._model.geom_solref[:, 1] * self._clock.dt_s
         self._pair_damping = self._model.pair_solref[:, 1] * self._clock.dt_s
         self._rub_damping = self._model.pair_solreffriction[:, 1] * self._clock.dt_s
@@ -105,14 +105,14 @@ class MujocoWorld:
         self._velocity = np.array([disc.velocity_m_s for disc in scene.discs], dtype=np.float64)
         self._number = [parse_body(self._model.geom(i).name) for i in range(self._model.ngeom)]
         self._spin = scene.arrays.spins.copy()
-        # Indices of x and y of each movable disc, and of the spins of discs that turn. The bodies of the model are in
-        # this order. The spin is the disc's last coordinate.
+        # Indices of x and y of each movable disc, and of the spins of discs that turn. The bodies of the model have the
+        # order of the movable discs. The spin is the disc's last coordinate.
         model, movable = self._model, slice(1, 1 + len(self._movable))
         joint = model.body_jntadr[movable]
         self._at = model.jnt_qposadr[joint][:, np.newaxis] + np.arange(2)
         self._moves = model.body_dofadr[movable][:, np.newaxis] + np.arange(2)
         # The third coordinate of a free joint is the distance of the centre from the plane. A free joint does not keep
-        # it at 0.
+        # this distance at 0.
         self._free = np.flatnonzero(model.jnt_type[joint] == self._mujoco.mjtJoint.mjJNT_FREE)
         self._height_at = model.jnt_qposadr[joint[self._free]] + 2
         for body in 1 + self._free:  # the model may be shared, but all worlds set the same values
@@ -120,8 +120,8 @@ class MujocoWorld:
             if about is not None:
                 model.dof_damping[model.body_dofadr[body] + 3 : model.body_dofadr[body] + 6] = about
         self._radius = scene.arrays.radius_m[self._movable][self._free]
-        # If the sum of the squared distances from the plane is below this limit, no disc can be off the plane by more
-        # than its radius. So the single distances need not be checked.
+        # If the sum of the squared distances from the plane is below this limit, no disc is off the plane by more than
+        # its radius, so the distances need not be checked one by one.
         self._low = 0.25 * float(np.min(self._radius, initial=np.inf)) ** 2
         driven = [scene.discs[i].driven for i in moving]
         turning = (np.isfinite(scene.arrays.inertia[self._movable]) | np.array(driven, dtype=bool)) & self._turns
@@ -135,7 +135,7 @@ class MujocoWorld:
         self._start_driven(1 + len(moving), [wall for wall in scene.walls if wall.driven])
 
     def _start_driven(self, first: int, bodies: Sequence[Driven]) -> None:
-        """Set the initial velocities of driven bodies, and record their legs. `first` is the first body's number."""
+        """Set the initial velocities of driven bodies, and record later changes. `first` is the first body's number."""
         for body, scene_body in enumerate(bodies, first):
             if scene_body.driven:
                 begin = int(self._model.body_dofadr[body])
@@ -147,7 +147,7 @@ class MujocoWorld:
         """The settings, read back from the compiled model."""
         model, mujoco = self._model, self._mujoco
         disabled, flag = model.opt.disableflags, mujoco.mjtDisableBit
-        # in earlier releases, the names begin with that of the algorithm
+        # earlier releases use names that begin with "mpr", an algorithm
         ccd = "ccd" if hasattr(model.opt, "ccd_tolerance") else "mpr"
         read: dict[str, Setting] = {
             "dt_s": float(model.opt.timestep),
@@ -242,7 +242,8 @@ class MujocoWorld:
     def _compute_impulses(self, contact: int, frame: NDArray[np.float64]) -> tuple[float, float]:
         """Return a contact's force along its normal, and friction's impulse along the normal turned by +90 degrees.
 
-        If MuJoCo approximates the friction cone by a pyramid, its own function converts the solver's rows to a force.
+        The force is computed by MuJoCo, since the solver's rows have another form if a pyramid approximates the
+        friction cone.
         """
         force = np.zeros(6)
         self._mujoco.mj_contactForce(self._model, self._data, contact, force)
@@ -262,7 +263,7 @@ class MujocoWorld:
                     f"MuJoCo moved disc {disc} out of the plane: its centre is {height[k]:.3g} m off, more than a "
                     "radius"
                 )
-        if not any(number.tolist()):  # faster than NumPy's functions, and this runs after every step
+        if not any(number.tolist()):  # faster than NumPy's functions, in code that runs after every step
             return "; ".join(warnings)
         kind = self._mujoco.mjtWarning
         # If the reset is switched off, MuJoCo only counts huge values, which is no reason for a warning.

@@ -1,6 +1,6 @@
 """Adapter of Newton, a three-dimensional engine that uses Warp.
 
-Its XPBD solver runs on the processor with 32-bit floats.
+Newton's XPBD solver runs on the processor with 32-bit floats.
 """
 
 from __future__ import annotations

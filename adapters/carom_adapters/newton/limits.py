@@ -6,9 +6,9 @@ from collections.abc import Mapping
 
 from carom.engines.api import Capabilities, Scene, Setting, require_sound, require_supported
 
-#: Arguments of the solver, by the names of the attributes in which the solver stores them. There are two other
-#: settings. ``gap`` is a property of each shape. ``speculative_contact_gap_max`` is a property of the collision
-#: pipeline, which is off by default. Settings that a profile omits keep Newton's defaults.
+#: Settings that are arguments of the solver, with the names of the solver's attributes. There are two other settings.
+#: ``gap`` is a property of each shape. ``speculative_contact_gap_max`` is a property of the collision pipeline, with no
+#: value by default. Settings that a profile omits keep Newton's defaults.
 OF_THE_SOLVER = (
     "iterations",
     "rigid_contact_relaxation",
@@ -24,7 +24,7 @@ CAPABILITIES = Capabilities(
     gravity=True,
     restitution=(0.0, 1.0),
     # In each step with contacts, Newton stops bodies that are slower than 0.1 mm/s. So two bodies with a closing speed
-    # of up to twice this speed may not bounce.
+    # of up to 0.2 mm/s may not bounce.
     restitution_threshold_m_s=2e-4,
     float_bits=32,
     dimensions=3,

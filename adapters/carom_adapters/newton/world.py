@@ -39,8 +39,8 @@ class NewtonWorld:
         gx, gy = scene.gravity_m_s2
         builder = newton.ModelBuilder(gravity=(gx, 0.0, gy))
         self._still = np.array([disc.position_m for disc in scene.discs], dtype=np.float64)
-        #: Numbers of the discs that are bodies in Newton, and for each of Newton's shapes the number of its disc or
-        #: wall.
+        #: Numbers of the discs that are bodies in Newton, and the number of the disc or wall of each of Newton's
+        #: shapes.
         self._moved = [i for i, disc in enumerate(scene.discs) if not disc.immovable]
         walls = scene.half_planes()
         self._number = np.array([*range(len(scene.discs)), *map(wall_body, range(len(walls)))])
@@ -57,8 +57,8 @@ class NewtonWorld:
             builder.body_qd[body] = warp.spatial_vector(*_to_space(disc.velocity_m_s), 0.0, 0.0, 0.0)
             builder.add_shape_sphere(body, radius=disc.radius_m, cfg=shape)
         for wall in walls:
-            # The plane is described by position and rotation, not by its equation, for which Newton 1.8 turns a plane
-            # that faces down into one that faces up.
+            # The plane is described by position and rotation, not by its equation. From the equation of a plane that
+            # faces down, Newton 1.8 builds a plane that faces up.
             turn = math.atan2(*wall.normal) / 2.0
             transform = warp.transform(_to_space(wall.point_m), (0.0, math.sin(turn), 0.0, math.cos(turn)))
             shape = self._build_material(builder, of_walls, settings)
@@ -70,7 +70,7 @@ class NewtonWorld:
         solver_settings = {name: settings[name] for name in OF_THE_SOLVER if name in settings}
         self._solver = newton.solvers.SolverXPBD(self._model, **solver_settings)
         self._state, self._next = self._model.state(), self._model.state()
-        #: Array for the forces that the solver reports at each contact. The first observation creates it.
+        #: Array for the forces that the solver reports at each contact. The first observation creates the array.
         self._forces: Any = None
 
     @staticmethod
@@ -92,8 +92,8 @@ class NewtonWorld:
     def advance(self, steps: int) -> None:
         """Take steps.
 
-        Newton finds contacts at the start of a step, then moves the bodies, and then solves the contacts of those that
-        overlap.
+        Newton finds contacts at the start of a step, then moves the bodies, and then solves the contacts of overlapping
+        bodies.
         """
         dt_s = self._clock.dt_s
         for _ in range(steps):
@@ -117,9 +117,9 @@ class NewtonWorld:
         return Observation(position, velocity, () if has_overflowed else tuple(self._find_pushed(count)), warning)
 
     def _find_pushed(self, count: int) -> Iterator[Contact]:
-        """Yield the contacts in which a force acted; their impulses are left out.
+        """Yield the contacts in which a force acted, without impulses.
 
-        The forces that the solver reports do not include the bounce, so they are not the impulses.
+        The forces that the solver reports do not include the bounce, so impulses can't be computed.
         """
         pushed = np.flatnonzero(self._forces.contact_f.numpy()[:count].any(axis=1))
         normals = self._contacts.rigid_contact_normal.numpy()[pushed].tolist()
@@ -149,7 +149,7 @@ class NewtonWorld:
         return frozenset(pair_of(a, b) for a, b in self._read_bodies(contacts, overlapping))
 
     def save(self) -> object:
-        """Return poses and velocities. There is no other state."""
+        """Return poses and velocities, the complete state."""
         return self._clock.now_s, self._state.body_q.numpy().copy(), self._state.body_qd.numpy().copy()
 
     def restore(self, state: Any) -> None:

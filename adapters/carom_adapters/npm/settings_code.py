@@ -1,7 +1,7 @@
 """Writes a scene and settings as a program for Node, for engines from npm.
 
-A program contains a scene, settings, and the adapter's world class. It imports only its engine. It also contains a copy
-of the functions that it needs from `serve.mjs`, which all engines use.
+A program contains a scene, settings, the adapter's world class, and a copy of the required functions of `serve.mjs`.
+The program imports only its engine.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def write_code(
     if imported is None or served is None:
         raise ValueError("the program does not import from serve.mjs, or has no world")
     needed = [name for name in imported[1].split(", ") if name != "serve"]
-    for name in needed:  # the loop appends the names that these functions need in turn
+    for name in needed:  # the loop also visits the names that it appends: functions that these functions call
         needed += [other for other in shared if re.search(rf"\b{other}\b", shared[name]) and other not in needed]
     helpers = "\n\n".join(piece for name, piece in shared.items() if name in needed)
     body = _SERVED.sub("", _IMPORTED.sub("", source)).rstrip("\n")
@@ -83,7 +83,7 @@ position_m.forEach((place, i) => console.log([...place, ...velocity_m_s[i], spin
 
 
 def _format_json_lines(value: object) -> str:
-    """Return a value as JSON. Each body in a list of bodies is on a line of its own."""
+    """Return a value as JSON. Each body in a list of bodies has its own line."""
     if isinstance(value, list) and value and isinstance(value[0], dict):
         return "[\n" + "".join(f"    {json.dumps(item)},\n" for item in value) + "  ]"
     return json.dumps(value)

@@ -12,9 +12,9 @@ from carom.engines.api import Capabilities, Scene, Setting, require_sound, requi
 SETTINGS = ("cfm", "erp", "quick_step_iterations", "stepper")
 STEPPERS = ("step", "quickStep")
 
-#: ODE divides velocities by the step size, and ends the process if the quotient overflows 32-bit floats, at 2**128. So
-#: the adapter takes steps of at least this size. The bisection of `located` asks for shorter ones if bodies already
-#: touch.
+#: ODE divides velocities by the step size, and ends the process if the quotient overflows 32-bit floats, at 2^128. So
+#: the adapter takes steps of at least `LEAST_STEP_S`. The bisection of `located` asks for shorter steps if bodies
+#: already touch.
 LEAST_STEP_S = 2.0**-100
 
 CAPABILITIES = Capabilities(

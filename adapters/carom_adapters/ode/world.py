@@ -68,7 +68,7 @@ class OdeWorld:
         self._geoms[number], self._number[geom.getId().this] = geom, number
 
     def _build_surface(self, restitution: float) -> Any:
-        surface = self._ode.OdeSurfaceParameters()  # by default, no friction, and bounces at any speed
+        surface = self._ode.OdeSurfaceParameters()  # by default, surfaces have no friction, and bounce at any speed
         surface.setMode(self._ode.OdeSurfaceParameters.MFContactBounce)
         surface.setBounce(restitution)
         return surface
@@ -135,7 +135,7 @@ class OdeWorld:
         contacts = []
         for joint, a, b, normal in self._met:
             feedback = joint.getFeedback()
-            # The force on one of the two bodies; if only one of them can move, it is the force on that one.
+            # The force on one of the two bodies, or on the movable body if only one body can move.
             fx, fy, _ = feedback.getForce1()
             impulse = abs(fx * normal[0] + fy * normal[1]) * self._clock.dt_s
             if impulse > 0.0:  # if the bodies separate, the contact has no effect
@@ -158,7 +158,7 @@ class OdeWorld:
         return frozenset(pair for pair in pairs if pair[0] >= 0)
 
     def save(self) -> object:
-        """Return positions and velocities. There is no other state, since nothing turns."""
+        """Return positions and velocities, the complete state, since nothing turns."""
         states = [
             None if body is None else (_to_plane(body.getPosition()), _to_plane(body.getLinearVel()))
             for body in self._bodies

@@ -24,32 +24,32 @@ _DEFAULT: shared.Settings = {"linearDamping": 0.0, "angularDamping": 0.0}
 
 _TUNED: shared.Settings = {
     "linearDamping": 0.0,
-    # By default a body is a multibody, whose speed is limited to 100 m/s and its spin to 100 rad/s, without continuous
-    # detection. Bodies with maximal coordinates have none of these limits, and their spin is not damped.
+    # By default a body is a multibody. A multibody has a speed of at most 100 m/s and a spin of at most 100 rad/s, and
+    # no continuous detection. Bodies with maximal coordinates have no such limits, and their spin is not damped.
     "useMaximalCoordinates": True,
     # Bullet adds erp * depth / dt to the speed after a bounce. The default of erp is 0.08.
     "contactERP": 0.0,
-    # Contacts are solved only while bodies overlap. By default Bullet solves them from a distance of 0.02 m on.
+    # Contacts are solved only while bodies overlap. By default Bullet solves contacts from a distance of 0.02 m on.
     "contactProcessingThreshold": 0.0,
     "contactSlop": 0.0,
-    # Bullet makes contacts that are slower than this inelastic. The default is 0.2 m/s.
+    # Bullet makes contacts with a closing speed below this number inelastic. The default is 0.2 m/s.
     "restitutionVelocityThreshold": 0.0,
     # By default, the order in which contacts of the same body are solved depends on memory addresses.
     "deterministicOverlappingPairs": 1,
-    # By default, the solver stops when the residual is small. Then contacts of the same body lose energy.
+    # By default, the solver stops when the residual is small, so that contacts of the same body lose energy.
     "solverResidualThreshold": 0.0,
     "numSolverIterations": 50,
-    # Bullet sweeps a sphere of this fraction of the disc's radius along the path of a step (continuous detection). This
-    # is done for discs whose initial velocity moves them by more than their radius in a step. Other discs are not
-    # swept: if an impact made such a disc fast, it would be swept into bodies that it already touches, and would gain
-    # energy (by a factor of eight in Galperin's billiard at 60 steps per second). With a fraction of 1, a swept disc
+    # Bullet sweeps a sphere of this fraction of the disc's radius along the path of a step (continuous detection). Only
+    # discs are swept whose initial velocity moves them by more than their radius in a step. If discs made fast by an
+    # impact were swept, they would be moved into bodies that they already touch, and would gain energy. In Galperin's
+    # billiard at 60 steps per second, the energy would grow by a factor of eight. With a fraction of 1, a swept disc
     # would stop before it overlaps the other body, so that no contact is found.
     "ccd_radius_fraction": 0.95,
 }
 
 _NO_CCD: shared.Settings = {**_TUNED, "ccd_radius_fraction": 0.0}
 
-#: Cylinders touch along a line, but Bullet uses only single points of this line, which are not in its middle. So
+#: Cylinders touch along a line, but Bullet uses only single points of this line, which are not in the middle. So
 #: cylinders tip over if they can turn.
 _CYLINDER: shared.Settings = {**_TUNED, "shape": "cylinder", "turn": False}
 

@@ -8,8 +8,8 @@ from dataclasses import replace
 from carom.engines.api import AdapterError, Scene, Setting, require_sound, require_supported
 from carom_adapters.shared.engine_adapter import GENERAL
 
-#: Arguments of `setPhysicsEngineParameter`. The names are PyBullet's. ``contactBreakingThreshold`` is not included. It
-#: applies to the whole process, so that one run would affect the next.
+#: Arguments of `setPhysicsEngineParameter`, with PyBullet's names. ``contactBreakingThreshold`` is not included, since
+#: this setting applies to the whole process and would affect later runs.
 WORLD_SETTINGS = (
     "numSolverIterations",
     "solverResidualThreshold",
@@ -20,12 +20,13 @@ WORLD_SETTINGS = (
     "deterministicOverlappingPairs",
 )
 
-#: Arguments of `changeDynamics` for every body. The names are PyBullet's.
+#: Arguments of `changeDynamics` for every body, with PyBullet's names.
 BODY_SETTINGS = ("linearDamping", "angularDamping", "contactProcessingThreshold")
 
 #: Other settings. ``useMaximalCoordinates`` is an argument of `createMultiBody`. ``ccd_radius_fraction`` is
 #: `ccdSweptSphereRadius` divided by the disc's radius, 0 for no sweep. ``shape`` is one of `SHAPES`. A cylinder is as
-#: high as it is wide. With ``turn`` a disc has the moments of inertia of its shape. Without ``turn`` they are infinite.
+#: high as it is wide. With ``turn`` a disc has the moments of inertia of its shape. Without ``turn`` the moments are
+#: infinite.
 OTHER_SETTINGS = ("useMaximalCoordinates", "ccd_radius_fraction", "shape", "turn")
 SHAPES = ("sphere", "cylinder")
 
@@ -39,9 +40,8 @@ LEAST = dict.fromkeys((*WORLD_SETTINGS, *BODY_SETTINGS, "ccd_radius_fraction"), 
     "dt_s": SHORTEST_STEP_S,
 }
 
-#: Limits with PyBullet's default settings. The first two are the largest speed and spin of a body
-#: (m_maxCoordinateVelocity). Contacts with a lower closing speed than the third are inelastic
-#: (restitutionVelocityThreshold).
+#: Limits with PyBullet's default settings: the largest speed and the largest spin of a body (m_maxCoordinateVelocity),
+#: and the closing speed below which contacts are inelastic (restitutionVelocityThreshold).
 SHIPPED_SPEED_CLAMP_M_S = 100.0
 SHIPPED_SPIN_CLAMP_RAD_S = 100.0
 SHIPPED_RESTITUTION_THRESHOLD_M_S = 0.2
@@ -52,17 +52,17 @@ CAPABILITIES = replace(
     rolling_resistance=True,
     spin=True,
     # Because of rounding, a contact point is not exactly on the line of centres. So the normal impulse also changes the
-    # spin, and more so if the inertia is small. With this inertia factor, the relative error of the spin is 1e-8 for
-    # discs at a distance of 200 radii from the origin.
+    # spin. The smaller the inertia, the larger is this error. With this inertia factor, the relative error of the spin
+    # is 1e-8 for discs at a distance of 200 radii from the origin.
     min_inertia_factor=1e-6,
-    # The largest friction is Bullet's MAX_FRICTION. Bullet reduces a larger product of two bodies' coefficients to it
-    # (`btManifoldResult`).
+    # The largest friction is Bullet's MAX_FRICTION. Bullet reduces a larger product of two bodies' coefficients to this
+    # value (`btManifoldResult`).
     friction=(0.0, 10.0),
     continuous_detection=True,
     # A plane's bounding box ends at BT_LARGE_FLOAT = 1e18.
     max_coordinate_m=1e17,
     min_radius_m=1e-15,
-    # Bullet removes a moving body from the simulation when the squared diagonal of its bounding box, 12 radius**2,
+    # Bullet removes a moving body from the simulation when the squared diagonal of its bounding box, 12 radius^2,
     # reaches 1e12 (`btCollisionWorld::updateSingleAabb`). The box is larger than the body by the contact margin.
     max_radius_m=2.8e5,
     # With smaller masses, a quotient of two masses could overflow 64-bit floats.
@@ -91,8 +91,8 @@ def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
                     )
     if scene.wall_rolling_resistance and len(radii := {d.radius_m for d in scene.discs if not d.immovable}) > 1:
         raise AdapterError(
-            f"PyBullet: wall_rolling_resistance times a radius is a torque; Bullet's walls have one for all discs, "
-            f"but radii are {min(radii):g} to {max(radii):g} m"
+            f"PyBullet: wall_rolling_resistance times a radius is a torque; Bullet's walls have one torque for all "
+            f"discs, but radii are {min(radii):g} to {max(radii):g} m"
         )
     for i, disc in enumerate(scene.discs):
         if disc.driven and disc.spin_rad_s and not disc.drive.stands:

@@ -10,8 +10,8 @@ from carom_adapters.pybullet.limits import BODY_SETTINGS
 
 Point = tuple[float, float]
 
-#: Moment of inertia, about a diameter, of a cylinder whose height equals its diameter, divided by mass times radius
-#: squared: 1/4 + 1/3.
+#: Moment of inertia of a cylinder about a diameter, divided by mass times radius squared: 1/4 + 1/3, if the height
+#: equals the diameter.
 CYLINDER_TIPS = 7 / 12
 
 
@@ -24,20 +24,20 @@ def compute_capsule(a: Point, b: Point) -> tuple[float, Point, list[float]]:
 
 
 def compute_moments(scene: Scene, settings: Mapping[str, Setting], disc: Disc) -> list[float] | None:
-    """Return the moments of inertia of a movable disc; None to keep those that Bullet computes from its shape."""
+    """Return the moments of inertia of a movable disc; None to keep the moments that Bullet computes from the shape."""
     cylinder, free, turns = settings.get("shape") == "cylinder", bool(settings.get("turn", True)), scene.arrays.turns
     if free and not turns:
         return None
     # Bullet treats a moment of 0 as infinite.
     factor = disc.inertia_factor if turns and math.isfinite(disc.inertia_factor) else 0.0
-    # For Bullet, a moment of 0 is infinite. With these, no impact turns a cylinder out of the plane.
+    # With infinite moments, no impact turns a cylinder out of the plane.
     tips = CYLINDER_TIPS if cylinder else factor
     scale = disc.mass_kg * disc.radius_m**2
     return [moment * scale for moment in ((tips if free else 0.0), (tips if free else 0.0), factor)]
 
 
 def build_dynamics(scene: Scene, settings: Mapping[str, Setting]) -> dict[str, Setting]:
-    """Return the settings that every body gets. If the scene has damping, it replaces the damping in the settings.
+    """Return the settings that every body gets. A scene's damping replaces the damping in the settings.
 
     With maximal coordinates, Bullet's damping is the fraction of a speed that is lost in a second. For a multibody,
     Bullet's damping is the rate c in ``v' = -c v (1 + |v|)``, which is not linear damping.
@@ -51,7 +51,9 @@ def build_dynamics(scene: Scene, settings: Mapping[str, Setting]) -> dict[str, S
 
 
 def compute_resistance(scene: Scene, disc_friction: float) -> float:
-    """Return a wall's rolling friction, in metres. It limits the torque on a disc to c R times the normal force.
+    """Return a wall's rolling friction, in metres.
+
+    The torque on a disc is at most `wall_rolling_resistance` times radius times normal force.
 
     Bullet multiplies the rolling friction of each body by the friction of the other body, and adds the two products.
     Discs have no rolling friction.
@@ -67,10 +69,10 @@ def build_structure_key(scene: Scene, settings: Mapping[str, Setting]) -> object
     """Return a key that contains everything in a scene except the initial states of movable discs.
 
     A client can be reused for a scene with an equal key. Return None if a client can't be reused for this scene, since
-    Bullet stores state that can't be reset. With three bodies or more, it stores the order in which pairs came near. It
-    solves contacts of the same body in this order, which affects the last bits of results. It also stores contact
-    points of cylinders and planes. After a run in which a disc rolled, such a point can be slightly off its line, and
-    then turns the disc in the next run.
+    Bullet stores state that can't be reset. With three bodies or more, Bullet stores the order in which pairs came
+    near, and solves contacts in this order, which affects the last bits of results. Bullet also stores contact points
+    of cylinders and planes. If a disc has rolled, a stored point can be slightly off its line, and turns the disc in
+    the next run.
     """
     plain = settings.get("shape", "sphere") == "sphere" and not scene.arrays.driven
     if len(scene.discs) > 2 or scene.walls or not plain:

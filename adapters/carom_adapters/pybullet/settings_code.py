@@ -11,7 +11,7 @@ from carom_adapters.shared.legs import Driven, find_first_velocity, format_progr
 from carom_adapters.shared.settings_code import count_steps, format_arguments, format_comment, format_disc
 from carom_adapters.shared.walls import compute_thickness, cut_chain, factor_walls
 
-#: Line that sets a wall's rolling friction. Bullet multiplies it by the disc's friction.
+#: Line that sets a wall's rolling friction, which Bullet multiplies by the disc's friction.
 ROLLING = "    pybullet.changeDynamics(body, -1, rollingFriction=rolling)  # times the disc's friction, in metres\n"
 
 

@@ -52,8 +52,8 @@ RIGID_BODY = 1
 
 NOT_TURNED = (0.0, 0.0, 0.0, 1.0)
 
-#: The client of the world that was closed last, by the result of `build_structure_key`. The next world reuses it, since
-#: allocating a new client takes longer. Only one client is kept, because a client takes 29 MB.
+#: The client of the world that was closed last, by a key from `build_structure_key`. The next world reuses this client,
+#: since allocating a new client takes longer. Only one client is kept, because a client takes 29 MB.
 _KEPT: dict[object, tuple[int, list[int], list[int], dict[int, int]]] = {}
 
 
@@ -65,13 +65,13 @@ class PybulletWorld(QuietSteps):
         self._asked = dict(settings) | build_dynamics(scene, settings)
         self._clock = StepClock(float(settings["dt_s"]))
         self._turns = scene.arrays.turns
-        # Cylinders can turn out of the plane. If a sphere is deep inside a box, the normals that GJK computes point out
-        # of the plane.
+        # Cylinders can turn out of the plane. If a sphere is deep inside a box, the normals that the algorithm GJK
+        # computes point out of the plane.
         turns_over = settings.get("shape", "sphere") == "cylinder" and bool(settings.get("turn", True))
         self._leans = turns_over or any(not isinstance(wall, Wall) for wall in scene.walls)
         self._seen: tuple[Contact, ...] | None = None
         velocity = np.array([disc.velocity_m_s for disc in scene.discs], dtype=np.float64)
-        # A disc that already starts at the speed limit has not been slowed down by it.
+        # A disc that already starts at the speed limit has not been slowed down by the limit.
         self._below_clamp = np.abs(velocity) < SHIPPED_SPEED_CLAMP_M_S
         self._spins_below_clamp = np.abs(scene.arrays.spins) < SHIPPED_SPIN_CLAMP_RAD_S
         self._bullet: Any = importlib.import_module("pybullet")  # untyped: PyBullet ships no stubs
@@ -261,22 +261,25 @@ class PybulletWorld(QuietSteps):
         return any(point[9] > 0.0 for point in self._bullet.getContactPoints(physicsClientId=self._client))
 
     def _find_warning(self, velocity: NDArray[np.float64], spin: NDArray[np.float64] | None) -> str:
-        # An impact or a fall can make a body too fast. Then it is too late to refuse the scene, so the run gets a
-        # warning. Bullet clamps x and y separately.
+        # An impact or a fall can make a body too fast. A running scene can't be refused, so the run gets a warning.
+        # Bullet clamps x and y separately.
         if self._asked.get("useMaximalCoordinates", False):
             return ""
         clamped = self._below_clamp & (np.abs(velocity) >= SHIPPED_SPEED_CLAMP_M_S)
-        if np.count_nonzero(clamped):  # five times as fast as `any`, since this runs after every step
+        if np.count_nonzero(clamped):  # five times as fast as `any`, in code that runs after every step
             return (
                 f"PyBullet clamps each component of a multibody's velocity to {SHIPPED_SPEED_CLAMP_M_S:g} m/s, and "
-                f"disc {int(clamped.any(axis=1).argmax())} has reached that"
+                f"disc {int(clamped.any(axis=1).argmax())} has reached this limit"
             )
         if spin is None:
             return ""
         clamped = self._spins_below_clamp & (np.abs(spin) >= SHIPPED_SPIN_CLAMP_RAD_S)
         if clamped.any():
             limit = f"{SHIPPED_SPIN_CLAMP_RAD_S:g} rad/s"
-            return f"PyBullet clamps a multibody's spin to {limit}, and disc {int(clamped.argmax())} has reached that"
+            return (
+                f"PyBullet clamps a multibody's spin to {limit}, and disc {int(clamped.argmax())} has reached "
+                "this limit"
+            )
         return ""
 
     def _read_step_contacts(self) -> tuple[Contact, ...]:
@@ -286,13 +289,12 @@ class PybulletWorld(QuietSteps):
 
     def _read_contacts(self) -> list[Contact]:
         at_s = self._clock.step_began_s
-        # Bullet solves contacts whose distance is below this number. By default it solves all contacts.
+        # Bullet solves contacts whose distance is below this number. By default Bullet solves all contacts.
         solved_below = float(self._asked.get("contactProcessingThreshold", math.inf))
         found = []
         for point in self._bullet.getContactPoints(physicsClientId=self._client):
             body_a, body_b, normal_from_b_to_a, distance, force = point[1], point[2], point[7], point[8], point[9]
-            # A contact with a plane still exists after the overlap has ended. It keeps the force of the last step in
-            # which it was solved.
+            # A contact with a plane still exists after the overlap has ended, and reports the last force.
             if force <= 0 or distance > solved_below:
                 continue
             normal, impulse = (normal_from_b_to_a[0], normal_from_b_to_a[1]), force * self._clock.dt_s
@@ -320,7 +322,7 @@ class PybulletWorld(QuietSteps):
 
     def touching(self) -> frozenset[tuple[int, int]]:
         """Return the pairs that overlap by Bullet's own collision detection, at the present positions."""
-        self._read_step_contacts()  # otherwise the detection would overwrite these contacts
+        self._read_step_contacts()  # reads the contacts before the detection overwrites them
         self._bullet.performCollisionDetection(self._client)
         found = set()
         for point in self._bullet.getContactPoints(physicsClientId=self._client):

@@ -11,7 +11,8 @@ from carom_adapters.shared import engine_adapter as shared
 
 _TUNED: shared.Settings = {
     # Chipmunk solves simultaneous contacts by iteration, and the remaining error changes the energy. In a break shot of
-    # ten discs, the energy grows by a fraction of 2e-7 with the default of 10 iterations, and of 2e-14 with 20.
+    # ten discs, the energy grows by a fraction of 2e-7 with the default of 10 iterations, and by 2e-14 with 20
+    # iterations.
     "iterations": 20,
     # By default Chipmunk pushes overlapping bodies apart, in addition to their bounce. The setting is the fraction of
     # an overlap that is left after a second. With 1, bodies are never pushed apart.
@@ -24,7 +25,7 @@ _TUNED: shared.Settings = {
 
 adapter = shared.EngineAdapter(
     name="pymunk",
-    # Release 5.4.1 reports no contacts to the adapter, although bodies bounce. Release 5.7.0 reports them.
+    # Release 5.4.1 reports no contacts to the adapter, although bodies bounce. Release 5.7.0 reports contacts.
     engine=shared.build_engine("pymunk", "pymunk", "pymunk", oldest="5.7", newest_tried="7.3"),
     capabilities=CAPABILITIES,
     knobs={

@@ -8,7 +8,7 @@ from dataclasses import replace
 from carom.engines.api import Scene, Setting, Stamp, require_sound, require_supported
 from carom_adapters.shared.engine_adapter import GENERAL
 
-#: Attributes of `pymunk.Space`. The names are pymunk's. Attributes that a profile omits keep pymunk's defaults.
+#: Attributes of `pymunk.Space`, with pymunk's names. Attributes that a profile omits keep pymunk's defaults.
 SPACE_SETTINGS = (
     "iterations",
     "damping",
@@ -34,20 +34,21 @@ LEAST = dict.fromkeys(SETTINGS, 0.0) | {"iterations": 1, "collision_persistence"
 CAPABILITIES = replace(
     GENERAL,
     # half-planes can be conveyors, but edges can't: a shape has one surface velocity, which would be wrong on one side
+    # of an edge
     belts=True,
     damping=True,
     table_friction=True,
     spin=True,
     # Because of rounding, a contact point is not exactly on the line of centres. So the normal impulse also changes the
-    # spin, and more so if the inertia is small. With this inertia factor, the relative error of the spin is 3e-9 for
-    # discs at a distance of 200 radii from the origin.
+    # spin. The smaller the inertia, the larger is this error. With this inertia factor, the relative error of the spin
+    # is 3e-9 for discs at a distance of 200 radii from the origin.
     min_inertia_factor=1e-6,
     friction=(0.0, LARGEST),
     stamp=Stamp.END,
     max_speed_m_s=LARGEST,
     max_coordinate_m=LARGEST,
     min_radius_m=SMALLEST,
-    # Smaller than the largest coordinate, so that a scene can contain several such discs.
+    # The limit is smaller than the largest coordinate, so that a scene can contain several discs of this size.
     max_radius_m=1e98,
     min_mass_kg=SMALLEST,
     max_mass_kg=LARGEST,

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 Point = tuple[float, float]
 
-#: Types that a pickled space may contain, by module and name. Reading them runs no code except `__setstate__` of
+#: Types that a pickled space may contain, by module and name. Reading these types runs no code except `__setstate__` of
 #: pymunk.
 _ADMITTED = {
     ("pymunk.space", "Space"),
@@ -48,7 +48,7 @@ _ADMITTED = {
 
 class _Unpickler(pickle.Unpickler):
     def find_class(self, module: str, name: str) -> Any:
-        # Pickle protocols below 3 use names of Python 2. They are translated here, before the check.
+        # Pickle protocols below 3 use names of Python 2, which are translated before the check.
         known = {"__builtin__": "builtins", "copy_reg": "copyreg"}.get(module, module)
         if (known, name) not in _ADMITTED:
             raise AdapterError(

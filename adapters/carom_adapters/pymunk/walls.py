@@ -25,7 +25,7 @@ def _build_half_plane(wall: Wall, centre: Point, radius: float) -> list[Point]:
 
 
 class _Segment(NamedTuple):
-    """An edge of a chain, or a piece of an edge, from a to b, with the chain's points before a and after b."""
+    """A straight piece of a chain from a to b, with the chain's points before a and after b."""
 
     a: Point
     b: Point

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     import pymunk
     from pymunk import Vec2d
 
-    #: Chipmunk's arbiters represent contacts. Normal of an arbiter, and its impulses along the normal and perpendicular
-    #: to it, in newton seconds. The perpendicular impulse is None if no disc spins.
+    #: Normal of an arbiter (Chipmunk's name for a contact), and the impulses along and perpendicular to the normal, in
+    #: newton seconds. The perpendicular impulse is None if no disc spins.
     ArbiterImpulse = tuple[Vec2d, float, float | None]
 
 Pair = tuple[int, int]
@@ -93,7 +93,7 @@ class PymunkWorld(QuietSteps):
                 self._add_shape(shape, *material, wall_body(k))
 
     def _build_immovable_body(self, disc_or_wall: Driven, spin: float = 0.0) -> pymunk.Body:
-        """Return a body that impacts do not move. It is static, or kinematic if the disc or wall is driven."""
+        """Return a body that impacts do not move: a static body, or a kinematic body if the disc or wall is driven."""
         import pymunk
 
         if not disc_or_wall.driven:
@@ -156,7 +156,7 @@ class PymunkWorld(QuietSteps):
         return any(impulse != (0.0, 0.0) for impulse in impulses)
 
     def _collect_impulse(self, arbiter: pymunk.Arbiter, impulses: dict[Pair, list[ArbiterImpulse]]) -> None:
-        """Add the impulse of an arbiter, which is read from its first body."""
+        """Add the impulse of an arbiter (a contact) to `impulses`, unless the impulse has already been added."""
         normal = arbiter.normal
         total = -arbiter.total_impulse
         impulse = total.dot(normal)
@@ -170,7 +170,7 @@ class PymunkWorld(QuietSteps):
         impulses.setdefault((first, second), []).append((normal, impulse, tangential))
 
     def _build_contact(self, pair: Pair, impulses: list[ArbiterImpulse]) -> Contact:
-        """Return the contact of a pair. Its impulse is the sum over all segments of a chain that push the disc."""
+        """Return the contact of a pair. The impulse is the sum over all segments of a chain that push the disc."""
         if len(impulses) > 1:
             along = sum((impulse * normal for normal, impulse, _ in impulses[1:]), impulses[0][1] * impulses[0][0])
             across = [
@@ -185,13 +185,13 @@ class PymunkWorld(QuietSteps):
     def cut(self, dt_s: float) -> None:
         """Set the size of the following steps.
 
-        For a lasting contact, Chipmunk starts with the last impulse times the ratio of the present step size to the
-        last one. With shortened steps, this ratio can be arbitrarily large. So shapes in contact are removed and added
-        again, which resets the impulse.
+        For a lasting contact, Chipmunk starts each step with the last impulse, multiplied by the ratio of the present
+        to the last step size. With shortened steps, this ratio can be arbitrarily large. So shapes in contact are
+        removed and added again, which resets the impulse.
         """
         self._clock.cut(dt_s)
         touching = {shape for pair in self._list_contact_pairs() for shape in pair}
-        # All segments of a chain have the same number. The sort keeps the order in which they were created.
+        # All segments of a chain have the same number. The sort keeps the order in which the segments were created.
         shapes = sorted((shape for shape in self._number if shape in touching), key=self._number.__getitem__)
         if shapes:
             self._space.remove(*shapes)
@@ -227,12 +227,15 @@ class PymunkWorld(QuietSteps):
                 put(body, "angular_velocity", spin)
 
     def close(self) -> None:
-        """Drop all references to the space. This frees its memory."""
+        """Drop all references to the space, so that its memory is freed."""
         del self._space, self._bodies, self._movable, self._driven, self._legs, self._number
 
 
 def _build_table_joint(space: pymunk.Space, body: pymunk.Body, deceleration_m_s2: float) -> pymunk.PivotJoint:
-    """Return a joint that slows a body down as a table does. Its force is limited to mass times deceleration."""
+    """Return a joint that slows a body down as a table does.
+
+    The joint's force is limited to mass times deceleration.
+    """
     import pymunk
 
     joint = pymunk.PivotJoint(space.static_body, body, body.position, (0.0, 0.0))

@@ -14,8 +14,8 @@ from carom_adapters.shared import engine_adapter as shared
 #: Default of `normalized_prediction_distance`, times a `length_unit` of 1 m.
 SHIPPED_MARGIN_M = 0.02
 
-#: In the step of an impact, Rapier moves bodies with the velocities of an inelastic impact, and changes these to the
-#: velocities of the bounce afterwards. So an elastic pair seems to bounce in the middle of the step.
+#: In the step of an impact, Rapier moves bodies with the velocities of an inelastic impact, and sets the velocities of
+#: the bounce afterwards. So an elastic pair seems to bounce in the middle of the step.
 TURNS_LATE = 0.5
 
 #: By default Rapier stops a body that is slow (8 cm/s) for half a second ("sleep"), which changes results.
@@ -38,11 +38,11 @@ _SWEPT: shared.Settings = {**_TUNED, "soft_ccd_prediction": 1e3}
 
 _LOCATED: shared.Settings = {
     **_TUNED,
-    # With these two settings, a step depends only on positions and velocities, so it can be undone.
+    # With these two settings, a step depends only on positions and velocities, so the step can be undone.
     "contact_recycling": False,
     "warmstart_coefficient": 0.0,
-    # The fraction is as small as the relative rounding error of 32-bit floats. It is a power of two, so its product
-    # with the step size is exact.
+    # The fraction is as small as the relative rounding error of 32-bit floats. The fraction is a power of two, so that
+    # its product with the step size is exact.
     "first_part": 2.0**-24,
 }
 
@@ -69,8 +69,8 @@ adapter = shared.EngineAdapter(
             "Rapier's defaults (contacts are solved from 2 cm away on, and speeds clamped to 400 m/s), but "
             "bodies never sleep, with the scene's restitution.",
             shared.add_step(_DEFAULT),
-            # Within the margin, Rapier finds a contact only if a step ends there. Otherwise it finds the overlap
-            # later, as in `tuned`.
+            # Rapier finds a contact within the margin only if a step ends there. In other cases Rapier finds the
+            # overlap later, as in `tuned`.
             Accuracy(late_steps=TURNS_LATE, margin_m=SHIPPED_MARGIN_M),
             capabilities=replace(CAPABILITIES, max_speed_m_s=SHIPPED_SPEED_M_S),
             changed={

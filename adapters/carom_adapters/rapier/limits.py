@@ -8,7 +8,7 @@ from dataclasses import replace
 from carom.engines.api import Scene, Setting, require_sound, require_supported
 from carom_adapters.shared.engine_adapter import GENERAL
 
-#: Attributes of `IntegrationParameters`. The names are Rapier's.
+#: Attributes of `IntegrationParameters`, with Rapier's names.
 PARAMETERS = (
     "length_unit",
     "num_solver_iterations",
@@ -25,12 +25,13 @@ SOFTNESSES = {
     "static_contact_natural_frequency": "static_contact_softness",
 }
 
-#: ``can_sleep`` and ``soft_ccd_prediction`` (metres) are properties of every disc. The names are Rapier's.
-#: With ``first_part`` each step is taken in two parts, and the first is this fraction; see the profile `located`.
+#: ``can_sleep`` and ``soft_ccd_prediction`` (metres) are properties of every disc, with Rapier's names. With
+#: ``first_part``, each step is taken in two parts, of which the first is this fraction of the step; see the profile
+#: `located`.
 OTHER_SETTINGS = (*SOFTNESSES, "can_sleep", "soft_ccd_prediction", "first_part")
 
-#: Smallest values of settings. With smaller ones, Rapier divides by zero or fails in other ways. The square of the step
-#: size must be in the range of 32-bit floats.
+#: Smallest values of settings. With smaller values, Rapier divides by zero or fails in other ways. The square of the
+#: step size must be in the range of 32-bit floats.
 LEAST = dict.fromkeys((*PARAMETERS, *OTHER_SETTINGS), 0.0) | {
     "num_solver_iterations": 1,
     "length_unit": 2.0**-126,

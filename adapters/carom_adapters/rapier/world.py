@@ -80,7 +80,7 @@ class RapierWorld:
             handles.append(world.add_body(body))
             number[world.add_collider(ball if disc.immovable else ball.mass(disc.mass_kg), handles[-1])] = i
         # Discs keep Rapier's default rule, the mean of two restitutions, since all have the same restitution. A wall
-        # has the rule (MIN or MAX) that selects the wall's restitution. This rule has precedence over the mean.
+        # has the rule (MIN or MAX) that selects the wall's restitution, and has precedence over the mean.
         rule = rapier.CoefficientCombineRule
         for k, (wall, material) in enumerate(zip(scene.walls, scene.arrays.materials, strict=True)):
             position, velocity = of_walls[k]
@@ -95,7 +95,7 @@ class RapierWorld:
         return world, handles, number
 
     def _create_held_body(self, driven: bool) -> Any:
-        """Return a body that impacts do not move. It is at rest or driven."""
+        """Return a body that impacts do not move: a body at rest or a driven body."""
         return self._rapier.RigidBody.kinematic_velocity_based() if driven else self._rapier.RigidBody.fixed()
 
     def _build_shapes(self, wall: Wall | Chain | Ring) -> list[Any]:
@@ -110,7 +110,7 @@ class RapierWorld:
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings, including Rapier's defaults. Rapier reports all except the adapter's `first_part`."""
+        """The settings, including Rapier's defaults. Rapier reports all settings except the adapter's `first_part`."""
         parameters = self._world.integration_parameters
         read: dict[str, Setting] = {"dt_s": self._read_step()}
         read |= {name: getattr(parameters, name) for name in PARAMETERS}
@@ -161,7 +161,7 @@ class RapierWorld:
         return list(sum_contacts(contacts, find_walls_in_pieces(self._scene)))
 
     def _find_warning(self, velocity: Any) -> str:
-        # Impacts can accelerate a body to Rapier's limit. It is then too late to refuse the scene, so this warns.
+        # Impacts can accelerate a body to Rapier's limit. A running scene can't be refused, so the run gets a warning.
         parameters = self._world.integration_parameters
         limit = parameters.normalized_max_linear_velocity * parameters.length_unit
         if (fastest := float(np.hypot(*velocity.T).max())) > limit * (1 - 4 * ROUNDING):
@@ -178,9 +178,9 @@ class RapierWorld:
 class RapierCuttableWorld(RapierWorld):
     """A world whose steps can be shortened and undone. Each step is taken in two parts, of which the first is tiny.
 
-    If bodies touch at the start of a step, Rapier moves them during the step with the velocity of an inelastic impact,
-    and changes their velocities to those of the bounce only at the end. Here, this happens in the first part, which is
-    too short for bodies to move. In the second part, bodies move with their new velocities.
+    Rapier moves touching bodies with the velocities of an inelastic impact, and sets the velocities of the bounce only
+    at the end of the step. The first part of a step is so short that bodies bounce before they move. In the second
+    part, bodies move with their new velocities.
     """
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:

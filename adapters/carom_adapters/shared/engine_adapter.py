@@ -10,7 +10,8 @@ from carom.engines.api import Accuracy, Capabilities, Engine, Imported, Knob, Pr
 
 Settings = Mapping[str, Setting]
 
-#: Reason in `Profile.changed` for a setting that differs from the engine's default because the scene determines it.
+#: Reason in `Profile.changed` for a setting that differs from the engine's default because the scene determines the
+#: setting.
 OF_THE_SCENE = "the scene's"
 #: Reason in `Profile.changed` for discs that can't turn. Without spin and friction, nothing turns a disc anyway.
 NOT_TURNED = "discs cannot turn if the scene has no spin or friction; this changes only roundings"
@@ -41,8 +42,8 @@ class EngineAdapter:
         capabilities: Capabilities of the engine.
         knobs: Settings that ``carom tune`` may change, with their ranges, by name.
         profiles: Profiles by name.
-        world: Function that builds a world from a scene and settings. It raises AdapterError if the engine does not
-            support the scene or a setting.
+        world: Function that builds a world from a scene and settings. The function raises AdapterError if the engine
+            does not support the scene or a setting.
         code: Function that writes the same world as code for the engine (`carom.engines.api.CodedAdapter`); None if the
             adapter writes no code.
         read: Function that reads a file of the engine as a scene (`carom.engines.api.ReadingAdapter`); None if the
@@ -78,7 +79,7 @@ def add_step(settings: Settings) -> Callable[[float], Settings]:
 
 
 def build_tuned_profile(effect: str, settings: Settings, accuracy: Accuracy = SOUND) -> Profile:
-    """Return the profile `tuned`. `effect` describes for users what its settings change."""
+    """Return the profile `tuned`. `effect` describes for users what the settings change."""
     description = f"The most exact fixed-step settings known, from Carom's own measurements: {effect}."
     return Profile(description, add_step(settings), accuracy)
 
@@ -88,7 +89,7 @@ def build_located_profile(
 ) -> Profile:
     """Return the profile `located`.
 
-    `but` describes how its settings differ from those of `tuned`, and `then` how steps are taken.
+    `but` describes how the settings differ from the settings of `tuned`, and `then` describes how steps are taken.
     """
     description = (
         f"The tuned settings{but}, with each step cut at the instant at which {finder} begins to find an overlap"

@@ -1,7 +1,7 @@
 """Changes the velocities of driven bodies at given instants: an engine gets a new velocity at the next step boundary.
 
-A leg is a part of the motion with constant velocity. Users of an engine would also set velocities between steps. Until
-the step boundary, a body keeps its old velocity, which shifts all its later positions.
+A leg is a part of a body's motion with constant velocity. Users of an engine would also set velocities between steps.
+Until the step boundary, a body keeps its old velocity, which shifts all its later positions.
 """
 
 from __future__ import annotations
@@ -17,8 +17,9 @@ Driven = Disc | Wall | Chain | Ring
 Body = TypeVar("Body")
 Vector = tuple[float, float]
 
-#: A leg that begins at a step boundary must apply to the next step in spite of rounding errors of times. This factor
-#: allows for 2^13 rounding errors of 2^-53 each, since times are added up for each piece of a shortened step.
+#: A velocity that changes at a step boundary must apply to the next step in spite of rounding errors of times.
+#: `_REACHED` allows for 2^13 rounding errors of 2^-53 each, since times are added up for each piece of a shortened
+#: step.
 _REACHED = 1.0 + 2.0**-40
 
 
@@ -28,7 +29,7 @@ def find_first_velocity(scene_body: Driven) -> Vector:
 
 
 class Legs(Generic[Body]):
-    """Changes of velocity of driven bodies during a run, in order of time."""
+    """Changes of the velocities of driven bodies during a run, in order of time."""
 
     def __init__(self) -> None:
         self._changes: list[tuple[float, Body, Vector]] = []
@@ -36,14 +37,14 @@ class Legs(Generic[Body]):
         self.started = 0
 
     def add(self, body: Body, scene_body: Driven) -> None:
-        """Add the legs of a driven disc or wall. `body` represents it in the engine."""
+        """Add the legs of a driven disc or wall. `body` represents the disc or wall in the engine."""
         self._changes += [(leg.begin_s, body, leg.velocity) for leg in scene_body.drive.legs[1:]]
         self._changes.sort(key=itemgetter(0))
 
     def split_steps(self, steps: int, clock: StepClock) -> Iterable[tuple[int, Sequence[tuple[Body, Vector]]]]:
-        """Divide steps into calls of the engine: single steps while changes of velocity remain, then all others.
+        """Divide steps into calls of the engine: single steps while changes of velocity remain, then all other steps.
 
-        For each call, yield its number of steps, and the bodies whose velocities change before it, with their new
+        For each call, yield the number of steps, and the bodies whose velocities change before the call, with their new
         velocities. The steps are counted on the clock.
         """
         if self.started < len(self._changes):

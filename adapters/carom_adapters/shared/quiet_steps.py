@@ -18,8 +18,8 @@ class QuietSteps(ABC):
     """A world that reads its state as plain numbers after each step.
 
     Attributes:
-        size_without_warning: Bound for the root of the sum of the squares of all numbers of a state. Below this bound,
-            `observe` returns no warning.
+        size_without_warning: If `math.hypot` of all numbers of a state is below this bound, `observe` returns no
+            warning.
     """
 
     size_without_warning = math.inf

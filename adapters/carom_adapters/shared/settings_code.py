@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 from carom.engines.api import Disc, Scene, Setting
 
-#: Last lines of a Python program. They run all steps, and print one line ``x y vx vy spin`` for each disc.
+#: Last lines of a Python program, which run all steps, and print one line ``x y vx vy spin`` for each disc.
 PYTHON_END = "for _ in range(steps):\n    {step}\nfor body in discs:\n    print({state})\n"
 
 
@@ -26,7 +26,7 @@ def format_arguments(values: Mapping[str, object]) -> str:
 
 
 def format_assignments(owner: str, settings: Mapping[str, Setting], names: Sequence[str]) -> str:
-    """Return a line of code for each setting in `names` that is given. It sets an attribute of the object `owner`."""
+    """Return lines of code that set attributes of the object `owner` to the given settings with names in `names`."""
     return "".join(f"{owner}.{name} = {settings[name]!r}\n" for name in names if name in settings)
 
 

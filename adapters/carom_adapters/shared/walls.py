@@ -10,8 +10,8 @@ from carom.engines.api import Chain, Contact, Ring, Scene, Wall, factored_fricti
 
 Point = tuple[float, float]
 
-#: In engines that need solids, a wall without width becomes a very thin solid. Half of its width, as a fraction of the
-#: smallest radius. It is not larger than rounding errors of positions.
+#: In engines that need solids, a wall without width becomes a very thin solid. Half of the solid's width, as a fraction
+#: of the smallest radius. The number is not larger than rounding errors of positions.
 THINNEST = 1e-12
 
 
@@ -74,7 +74,7 @@ def find_walls_in_pieces(scene: Scene) -> frozenset[int]:
 
 
 def sum_contacts(contacts: Iterable[Contact], walls: frozenset[int]) -> tuple[Contact, ...]:
-    """Replace the contacts of a disc with several pieces of one of these walls by their sum.
+    """If a disc touches several pieces of a wall in `walls`, replace these contacts by their sum.
 
     If impulses cancel, their sum has no direction, and the contacts are returned unchanged.
     """

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from carom.engines.protocol.adapter import ProgramAdapter
 
 ENTRY_POINT_GROUP = "carom.adapters"
-#: Environment variable that lists additional manifests, separated as in PATH. Each is a file, or a folder that contains
-#: a manifest.
+#: Environment variable that lists additional manifests, separated as in PATH. Each item is a manifest, or a folder that
+#: contains a manifest.
 MANIFESTS = "CAROM_ENGINES"
 
 
@@ -66,7 +66,7 @@ class EngineInfo:
     code: bool = False
 
     def own_profiles(self, names: Iterable[str]) -> list[str]:
-        """Return those of the requested profiles that the engine has. An alias is replaced by the profile's name."""
+        """Return the requested profiles that the engine has. An alias is replaced by the profile's name."""
         resolved = dict.fromkeys(resolve_profile(self.name, profile) for profile in names)
         return [profile for profile in resolved if profile in self.profiles]
 
@@ -159,8 +159,8 @@ def list_adapter_points() -> Mapping[str, AdapterPoint]:
 def _list_points(distribution: metadata.Distribution) -> list[AdapterPoint]:
     """Return the adapters of a distribution.
 
-    If the distribution's entry points can't be read, return one adapter with the reason in `broken`. Its name is the
-    distribution's location.
+    If the distribution's entry points can't be read, return one adapter with the distribution's location as name, and
+    with the reason in `broken`.
     """
     try:
         # parse the file only if it can contain adapters, since parsing the files of all distributions takes long
@@ -170,7 +170,7 @@ def _list_points(distribution: metadata.Distribution) -> list[AdapterPoint]:
         location = str(distribution.locate_file(""))
         broken = f"can't read the entry points of an installed distribution; install it again: {type(error).__name__}"
         return [AdapterPoint(location, location, broken=f"{broken}: {error}")]
-    name = _read_name(distribution) if points else ""  # read the name only if needed, since it is in a file
+    name = _read_name(distribution) if points else ""  # read the name only if needed, since the name is in a file
     adapter_points = []
     for point in points:
         broken = f"an entry point must name an object, as module:object, got {point.value!r}"
@@ -194,7 +194,7 @@ def _find_manifest(path: Path) -> Path:
 
 
 def resolve_engine(word: str) -> str:
-    """Return the name of an engine for a name or the path of a manifest. If it is a path, register the engine.
+    """Return the name of an engine, given a name or the path of a manifest. For a path, register the engine.
 
     Worker processes of this machine inherit the registration through the environment.
 
@@ -222,7 +222,7 @@ def resolve_engine(word: str) -> str:
 
 
 def format_engine_argument(name: str) -> str:
-    """Return a value for ``--engine`` that works in any process: the manifest or, if the engine has none, the name."""
+    """Return a value for ``--engine`` that works in any process: the manifest's path, or the name without manifest."""
     point = list_adapter_points().get(name)
     return point.value if point is not None and point.manifest else name
 
@@ -256,7 +256,7 @@ def require_named(name: str) -> None:
 
 
 def load_adapter(name: str) -> Adapter:
-    """Load an adapter. This runs third-party code, so call this function only in worker processes.
+    """Load an adapter. The adapter is third-party code, so call this function only in worker processes.
 
     Raises:
         UnknownNameError: No adapter has the name.
@@ -266,7 +266,8 @@ def load_adapter(name: str) -> Adapter:
     point = list_adapter_points()[name]
     try:
         adapter: Any = point.load()
-        is_adapter = isinstance(adapter, Adapter)  # on some versions of Python, this runs the adapter's properties
+        # on some versions of Python, `isinstance` runs the adapter's properties
+        is_adapter = isinstance(adapter, Adapter)
     except AdapterError:  # raised for an invalid manifest, with a complete message
         raise
     except Exception as error:
@@ -275,7 +276,7 @@ def load_adapter(name: str) -> Adapter:
     if not is_adapter:
         parts = ("name", "engine", "capabilities", "profiles", "prepare")
         missing = [part for part in parts if not has_part(adapter, part)]
-        # `isinstance` treats a property that raises an AttributeError as missing
+        # for `isinstance`, a property that raises an AttributeError is missing
         for part in set(parts) - set(missing):
             try:
                 getattr(adapter, part)
@@ -296,7 +297,7 @@ def has_part(value: object, part: str) -> bool:
 
 
 def explain_unavailable_engine(engine: Engine) -> str:
-    """Return why an engine can't be used on this machine (missing or too old); empty if it can.
+    """Return why an engine can't be used on this machine (missing or too old); empty if it can be used.
 
     The engine is not imported.
     """
@@ -318,7 +319,7 @@ def explain_unavailable_engine(engine: Engine) -> str:
     return f"{reason}; {engine.install}" if engine.install else reason
 
 
-@cache  # called for every run, and reading the metadata takes as long as some runs
+@cache  # cached, because reading the metadata takes as long as some runs
 def find_installed_release(distribution: str) -> str:
     """Return the installed release of a distribution; empty if it is not installed, or the name is empty."""
     try:
@@ -340,8 +341,8 @@ def explain_unavailable_adapter(adapter: Adapter) -> str:
 def find_version(adapter: Adapter, adapter_distribution: str) -> str:
     """Return the version of an engine, from its adapter or its distribution.
 
-    An adapter may have a method ``version()`` if its engine is not a Python distribution. If an engine has no module
-    and its adapter has no such method, the engine is part of the adapter and has the adapter's version.
+    An adapter may have a method ``version()`` if its engine is not a Python distribution. Without the method
+    ``version()``, an engine that has no module is part of its adapter and has the adapter's version.
     """
     method = getattr(adapter, "version", None)
     if callable(method):

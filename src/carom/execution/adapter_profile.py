@@ -1,4 +1,4 @@
-"""Loads the adapter of an engine, checks it, and returns the capabilities and settings of one of its profiles."""
+"""Loads and checks the adapter of an engine, and returns capabilities and settings of a profile."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def load_supported_adapter(job: Job) -> Adapter:
 
     Raises:
         UnavailableError: The adapter can't be loaded, or its engine is not installed.
-        UnsupportedError: The adapter does not declare to support the scene.
+        UnsupportedError: The adapter's capabilities exclude the scene.
     """
     try:
         adapter = load_adapter(job.engine)
@@ -27,7 +27,7 @@ def load_supported_adapter(job: Job) -> Adapter:
     if reason := explain_unavailable_adapter(adapter):
         raise UnavailableError(reason)
     located = job.profile in adapter.profiles and adapter.profiles[job.profile].located
-    # A profile may declare capabilities of its own. They hold only for the profile's own settings.
+    # The capabilities that a profile declares hold only if no setting of the profile is replaced.
     able = adapter.capabilities if job.method.tried else capabilities_of(adapter, job.profile)
     if reason := unsupported_reason(job.scene, able, job.dt_s, located=located):
         raise UnsupportedError(reason)
@@ -35,7 +35,7 @@ def load_supported_adapter(job: Job) -> Adapter:
 
 
 def capabilities_of(adapter: Adapter, profile: str) -> Capabilities:
-    """Return the capabilities that the profile declares or, if it declares none, those of the adapter."""
+    """Return the capabilities that a profile declares, or by default the adapter's capabilities."""
     known = adapter.profiles.get(profile)
     return known.capabilities if known is not None and known.capabilities is not None else adapter.capabilities
 

@@ -1,4 +1,7 @@
-"""Keys by which journals find the result of a job. Jobs with equal keys have the same result on any machine."""
+"""Keys by which journals (files of finished results) find the result of a job.
+
+Jobs with equal keys have the same result on any machine.
+"""
 
 from __future__ import annotations
 
@@ -22,9 +25,9 @@ class JobKey:
         scene_sha256: Hash of the whole scene, including its name.
         method: Engine and profile.
         dt_s: Step size, in seconds.
-        phase: Fraction of a step, 0 to 1. The scene begins earlier by this fraction.
+        phase: Fraction of a step, 0 to 1, by which the scene begins earlier.
         versions: Name and version of every distribution that affects the result, sorted by name.
-        form: What the task does in addition to the run, such as "drawn" or "timed"; empty for nothing.
+        form: What the task does in addition to the run, such as "drawn" or "timed"; may be empty.
     """
 
     scene: str
@@ -60,7 +63,7 @@ def find_versions(engine: str) -> tuple[tuple[str, str], ...]:
 def build_job_key(job: Job, form: str = "") -> JobKey:
     """Return the key of a job on this machine.
 
-    If the engine's version is not known yet, it is queried in a worker process with the default limits.
+    If the engine's version is not known yet, a worker process with default limits queries the version.
     """
     scene = job.scene
     return JobKey(

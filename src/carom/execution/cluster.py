@@ -22,7 +22,7 @@ from carom.execution.job import Answer, Task
 from carom.execution.pool import Lane, LocalPool, Pool, TaskRunner
 from carom.support.limits import DEFAULT_TIME_LIMIT_S
 
-#: Seconds to wait until the scheduler accepts the connection.
+#: Seconds to wait for the scheduler to accept the connection.
 CONNECT_S = 10
 
 #: Largest number of times that Dask's scheduler repeats an item whose worker was lost.
@@ -53,13 +53,12 @@ class ClusterPool(Pool):
         scheduler: Address of the scheduler, such as ``tcp://10.0.0.1:8786``. For ``tls://``, the certificates in Dask's
             configuration are used.
         time_limit_s: Time limit of a task, in seconds, as in `carom.execution.pool.Lane`.
-        memory_limit_mb: Memory limit of a process, in megabytes, as in `carom.execution.pool.Lane`, on each machine of
-            the cluster.
+        memory_limit_mb: Memory limit of each process on the cluster, in megabytes, as in `carom.execution.pool.Lane`.
 
     Raises:
         MissingExtraError: distributed (the extra `cluster`) is not installed.
-        ClusterError: No scheduler answers at the address, or it has no worker.
-        InputError: A worker has other versions of an engine or of Carom than this machine, which changes results.
+        ClusterError: No scheduler answers at the address, or the scheduler has no worker.
+        InputError: A worker has other versions of an engine or of Carom than this machine, so results could differ.
     """
 
     def __init__(
@@ -104,8 +103,8 @@ class ClusterPool(Pool):
         """Process the items on the cluster, and yield the list of results of each item when the item is finished.
 
         Raises:
-            ClusterError: The workers of some items were lost repeatedly (raised after all other results), the scheduler
-                is gone, or the cluster had no worker for `WORKERLESS_S`.
+            ClusterError: The workers of some items were lost repeatedly, the scheduler is gone, or the cluster had no
+                worker for `WORKERLESS_S`. The error about lost workers is raised after all other results.
         """
         distributed: Any = importlib.import_module("distributed")
         submitted = {
@@ -134,14 +133,14 @@ class ClusterPool(Pool):
     def _watch_workers(self, submitted: Mapping[Any, str]) -> Iterator[list[str]]:
         """Cancel the submitted items when the context ends, or when the cluster has had no worker for `WORKERLESS_S`.
 
-        Yield a list that is empty at first. If the cluster has no worker for that time, the reason is appended to it.
+        Yield a list that is empty at first. If the cluster lacks workers, the reason is appended to the list.
         """
         has_ended, reasons = threading.Event(), list[str]()
 
         def watch() -> None:
             last_seen_s = time.monotonic()
             while not has_ended.wait(LOOK_S):
-                with suppress(Exception):  # a scheduler that does not answer counts as one without workers
+                with suppress(Exception):  # a scheduler that does not answer counts as a scheduler without workers
                     if self._client.scheduler_info()["workers"]:
                         last_seen_s = time.monotonic()
                 if time.monotonic() - last_seen_s > WORKERLESS_S:
@@ -169,7 +168,7 @@ class ClusterPool(Pool):
                     raise InputError(
                         f"{engine} on the cluster's worker {worker} is {_format_versions(its_versions.get(engine))}, "
                         f"and here {_format_versions(local_versions.get(engine))}: results would not be the same",
-                        hints=["install the same on both"],
+                        hints=["install the same versions on both"],
                     )
 
 
@@ -189,7 +188,7 @@ def _carry_out(
 ) -> list[T]:
     """Process one item in a worker of the cluster. Engines keep running between items."""
     if not hasattr(_THREAD_LOCAL, "lane"):
-        _THREAD_LOCAL.lane = Lane(*limits)  # never closed: its processes end when this process ends
+        _THREAD_LOCAL.lane = Lane(*limits)  # never closed, since its processes end when this process ends
     return list(work(item, _THREAD_LOCAL.lane))
 
 

@@ -71,7 +71,7 @@ def _build_type(write: Callable[[Any], Any], read: Callable[[Any], Any]) -> Any:
 
 
 def _build_array_type(dtype: DTypeLike) -> Any:
-    """Return a type for arrays that pydantic can convert. The annotation ``| None`` may be added to it."""
+    """Return a type for arrays that pydantic can convert. Callers may add ``| None`` to the type."""
 
     def pack(array: NDArray[Any]) -> Any:
         return [list(array.shape), base64.b64encode(np.asarray(array, dtype).tobytes()).decode()]
@@ -83,13 +83,13 @@ def _build_array_type(dtype: DTypeLike) -> Any:
     return _build_type(pack, unpack)
 
 
-#: Number of scenes that are kept after they are read. Successive traces are often of the same few scenes.
+#: Number of cached scenes. Successive traces often have the same few scenes.
 SCENES_KEPT = 64
 
 
 @lru_cache(maxsize=SCENES_KEPT)
 def _read_scene(text: str) -> Scene:
-    """Return the scene of a JSON text. Traces with equal texts share the scene, because checking it takes long."""
+    """Return the scene of a JSON text. Traces with equal texts share the scene, because checking a scene takes long."""
     return Scene.model_validate_json(text)
 
 
@@ -119,8 +119,8 @@ def _build_field_type(hint: Any, carried: Any) -> Any:
 def build_dataclass_type(kind: type[Any], **carried: Any) -> Any:
     """Return a type that pydantic can convert, for a dataclass. A value is written as a string that contains JSON.
 
-    In this inner JSON, NaN and infinities are written as numbers. A string "NaN" could also be a setting of type
-    string. `carried` maps a field's name to the argument `carried` of `_build_field_type`.
+    In this inner JSON, NaN and infinities are written without quotes, because the string "NaN" could be a setting.
+    `carried` maps a field's name to the argument `carried` of `_build_field_type`.
     """
     known = {"Scene": Scene, "LocalTruth": LocalTruth, "States": States, "np": np, "NDArray": NDArray}
     hints = get_type_hints(kind, localns=known)
@@ -143,7 +143,10 @@ def build_dataclass_type(kind: type[Any], **carried: Any) -> Any:
 
 
 def _check_shapes(value: Any) -> Any:
-    """If a value is a trace, check the shapes of its arrays against its scene and its impacts. Return the value."""
+    """Return the value.
+
+    If the value is a trace, check that the shapes of its arrays match its scene and its impacts.
+    """
     if not isinstance(value, Trace):
         return value
     discs, impacts = len(value.scene.discs), len(value.impacts)
@@ -161,7 +164,7 @@ def _check_shapes(value: Any) -> Any:
             instants, shape = states.time_s.shape, states.position_m.shape
             velocities = getattr(states, "velocity_m_s", states.position_m)  # samples contain no velocities
             if len(instants) != 1 or not shape == velocities.shape == (*instants, discs, 2):
-                raise ValueError(f"{name} of shape {shape} at {instants} instants")
+                raise ValueError(f"{name} must have {discs} positions and velocities per instant, got shape {shape}")
     return value
 
 

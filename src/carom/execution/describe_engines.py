@@ -1,8 +1,8 @@
-"""Queries what adapters declare, and their settings, in worker processes, since an adapter is third-party code.
+"""Queries the declarations of adapters in worker processes, since an adapter is third-party code.
 
 Only the adapters that a command needs are queried. Adapters of one distribution share a process, since starting a
-process takes longer than a query. If an adapter hangs, ends its process or declares something invalid, it is reported
-as unavailable, with the reason. Other adapters are not affected.
+process takes longer than a query. If an adapter hangs, ends its process or declares something invalid, the adapter is
+reported as unavailable, with the reason. Other adapters are not affected.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from carom.support.escaping import format_value
 
 @dataclass(frozen=True)
 class DescribeTask(AdapterTask):
-    """Queries what the adapter `name` declares, in the worker process of the adapter `engine`, which it may share."""
+    """Queries the declarations of the adapter `name`, in the worker process of the adapter `engine`."""
 
     name: str
 
@@ -69,19 +69,19 @@ class DescribeTask(AdapterTask):
         )
 
 
-#: Descriptions that this process has queried, by the adapter's name and entry point. Failed queries are not stored.
+#: Descriptions that this process has queried, by the adapter's name and entry point. Failed queries are repeated.
 _KNOWN: dict[tuple[str, str], EngineInfo] = {}
 
 
 class EngineList(Shown, list[EngineInfo]):
-    """List of engine descriptions that prints as one line each."""
+    """List of engine descriptions, printed with one line for each engine."""
 
 
 def engines(names: Sequence[str] | None = None) -> EngineList:
-    """Query engines in worker processes, end these processes, and return the descriptions of the engines.
+    """Return descriptions of engines, queried in worker processes.
 
     Args:
-        names: Names of adapters; by default all that are installed.
+        names: Names of adapters; by default all installed adapters.
 
     Raises:
         InputError: `names` is not a list.
@@ -103,7 +103,7 @@ def describe_engines(names: Sequence[str] | None, pool: Pool) -> EngineList:
     The description of an unavailable engine contains the reason.
 
     Args:
-        names: Names of adapters; None for all that are installed.
+        names: Names of adapters; None for all installed adapters.
         pool: Pool that carries out the queries; the caller closes it.
 
     Raises:
@@ -131,7 +131,7 @@ def describe_engines(names: Sequence[str] | None, pool: Pool) -> EngineList:
 
 
 def select_engines(infos: Sequence[EngineInfo], names: Sequence[str] | None) -> list[EngineInfo]:
-    """Return the engines to run: the requested engines or, if no engine is requested, all installed ones."""
+    """Return the engines to run: the requested engines or, if no engine is requested, all installed engines."""
     return [info for info in infos if names is not None or not info.missing]
 
 

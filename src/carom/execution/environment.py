@@ -20,7 +20,8 @@ class Environment:
         date: Date and time in UTC (ISO 8601), to the second.
         carom: Version of Carom.
         python: Implementation and version.
-        system: Operating system, architecture and C library. C libraries can round elementary functions differently.
+        system: Operating system, architecture and C library. C libraries can round functions such as the sine
+            differently.
         processor: Name of the processor.
         cores: Number of cores that this process may use.
         versions: Version of every distribution that the run uses, by name.
@@ -57,7 +58,7 @@ def describe_environment(infos: Iterable[EngineInfo] = ()) -> Environment:
 def measure_resident_bytes(field: str = "VmRSS", process: int | str = "self") -> int | None:
     """Return the resident memory of a process; None on systems other than Linux.
 
-    VmRSS is the present value, VmHWM the peak.
+    The field VmRSS contains the present value, and VmHWM contains the peak.
     """
     kibibytes = _read_proc_field(f"/proc/{process}/status", field).split()
     return int(kibibytes[0]) * 1024 if kibibytes else None

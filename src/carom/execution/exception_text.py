@@ -16,9 +16,9 @@ _OWN = Path(__file__).resolve().parents[1]
 def describe_exception(error: BaseException) -> str:
     """Return an unexpected exception as text, such as ``TypeError: message (adapter.py, line 12)``.
 
-    The location is in the first file of the traceback that is not part of Carom. This file is usually the adapter, not
-    a library that the adapter calls. If the traceback contains several lines of this file, the last of them is used. If
-    all files are part of Carom, the last line of the traceback is used.
+    The location is the last line in the first file of the traceback that is not part of Carom. The first file is
+    usually the adapter, not a library that the adapter calls. If all files are part of Carom, the last line of the
+    traceback is used.
     """
     places = traceback.extract_tb(error.__traceback__)
     theirs = next((place.filename for place in places if not Path(place.filename).is_relative_to(_OWN)), None)
@@ -31,6 +31,6 @@ def exception_message(error: BaseException) -> str:
     """Return the message of an exception, without control characters and of limited length."""
     try:
         text = str(error)
-    except Exception as second:  # noqa: BLE001 - an adapter's own exception class can raise another one
+    except Exception as second:  # noqa: BLE001 - `str` of an adapter's exception can raise another exception
         return f"its message can't be built: {escape_controls(type(second).__name__)}"
     return escape_controls(text[:MOST_REASON])[:MOST_REASON]

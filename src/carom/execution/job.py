@@ -1,4 +1,4 @@
-"""Types of the modules that run engines: `Method`, `Job`, `Task`, `Status` and `Answer`."""
+"""Types that several modules for engine runs use: `Method`, `Job`, `Task`, `Status` and `Answer`."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from carom.errors import CaromError
 from carom.model.scene import Scene
 from carom.model.trace import Setting, format_profile, resolve_profile
 
-#: Called with (done, total, description) as work finishes.
+#: Function that is called with (done, total, description) as work finishes.
 Progress = Callable[[int, int, str], None]
 
 
@@ -23,7 +23,7 @@ T = TypeVar("T")
 T_co = TypeVar("T_co", covariant=True)
 
 
-#: Settings that replace those of a profile, as pairs of name and value.
+#: Settings that are used instead of a profile's settings, as pairs of name and value.
 SettingOverrides = tuple[tuple[str, Setting], ...]
 
 
@@ -33,8 +33,9 @@ class Method:
 
     Attributes:
         engine: Name of the adapter.
-        profile: Name of the profile. If an alias is given, it is replaced by the profile's name.
-        tried: Settings that replace those of the profile. A method with such settings is a different method.
+        profile: Name of the profile. An alias is replaced by the profile's name.
+        tried: Settings that are used instead of the profile's settings. Methods with different values of `tried` are
+            different methods.
     """
 
     engine: str
@@ -65,8 +66,8 @@ class Method:
         return f"{self.engine}/{self.profile_shown or self.profile}"
 
 
-#: PIT as a method. Every method is compared with PIT at the same step size, since PIT has no other errors than those
-#: of checking once per step.
+#: PIT as a method. Every method is compared with PIT at the same step size, since all errors of PIT come from checking
+#: once per step.
 PIT_METHOD = Method("pit", "tuned")
 
 
@@ -78,9 +79,9 @@ class Job:
         scene: The scene.
         method: Engine and profile.
         dt_s: Step size, in seconds.
-        refinement: Number of the step size among the scene's step sizes, from 0 for the largest. Results of different
-            scenes are compared at the same number.
-        phase: Fraction of a step, 0 to 1. The scene begins earlier by this fraction.
+        refinement: Index of the step size in the scene's list of step sizes, where 0 is the largest step size. Results
+            of different scenes are compared at equal indices.
+        phase: Fraction of a step, 0 to 1, by which the scene begins earlier.
     """
 
     scene: Scene
@@ -116,8 +117,8 @@ class JobTask:
         return self.job.engine
 
 
-#: Smallest time limit of a query of an adapter, in seconds. It includes the start of the process. A user may set a
-#: shorter time limit for runs.
+#: Smallest time limit of a query of an adapter, in seconds, including the start of the process. For runs, users may set
+#: a shorter time limit.
 MIN_TIME_LIMIT_S = 20.0
 
 
@@ -130,7 +131,7 @@ class AdapterTask:
 
 
 class Status(Enum):
-    """Whether a task was carried out. The value of a member is the phrase that tables show."""
+    """Whether a task was carried out. Tables show the values of the members."""
 
     RAN = "ran"
     UNSUPPORTED = "unsupported"
@@ -147,12 +148,12 @@ class Status(Enum):
 
 @dataclass(frozen=True)
 class Answer(Generic[T]):
-    """The outcome of a task: its value, or the reason why there is none.
+    """The outcome of a task: its value, or the reason why there is no value.
 
     Attributes:
         status: Whether the task was carried out.
-        reason: Reason why the task was not carried out; empty if it was.
-        value: The value of the task; None if it was not carried out.
+        reason: Reason why the task was not carried out; empty after success.
+        value: The value of the task; None if the task was not carried out.
     """
 
     status: Status
@@ -173,7 +174,7 @@ class Task(Protocol[T_co]):
         """Name of the adapter whose engine is called."""
 
     def carry_out(self) -> T_co:
-        """Carry out the task. Called in the worker process. The value must have the declared return type.
+        """Carry out the task in the worker process. The value must have the declared return type.
 
         Raises:
             UnavailableError, UnsupportedError: The task can't be carried out. Any other error is an error of the

@@ -1,9 +1,9 @@
 """Journals: append-only files with one line of JSON per result. An interrupted study resumes from its journal.
 
-Each append writes complete lines at once, and returns when they are on the disk. A process that is killed during a
-write can leave one incomplete line at the end, which is removed when the journal is opened next. The first line
-identifies the study. A float is written as the shortest text that reads back as the same float. NaN and infinities are
-written as strings. Control characters are escaped, so that a line contains no line break.
+Each append writes complete lines at once, and returns when the lines are on the disk. A process that is killed during a
+write can leave an incomplete last line. The next opening of the journal removes this line. The first line identifies
+the study. A float is written as the shortest text that reads back as the same float. NaN and infinities are written as
+strings. Control characters are escaped, so that a line contains no line break.
 """
 
 from __future__ import annotations
@@ -27,11 +27,12 @@ from carom.execution.pool import Closeable
 from carom.support.escaping import escape_controls, shorten
 from carom.support.limits import MOST_VALUES, count_values
 
-#: Version of the format. It increases when a field changes its meaning or is removed, but not when one is added.
+#: Version of the format. The version increases when a field is removed or changes its meaning, but not when a field is
+#: added.
 JOURNAL_FORMAT = 6
 
 #: Longest line, in bytes. Reading a longer line would take hundreds of megabytes of memory. A result that needs a
-#: longer line is not stored. A resumed study computes it again.
+#: longer line is not stored, and a resumed study computes the result again.
 LONGEST_LINE = 64 * 2**20
 _REMOVE = "remove the line, or name another folder"
 #: Number of bytes that the backward search for the end of a line reads at once.
@@ -57,7 +58,7 @@ class JournalEntry(Generic[K, T]):
     def cut_off(self) -> bool:
         """Whether the engine or its adapter failed, so that a second attempt may succeed.
 
-        A value that is computed by several tasks has an attribute `cut_off`: whether one of these tasks failed so.
+        A value that several tasks compute has an attribute `cut_off`, which is true if one of these tasks failed.
         """
         return self.answer.status.is_failure or bool(getattr(self.answer.value, "cut_off", False))
 
@@ -70,7 +71,7 @@ class MemoryJournal(Generic[K, T]):
 
     @property
     def entries(self) -> Mapping[K, JournalEntry[K, T]]:
-        """All entries by key. A later entry replaces an earlier one with the same key."""
+        """All entries by key. A later entry replaces an earlier entry with the same key."""
         return MappingProxyType(self._entries)
 
     def add(self, entries: Iterable[JournalEntry[K, T]]) -> None:
@@ -83,9 +84,10 @@ class Journal(MemoryJournal[K, T], Closeable):
 
     Args:
         study: Name of the content, such as "scores". The file's first line contains this name.
-        kind: Type of the entries. Keys and values of entries must be JSON values.
+        kind: Type of the entries. Keys and values of entries must be convertible to JSON.
         path: The file, in an existing folder. The file is created if it does not exist.
-        stamp: Options that affect the results. To continue a journal, these must equal the options in its first line.
+        stamp: Options that affect the results. A journal can be continued only if its first line contains the same
+            options.
         resume: Whether to continue an existing journal. If false, an existing journal is an error.
         retry: Whether to continue an existing journal, and to repeat the tasks in which an engine failed.
 
@@ -140,7 +142,7 @@ class Journal(MemoryJournal[K, T], Closeable):
         os.fsync(self._file)
 
     def _read(self, stamp: Mapping[str, Any]) -> list[JournalEntry[K, T]]:
-        """Return the entries of the file. In an empty file, write the first line."""
+        """Return the entries of the file. Write the first line into an empty file."""
         stamp = json.loads(json.dumps(stamp))
         end_of_lines, size = _find_end_of_lines(self._file), os.fstat(self._file).st_size
         lines = _read_lines(self._file, end_of_lines)
@@ -183,7 +185,7 @@ def _describe_difference(stored: Mapping[str, Any], stamp: Mapping[str, Any]) ->
     if stored.get("format") != JOURNAL_FORMAT:
         format_note = f"it has the format {shorten(repr(stored.get('format')))} of another version of Carom"
         return f"{format_note}, and this version uses {JOURNAL_FORMAT}"
-    # An option that only one of the two stamps contains is a difference, even if its value is null.
+    # An option that is missing in one of the two stamps is a difference, even if its value is null.
     names = [
         name for name in {**stamp, **stored} if (name in stored, stored.get(name)) != (name in stamp, stamp.get(name))
     ]
@@ -219,7 +221,7 @@ def _lock(file: int, path: Path) -> None:
 
 
 def _find_end_of_lines(file: int) -> int:
-    """Return the position after the last complete line. If the last line is not JSON, it counts as incomplete."""
+    """Return the position after the last complete line. A last line that is not JSON counts as incomplete."""
     end = _find_after_line_feed(file, os.fstat(file).st_size)
     begin = _find_after_line_feed(file, end - 1)
     while end and begin == end - 1:  # skip empty lines
@@ -243,7 +245,7 @@ def _find_after_line_feed(file: int, end: int) -> int:
 def _read_lines(file: int, end: int) -> Iterator[bytes]:
     """Yield the lines up to `end` without line feeds.
 
-    If a line is too long, only one byte more than the limit is yielded, so that the caller recognises it as too long.
+    If a line is too long, only its beginning is yielded, which is also longer than `LONGEST_LINE`.
     """
     with open(file, "rb", closefd=False) as stream:
         stream.seek(0)

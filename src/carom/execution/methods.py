@@ -1,4 +1,7 @@
-"""Methods of a study: the requested engines with those of their profiles that have different settings."""
+"""Methods of a study: the requested engines with their requested profiles.
+
+Profiles with equal settings are one method.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +26,7 @@ ALL_PROFILES = "all"
 
 
 def select_profiles(infos: Sequence[EngineInfo], names: Sequence[str] | None) -> tuple[str, ...]:
-    """Return the names of the profiles to run: those in `names`, all for the name "all", or else `DEFAULT_PROFILES`.
+    """Return the names of the profiles to run. The name "all" selects all profiles; the default is `DEFAULT_PROFILES`.
 
     Raises:
         UnknownNameError: No requested engine has such a profile.
@@ -37,11 +40,11 @@ def select_profiles(infos: Sequence[EngineInfo], names: Sequence[str] | None) ->
     if names is None:
         names = [name for name in DEFAULT_PROFILES if any(info.own_profiles([name]) for info in infos)]
     # If no requested adapter can be loaded, the default profiles are returned. So each adapter still has a row of
-    # results, which shows why it can't be loaded.
+    # results, which shows why the adapter can't be loaded.
     return tuple(offered if ALL_PROFILES in names else names) or DEFAULT_PROFILES
 
 
-#: For each step size, the settings of a profile, or the reason why they can't be queried.
+#: For each step size, the settings of a profile, or the reason why the settings can't be queried.
 _Settings = tuple[Mapping[str, Setting] | str, ...]
 
 
@@ -69,9 +72,9 @@ class Methods(NamedTuple):
     """The methods to run with each step size, and the reasons why some methods can't be run.
 
     Attributes:
-        at: Methods to run, by engine and step size. If profiles have the same settings, only the last of them is
+        at: Methods to run, by engine and step size. Only the last of several profiles with the same settings is
             included.
-        refused: By method and step size, why an available engine can run no scene with this method and step size.
+        refused: Reasons why available engines can run no scene, by method and step size.
         infos: Descriptions of the engines, by name.
     """
 
@@ -91,7 +94,7 @@ class Methods(NamedTuple):
         info = self.infos.get(job.engine)
         if (known := self.find_refusal(job.method, job.dt_s)) is not None or info is None or info.capabilities is None:
             return known
-        # A profile may declare capabilities of its own. They hold only for the profile's own settings.
+        # The capabilities that a profile declares hold only if no setting of the profile is replaced.
         capabilities = info.capabilities if job.method.tried else info.own.get(job.profile, info.capabilities)
         reason = unsupported_reason(job.scene, capabilities, job.dt_s, located=job.profile in info.located)
         return Answer(Status.UNSUPPORTED, reason) if reason else None
@@ -111,7 +114,7 @@ def list_methods(
         profiles: Names of the profiles to run.
         dts: Step sizes, in seconds.
         pool: Pool that carries out the queries of adapters; the caller closes it.
-        overrides: Settings that replace those of the profiles, by the engine's name.
+        overrides: Settings that are used instead of the profiles' settings, by the engine's name.
     """
     steps = tuple(dict.fromkeys(dts))
     tasks = {
@@ -129,7 +132,7 @@ def list_methods(
     refused: dict[tuple[Method, float], Answer[Any]] = {}
     for info in infos:
         own_overrides = overrides.get(info.name, ())
-        # If an adapter's declarations can't be queried, one method represents it, whose row of results shows why.
+        # An adapter whose declarations can't be queried gets one method, so that a row of results shows the reason.
         own_profiles = info.own_profiles(profiles) if info.profiles else profiles[-1:]
         for k, dt_s in enumerate(steps):
             last_of: dict[object, str] = {}
@@ -150,7 +153,8 @@ def _extract_settings(
 ) -> Mapping[str, Setting] | Answer[Any]:
     """Return the settings of a profile for step size number `step`, or why a method with this profile can't be run."""
     if answer is not None and answer.value is not None and isinstance(settings := answer.value[step], Mapping):
-        # The settings are needed even if the engine is not installed: profiles with equal settings are one method.
+        # The settings are needed even if the engine is not installed, because profiles with equal settings are one
+        # method.
         return settings
     if info.unavailable or answer is None:
         return Answer(Status.UNAVAILABLE, info.unavailable)

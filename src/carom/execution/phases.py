@@ -1,4 +1,4 @@
-"""Phases, which are shifts of a scene by fractions of a step, and the distribution of scores over many phases.
+"""Phases (shifts of a scene by fractions of a step), and the distribution of scores over many phases.
 
 At a single phase, an engine can find or miss an impact by chance. `carom.comparator.shifted_scenes` computes the
 shifted scenes.
@@ -16,8 +16,7 @@ import numpy as np
 from carom.comparator import Score
 from carom.model.scene import Scene
 
-#: No number is harder to approximate by fractions than the golden ratio. So the fractional parts of its multiples fill
-#: the interval from 0 to 1 most evenly.
+#: Fractional part of the golden ratio, whose multiples modulo 1 fill the interval from 0 to 1 most evenly.
 _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 
@@ -34,8 +33,8 @@ class PhaseSpread:
         velocity_worst: Largest velocity error over all phases, divided by the scene's speed.
         time_median_s: Median over phases of a run's largest error of an impact's time, in seconds, without sign.
         time_worst_s: Largest error of an impact's time over all phases, in seconds, without sign.
-        pit_miss_probability: Fraction of all possible phases in which PIT misses the impact. It is computed by a
-            formula for two discs that meet on straight paths, and NaN for other scenes.
+        pit_miss_probability: Fraction of all possible phases in which PIT misses the impact. The fraction is computed
+            by a formula for two discs that meet on straight paths, and is NaN for other scenes.
     """
 
     phases: int
@@ -64,10 +63,9 @@ def generate_phases(count: int, seed: int = 0) -> tuple[float, ...]:
 def compute_pit_miss_probability(scene: Scene, dt_s: float) -> float:
     """Return the fraction of all possible phases in which PIT misses the impact of two discs; NaN if they don't meet.
 
-    PIT detects the impact if a check falls into the time in which the discs overlap and approach. This time is
-    ``sqrt(R^2 - b^2)`` divided by the relative speed. R is the sum of the radii, and b is the smallest distance of the
-    centres on the straight paths. If this time is at least one step, PIT always finds the impact. Otherwise PIT finds
-    the impact with a probability of this time divided by the step. Paths must be straight and speeds constant.
+    PIT detects the impact if a check falls into the time T in which the discs overlap and approach. For straight paths
+    and constant speeds, ``T = sqrt(R^2 - b^2) / u``. R is the sum of the radii, b is the smallest distance of the
+    centres, and u is the relative speed. PIT finds the impact with the probability ``min(1, T / dt_s)``.
     """
     if len(scene.discs) != 2 or scene.walls or scene.damping_per_s or scene.table_deceleration_m_s2:
         return math.nan

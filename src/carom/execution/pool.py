@@ -68,7 +68,7 @@ class Pool(TaskRunner):
         """End the worker processes, if there are any, so that later tasks run in new processes."""
 
     def to_local_pool(self) -> AbstractContextManager[Pool]:
-        """Return a pool whose tasks run on this machine, for run times, which must be measured on one machine."""
+        """Return a pool on this machine, for measurements of run times."""
         return nullcontext(self)
 
     @abstractmethod
@@ -78,8 +78,8 @@ class Pool(TaskRunner):
         """Apply a function to each item, several at a time, and yield the results as they finish, in any order.
 
         Args:
-            items: The items, each as a pair of the name of the engine that it needs and the item itself.
-            work: Function that yields the results of an item. It uses its second argument to run its tasks.
+            items: Pairs of an engine's name and an item that needs this engine.
+            work: Function that yields the results of an item. The function's second argument runs its tasks.
         """
 
 
@@ -87,8 +87,9 @@ class Lane(TaskRunner):
     """Worker processes that one thread uses, one process for each engine. So each engine is loaded only once.
 
     Args:
-        time_limit_s: Seconds after which a task that has not answered is ended and reported as timed out.
-        memory_limit_mb: Megabytes that a process may use; by default the result of `compute_memory_share` for one lane.
+        time_limit_s: Time limit of a task, in seconds. A task that takes longer is ended and reported as timed out.
+        memory_limit_mb: Memory limit of a process, in megabytes; by default the result of `compute_memory_share` for
+            one lane.
         fork_server: The fork server that forks the processes. Without a server, new interpreters are started.
 
     Raises:
@@ -135,7 +136,7 @@ class Lane(TaskRunner):
         return self.worker_of(tasks[0].engine).run_each(tasks, limit_s)
 
     def renew(self) -> None:
-        """End the processes; the next task starts a new one."""
+        """End the processes; the next task starts a new process."""
         with self._lock:
             ended, self._workers = self._workers, {}
         for worker in ended.values():
@@ -156,7 +157,7 @@ class Lane(TaskRunner):
 
 
 class LocalPool(Pool):
-    """Pool of this machine. Each of its lanes has worker processes of its own, and carries out one task at a time.
+    """Pool of this machine. Each lane of the pool has its own worker processes, and carries out one task at a time.
 
     Args:
         jobs: Number of tasks carried out at a time; by default the number of cores.
@@ -183,7 +184,7 @@ class LocalPool(Pool):
         for lane in self._lanes:
             lane.close()
         for thread in self._threads:
-            if thread.is_alive():  # a signal can interrupt the method before it has started this thread
+            if thread.is_alive():  # a signal can interrupt `map_unordered` before this thread starts
                 thread.join()
         if self._fork_server is not None:
             self._fork_server.close()
@@ -193,12 +194,12 @@ class LocalPool(Pool):
         return self._lane_of(engine).worker_of(engine)
 
     def renew(self) -> None:
-        """End the processes; the next tasks start new ones."""
+        """End the processes; the next tasks start new processes."""
         for lane in self._lanes:
             lane.renew()
 
     def run_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
-        """Carry out tasks in a lane that already has their engine, or else in the first lane."""
+        """Carry out tasks in a lane that has already started their engine, or else in the first lane."""
         return self._lane_of(tasks[0].engine if tasks else "").run_each(tasks)
 
     def _lane_of(self, engine: str) -> Lane:
@@ -223,7 +224,7 @@ class LocalPool(Pool):
             except BaseException as error:  # noqa: BLE001 - raised again in the caller's thread
                 messages.put(error)
 
-        # Lanes that have already started an engine of the items come first. There are at most as many threads as items.
+        # Lanes that have already started a required engine come first. There are at most as many threads as items.
         lanes = sorted(self._lanes, key=lambda lane: pending.engines.isdisjoint(lane.engines))[: pending.count]
         threads = [threading.Thread(target=serve, args=(lane,), daemon=True) for lane in lanes]
         self._threads += threads
@@ -246,9 +247,9 @@ class LocalPool(Pool):
 class _PendingItems(Generic[Item]):
     """Items that no lane has taken yet.
 
-    A lane takes items of one engine until none is left. Then the lane takes items of another engine. It prefers, in
-    this order: an engine of which no other lane takes items, an engine that this lane has already started, and the
-    engine with the most remaining items.
+    A lane takes items of one engine until none is left. Then the lane takes items of another engine. The lane prefers
+    an engine of which no other lane takes items, then an engine that this lane has already started, and then the engine
+    with the most remaining items.
 
     Attributes:
         engines: Names of the engines that any of the items needs.

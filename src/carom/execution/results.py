@@ -28,10 +28,10 @@ class Row:
         trace: The trace; None if the job was not run.
         score: The comparison with the reference; None if the job was not run.
         timing: Run times; None if the job was not timed.
-        time_ratio: Run time of all steps divided by PIT's run time for the same scene and step size. The two are
-            measured directly one after the other. None if either was not timed.
+        time_ratio: Run time of all steps divided by PIT's run time for the same scene and step size. Both run times are
+            measured directly one after the other. None if one of the runs was not timed.
         spread: Distribution of the scores over many phases; None if only one phase was run.
-        untimed: Reason why a job that ran was not timed although timing was requested; empty otherwise.
+        untimed: Reason why a job that ran could not be timed as requested; empty for other jobs.
     """
 
     job: Job
@@ -62,21 +62,21 @@ class Results(Tabular):
     Attributes:
         rows: The rows, sorted by scene, engine, profile and step size.
         references: The PIC trace of each scene, by the scene's name.
-        known: By the scene's name, the known answer of each catalogue scene and the reference's deviation from this
-            answer.
-        engines: Description of each requested engine. If no engine is requested, descriptions of all engines; those
-            that are not installed are not run.
+        known: The known answer of each catalogue scene, and the reference's deviation from this answer, by the scene's
+            name.
+        engines: Descriptions of the requested engines, by default of all engines. Engines that are not installed are
+            not run.
         environment: Machine and versions.
         command: The command that repeats this cross-check; empty if the cross-check was called from Python.
         elapsed_s: Wall-clock seconds of the whole cross-check.
-        certified: By the scene's name, the comparison of PIC with a certified run, or why there was no certified run.
-            Scenes of one or two discs are included on request only.
-        horizons: By the scene's name, the time up to which runs are compared with the reference, in seconds. After this
-            time the reference is not reliable, or lasting contact has begun. Runs of all other scenes are compared up
-            to the scene's end.
+        certified: By the scene's name, the comparison of PIC with a certified run (a run with proven error bounds), or
+            the reason why no run was certified. Scenes of one or two discs are included on request only.
+        horizons: Time up to which runs are compared with the reference, in seconds, by the scene's name. After this
+            time the reference is not reliable, or lasting contact has begun. Scenes that are not listed are compared up
+            to their end.
         phases: Number of phases at which each job was run, in addition to the run without a shift.
-        skipped: By the scene's name, the run times that PIC and PIT save by not testing bodies that can't touch. PIT
-            runs at the largest step size. Empty if no run was timed, or no report is drawn.
+        skipped: Run times that PIC and PIT save by not testing bodies that can't touch, by the scene's name. PIT runs
+            at the largest step size. Empty if no run was timed, or no report is drawn.
 
     Examples:
         >>> results = carom.cross_check(["paper"], ["pit"], dts=[1 / 24], timing=False)

@@ -19,7 +19,7 @@ from carom.support.checks import check_number
 #: Name of the adapter that reads a file, by the file's ending.
 READERS = {".pkl": "pymunk", ".pickle": "pymunk", ".xml": "mujoco"}
 
-#: Ending of a Planck dump. A dump is plain data, so no engine is needed to read it.
+#: Ending of a Planck dump. A dump is plain data, so no engine is needed to read a dump.
 DUMP = ".json"
 
 #: Size limit of a file. A pymunk space of 100,000 discs takes about 30 MB.
@@ -54,12 +54,12 @@ class _ReadTask(AdapterTask):
 def import_scene(
     path: str | Path, *, name: str = "", duration_s: float = 10.0, pixels_per_metre: float = 1.0
 ) -> Imported:
-    """Return the scene in a file of an engine, in metres, and a list of the file's parts that scenes do not support.
+    """Return the scene in an engine's file, in metres, and a list of the file's parts that scenes do not support.
 
     Args:
         path: The file: a pickled `pymunk.Space` (``.pkl``, ``.pickle``), an MJCF model (``.xml``), or a world written
-            by Planck's ``Serializer.toJson`` (``.json``). The first two are read in a separate process, which
-            creates only types of the engine; see ``docs/reference/security.md``.
+            by Planck's ``Serializer.toJson`` (``.json``). The first two formats are read in a separate process, which
+            creates only objects of the engine's types; see ``docs/reference/security.md``.
         name: Name of the scene; by default the name of the file.
         duration_s: Duration of the scene, in seconds.
         pixels_per_metre: Length of one metre in the file's unit of length.

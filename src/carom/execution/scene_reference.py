@@ -21,9 +21,10 @@ from carom.support.limits import CERTIFY_SECONDS
 #: Largest number of impacts of a reference in a cross-check. Each impact needs memory.
 MOST_IMPACTS = 200_000
 
-#: Scenes with more discs are certified on request only, since a certified run stores bounds for all pairs of discs.
+#: Largest number of discs of a scene that is certified without request. A certified run stores bounds for all pairs of
+#: discs.
 MOST_DISCS = 1000
-#: Scenes with fewer discs are certified on request only, since a formula solves them.
+#: Smallest number of discs of a scene that is certified without request. A formula solves scenes with fewer discs.
 FEWEST_DISCS = 3
 
 
@@ -45,7 +46,7 @@ class Reference(NamedTuple):
 
 
 def solve_reference(scene: Scene) -> Trace | str:
-    """Solve a scene with PIC. Return the trace, or the reason why there is none."""
+    """Solve a scene with PIC. Return the trace, or the reason why there is no trace."""
     try:
         trace = solve_pic(scene, max_impacts=MOST_IMPACTS)
     except InputError as error:
@@ -60,7 +61,7 @@ def solve_reference(scene: Scene) -> Trace | str:
 
 
 def shift_to_phase(job: Job) -> Scene:
-    """Return the scene of a job, which begins earlier by the job's phase.
+    """Return a job's scene, shifted so that the scene begins earlier by the job's phase.
 
     Raises:
         UnsupportedError: The scene can't begin earlier by this phase.
@@ -88,13 +89,13 @@ def needs_certification(scene: Scene, is_requested: bool | None) -> bool:
 
 
 def build_reference(trace: Trace, is_requested: bool | None, time_budget_s: float = CERTIFY_SECONDS) -> Reference:
-    """Build the reference of a scene. Its horizon comes from a certified run if there is one, or else from an estimate.
+    """Build the reference of a scene. The horizon, after which PIC is not reliable, is certified or else estimated.
 
     Args:
         trace: The PIC trace of the scene.
-        is_requested: If true, compute a certified run and use it as the reference. If None, use PIC as the reference,
-            and compute the horizon of scenes of three or more discs by a certified run if python-flint is installed.
-            If false, compute no certified run.
+        is_requested: If true, compute a certified run and use it as the reference. If None, use PIC as the reference.
+            In this case, a certified run only computes the horizon, for scenes of three or more discs and if
+            python-flint is installed. If false, compute no certified run.
         time_budget_s: Seconds for the certified run.
 
     Raises:
@@ -122,7 +123,7 @@ def _certify_reference(trace: Trace, is_requested: bool | None, time_budget_s: f
             raise
         return Reference(trace, f"not certified: {error}")
     horizon = compute_horizon(certified, trace)
-    # physics does not determine the result of the event that ends the certified run; for later times, PIC is used
+    # physics does not determine the result of the event that ends the certified run, so PIC is the reference
     if certified.degeneracy is not None:
         reach = describe_certified_impacts(len(certified), complete=False)
         return Reference(trace, f"{reach}; the next event is undecided: {certified.degeneracy}")

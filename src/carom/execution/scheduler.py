@@ -1,4 +1,4 @@
-"""Scheduler: runs a study's tasks on a pool and journals each result.
+"""Scheduler: runs a study's tasks on a pool, and stores each result in a journal.
 
 Tasks whose results are in the journal are not run again, and refused tasks are not run at all. The pool runs all other
 tasks, with the requested time and memory limits.
@@ -16,9 +16,9 @@ from carom.execution.job import Answer, Task
 from carom.execution.journal import JournalEntry, MemoryJournal
 from carom.execution.pool import Pool, TaskRunner
 
-#: Largest total number of steps of the tasks in a batch: about a second of work. So the cost of sending a batch is
-#: negligible, and little work is lost if a batch is lost. The second constant limits the number of tasks, so that all
-#: workers finish at nearly the same time.
+#: Largest total number of steps of a batch, which is a group of tasks: about a second of work. So the cost of sending a
+#: batch is negligible, and little work is lost if a batch is lost. `BATCH_TASKS` limits the number of tasks in a batch,
+#: so that all workers finish at nearly the same time.
 BATCH_STEPS = 50_000
 BATCH_TASKS = 16
 
@@ -28,7 +28,7 @@ T = TypeVar("T")
 
 
 class DependentTasks(ABC, Generic[T]):
-    """Several tasks with one common result, such as a search. Later tasks depend on the answers to earlier ones.
+    """Several tasks with one common result, such as a search. Later tasks depend on the answers to earlier tasks.
 
     Instances must be picklable, since a cluster pool pickles them.
     """
@@ -59,11 +59,11 @@ class TaskRequest(Generic[S, K, T]):
     """A task that a study requests.
 
     Attributes:
-        subject: Any object by which the study recognises the task. `run_tasks` yields it with the answer.
+        subject: Any object by which the study recognises the task. `run_tasks` yields this object with the answer.
         key: Key of the task's journal entry. Tasks with the same key are the same task.
         task: Task to carry out.
-        refused: Why the task can't be carried out; None if no reason is known. A refused task is neither sent nor
-            journalled.
+        refused: Why the task can't be carried out; None if no reason is known. A refused task is not sent, and not
+            stored in the journal.
         steps: Number of engine steps. Tasks with few steps share a batch. A task with many steps is a batch of its own.
     """
 
@@ -81,13 +81,13 @@ def run_tasks(
     *,
     one_at_a_time: bool = False,
 ) -> Iterator[tuple[S, Answer[T]]]:
-    """Yield subject and answer of each request: first those that are known or refused, then the others as they finish.
+    """Yield subject and answer of each request: first known and refused tasks, then other tasks as they finish.
 
     Args:
-        requests: The tasks; those with the same key are carried out once.
+        requests: The tasks. Tasks with the same key are carried out once.
         pool: Pool that carries out the tasks; the caller closes it.
-        journal: Journal with the known answers. New answers are added to it before they are yielded. By default, no
-            answer is known, and new answers are not stored.
+        journal: Journal with the known answers. New answers are stored in the journal before they are yielded. By
+            default, no answer is known, and no answer is stored.
         one_at_a_time: Whether tasks are carried out one at a time, while nothing else runs.
     """
     journal = MemoryJournal() if journal is None else journal

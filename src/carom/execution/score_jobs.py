@@ -1,6 +1,6 @@
 """Runs and scores many jobs. Only the numbers of each score are kept, not the traces.
 
-The worker that runs a job also scores it. Each score is journalled as soon as it is available.
+The worker that runs a job also computes the score. Each score is stored in a journal as soon as it is available.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class Measures:
         missed: Number of impacts missed.
         spurious: Number of impacts invented.
         undecided: Number of impacts so close to the end of the run that the engine may not have reported them yet.
-        duration_s: Duration of the scene, in seconds, by which times are divided to make them dimensionless.
+        duration_s: Duration of the scene, in seconds. Errors of times are divided by this duration.
         outcome: Outcome of the run, the name of a `carom.model.trace.Outcome`.
     """
 
@@ -97,7 +97,7 @@ def score_jobs(
     Args:
         jobs: The jobs.
         pool: Pool that runs the jobs; the caller closes it.
-        journal: Journal with the known scores. New scores are added to it.
+        journal: Journal with the known scores. New scores are added to the journal.
         progress: Called with (done, total, description) as jobs finish.
         refusal: Function that returns why a job can't be run; None if no reason is known. A refused job is not sent.
     """

@@ -54,7 +54,7 @@ class _CodeTask(AdapterTask):
         """Return the code.
 
         Raises:
-            UnsupportedError: The engine does not declare to support the scene.
+            UnsupportedError: The adapter's capabilities exclude the scene.
             AdapterError: The adapter refuses the scene, or fails.
         """
         adapter = load_adapter(self.engine)
@@ -63,7 +63,7 @@ class _CodeTask(AdapterTask):
         if self.limited and (reason := unsupported_reason(self.scene, capabilities, self.dt_s, located=False)):
             raise UnsupportedError(reason)
         if not isinstance(adapter, CodedAdapter):
-            raise AdapterError("it no longer has code()")
+            raise AdapterError("the adapter has no method code()")
         try:
             return to_plain_text(adapter.code(self.scene, settings, self.heading), "code()", MOST_CODE)
         except AdapterError:
@@ -80,11 +80,12 @@ def write_code(engine: str, profile: str, scene: Scene, dt_s: float, *, command:
         profile: Name of one of its profiles.
         scene: The scene.
         dt_s: Step size, in seconds.
-        command: The command line that writes this code. It is quoted in the heading of the code.
+        command: The command line that writes this code. The heading of the code quotes this command line.
 
     Raises:
         UnknownNameError: There is no such engine or profile.
-        AdapterError: The adapter writes no code, the profile's steps are cut, or the engine does not support the scene.
+        AdapterError: The adapter writes no code, Carom shortens the profile's steps, or the engine does not support the
+            scene.
     """
     with LocalPool(1) as pool:
         (info,) = describe_engines([engine], pool)
@@ -96,7 +97,7 @@ def write_code(engine: str, profile: str, scene: Scene, dt_s: float, *, command:
             raise AdapterError(f"the adapter {engine!r} cannot print settings as code; adapters that can: {able_names}")
         if profile in info.located:
             other_profiles = ", ".join(name for name in info.profiles if name not in info.located)
-            cut = "Carom cuts its steps, which no setting of the engine does"
+            cut = "Carom shortens its steps, which no setting of the engine does"
             raise AdapterError(
                 f"profile {profile!r} of {engine} cannot be printed as code: {cut}; profiles that can: {other_profiles}"
             )
@@ -134,12 +135,12 @@ def find_step_code(engine: str, profile: str, scene: Scene, dt_s: float, pool: P
 def find_changed_code(
     engine: str, profile: str, overrides: SettingOverrides, scene: Scene, dt_s: float, pool: Pool
 ) -> str:
-    """Return the lines of an engine's code that change if `overrides` replaces settings of a profile.
+    """Return the lines of an engine's code that change if `overrides` replaces some of the profile's settings.
 
     Args:
         engine: Name of the adapter.
         profile: Name of one of its profiles.
-        overrides: The settings that replace those of the profile.
+        overrides: Settings that are used instead of the profile's settings.
         scene: The scene.
         dt_s: Step size, in seconds.
         pool: Pool in which the adapter runs; the caller closes it.
@@ -195,7 +196,7 @@ def find_step_lines(code: str, at_another_step: str) -> str:
 def find_changed_lines(code: str, before: str) -> str:
     """Return the statements of a Python program, or the lines of another text, that differ from an earlier version.
 
-    In a program, also return each statement that uses a name assigned by a changed statement. Comments are left out.
+    For a program, also return each statement that uses a name assigned by a changed statement. Comments are left out.
     """
     if not code.startswith("#"):
         model = code.startswith("<")

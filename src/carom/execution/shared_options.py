@@ -22,7 +22,7 @@ from carom.support.options import (
 if TYPE_CHECKING:
     from carom.execution.pool import LocalPool, Pool
 
-#: Grades for the option ``--fail-on``. The command fails if a run has this grade or a worse one.
+#: Grades for the option ``--fail-on``. The command fails if a run has this grade or a worse grade.
 FailOn = StrEnum("FailOn", "CLOSE SAMPLED INACCURATE WRONG NEVER")
 
 #: Largest seed that Carom accepts.
@@ -65,7 +65,7 @@ def declare_steps(default_text: str) -> Any:
 
 
 def declare_seed() -> Any:
-    """Declare the option for the start of the sequence of phases."""
+    """Declare the option for the number that selects the phases."""
     return declare_option(0, build_whole_number_kind(0, MOST_SEED), "Number that selects the phases.", "--seed")
 
 
@@ -76,7 +76,7 @@ def _parse_address(value: Any) -> str:
 
 
 def declare_no_scheduler(reason: str) -> Any:
-    """Declare the option ``--scheduler`` in a study that can't run on a cluster. `reason` is shown if it is given."""
+    """Declare the option ``--scheduler`` in a study that can't run on a cluster. Messages contain `reason`."""
 
     def refuse(_value: Any) -> None:
         raise ValueError
@@ -92,7 +92,7 @@ class LimitOptions(DeclaredOptions):
     Attributes:
         jobs: Number of parallel runs; by default the number of cores.
         time_limit_s: Seconds after which an engine without an answer is ended.
-        memory_limit_mb: Memory limit of an engine's process, in megabytes; by default that of
+        memory_limit_mb: Memory limit of an engine's process, in megabytes; by default the limit of
             `carom.execution.pool.LocalPool`.
         scheduler: Address of the scheduler of a Dask cluster on which to run. By default, the study runs on this
             machine.
@@ -145,7 +145,7 @@ class LimitOptions(DeclaredOptions):
 
 
 def _prepare_workers() -> None:
-    """Compute what most workers need: codecs, and whether the extension is up to date. Forked workers inherit it."""
+    """Compute codecs, and whether the extension is up to date. Forked workers inherit these results."""
     from carom.core.extension import find_extension_notes
     from carom.engines.registry import find_installed_release
     from carom.execution.describe_engines import DescribeTask

@@ -16,7 +16,7 @@ from carom.solvers.pit.solve import start_pit_run
 from carom.solvers.run import build_trace
 
 #: Smallest and largest number of rounds, and the seconds after which no further round begins. A round consists of one
-#: run with skipping and one run without.
+#: run that skips needless tests, and one run without skipping.
 _LEAST_ROUNDS, _ROUNDS, _ENOUGH_S = 3, 25, 0.3
 
 #: Largest number of tests for contact in a run without skipping. A run with more tests would take too long.
@@ -24,7 +24,7 @@ MOST_TESTS = 20_000_000
 
 
 class SkippedTime(NamedTuple):
-    """Median run time with skipping, in seconds, and median ratio of the run times without and with skipping."""
+    """Median seconds of runs that skip needless tests, and median ratio of the run times without and with skipping."""
 
     with_s: float
     ratio: float
@@ -39,13 +39,13 @@ class SceneSkips(NamedTuple):
 
 
 def measure_skips(reference: Trace, dt_s: float) -> SceneSkips:
-    """Measure how much time PIC and PIT save by skipping, in the scene of `reference` and with the step size `dt_s`."""
+    """Measure how much time PIC and PIT save in the scene of `reference`, with the step size `dt_s`."""
     scene = reference.scene
     return SceneSkips(measure_pic_saving(scene, reference), measure_pit_saving(scene, dt_s), dt_s)
 
 
 def count_tests_per_frame(scene: Scene) -> int:
-    """Return the number of pairs (of two discs, or of a disc and a wall) that a step tests if it skips none."""
+    """Return the number of pairs (of two discs, or of a disc and a wall) that a step tests if no pair is skipped."""
     discs = len(scene.discs)
     return discs * (discs - 1) // 2 + discs * len(scene.walls)
 
@@ -53,7 +53,7 @@ def count_tests_per_frame(scene: Scene) -> int:
 def is_closed_form(reference: Trace) -> bool:
     """Whether PIC solved the scene by the formula for two discs on straight paths.
 
-    All other methods of PIC record the number of crossings in the trace.
+    All other methods of PIC store in the trace how often discs enter another cell of a grid.
     """
     scene = reference.scene
     straight = not (any(scene.gravity_m_s2) or scene.damping_per_s or scene.table_deceleration_m_s2)
@@ -63,9 +63,9 @@ def is_closed_form(reference: Trace) -> bool:
 def measure_pic_saving(scene: Scene, reference: Trace) -> SkippedTime | None:
     """Measure the time that PIC saves.
 
-        PIC solves two discs on straight paths by a formula. In other scenes, PIC computes new impact times after an
-    impact only for the discs of this impact, which saves time. Return None if the run without skipping would need too
-    many tests.
+    PIC solves two discs on straight paths by a formula. In other scenes, PIC computes new impact times after an
+    impact only for the discs of this impact, which saves time. Return None if the run without skipping would take
+    too long.
     """
     if len(reference.impacts) * count_tests_per_frame(scene) > MOST_TESTS:
         return None
@@ -99,7 +99,7 @@ def measure_pit_saving(scene: Scene, dt_s: float) -> SkippedTime | None:
 
 
 def _measure(prepare: Callable[[bool], Callable[[], object]]) -> SkippedTime:
-    """Time runs with skipping and runs without it, alternately. Preparation is not timed."""
+    """Time runs with and without skipping alternately. Preparation is not timed."""
 
     def measure_seconds(skipping: bool) -> float:
         run = prepare(skipping)

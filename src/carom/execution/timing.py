@@ -25,7 +25,7 @@ from carom.execution.observation.step_cutter import Cutter
 from carom.execution.validate_adapter import build_adapter_error
 from carom.model.scene import Scene
 
-#: Number of timed runs of a job. If the machine disturbs one of three runs, the median ignores it.
+#: Number of timed runs of a job. If another process disturbs one of three runs, the median ignores this run.
 TIMING_RUNS = 3
 
 #: A job is not timed again after two consecutive run times that differ by less than this fraction.
@@ -46,7 +46,8 @@ class Timing:
         prepare_s: Seconds to build the world.
         advance_s: Seconds to take all steps, without observation.
         runs: Number of runs.
-        call_s: Seconds of a call that takes no steps; NaN if such a call was not requested, or the adapter refuses it.
+        call_s: Seconds of a call that takes no steps; NaN if the call was not requested, or the adapter refuses the
+            call.
         ends: Number of different final states of the runs, compared bit by bit; 1 if the engine is repeatable. None if
             the times were read from a file of an older version.
     """
@@ -90,10 +91,10 @@ def time_run(
         scene: The scene.
         profile: Name of the profile.
         dt_s: The step size, in seconds.
-        overrides: Settings that replace those of the profile.
+        overrides: Settings that are used instead of the profile's settings.
         steps: Number of steps; by default the whole scene.
         runs: Largest number of runs, 1 or more.
-        enough_s: Stop after the run that brings the total of the timed seconds to this value.
+        enough_s: Stop when the total of the timed seconds reaches this value.
         agreed: Stop after two consecutive times that differ by less than this fraction.
         call: Whether to also time a call that takes no steps. The call is made before the steps and timed separately.
         zero: Whether to accept a time of 0, for very short runs that measure only overhead.
@@ -101,7 +102,7 @@ def time_run(
     Raises:
         UnknownNameError: The adapter has no such profile.
         AdapterError: The adapter refuses the scene or fails, or its clock shows an impossible time.
-        UnsupportedError: The clock shows 0 seconds, because it is too coarse for such a short run.
+        UnsupportedError: The run is so short that the clock shows 0 seconds.
     """
     settings = prepare_settings(adapter, profile, dt_s, overrides)
     steps = scene.step_count(dt_s) if steps is None else steps
@@ -131,16 +132,16 @@ def time_run(
 
 
 def _are_last_two_close(times_s: list[float], fraction: float) -> bool:
-    """Whether the last two times differ by less than a fraction of the longer one."""
+    """Whether the last two times differ by less than a fraction of the longer time."""
     *_, previous, last = (math.nan, *times_s)
     return abs(previous - last) < fraction * max(previous, last)
 
 
 def _time_steps(world: World, steps: int, dt_s: float, *, located: bool) -> float:
-    """Take steps and return the seconds that they take. If the world has a clock of its own, this clock is read."""
+    """Take steps, and return their run time in seconds. If the world has its own clock, read this clock."""
     own_clock_s = world.seconds if isinstance(world, TimedWorld) else 0.0
     started = time.perf_counter()
-    if located:  # the time for shortening steps is included, since the profile needs it
+    if located:  # includes the time for shortening steps, which the profile needs
         cutter = Cutter(world)
         for step in range(1, steps + 1):
             for _ in cutter.take_step((step - 1) * dt_s, step * dt_s):
@@ -152,7 +153,7 @@ def _time_steps(world: World, steps: int, dt_s: float, *, located: bool) -> floa
 
 
 def _read_own_clock(world: TimedWorld, before_s: float) -> float:
-    """Return the seconds that have passed on a world's clock since it showed `before_s`."""
+    """Return the seconds that have passed on a world's clock since the clock showed `before_s`."""
     found = world.seconds
     numbers = isinstance(before_s, int | float) and isinstance(found, int | float)
     if not (numbers and -sys.float_info.max <= before_s <= found <= sys.float_info.max):
@@ -163,7 +164,7 @@ def _read_own_clock(world: TimedWorld, before_s: float) -> float:
 
 
 def _time_empty_call(world: World) -> float:
-    """Return the seconds of a call with no steps, after such a call to warm up; NaN if the adapter refuses it."""
+    """Return the run time in seconds of a call with no steps; NaN if the adapter refuses the call."""
     try:
         world.advance(0)
         started = time.perf_counter()

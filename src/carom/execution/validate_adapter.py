@@ -1,7 +1,7 @@
 """Validates the declarations, settings and counts that an adapter returns.
 
-A wrong value raises an `AdapterError` that contains the field and the value, so that users do not take the adapter's
-mistake for a fault of the engine.
+A wrong value raises an `AdapterError` that contains the field and the value, so that users do not blame the engine for
+the adapter's mistake.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ Kind = TypeVar("Kind")
 #: Sections of docs/reference/adapters.md to which messages refer.
 FIELDS, DECLARED = "field-by-field", "3-what-you-declare"
 
-#: Largest number of characters of a text, and largest number of settings and of counts. All of them are displayed, so
-#: they must not be too many.
+#: Largest number of characters of a text, and largest number of settings or counts. Texts, settings and counts are
+#: displayed.
 MOST_CHARACTERS = 2000
 MOST_ENTRIES = 1000
 #: Largest whole number. Python refuses to print numbers of several thousand digits.
@@ -67,7 +67,7 @@ def to_plain_text(value: object, name: str, max_characters: int = MOST_CHARACTER
 def to_plain_settings(settings: object, owner: str) -> dict[str, Setting]:
     """Return settings as plain numbers, bools and strings.
 
-    `owner` describes in messages to what the settings belong, such as "of a world".
+    `owner` describes the owner of the settings in messages, such as "of a world".
 
     Raises:
         AdapterError: The settings are not a mapping, or a name or value has another type.
@@ -173,7 +173,7 @@ def _check_capabilities(declared: object, where: str) -> Capabilities:
         if any(isinstance(number, float) and math.isnan(number) for number in numbers) or (
             isinstance(value, tuple) and not value[0] <= value[1]
         ):
-            kind = "a least and a greatest" if isinstance(value, tuple) else "a number"
+            kind = "a smallest and a largest value" if isinstance(value, tuple) else "a number"
             raise build_wrong_value_error(f"{where}.{name}", kind, value, DECLARED)
     if capabilities.float_bits not in MANTISSA_BITS:
         narrow = capabilities.float_bits < min(MANTISSA_BITS)
@@ -234,7 +234,7 @@ def to_whole_number(value: object, name: str, *, smallest: int = -MOST_WHOLE) ->
 
 
 def describe_value(value: object) -> str:
-    """Return the type of a value, and the beginning of its text if it is a plain value."""
+    """Return the type of a value and, for a plain value such as a number, the beginning of its text."""
     kind = type(value).__name__
     if value is None or type(value) in (bool, int, float, str, bytes, tuple, list, dict):
         text = ascii(value) if not isinstance(value, int) or abs(value) < 2**64 else "a huge one"

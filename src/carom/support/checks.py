@@ -14,8 +14,7 @@ from carom.support.escaping import format_value
 
 Array = NDArray[np.float64]
 
-#: Types for `isinstance`. They are constants, because building them at each call would slow down small scenes by a
-#: tenth.
+#: Types for `isinstance`. A new tuple of types at each call would slow down small scenes by a tenth.
 _TEXTS = (str, bytes)
 _TRUTH_VALUES = (bool, np.bool_)
 
@@ -76,8 +75,7 @@ def check_times(name: str, values: Any) -> list[float]:
     """Return an argument as a list of finite times of at least 0 in ascending order.
 
     Raises:
-        InputError: The value is not a list, an item is not a finite number of at least 0, or the times are not in
-            ascending order.
+        InputError: The value is not a list of finite numbers of at least 0 in ascending order.
     """
     try:
         if isinstance(values, _TEXTS):
@@ -100,7 +98,7 @@ def check_floats(name: str, value: ArrayLike) -> Array:
     """
     try:
         array = np.asarray(value)
-        # for example text, booleans, complex numbers or times
+        # refuses text, booleans, complex numbers and times, for example
         if array.dtype.kind not in "fiu" and array.dtype != object:
             raise TypeError(f"of type {array.dtype}")
         return np.asarray(array, np.float64)

@@ -1,7 +1,7 @@
 """Reads untrusted TOML and JSON files with limited run time and memory.
 
-The limits are in `carom.support.limits`. They are checked before the bytes are parsed, because a parser builds every
-value in memory, and the run time of some parsers grows with the square of the size.
+The limits are in `carom.support.limits`. Carom checks the limits before it parses a file, because a parser builds every
+value in memory. The run time of some parsers also grows with the square of the file's size.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def read_data(path: Path, kind: str) -> dict[str, Any]:
     limit, name = MOST_BYTES[kind], kind[1:].upper()
     try:
         with path.open("rb") as file:
-            data = file.read(limit + 1)  # a pipe or a device reports no size
+            data = file.read(limit + 1)  # reads at most the limit, since pipes and devices report no size
     except OSError as error:
         raise InputError(f"can't be read: {error.strerror or error}") from None
     if len(data) > limit:
@@ -63,9 +63,7 @@ def read_data(path: Path, kind: str) -> dict[str, Any]:
 
 
 def reject_duplicate_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Return a dict of a JSON object's pairs, and refuse duplicate keys.
-
-    This is an ``object_pairs_hook`` for `json.loads`.
+    """Return a JSON object's pairs as a dict. Pass this function to `json.loads` as ``object_pairs_hook``.
 
     Raises:
         InputError: A key occurs twice. JSON parsers differ in which of the two values they use.

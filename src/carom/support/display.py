@@ -1,6 +1,6 @@
-"""Base classes of results with methods that display them as text, HTML, plot or table.
+"""Base classes of results, with methods that show a result as text, HTML, plot or table.
 
-The package `carom` registers the functions that do the work, so that this module does not import them.
+The package `carom` registers the display functions, so that this module need not import `carom.report`.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _view: Callable[[str], Callable[..., Any]]
 
 def set_view_finder(view: Callable[[str], Callable[..., Any]]) -> None:
     """Register a function that returns a display function by its name, such as ``summary`` or ``plot``."""
-    global _view  # noqa: PLW0603 - set once, by the package when it is imported
+    global _view  # noqa: PLW0603 - set once, when the package is imported
     _view = view
 
 

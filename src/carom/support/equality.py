@@ -12,8 +12,8 @@ import numpy as np
 class ByValue:
     """Base class of results that are compared by their fields. Subclasses are frozen dataclasses with ``eq=False``.
 
-    Fields declared with ``compare=False`` are ignored. Arrays are equal if their types, shapes and bits are equal. So
-    NaN equals NaN, but 0 does not equal -0. Results can't be hashed, because arrays can be changed in place.
+    Fields declared with ``compare=False`` are ignored. Arrays are equal if their types, shapes and bits are equal. NaN
+    equals NaN, but 0 does not equal -0. Results can't be hashed, because arrays can be changed in place.
     """
 
     __hash__ = None  # type: ignore[assignment] # disables hashing

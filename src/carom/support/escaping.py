@@ -8,8 +8,8 @@ from collections.abc import Iterable
 #: Start of a line about an error, such as ``TypeError: ...`` or ``Error [ERR_MODULE_NOT_FOUND]: ...``.
 _ERROR = re.compile(r"[\w.]*(error|exception|panic)\b", re.IGNORECASE)
 
-#: Number of lines at the end of a program's output that are searched for its error. It is twice the length of the
-#: longest stack traces, which Node prints.
+#: Number of last lines of a program's output in which Carom searches for an error message. The longest stack traces,
+#: which Node prints, have half as many lines.
 _LAST_LINES = 40
 
 #: Characters that are shown as escapes: control characters except tab and line feed, marks of text direction, unusual
@@ -25,10 +25,10 @@ _VISIBLE = b"\t\n" + bytes(range(0x20, 0x7F))
 def escape_controls(text: str) -> str:
     r"""Return the text with each control character replaced by an escape such as ``\u001b``.
 
-    These are also the escapes of JSON, so a JSON text keeps its content. In XML, in Markdown and on terminals, readers
-    see the escapes themselves.
+    JSON has the same escapes, so the meaning of a JSON text stays the same. In XML, in Markdown and on terminals,
+    people see the escapes.
     """
-    if text.isascii() and not text.encode().translate(None, _VISIBLE):  # ten times as fast for long texts
+    if text.isascii() and not text.encode().translate(None, _VISIBLE):  # this check is ten times as fast for long texts
         return text
     return _HIDDEN.sub(lambda found: f"\\u{ord(found[0]):04x}", text)
 
@@ -39,7 +39,7 @@ def shorten(text: str, max_length: int = 60) -> str:
 
 
 def find_last_message(printed: str) -> str:
-    """Return the last line that begins like an error or, if there is none, the last line, cut to 200 characters."""
+    """Return the last line that begins like an error, or else the last line, cut to 200 characters."""
     lines = [line for line in map(str.strip, printed.splitlines()) if line][-_LAST_LINES:]
     return ([line for line in lines if _ERROR.match(line)] or lines or [""])[-1][:200]
 
@@ -56,7 +56,7 @@ def format_value(value: object) -> str:
 
 
 def suggest_name(name: str, known: Iterable[str]) -> str:
-    """Return "did you mean ...?" with the known name that is most similar to `name`; empty if none is similar."""
+    """Return "did you mean ...?" with the known name most similar to `name`, or an empty text if none is similar."""
     import difflib  # an import at the top would make `import carom` slower
 
     found = difflib.get_close_matches(name, list(known), n=1)
@@ -69,7 +69,7 @@ def build_name_hints(name: str, known: Iterable[str], there_are: str) -> tuple[s
 
 
 def parse_release_numbers(version: str) -> tuple[int, ...]:
-    """Return the leading numbers of a release, without zeros at the end. For example, 4.0.0rc1 gives (4,)."""
+    """Return the leading numbers of a version, without zeros at the end. For example, 4.0.0rc1 gives (4,)."""
     found = re.match(r"[0-9]+(\.[0-9]+)*", version)
     numbers = [int(number) for number in found[0].split(".")] if found else []
     while numbers and not numbers[-1]:

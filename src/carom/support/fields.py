@@ -1,4 +1,4 @@
-"""Types of a scene's fields, and the base model of a scene, which raises Carom's errors."""
+"""Types of a scene's fields, and the base class of scenes and their parts."""
 
 from __future__ import annotations
 
@@ -52,8 +52,8 @@ def _normalise_vector(vector: tuple[float, float]) -> tuple[float, float]:
     x, y = vector
     if vector == (0.0, 0.0):
         raise ValueError("must not be of length zero")
-    # A vector that is already normalised must stay unchanged, so that a saved wall equals the loaded wall. Its length
-    # differs from 1 by at most 3 * 2^-53 because of rounding, and the computation of the length here rounds too.
+    # A unit vector must stay unchanged, so that a saved wall equals the loaded wall. Because of rounding, the length of
+    # a unit vector differs from 1 by at most 3 * 2^-53. The computation of the length rounds again.
     if abs(math.hypot(x, y) - 1.0) <= 6 * 2.0**-53:
         return (x, y)
     # The length of a very small or large vector could under- or overflow. So the vector is first divided by its larger
@@ -65,7 +65,7 @@ def _normalise_vector(vector: tuple[float, float]) -> tuple[float, float]:
 
 
 class CoreSchema:
-    """Annotation that gives a type's schema directly, since Pydantic takes long to derive it from other annotations."""
+    """Annotation that contains a type's schema. Pydantic takes long to derive a schema from other annotations."""
 
     def __init__(self, schema: core_schema.CoreSchema) -> None:
         self._schema = schema
@@ -148,7 +148,7 @@ def _list_problems(items: Iterable[ErrorDetails]) -> Iterator[Problem]:
     for item in items:
         location = tuple(item["loc"])
         cause = item.get("ctx", {}).get("error")
-        if isinstance(cause, SceneError):  # an error of a part; the location of the part is added
+        if isinstance(cause, SceneError):  # an error of a scene's part: add the location of the part
             for problem in cause.problems:
                 yield problem._replace(field=location + problem.field)
             continue
@@ -179,7 +179,7 @@ def describe_error(item: ErrorDetails) -> str:
     message = item["msg"]
     for prefix in ("Value error, ", "Input should ", "String should "):
         message = message.removeprefix(prefix)
-    if item["type"] == "value_error" and not message.startswith("must"):  # the message is a complete sentence
+    if item["type"] == "value_error" and not message.startswith("must"):  # the message is already a complete sentence
         return message
     message = message if message.startswith("must") else f"must {message}"
     return f"{message}, got {format_value(item['input'])}"

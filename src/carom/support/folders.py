@@ -4,8 +4,9 @@ A marker file in each folder states the folder's purpose. Carom writes only into
 for the same purpose.
 
 All files of a result are replaced together. New files are first written into a temporary folder and synchronised to the
-disk. Then this folder is renamed, which marks the files as complete, and the files are moved to their places. After a
-kill or a power cut, the next command completes the move. So users find either all old files or all new files.
+disk. Carom then renames the temporary folder, which marks the files as complete, and moves the files to their places.
+If a kill or a power cut interrupts the move, the next command completes the move. So users find either all old files or
+all new files.
 """
 
 from __future__ import annotations
@@ -24,8 +25,7 @@ from carom.support.escaping import escape_controls
 MARKER = ".carom"
 #: Second line of a marker. The first line is the folder's purpose, as one word.
 _MARKER_TEXT = "Carom replaces the files that it wrote here.\n"
-#: Names of temporary folders. The first contains files that are being written. When all are complete, the folder is
-#: renamed to the second name.
+#: Names of the temporary folder. The name is `_NEW` while files are written, and `_WHOLE` when all files are complete.
 _NEW, _WHOLE = ".carom-new", ".carom-whole"
 
 #: Longest file name without endings. Most systems allow 255 bytes in all.
@@ -39,8 +39,8 @@ def build_file_name(name: str) -> str:
     """Return a unique file name, without an ending, for a name such as a scene's.
 
     A name of small letters, digits, ``-``, ``_`` and ``/`` stays the same, except that ``.`` replaces ``/``. Any other
-    name is simplified and gets a digest, so that no two names have the same file name, even if the file system ignores
-    case.
+    name is simplified and gets a digest (hash). So no two names have the same file name, even if the file system
+    ignores case.
     """
     plain = name.replace("/", ".")
     if _PLAIN.fullmatch(name) and len(name) <= _LONGEST_NAME and not _DEVICES.match(plain):
@@ -50,10 +50,10 @@ def build_file_name(name: str) -> str:
 
 
 def claim(folder: Path, purpose: str, option: str = "") -> None:
-    """Mark a folder as one of Carom's, and complete a write into this folder that was interrupted.
+    """Mark a folder as Carom's. If an earlier write into the folder was interrupted, complete the write.
 
     Args:
-        folder: The folder. It is created if it does not exist.
+        folder: The folder, created if it does not exist.
         purpose: Purpose of the folder, as one word for the marker.
         option: Name of the command-line option for the folder, for error messages.
 
@@ -150,7 +150,7 @@ def write_file(path: Path, content: str | bytes) -> Path:
 def build_temporary_path(name: str) -> Path:
     """Return a path with the name `name` in a new temporary folder.
 
-    Call this function only if there is content to write.
+    The folder is created at once, so call this function only if there is content to write.
     """
     return Path(tempfile.mkdtemp(prefix="carom-")) / name
 
@@ -175,7 +175,7 @@ def _is_incomplete(marker: Path) -> bool:
 
 
 def _complete_write(folder: Path) -> None:
-    """Move the files of a complete write to their places, and remove those of an incomplete write."""
+    """Move complete new files to their places, and remove incomplete new files."""
     _remove_unfinished(folder / _NEW)
     committed = folder / _WHOLE
     if committed.is_dir():
@@ -195,7 +195,7 @@ def _remove_unfinished(folder: Path) -> None:
 
 
 def _synchronise_folder(folder: Path) -> None:
-    """Synchronise a folder's list of files to the disk. If the system can't open folders, this is not needed."""
+    """Write a folder's list of files to the disk. Systems that can't open folders don't need this."""
     if hasattr(os, "O_DIRECTORY"):
         descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
         try:

@@ -42,7 +42,7 @@ def format_metres(value: float) -> str:
 
 
 def format_step_option(dt_s: float) -> str:
-    """Format a step size for a command-line option, exact to the last bit, if possible as a fraction such as 1/240."""
+    """Format a step size exactly for a command-line option, if possible as a fraction such as 1/240."""
     steps_per_s = round(1.0 / dt_s)
     return f"1/{steps_per_s}" if steps_per_s and 1.0 / steps_per_s == dt_s else repr(dt_s)
 

@@ -1,13 +1,13 @@
-"""Limits of numbers, files and options. They are the same in files, on the command line and in Python.
+"""Limits of numbers, files and options. The limits are the same in files, on the command line and in Python.
 
 - A physical quantity is at most `LARGEST` in magnitude, so that its square does not overflow. A radius, edge, mass,
   duration or rate is at least `SMALLEST`.
-- If all quantities are between ``1 / ORDINARY`` and `ORDINARY`, solvers compute in SI units. The formulas are at most
-  of the fourth degree, so neither their terms nor the terms' rounding errors under- or overflow.
+- If all quantities are between ``1 / ORDINARY`` and `ORDINARY`, solvers compute in SI units. Terms of the formulas are
+  at most of the fourth degree, so neither the terms nor their rounding errors under- or overflow.
 - PIC raises an error if an impact is so far from the origin that floats can't represent the distance of the centres;
   see `carom.core.resolution`.
 - The ratio of a scene's largest quantity to its smallest is at most `SPAN` (`carom.model.sizes`). So a change of units
-  can bring all of them between ``1 / ORDINARY`` and `ORDINARY`.
+  can bring all quantities between ``1 / ORDINARY`` and `ORDINARY`.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 LARGEST = 2.0**511
 SMALLEST = 1.0 / LARGEST
 ORDINARY = 2.0**200
-#: Largest allowed ratio of two quantities of a scene. It is a little less than the square of `ORDINARY`, since units
-#: are powers of two and so can't bring the quantities exactly into the middle of the range.
+#: Largest allowed ratio of two quantities of a scene, a little below ``ORDINARY**2``. Units are powers of two, so a
+#: change of units can't bring the quantities exactly into the middle of the range.
 SPAN = 2.0**396
 
 #: Largest number of steps or frames of a run. A larger number is most likely due to a wrong unit.
@@ -37,28 +37,28 @@ MOST_STEPS = 2**32
 #: the scene of docs/how-to/which-step.md.
 ADVICE_STEPS = 600_000
 
-#: Largest numbers of discs and walls in a scene file. A file with this number of discs loads in seconds and takes less
-#: than 500 MB of memory.
+#: Largest numbers of discs and walls in a scene file. A file with 100,000 discs loads in seconds and takes less than
+#: 500 MB of memory.
 MOST_DISCS = 100_000
 MOST_WALLS = 1_000
 
-#: Largest number of legs of a driven body. A leg is a part of its motion with constant velocity. To predict an impact,
-#: PIC examines every leg up to the impact.
+#: Largest number of legs of a driven body. A leg is a part of the body's motion with constant velocity. To predict an
+#: impact, PIC examines every leg that begins before the impact.
 MOST_LEGS = 10_000
 #: Largest number of discs in one picture. A picture with more discs would be unreadable and take megabytes.
 MOST_DISCS_DRAWN = 64
 #: Largest numbers of bytes and of values in a file, by the ending of the file's name. `count_values` counts the values,
-#: each of which takes up to 100 bytes of memory. Each line of TOML also counts as a value. Even the largest scene
-#: is within the limits of JSON. TOML has lower limits, because reading it takes ten times as long. A .jsonl file
-#: contains results, and each of its lines must also meet the limits of JSON. A file of 1e5 lines has 310 MB and half of
-#: the allowed values.
+#: and each value takes up to 100 bytes of memory. In TOML, each line also counts as a value. Even the largest scene is
+#: within the limits of JSON. TOML has lower limits, because TOML takes ten times as long to read. A .jsonl file
+#: contains results, and each of its lines must also meet the limits of JSON. A .jsonl file of 1e5 lines has 310 MB and
+#: half of the allowed values.
 MOST_BYTES = {".json": 40 * 2**20, ".toml": 16 * 2**20, ".jsonl": 512 * 2**20}
 MOST_VALUES = {".json": 2**21, ".toml": 2**19, ".jsonl": 2**25}
 #: Largest number of parts of a dotted key in TOML. The time to read a key grows with the square of this number. Keys of
 #: scenes have only one part.
 MOST_KEY_PARTS = 4
 
-#: Limits of options. Each is twenty times what the largest machines can use, or causes at most an hour of work.
+#: Limits of options. Each limit is twenty times what the largest machines can use, or causes at most an hour of work.
 MOST_JOBS = 1024
 MOST_PHASES = 1024
 MOST_ROUNDS = 1024
@@ -66,7 +66,8 @@ MOST_ROUNDS = 1024
 MOST_SERIES = 256
 #: Default time limit of an engine, in seconds. An engine that exceeds the limit is terminated.
 DEFAULT_TIME_LIMIT_S = 60.0
-#: Time limit of the certified run of a scene, in seconds: enough for a few thousand impacts of dozens of discs.
+#: Time limit in seconds of a certified run (a run with proven error bounds). This time is enough for a few thousand
+#: impacts of dozens of discs.
 CERTIFY_SECONDS = 10.0
 #: Longest time limit or time budget, in seconds: four months. No system can wait for 1e10 seconds.
 LONGEST_S = 1e7

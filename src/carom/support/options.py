@@ -1,8 +1,8 @@
 """Declarations of options: type, default, bounds and help text, for the Python API and for the command line.
 
-A study's options are a frozen dataclass. Each field is declared by `declare_option`. Python and the command line reject
-an invalid value with the same message, except for the option's name. The module imports neither NumPy nor Pydantic, so
-that `carom --help` is fast.
+The options of a study (a command that runs many scenes) are a frozen dataclass. Each field is declared by
+`declare_option`. Python and the command line reject an invalid value with the same message, except for the option's
+name. This module imports neither NumPy nor Pydantic, so that `carom --help` is fast.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class ValueKind(NamedTuple):
     """Kind of an option's values.
 
     Attributes:
-        said: Requirement on a value, as the text after "must be" in error messages.
+        said: Text after "must be" in error messages, such as "a positive number".
         word: Word for the type in `--help`, such as NUMBER; empty for a flag.
         take: Converts a value from Python or `read` to the form that a study uses. Raises TypeError, ValueError or
             OverflowError for an invalid value.
@@ -49,7 +49,7 @@ class ValueKind(NamedTuple):
 
 
 def check_value(kind: ValueKind, name: str, value: Any) -> Any:
-    """Check a value and return it in the form that a study uses.
+    """Check a value, and convert it to the form that a study uses.
 
     Raises:
         InputError: The value is invalid. The message contains the option's name and the requirement.
@@ -69,7 +69,8 @@ class Option(NamedTuple):
         flags: Names on the command line, beginning with the name that is displayed; empty for an option that exists
             only in Python.
         many: Whether the option is a list.
-        default: Description of the default for `--help`. If it is empty, `--help` shows the default's value.
+        default: Description of the default for `--help`. If the description is empty, `--help` shows the default's
+            value.
     """
 
     kind: ValueKind
@@ -99,8 +100,8 @@ class DeclaredOptions:
     """
 
     __dataclass_fields__: ClassVar[dict[str, dataclasses.Field[Any]]]
-    #: Names of the options that affect results, but are not in the keys by which a journal identifies results. A
-    #: journal can be resumed only with the same values of these options.
+    #: Names of options that affect results, but are not part of a result's key in the journal (file of finished
+    #: results). A journal can be resumed only if the values of these options are unchanged.
     stamped: ClassVar[tuple[str, ...]] = ()
 
     def __post_init__(self) -> None:
@@ -115,8 +116,8 @@ class DeclaredOptions:
         """Parse options of a command line.
 
         Args:
-            texts: Text or list of texts of each option, by the field's name; None or an empty list if the option was
-                not given.
+            texts: Text or list of texts of each option, by the field's name. An option that was not given is None or an
+                empty list.
             before: Prefix of option names in messages. The pytest plug-in uses another prefix than ``--``.
 
         Raises:
@@ -132,7 +133,7 @@ class DeclaredOptions:
     def build_from_arguments(cls, function: str, options: Mapping[str, Any], **fixed: Any) -> Self:
         """Build options from a function's keyword arguments.
 
-        `fixed` contains options that the function `function` sets itself, and that its callers can't set.
+        `fixed` contains options that callers of the function `function` can't set.
 
         Raises:
             InputError: A value is invalid, or an option is unknown.
@@ -175,7 +176,10 @@ def _read(option: Option, flag: str, text: Any) -> Any:
 
 
 def build_whole_number_kind(minimum: int, maximum: int | None = None) -> ValueKind:
-    """Return the kind of whole numbers from `minimum` to `maximum`. If `maximum` is None, there is no upper limit."""
+    """Return the `ValueKind` of whole numbers from `minimum` to `maximum`.
+
+    If `maximum` is None, there is no upper limit.
+    """
 
     def take(value: Any) -> int:
         if isinstance(value, bool):
@@ -202,7 +206,7 @@ def format_bound(value: float) -> str:
 def build_measure_kind(
     description: str, word: str, lower: float, upper: float, *, read: Callable[[str], Any] = float, span: str = ""
 ) -> ValueKind:
-    """Return the kind of finite numbers above `lower` and up to `upper`."""
+    """Return the `ValueKind` of finite numbers above `lower` and up to `upper`."""
 
     def take(value: Any) -> float:
         if isinstance(value, bool) or not isinstance(value, Real):
@@ -222,19 +226,20 @@ def _build_limit_kind(unit: str, most: float) -> ValueKind:
 
 
 def build_seconds_kind() -> ValueKind:
-    """Return the kind of time limits in seconds."""
+    """Return the `ValueKind` of time limits in seconds."""
     return _build_limit_kind("seconds", LONGEST_S)
 
 
 def build_megabytes_kind() -> ValueKind:
-    """Return the kind of memory limits in megabytes."""
+    """Return the `ValueKind` of memory limits in megabytes."""
     return _build_limit_kind("megabytes", MOST_MB)
 
 
 def build_step_kind(read: Callable[[str], Any] | None = None, also: str = "") -> ValueKind:
-    """Return the kind of step sizes.
+    """Return the `ValueKind` of step sizes.
 
-    `read` parses a text of the command line. `also` is added to the description, for texts other than plain numbers.
+    `read` parses a text of the command line. `also` is added to the description, and names other texts that `read`
+    accepts.
     """
     limits = f"above 0: from {format_number(SMALLEST, 3)} to {format_number(LARGEST, 3)}"
     description = f"a number of seconds such as 1/240 or 0.004{also}, {limits}"
@@ -259,16 +264,16 @@ def _require_type(kind: type, value: Any) -> Any:
 
 
 def build_name_kind() -> ValueKind:
-    """Return the kind of names, for which any text is valid. The study checks whether the name exists."""
+    """Return the `ValueKind` of names. Any text is valid, since the study checks later whether the name exists."""
     return ValueKind("a name", "NAME", partial(_require_type, str))
 
 
 def build_flag_kind() -> ValueKind:
-    """Return the kind of boolean options."""
+    """Return the `ValueKind` of boolean options."""
     return ValueKind("True or False", "", partial(_require_type, bool))
 
 
 def build_enum_kind(kinds: type[StrEnum]) -> ValueKind:
-    """Return the kind of an enumeration's members. A value may be a member or its name."""
+    """Return the `ValueKind` of an enumeration's members. A value may be a member or its name."""
     listed = ", ".join(one.value for one in kinds)
     return ValueKind(f"one of {listed}", "|".join(one.value for one in kinds), kinds)

@@ -1,4 +1,4 @@
-"""Structured NumPy arrays: their dtypes, which are built from classes that describe a row, and joining their rows."""
+"""Builds dtypes of structured NumPy arrays from classes that describe a row, and joins arrays."""
 
 from collections.abc import Collection, Sequence
 from enum import IntEnum
@@ -14,14 +14,14 @@ def build_dtype(record: type[Any], omitted: Collection[str] = ()) -> np.dtype[np
     """Return the dtype of a structured array whose rows have the fields of the class `record`, except for `omitted`.
 
     Raises:
-        KeyError: The type of a field is not supported: only numbers, flags, integer enumerations and pairs of floats.
+        KeyError: A field is not a number, a flag, an integer enumeration or a pair of floats.
     """
     hints = ((name, hint) for name, hint in get_type_hints(record).items() if name not in omitted)
     return np.dtype([(name, _FORMATS[int if _is_enumeration(hint) else hint]) for name, hint in hints])
 
 
 def join_rows(arrays: Sequence[NDArray[np.void]]) -> NDArray[np.void]:
-    """Return the rows of at least one structured array of one dtype.
+    """Join structured arrays of the same dtype. At least one array is required.
 
     `np.concatenate` compares the fields of all dtypes, which takes longer than copying a few rows.
     """

@@ -17,6 +17,6 @@ def count_available_cores() -> int:
 def measure_available_memory() -> int:
     """Return the machine's memory or, in a container, the memory limit, in bytes."""
     total_bytes = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    with suppress(OSError, ValueError):  # there is no control group, or it sets no limit
+    with suppress(OSError, ValueError):  # no control group, or one without a memory limit
         total_bytes = min(total_bytes, int(Path("/sys/fs/cgroup/memory.max").read_text(encoding="ascii")))
     return total_bytes

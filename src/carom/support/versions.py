@@ -13,7 +13,7 @@ from carom.support.escaping import format_value, parse_release_numbers
 #: Function that returns whether the numbers of a release meet a condition.
 VersionCondition = Callable[[tuple[int, ...]], bool]
 
-#: Versions that are safe arguments for pip and npm. They could interpret other texts as options, paths or ranges.
+#: Versions that are safe arguments for pip and npm. Other texts could be read as options, paths or ranges.
 _VERSION = re.compile(r"[0-9][0-9A-Za-z.+!_-]{0,63}")
 
 _SIGNS: dict[str, Callable[[tuple[int, ...], tuple[int, ...]], bool]] = {
@@ -38,10 +38,10 @@ def require_version(version: str) -> str:
 
 
 def parse_version_condition(text: str) -> VersionCondition | None:
-    """Return the condition of a word such as ">=7" or "3.0..4.0"; None for a plain version.
+    """Parse a condition such as ">=7" or "3.0..4.0". Return None for a plain version.
 
     Raises:
-        InputError: The word contains something other than a version after ``>=``, for example.
+        InputError: The text contains an invalid version.
     """
     low, dots, high = text.partition("..")
     if dots:
@@ -57,7 +57,7 @@ def parse_version_condition(text: str) -> VersionCondition | None:
 def parse_version_conditions(text: str) -> tuple[VersionCondition, ...]:
     """Return the conditions of a range such as ">=7,<8".
 
-    A plain version such as "7.1" is also a condition: only this release meets it.
+    A plain version such as "7.1" is a condition that only this release meets.
 
     Raises:
         InputError: The text is empty, or a part is neither a condition nor a version.

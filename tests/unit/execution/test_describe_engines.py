@@ -68,7 +68,7 @@ DECLARED = {
     "nan": ("capabilities=Capabilities(max_speed_m_s=float('nan'))", "capabilities.max_speed_m_s must be a number"),
     "order": (
         "capabilities=Capabilities(restitution=(1.0, 0.0))",
-        "capabilities.restitution must be a least and a greatest",
+        "capabilities.restitution must be a smallest and a largest value",
     ),
     "no-engine": ("engine=None", "engine must be Engine(...), got None"),
     "no-engine-name": ("engine=Engine(None)", "engine.name: Input should be a valid string, got None"),

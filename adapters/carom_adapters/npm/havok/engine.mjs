@@ -67,7 +67,7 @@ class HavokWorld {
     const set = (body) => {
       if (!movable) return;
       const [centre, , inertia, axes] = value(HK.HP_Shape_BuildMassProperties(shape));
-      // the disc can't turn, so its moment of inertia stays that of 1 kg
+      // the disc can't turn, so its moment of inertia need not be set
       HK.HP_Body_SetMassProperties(body, [centre, disc.mass_kg, inertia, axes]);
       HK.HP_Body_SetLinearDamping(body, this.asked.linearDamping);
       if (!this.asked.canSleep) HK.HP_Body_SetActivationControl(body, HK.ActivationControl.ALWAYS_ACTIVE);
@@ -86,7 +86,7 @@ class HavokWorld {
 
   addWall(wall, extent, k) {
     const { restitution = this.scene.wall_restitution } = wall;
-    // this rule has precedence over the rule of a disc
+    // the rule of a wall has precedence over the rule of a disc
     const combine = restitution < this.scene.restitution ? MINIMUM : MAXIMUM;
     const type = isDriven(wall) ? HK.MotionType.KINEMATIC : HK.MotionType.STATIC;
     return this.shapesOf(wall, extent).map(([shape, place, angle]) => {

@@ -48,7 +48,8 @@ class JoltWorld {
     const extent = reach(scene, settings.dt_s);
     scene.walls.forEach((wall, k) => this.addWall(wall, extent, k));
     this.contacts = [];
-    // Jolt uses the larger of two bodies' restitutions. If the wall's is smaller, a listener sets it in each contact.
+    // Jolt uses the larger of two bodies' restitutions. If the wall's restitution is smaller, a listener sets the
+    // restitution in each contact.
     if (scene.walls.some(({ restitution = scene.wall_restitution }) => restitution < scene.restitution)) this.listen();
   }
 

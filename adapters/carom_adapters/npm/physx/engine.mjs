@@ -50,7 +50,7 @@ class PhysxWorld {
       return made;
     };
     // If two bodies have different rules to combine restitutions, PhysX uses the later one in the order average,
-    // minimum, multiply, maximum. Here, this is the wall's rule.
+    // minimum, multiply, maximum. This later rule is the wall's rule.
     const disc = material(scene.restitution, Combine.eAVERAGE);
     const ofWalls = scene.walls.map(({ restitution = scene.wall_restitution }) =>
       material(restitution, restitution < scene.restitution ? Combine.eMIN : Combine.eMAX),
@@ -119,7 +119,7 @@ class PhysxWorld {
   }
 
   // Add a body that is at rest or driven. PhysX gets the position of a driven body at the end of a step, and computes
-  // the velocity from it.
+  // the velocity from this position.
   addHeld(driven, place, angle, geometry, material, number) {
     if (!driven) return this.add("createRigidStatic", place, angle, geometry, material, number);
     const body = this.add("createRigidDynamic", place, angle, geometry, material, number, (one) =>

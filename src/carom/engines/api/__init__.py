@@ -1,9 +1,9 @@
 """Adapter interface: everything that the author of an engine adapter imports from Carom.
 
-An adapter connects an engine to Carom. It is any object with the attributes of `Adapter`; no base class is needed.
-Carom finds an adapter by its entry point in the group ``carom.adapters``. For each scene that `capabilities` allows,
-Carom calls `prepare`, which builds the scene in the engine and returns it as a `World`. Carom then takes steps, reads
-the states, joins a contact of several steps into one impact, and computes the impact's time.
+An adapter connects an engine to Carom. An adapter is any object with the attributes of `Adapter`; no base class is
+needed. Carom finds an adapter by its entry point in the group ``carom.adapters``. For each scene that `capabilities`
+allows, Carom calls `prepare`, which builds the scene in the engine and returns it as a `World`. Carom then takes steps,
+reads the states, joins a contact of several steps into one impact, and computes the impact's time.
 ``docs/reference/adapters.md`` shows how to write an adapter in forty lines.
 """
 

@@ -17,14 +17,15 @@ from carom.support.formatting import format_number
 #: Largest number of steps, since engines count them in a C int.
 MAX_STEPS = 2**31 - 1
 
-#: Number of bits after the leading bit of a float (IEEE 754), by the width that an adapter declares. Adapters can't
-#: declare 16-bit floats, because rounding errors that add up over a run would be a tenth of a value.
+#: Number of mantissa bits of a float (IEEE 754), by the declared width of the float in bits. Adapters can't declare
+#: 16-bit floats, because their rounding errors would add up to a tenth of a value during a run.
 MANTISSA_BITS = {32: 23, 64: 52}
 
-#: Rules by which an engine computes the coefficient of a pair from the coefficients of its two bodies. A rule limits
-#: which coefficients for discs and for walls a scene can have together. Each function takes the coefficient of two
-#: discs and the largest value of any coefficient. It returns the smallest and largest possible coefficient of a disc
-#: and a wall. With the rule "pair", each pair has a coefficient of its own, so every value is possible.
+#: Rules by which an engine computes a pair's coefficient of restitution or friction from a coefficient of each body.
+#: With most rules, the coefficient of two discs limits the coefficient of a disc and a wall. Each function takes the
+#: coefficient of two discs and the largest allowed coefficient. The function returns the smallest and largest possible
+#: coefficient of a disc and a wall. With the rule "pair", each pair has its own coefficient, so every value is
+#: possible.
 COMBINE_RULES: Mapping[str, Callable[[float, float], tuple[float, float]]] = {
     "pair": lambda _, most: (0.0, most),
     "one": lambda pair, _: (pair, pair),
@@ -51,8 +52,8 @@ def require_sound(
 ) -> None:
     """Refuse scenes that contain invalid numbers, and settings that are unknown or invalid.
 
-    This check is needed because a scene can be created without validation, and engines abort on invalid numbers or
-    silently change them. The limits of the engine are not checked here, but by `require_supported` and the adapter.
+    A scene can be created without validation, and engines abort on invalid numbers or silently change the numbers. The
+    limits of the engine are checked by `require_supported` and the adapter.
 
     Args:
         engine: Name of the engine in messages.
@@ -148,8 +149,8 @@ def _list_missing_features(needs: Set[Need], capabilities: Capabilities) -> Iter
 
 def _list_located_problems(scene: Scene, needs: Set[Need], dt_s: float) -> Iterator[str]:
     if Need.GRAVITY in needs and needs & {Need.WALLS, Need.IMMOVABLE}:
-        # Engines integrate by Euler's method, which can change the speed at an impact by this amount. If steps are
-        # not shortened, impacts are detected late, which cancels this error.
+        # Engines integrate by Euler's method, which can change the speed at an impact by gravity times step size. If
+        # steps are not shortened, the late detection of impacts cancels this error.
         gained_m_s = math.hypot(*scene.gravity_m_s2) * dt_s
         yield (
             "discs fall onto walls or immovable discs, and this profile ends steps at impacts. So the engine's error "
@@ -250,14 +251,14 @@ def supports(capabilities: Capabilities, need: Need) -> bool:
 
 
 def _list_combination_problems(rule: str, coefficients: Sequence[tuple[str, float]], max_value: float) -> Iterator[str]:
-    """Yield why the engine can't give discs and walls these coefficients in one scene."""
+    """Yield reasons why one scene can't have these coefficients of discs and walls in the engine."""
     if len(coefficients) < 2 or coefficients[0][0].startswith("wall"):
         return
     (name, pair), *of_walls = coefficients
     least, greatest = COMBINE_RULES[rule](pair, max_value)
     for wall_name, wall in of_walls:
         if not least <= wall <= greatest:
-            rule_text = f"this method combines coefficients by {rule!r}, so that it can be {least:g} to {greatest:g}"
+            rule_text = f"this method combines coefficients by {rule!r}, which allows only {least:g} to {greatest:g}"
             yield f"{wall_name} is {wall:g} with a {name} of {pair:g}, and {rule_text}"
 
 
@@ -273,8 +274,8 @@ def _can_turn(disc: Disc) -> bool:
 def require_supported(engine: str, scene: Scene, capabilities: Capabilities, dt_s: float) -> None:
     """Refuse a scene that the declared capabilities exclude.
 
-    This is the check that Carom itself makes before a run. One limit is not checked here: the closing speed up to which
-    contacts are inelastic. This speed depends on the profile, which `prepare` does not receive.
+    Carom makes the same check before a run, and also checks the closing speed up to which contacts are inelastic. This
+    closing speed depends on the profile, which `prepare` does not receive.
 
     Args:
         engine: Name of the engine in messages.

@@ -12,7 +12,7 @@ from carom.model.trace import Setting
 
 
 class ContactTimes(Enum):
-    """How precise the time of a reported contact is. The value of a member is the phrase for display."""
+    """How precise the time of a reported contact is. Each member's value is a phrase for display."""
 
     SOLVED = "solved for within the step"
     STEP = "reported to the step"
@@ -21,7 +21,7 @@ class ContactTimes(Enum):
 
 
 class Stamp(Enum):
-    """Instant of the step that an engine reports as a contact's time. A member's value is the phrase for display."""
+    """Instant of the step that an engine reports as a contact's time. Each member's value is a phrase for display."""
 
     START = "the start of the step in which the engine resolved the contact"
     END = "the end of the step in which the engine resolved the contact"
@@ -55,34 +55,35 @@ class Engine:
 
 @dataclass(frozen=True)
 class Capabilities:
-    """Capabilities that an adapter declares for its engine. Carom skips scenes that need more than these.
+    """Capabilities that an adapter declares for its engine. Carom skips scenes that need other capabilities.
 
     Attributes:
         walls: Whether half-plane walls are supported.
-        segments: Whether walls of straight edges are supported, which discs can hit from both sides.
-        arcs: Whether walls of arcs and circles are supported, which discs can hit from both sides.
-        posts: Whether circles are supported that discs can hit from outside only. `arcs` implies `posts`.
+        segments: Whether walls can consist of straight edges that discs can hit from both sides.
+        arcs: Whether walls can consist of arcs and circles that discs can hit from both sides.
+        posts: Whether walls can be circles that discs can hit from outside only. `arcs` implies `posts`.
         wall_materials: Whether each wall can have its own restitution and friction.
         immovable_discs: Whether discs of infinite mass are supported.
-        driven_walls: Whether walls are supported that move at a given velocity.
-        driven_discs: Whether discs of infinite mass are supported that move and spin at given velocities.
+        driven_walls: Whether walls can move at a given velocity.
+        driven_discs: Whether discs of infinite mass can move and spin at given velocities.
         legs: Whether the velocity of a driven body can change at given instants.
         belts: Whether walls can be conveyors.
-        edge_belts: Whether edges and circles can also be conveyors. On either side, the surface moves to the left for
-            an observer on the wall who faces the disc.
+        edge_belts: Whether edges and circles can also be conveyors. On both sides, the surface moves to the left for an
+            observer who looks from the wall towards the disc.
         gravity: Whether uniform gravity is supported.
-        damping: Whether velocities and spins are damped in proportion to their size, as defined for scenes.
+        damping: Whether velocities and spins can be damped in proportion to their size (`damping_per_s` of a scene).
         rolling_resistance: Whether rolling resistance between discs and walls is supported; see
             `docs/theory/contact.md`.
         table_friction: Whether a table can slow down all discs at a constant rate until they stop.
         restitution: Smallest and largest coefficient of restitution that is simulated exactly.
-        restitution_combine: How the engine computes the restitution of a pair from those of its two bodies: a rule of
-            `carom.engines.api.checks.COMBINE_RULES`. With "pair", each pair has a restitution of its own.
+        restitution_combine: Rule by which the engine computes a pair's restitution from a restitution of each body; see
+            `carom.engines.api.checks.COMBINE_RULES`. With "pair", each pair has its own restitution.
         restitution_threshold_m_s: Closing speed up to which the engine makes contacts inelastic.
         spin: Whether discs can spin, with the initial spins and moments of inertia of the scene.
-        min_inertia_factor: Smallest inertia factor of a disc that can turn.
+        min_inertia_factor: Smallest inertia factor (moment of inertia divided by mass times radius squared) of a disc
+            that can turn.
         friction: Smallest and largest coefficient of Coulomb friction that is simulated exactly; 0 is always possible.
-        friction_combine: How the engine computes the friction of a pair; see `restitution_combine`.
+        friction_combine: Rule by which the engine computes a pair's friction; see `restitution_combine`.
         tangential_restitution: Whether the scene's tangential restitution is supported.
         max_turn_rad: Largest angle by which the engine turns a disc in one step, even if the disc spins faster.
         max_spin_rad_s: Largest spin that is simulated exactly.
@@ -143,7 +144,7 @@ class Capabilities:
 
 @dataclass(frozen=True)
 class Accuracy:
-    """Largest errors in addition to PIT's errors that a profile declares. The conformance suite tests these limits.
+    """Limits of a profile's errors in addition to PIT's errors. The conformance suite tests these limits.
 
     The defaults are for a method that has only PIT's errors.
 
@@ -153,9 +154,9 @@ class Accuracy:
             largest speed.
         energy: Largest fraction of the kinetic energy that elastic impacts gain or lose. A fraction below a millionth
             is ignored.
-        margin_m: Largest distance at which bodies already collide, in metres. Engines with speculative contacts have
-            such a margin. The suite then accepts results of bodies that are thicker by this distance; see
-            `carom.conformance.contact_margin`.
+        margin_m: Largest distance at which bodies already collide, in metres. The margin is above 0 for engines with
+            speculative contacts, which begin before bodies touch. The suite also accepts results of bodies that are
+            thicker by this distance; see `carom.conformance.contact_margin`.
     """
 
     late_steps: float = 0.0
@@ -172,11 +173,11 @@ class Profile:
         description: One sentence: the purpose of this profile and the source of its settings.
         settings: Function that returns all settings by name, including ``dt_s``, for a step size in seconds.
         accuracy: Declared accuracy with these settings.
-        located: Whether Carom shortens steps so that they end when bodies begin to touch. If so, `prepare` must return
-            a `CuttableWorld`.
+        located: Whether Carom shortens steps so that they end when bodies begin to touch. In this case, `prepare` must
+            return a `CuttableWorld`.
         capabilities: Capabilities with these settings, if they differ from the adapter's.
-        changed: For the profile `default`: why a setting differs from the engine's default nevertheless, by the
-            setting's name in the engine.
+        changed: Reasons why settings of the profile `default` differ from the engine's defaults, by the setting's name
+            in the engine.
     """
 
     description: str
@@ -198,7 +199,7 @@ class Knob:
         choices: The possible values, if there is no range.
 
     Raises:
-        InputError: A range and choices are both given, or both missing. The range is empty or not finite.
+        InputError: A range and choices are both given or both missing, or the range is empty or not finite.
     """
 
     low: int | float | None = None
@@ -209,11 +210,11 @@ class Knob:
     def __post_init__(self) -> None:
         if self.choices:
             if self.low is not None or self.high is not None:
-                raise InputError(f"a Knob must have either choices or low and high, this one has both: {self}")
+                raise InputError(f"a Knob must have either choices or low and high, but this Knob has both: {self}")
             return
         low, high = self.low, self.high
         if low is None or high is None or type(low) is not type(high) or not -math.inf < low < high < math.inf:
-            raise InputError(f"a Knob needs choices, or low below high, both whole or neither, got {low} and {high}")
+            raise InputError(f"a Knob needs choices, or low below high, both of one type, got {low} and {high}")
         if self.log and not low > 0:
             raise InputError(f"low of a Knob with a logarithmic scale must be above 0, got {low}")
 

@@ -12,17 +12,16 @@ from carom.model.scene import Disc, Scene
 
 Vector = tuple[float, float]
 
-#: A coefficient whose square underflows to 0 in 64-bit floats, since their least positive number is 2**-1074. It is a
-#: power of two, so multiplication and division by it are exact.
+#: A coefficient whose square underflows to 0 in 64-bit floats. Multiplication and division by a power of two are exact.
 VANISHING = 2.0**-600
 
-#: In engines without half-planes, long walls replace them. Each impact on a driven body, such as a paddle, can make a
-#: disc faster. The walls are long enough for a disc that has this number of such impacts.
+#: Number of impacts on driven bodies, such as paddles, for which `reach` allows. Each of these impacts can make a disc
+#: faster.
 DRIVEN_IMPACTS = 32
 
 
 class AliasedProfiles(dict[str, Profile]):
-    """Profiles by name, some with aliases. A lookup accepts an alias. Iteration yields only names.
+    """Profiles by name. A lookup also accepts an alias of a profile. Iteration yields only names.
 
     Args:
         profiles: The profiles by name.
@@ -92,9 +91,9 @@ def factored_frictions(scene: Scene) -> tuple[float, float]:
 def _factor(pair: float, wall: float) -> tuple[float, float]:
     """Return coefficients of discs and of walls for an engine that multiplies the coefficients of two bodies.
 
-    `pair` is the coefficient of two discs, and `wall` that of a disc and a wall. A disc gets the root of `pair`. If
-    `pair` is 0, a disc gets a tiny coefficient and a wall a large one. The square of the tiny coefficient underflows to
-    0, but its product with the wall's coefficient does not.
+    `pair` is the coefficient of two discs, and `wall` is the coefficient of a disc and a wall. A disc gets the square
+    root of `pair`. If `pair` is 0, a disc gets a tiny coefficient, and a wall gets a large coefficient. The square of
+    the tiny coefficient underflows to 0, but its product with the wall's coefficient does not.
     """
     disc = math.sqrt(pair) if pair > 0 else VANISHING
     return disc, wall / disc
@@ -104,9 +103,9 @@ def reach(scene: Scene, dt_s: float) -> tuple[Vector, float]:
     """Return the middle of a scene, and an upper bound for a disc's distance from the middle, in metres.
 
     The distance is measured to the farthest point of the disc. In engines without half-planes, walls must extend to
-    this distance. The bound follows from the scene's energy, including the energy of spins and of
-    falling. Only impacts on driven bodies add energy. Each can add up to twice the speed of the driven body, and
-    `DRIVEN_IMPACTS` such impacts are included.
+    this distance. The bound follows from the scene's energy, including the energy of spins and of falling. Only impacts
+    on driven bodies add energy. The bound allows for `DRIVEN_IMPACTS` impacts on driven bodies, each of which can add
+    twice the speed of the driven body.
     """
     x, y = zip(*(disc.position_m for disc in scene.discs), strict=True)
     centre = (min(x) / 2 + max(x) / 2, min(y) / 2 + max(y) / 2)
@@ -155,8 +154,8 @@ def oriented_contact(
 ) -> Contact:
     """Return the contact of two bodies, given in any order. `normal` points from `a` to `b`.
 
-    The tangential impulse acts on `b`. If the bodies are exchanged, normal, tangent and impulse are reversed, and so
-    the number `tangential_impulse_n_s` stays the same.
+    The tangential impulse acts on `b`. An exchange of the bodies reverses the normal, the tangent and the impulse, so
+    `tangential_impulse_n_s` keeps its sign.
     """
     first, second = pair_of(a, b)
     nx, ny = normal

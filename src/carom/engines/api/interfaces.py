@@ -28,11 +28,11 @@ class Contact:
         impulse_n_s: Impulse along the normal, in newton seconds; 0 for a contact without effect, None if the engine
             reports no impulse.
         velocities: Velocities just before and after the contact, ``(first before, second before, first after, second
-            after)``. If they are given, the contact becomes one impact with these velocities. If None, Carom uses the
-            velocities of the states before and after the contact.
+            after)``. If `velocities` is not None, the contact becomes one impact with these velocities. If None, Carom
+            uses the velocities of the states before and after the contact.
         tangential_impulse_n_s: Impulse of friction on `second`, in newton seconds, along the normal turned by +90
             degrees. `first` receives the opposite impulse. The sign stays the same if the bodies are exchanged. None if
-            the engine reports no such impulse.
+            the engine reports no impulse of friction.
         spins_rad_s: Spins of the two bodies, in the order of `velocities`; 0 for a wall. None if no disc turns.
     """
 
@@ -71,19 +71,19 @@ class World(Protocol):
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings in use. They are read back from the engine if possible."""
+        """The settings in use, read back from the engine if possible."""
 
     def advance(self, steps: int) -> None:
         """Take `steps` steps.
 
-        Carom measures the run time of this call. So the adapter should add little to the engine's own steps.
+        Carom measures the run time of this call, so the adapter should do little except the engine's steps.
         """
 
     def observe(self) -> Observation:
         """Return the present state and the contacts of the last step. The call is not timed."""
 
     def close(self) -> None:
-        """Release the engine's resources. This method is called once, also after an error."""
+        """Release the engine's resources. Carom calls this method once, also after an error."""
 
 
 @runtime_checkable
@@ -97,16 +97,16 @@ class TimedWorld(World, Protocol):
 
 @runtime_checkable
 class QuietWorld(World, Protocol):
-    """A world that can take many steps without contacts in one call. This is optional, and saves run time."""
+    """A world that can take many steps without contacts in one call. This optional interface saves run time."""
 
     def take_quiet_steps(
         self, position_m: NDArray[np.float64], velocity_m_s: NDArray[np.float64], spin_rad_s: NDArray[np.float64]
     ) -> int:
         """Take steps until a step has contacts or a warning. Return the number of steps taken.
 
-        The state after each step is written to a row of the arrays. Their shapes are ``(k, n, 2)``, ``(k, n, 2)`` and
-        ``(k, n)``. At most k steps are taken. After the call, `observe` returns the state and contacts of the last
-        step. Carom calls `observe` once before the first call.
+        For n discs and at most k steps, the arrays have the shapes ``(k, n, 2)``, ``(k, n, 2)`` and ``(k, n)``. The
+        state after each step is written to one row of each array. After the call, `observe` returns the state and
+        contacts of the last step. Carom calls `observe` once before the first call.
         """
 
 
@@ -120,7 +120,7 @@ class CuttableWorld(World, Protocol):
     def touching(self) -> frozenset[tuple[int, int]]:
         """Return the pairs of bodies that now touch by the engine's own contact test.
 
-        Bodies have the numbers that `Contact` describes.
+        Bodies are numbered as in `Contact`.
 
         Carom calls this method after `advance`. The call must not change the state or the contacts that `observe`
         returns.
@@ -154,7 +154,10 @@ class Adapter(Protocol):
         """Profiles by name: at least ``default`` and ``tuned``."""
 
     def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> World:
-        """Build a scene in the engine, with the settings of a profile. Carom measures this time separately."""
+        """Build a scene in the engine, with the settings of a profile.
+
+        Carom measures the time of this call separately.
+        """
 
 
 @runtime_checkable
@@ -195,7 +198,9 @@ class ReadingAdapter(Adapter, Protocol):
     """An adapter that can read files of its engine as scenes, for ``carom import``."""
 
     def read(self, content: bytes, name: str, duration_s: float) -> Imported:
-        """Read a file as a scene, and list its parts that scenes do not support. Carom calls this in a worker process.
+        """Read a file as a scene, and list its parts that scenes do not support.
+
+        Carom calls this method in a worker process.
 
         Args:
             content: Content of the file. The content is not trusted: no part of it may be executed.

@@ -11,9 +11,10 @@ Point = tuple[float, float]
 
 
 def wall_towards(discs: Sequence[Disc], faces: Iterable[tuple[Point, Point]]) -> Wall | None:
-    """Return one face of a body as a wall, such that all discs are in front of it; None if there is no such face.
+    """Return a wall that replaces a face of a body; None if no face has all discs in front.
 
-    A face is given by a point and a normal. If there are several such faces, the one farthest from the discs is chosen.
+    A face is given by a point and a normal. If several faces have all discs in front, the face farthest from the discs
+    is chosen.
     """
     faces_ahead = [
         (gap, point, normal) for point, normal in faces if (gap := _compute_gap(discs, point, normal)) >= 0.0
@@ -30,7 +31,7 @@ def _compute_gap(discs: Sequence[Disc], point: Point, normal: Point) -> float:
     gaps = [0.0] if not discs else []
     for disc in discs:
         gap = (disc.position_m[0] - px) * nx + (disc.position_m[1] - py) * ny - disc.radius_m
-        # Because of rounding, a disc that touches the face can seem to be this far behind it.
+        # Because of rounding, a disc that touches the face can seem to be behind the face by this distance.
         rounding = 2.0**-50 * (math.hypot(*disc.position_m) + math.hypot(px, py) + disc.radius_m)
         gaps.append(0.0 if -rounding <= gap < 0.0 else gap)
     return min(gaps)
@@ -42,7 +43,7 @@ def one_coefficient(what: str, values: Sequence[float], most: float, dropped: li
     Args:
         what: Name of the coefficient, for the report.
         values: The coefficients in the file, one for each pair of bodies.
-        most: Largest value in a scene.
+        most: Largest value that a scene allows.
         dropped: List to which the reported changes are added.
     """
     if not values:

@@ -1,8 +1,8 @@
 """Converts scenes to an engine's units, and the engine's observations back to metres and seconds.
 
-Engines contain constant lengths and speeds, such as a contact margin, or a speed below which nothing bounces. If users
-can't change such a constant, it can still be made negligible: in smaller units, all numbers of the scene are larger.
-Units are powers of two, so that the conversion does not round.
+Engines contain constant lengths and speeds, such as a contact margin, or a speed below which nothing bounces. In
+smaller units, all numbers of the scene are larger. So smaller units make constants negligible, even if users can't
+change the constants. Units are powers of two, so that the conversion does not round.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ from carom.support.limits import MOST_VALUES, count_values
 
 Point = tuple[float, float]
 
-#: Default collision filter of a fixture, by which Planck decides which bodies collide.
+#: Default collision filter of a fixture (a shape of a body). The filters determine which bodies collide.
 _FILTER = {"filterGroupIndex": 0, "filterCategoryBits": 0x0001, "filterMaskBits": 0xFFFF}
 
 
@@ -40,7 +40,7 @@ def parse_dump(content: bytes, name: str, duration_s: float) -> Imported:
 
 
 class _Body:
-    """A body of a dump, with its fixtures."""
+    """A body of a Planck dump, with its fixtures (shapes)."""
 
     def __init__(self, entries: Any, reference: Any) -> None:
         self.fields = _resolve(entries, reference)
@@ -113,8 +113,7 @@ class _Reading:
         place, radius = body.to_world(shape["p"]), float(shape["radius"])
         if not body.moves:
             return Disc(position_m=place, radius_m=radius, mass_kg=math.inf)
-        # If a body's density is 0, Box2D sets the body's mass to 1 kg and gives it no moment of inertia, so the body
-        # never turns.
+        # Box2D gives a body with the density 0 a mass of 1 kg and no moment of inertia, so the body never turns.
         mass = float(fixture["density"]) * math.pi * radius**2
         turns = mass > 0.0 and not body.fields["fixedRotation"]
         spin = float(body.fields["angularVelocity"])
@@ -172,7 +171,7 @@ def _parse_point(pair: Any) -> Point:
 
 
 def _list_face_groups(body: _Body, shape: Any) -> Iterator[list[tuple[Point, Point]]]:
-    """Yield the faces of a polygon, or both sides of an edge, or both sides of each link of a chain."""
+    """Yield lists of faces: all faces of a polygon, both sides of an edge, or both sides of each link of a chain."""
     if shape["type"] == "polygon":
         corners = [body.to_world(corner) for corner in shape["vertices"]]  # counterclockwise
         yield [face for a, b in zip(corners, [*corners[1:], corners[0]], strict=True) for face in _find_face(a, b)]

@@ -1,4 +1,4 @@
-"""Adapter of an engine that is a separate program. It communicates with the program over two pipes."""
+"""Adapter of an engine that is a separate program. Messages go through two pipes."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from carom.model.trace import Setting
 
 
 class ProgramWorld:
-    """A world in the program, which measures its run time by its own clock.
+    """A world in the program. The program measures the run time of steps by its own clock.
 
     Attributes:
         settings: The settings in use, as reported by the program.
@@ -80,7 +80,7 @@ class ProgramWorld:
 
 
 class ProgramAdapter:
-    """Adapter of the engine in a manifest. The first world starts the program, and later worlds reuse it.
+    """Adapter of the engine that a manifest describes. The first world starts the program, and later worlds reuse it.
 
     Attributes:
         manifest: The manifest.
@@ -155,7 +155,9 @@ def _build_profile(profile: ProgramProfile) -> Profile:
 
 
 def program_adapter(path: Path | str) -> ProgramAdapter:
-    """Return the adapter of the engine that a manifest describes. The package of an adapter needs no other code.
+    """Return the adapter of the engine that a manifest describes.
+
+    An adapter's package needs no other code than this call.
 
     Args:
         path: Path of the manifest.

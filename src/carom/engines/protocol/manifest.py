@@ -24,14 +24,15 @@ from carom.support.fields import describe_error
 MANIFEST = "engine.toml"
 #: Hint in error messages: the document that explains the fields.
 PAGE = "see docs/reference/engine-protocol.md#the-manifest"
-#: Pydantic appends one of these to the location of an error if a setting has a wrong type. Messages leave it out.
+#: If a setting has a wrong type, Pydantic appends one of these names to the location of the error. Carom's messages
+#: leave the name out.
 _KINDS = (["float"], ["int"], ["bool"], ["str"])
-#: Larger files are refused. A manifest is a page of text, which is far smaller.
+#: Largest size of a manifest. A manifest is a page of text, which is far smaller.
 MOST_BYTES = 2**20
 
 
 def _check_known_fields(kind: type[Any]) -> Any:
-    """Return a validator that refuses a table with fields that the dataclass `kind` does not have."""
+    """Return a validator that refuses fields that the dataclass `kind` does not have."""
 
     def check(table: object) -> object:
         if isinstance(table, Mapping) and (unknown := sorted(table.keys() - {field.name for field in fields(kind)})):
@@ -59,7 +60,7 @@ def _read_enums(table: object) -> object:
 
 
 def _check_finite(setting: Setting) -> Setting:
-    """Refuse infinity and NaN, because JSON has no such numbers and the program would get a string."""
+    """Refuse infinity and NaN. JSON has no such numbers, so the program would get a string."""
     if isinstance(setting, float) and not math.isfinite(setting):
         raise ValueError(f"must be finite, as JSON requires, got {setting}")
     return setting
@@ -75,10 +76,10 @@ class _Table(BaseModel):
 
 
 class ProgramProfile(_Table):
-    """A profile in a manifest. Its fields are those of `carom.engines.api.Profile`.
+    """A profile in a manifest, with the fields of `carom.engines.api.Profile`.
 
-    The step size ``dt_s`` is not among the settings, since Carom adds it. `capabilities` contains only values that
-    differ from those of the engine.
+    The settings do not contain the step size ``dt_s``, which Carom adds. In the file, `capabilities` contains only
+    values that differ from the engine's capabilities.
     """
 
     description: str
@@ -90,13 +91,13 @@ class ProgramProfile(_Table):
 
 
 class Manifest(_Table):
-    """Manifest: describes an engine that is a program, so that the program need not be started for queries.
+    """Description of an engine that is a program. Carom reads the description without starting the program.
 
     Attributes:
         protocol: Version of the protocol that the program uses.
         name: Name for ``--engine``.
         engine: Name of the engine for display; by default `name`.
-        version: The engine's version; empty if only the running program reports it.
+        version: The engine's version; empty if only the running program reports the version.
         oldest: Oldest supported release. An older release counts as unavailable.
         newest_tried: Newest tested release.
         package: Path of the ``package.json`` of the npm package that the program needs, relative to the manifest.
@@ -104,11 +105,12 @@ class Manifest(_Table):
             version.
         command: Command that starts the program. The program runs in an empty folder. A word that begins with ``./`` or
             ``../`` is the path of a file, relative to the manifest's folder.
-        install: Command that installs the program's requirements. The command is shown if they are missing. Its words
-            are resolved like those of `command`.
+        install: Command that installs the program's requirements, shown if a requirement is missing. Paths are resolved
+            like paths in `command`.
         capabilities: Capabilities of the engine.
         profiles: Profiles by name: at least ``default`` and ``tuned``.
-        knobs: Settings that ``carom tune`` may change, with their ranges, by name. They need not be in a profile.
+        knobs: Settings that ``carom tune`` may change, with their ranges, by name. Profiles need not contain these
+            settings.
     """
 
     protocol: int = PROTOCOL
@@ -127,7 +129,7 @@ class Manifest(_Table):
     @model_validator(mode="before")
     @classmethod
     def _complete_capabilities(cls, data: Any) -> Any:
-        """Complete the capabilities of each profile with those of the engine."""
+        """Complete the capabilities of each profile with the capabilities of the engine."""
         match data:
             case {"capabilities": dict(shared), "profiles": dict(profiles)}:
                 completed = {
@@ -154,7 +156,7 @@ class Manifest(_Table):
     def explain_unavailable(self, folder: Path) -> str:
         """Return why the program can't be started on this machine; empty if it can be started.
 
-        This method starts nothing.
+        The method does not start the program.
         """
         program = self.resolve_command(folder)[0]
         if not shutil.which(program):
@@ -171,7 +173,7 @@ class Manifest(_Table):
 
 
 def _resolve_argument(folder: Path, argument: str) -> str:
-    """Return an argument of a command. If it is a path relative to the manifest, return the full path."""
+    """Return an argument of a command. A path relative to the manifest is replaced by the full path."""
     return str((folder / argument).resolve()) if argument.startswith(("./", "../")) else argument
 
 

@@ -2,7 +2,7 @@
 
 A message is a JSON object on one line. Both sides ignore unknown fields, so that new fields don't need a new version of
 the protocol. A new kind of request needs a new version. A number is written as the shortest text that reads back as the
-same double, and NaN as ``null``.
+same 64-bit float. NaN is written as ``null``.
 """
 
 from __future__ import annotations
@@ -101,7 +101,7 @@ class Close(_Message):
 
 
 class Failure(_Message):
-    """Reason why a request was refused as invalid, or why it failed."""
+    """Reason why a request was refused as invalid, or why the request failed."""
 
     kind: Literal["refused", "failed"] = "failed"
     message: str
@@ -134,7 +134,7 @@ class Stepped(_Message):
 
 
 class ToldContact(_Message):
-    """A contact of the last step. The fields are those of `carom.engines.api.Contact`."""
+    """A contact of the last step, with fields of `carom.engines.api.Contact`."""
 
     first: int
     second: int
@@ -145,7 +145,7 @@ class ToldContact(_Message):
 
 
 class Seen(_Message):
-    """Reply to `Look`. The fields are those of `carom.engines.api.Observation`."""
+    """Reply to `Look`, with the fields of `carom.engines.api.Observation`."""
 
     position_m: list[_Vector]
     velocity_m_s: list[_Vector]

@@ -18,11 +18,11 @@ from carom.support.data_files import reject_duplicate_keys
 from carom.support.escaping import find_last_message
 from carom.support.fields import describe_error
 
-#: Longer answers are refused. An answer with a million discs and their contacts takes half of this size.
+#: Largest size of an answer. An answer with a million discs and their contacts has half of this size.
 MOST_ANSWER_BYTES = 256 * 2**20
 #: Number of characters of an invalid answer that are shown.
 SHOWN = 120
-#: Number of bytes that are kept from the end of standard error. The last line becomes part of the reason of a failure.
+#: Number of bytes that are kept from the end of standard error. The last line appears in the message about a failure.
 MOST_PRINTED_BYTES = 2**14
 #: Default capacity of a pipe on Linux.
 CHUNK_BYTES = 2**16
@@ -55,7 +55,7 @@ class Program:
         except OSError as error:
             raise AdapterError(f"{name}: {' '.join(command)} can't be started: {error.strerror}") from error
         requests, answers, printed = self._popen.stdin, self._popen.stdout, self._popen.stderr
-        assert requests and answers and printed  # noqa: S101, PT018 - they were opened with pipes
+        assert requests and answers and printed  # noqa: S101, PT018 - all three are pipes, because of the arguments above
         self._requests, self._answers, self._printed = requests, answers, printed
         self._poll = select.poll()
         for pipe in (self._answers, self._printed):
@@ -83,7 +83,7 @@ class Program:
         if line is None:
             raise AdapterError(f"{self.name}: {self._describe_end()} when asked to {request.do!r}")
         try:
-            # By default, json would silently ignore all but one of the values of a duplicate key.
+            # By default, `json` silently keeps only one value of a duplicate key.
             json.loads(line, object_pairs_hook=reject_duplicate_keys)
         except InputError as error:
             raise self._build_answer_error(request, line, f"the line {error}") from error
@@ -111,7 +111,7 @@ class Program:
     def _exchange(self, request: bytes) -> bytes | None:
         """Send a request and return the answer as a line; None if there is no answer.
 
-        Standard error is read at the same time. Otherwise the program would block when this pipe is full.
+        Standard error is read at the same time, because a full pipe would block the program.
         """
         unsent, searched = memoryview(request), 0
         self._poll.register(self._requests, select.POLLOUT)
@@ -123,7 +123,7 @@ class Program:
                 if file == self._requests.fileno():
                     try:
                         unsent = unsent[os.write(file, unsent) :]
-                    # the program has closed its input or ended; the missing answer shows this
+                    # the program has closed its input or ended, and its missing answer is reported later
                     except BrokenPipeError:
                         unsent = unsent[:0]
                     if not unsent:
@@ -151,7 +151,7 @@ class Program:
         return bool(chunk)
 
     def _describe_last_output(self) -> str:
-        """Return a phrase with the last line that the program printed since the last request; empty if none."""
+        """Return a phrase with the last line that the program printed since the last request; may be empty."""
         while self._read_printed():
             pass
         # Remove the path of the worker's temporary folder, so that the same failure always has the same text.
@@ -159,7 +159,7 @@ class Program:
         return f"it last printed {last_output!r}" if last_output else ""
 
     def _describe_end(self) -> str:
-        """End the program. Return a description of how it ended, with its last output."""
+        """End the program. Return how the program ended, and its last output."""
         by_itself = self._stop()
         last_output = self._describe_last_output()
         self.end()
@@ -178,7 +178,7 @@ class Program:
         return self._popen.poll() is not None
 
     def end(self) -> None:
-        """Close the program's input, after which it should end. If it does not end, kill it."""
+        """Close the program's input, which should end the program. If the program does not end, kill it."""
         self._stop()
         for pipe in (self._answers, self._printed):
             pipe.close()
@@ -190,6 +190,6 @@ class Program:
             self._popen.wait(GRACE_S)
         except subprocess.TimeoutExpired:
             self._popen.kill()
-            self._popen.wait()  # no process can ignore SIGKILL; on a busy machine it may take a while to end
+            self._popen.wait()  # no process can ignore SIGKILL, but its end can take a while
             return False
         return True

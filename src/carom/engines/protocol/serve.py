@@ -1,7 +1,7 @@
-"""Serves a Python adapter over standard input and output: it answers the requests of the engine protocol.
+"""Answers requests of the engine protocol on standard input by calling a Python adapter.
 
-So an adapter can run in another interpreter, with another release of its engine. `carom history` uses this to compare
-releases of an engine.
+So an adapter can run in another interpreter, with another release of its engine. The command `carom history` compares
+releases of an engine in this way.
 """
 
 from __future__ import annotations
@@ -22,8 +22,9 @@ from carom.engines.api import Accuracy, Adapter, Capabilities, Contact, Cuttable
 from carom.engines.protocol import messages
 from carom.errors import AdapterError, CaromError
 
-#: Name of the only setting in the manifest of a served adapter. Its value is the name of a profile. The program reads
-#: the actual settings from its adapter, since they can depend on the step size, and those in a manifest can't.
+#: Name of the only setting in the manifest of a served adapter. The value of the setting is the name of a profile. The
+#: program reads all other settings from the adapter's profile. Settings of a profile can depend on the step size, but
+#: settings in a manifest can't.
 PROFILE = "profile"
 
 W = TypeVar("W")
@@ -43,7 +44,7 @@ class Server:
     def __init__(self, adapter: Adapter, version: str) -> None:
         self._adapter, self._version = adapter, version
         self._worlds: dict[int, World] = {}
-        # saved states stay here, because they can be objects of the engine, which can't be sent
+        # saved states stay in this process, because objects of an engine can't be sent
         self._saved: dict[tuple[int, int], object] = {}
         self._numbers = count(1)
 
@@ -84,7 +85,7 @@ class Server:
                 self._saved = {key: state for key, state in self._saved.items() if key[0] != request.world}
                 return {}
         if not isinstance(world, CuttableWorld):
-            raise AdapterError(f"the steps of {self._adapter.name} can't be cut with this profile")
+            raise AdapterError(f"the steps of {self._adapter.name} can't be shortened with this profile")
         match request:
             case messages.Cut():
                 world.cut(request.dt_s)
@@ -125,7 +126,7 @@ def _build_error(kind: str, message: str) -> dict[str, Any]:
 
 
 def _take_steps(world: World, steps: int) -> float:
-    """Take steps and return the seconds that they take. If the world has a clock of its own, this clock is read."""
+    """Take steps, and return their run time in seconds. If the world has its own clock, read this clock."""
     if isinstance(world, TimedWorld):
         before = world.seconds
         world.advance(steps)
@@ -164,7 +165,7 @@ def build_manifest(adapter: Adapter, name: str, version: str, command: Sequence[
 
     Args:
         adapter: The adapter; its engine is not imported.
-        name: Name of the engine in the manifest. It must differ from the adapter's name.
+        name: Name of the engine in the manifest. The name must differ from the adapter's name.
         version: Version of the engine.
         command: Command that starts the program.
     """
@@ -205,7 +206,7 @@ def _build_knob(knob: Knob) -> dict[str, Any]:
 
 
 def _find_differing(declared: _Declared, usual: _Declared) -> dict[str, Any]:
-    """Return the fields of `declared` that differ from those of `usual`, as they are written in a manifest."""
+    """Return the fields of `declared` that differ from `usual`, as they are written in a manifest."""
     pairs = ((field.name, getattr(declared, field.name), getattr(usual, field.name)) for field in fields(declared))
     return {name: _to_toml_value(value) for name, value, other in pairs if value != other}
 

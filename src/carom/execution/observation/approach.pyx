@@ -1,7 +1,7 @@
 """Tests for free flight: whether discs move straight, overlap, or come near each other or near walls.
 
-The formulas for times are much faster than the computation of an impact's time. Their rounding does not matter, because the
-reach is much larger than the distance at which bodies touch.
+The formulas in this module are much faster than the computation of an impact's time. Bodies count as near long before
+they touch, so the rounding of the computed times does not matter.
 """
 
 from libc.math cimport INFINITY, fabs, hypot, isfinite, sqrt
@@ -10,8 +10,7 @@ from libc.math cimport INFINITY, fabs, hypot, isfinite, sqrt
 cdef inline double near_time(double x, double y, double vx, double vy, double reach) noexcept nogil:
     """Return the seconds until a body comes within `reach` of the origin: 0 if near and approaching, infinity if never.
 
-    If a distance or a speed overflows, the result is unknown. Then 0 is returned, because an immediate contact is
-    possible.
+    If a distance or a speed overflows, return 0, because an immediate contact is possible.
     """
     cdef double speed = hypot(vx, vy), along, aside
     if speed == 0.0:
@@ -34,9 +33,10 @@ def has_moved_straight(
     double end_s,
     double roundings,
 ):
-    """Whether every disc has moved by its velocity in a step, except for the rounding of coordinates and instants.
+    """Whether every disc has moved by its velocity times the step's duration, except for rounding.
 
-    Rounding may be at most `roundings` times the largest coordinate or the longest path until the step's end, `end_s`.
+    The largest allowed rounding error is `roundings` times a length: the largest coordinate, or a longer path until the
+    step's end `end_s`.
     """
     cdef double farthest = 0.0, fastest = 0.0
     cdef Py_ssize_t i, axis
@@ -71,7 +71,7 @@ def compute_pair_time(
     const Py_ssize_t[:] first,
     const Py_ssize_t[:] second,
 ):
-    """Return the seconds until any of the pairs of discs is nearer than the sum of its reaches; infinity if never."""
+    """Return the seconds until the discs of any pair are nearer than the sum of their reaches; infinity if never."""
     cdef double earliest = INFINITY
     cdef Py_ssize_t k, i, j
     for k in range(first.shape[0]):
@@ -89,7 +89,7 @@ def compute_pair_time(
 def compute_wall_time(
     const double[:, :] position, const double[:, :] velocity, const double[:] reach, const double[:, :] walls
 ):
-    """Return the seconds until any disc is nearer to a half-plane wall than its reach; infinity if never.
+    """Return the seconds until any disc is nearer to a half-plane wall than the disc's reach; infinity if never.
 
     A row of `walls` contains a point and the unit normal of a wall.
     """

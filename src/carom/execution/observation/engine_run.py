@@ -37,16 +37,16 @@ from carom.model.step_windows import States
 from carom.model.trace import Outcome, Samples, Trace, resolve_profile
 from carom.support.limits import LARGEST
 
-#: In scenes in which discs may come to rest, the trace stores states of the run. Largest number of discs of a scene
-#: whose states are stored, and largest number of stored states.
+#: A trace stores states of the run if discs may come to rest. Largest number of discs in scenes whose states are
+#: stored, and largest number of stored states.
 MOST_STORED_DISCS = 10
 MOST_STORED_STATES = 256
 
-#: States are stored in blocks. Number of states in a block times number of discs; a block takes about 3 MB.
+#: States are stored in blocks of about 3 MB. Number of states in a block, multiplied by the number of discs.
 _ROWS = 2**16
 
-#: Rounding error of an instant that is divided by the step size: two roundings, each at most 2^-21 after the largest
-#: number of steps, 2^32 (`MOST_STEPS`). It only decides how many steps one call takes.
+#: Largest rounding error of an instant divided by the step size. The error is the sum of two roundings, each at most
+#: 2^-21 for at most 2^32 steps (`MOST_STEPS`). The value only affects how many steps one call takes.
 _ROUNDED = 2.0**-20
 
 #: Largest number of samples, which are positions for drawing. No picture is wider than this number of pixels.
@@ -67,12 +67,12 @@ class ObserveTask(JobTask):
 
 
 def observe_job(job: Job, runner: TaskRunner, *, samples: bool = False) -> Answer[Trace]:
-    """Run a job and return its trace, or the reason why there is none."""
+    """Run a job and return its trace, or the reason why there is no trace."""
     return check_own_scene(job, runner.run(ObserveTask(job, samples)))
 
 
 def check_own_scene(job: Job, answer: Answer[Trace]) -> Answer[Trace]:
-    """Return the answer to a job with the job's own scene, or a failed answer if its trace is of another scene."""
+    """Return the answer with the scene object of the job. If the trace is of another scene, return a failed answer."""
     if answer.value is None:
         return answer
     if answer.value.scene != job.scene:
@@ -100,7 +100,7 @@ def observe_run(
         scene: The scene.
         profile: Name of the profile.
         dt_s: Step size, in seconds.
-        overrides: Settings that replace those of the profile.
+        overrides: Settings that are used instead of the profile's settings.
         samples: Whether to keep positions for drawing.
         watched: Whether to compare each step with a step of PIC from the same state, for `local_truth` of the trace.
 
@@ -145,8 +145,8 @@ def run_pit(scene: Scene, dt_s: float) -> Trace:
 def choose_stored_steps(steps: int) -> frozenset[int]:
     """Return the numbers of the steps after which the state is stored: at most `MOST_STORED_STATES` of all steps.
 
-    A run with more steps is divided into equal intervals, with one quasi-random step from each. If stored steps were
-    equally spaced, a disc that hops every two steps could seem to rest.
+    A run with more steps is divided into equal intervals, and the state after one quasi-random step of each interval is
+    stored. If stored steps were equally spaced, a disc that hops every two steps could seem to rest.
     """
     stretch = -(-steps // MOST_STORED_STATES)
     stretches = range(0, steps, stretch)
@@ -169,7 +169,7 @@ class _Run:
         self.rows.position_m[0], self.rows.velocity_m_s[0] = arrays.position_m, arrays.velocity_m_s
         self.rows.spin_rad_s[0], self.rows.has_spins = arrays.spins, arrays.turns
         self.contacts = tuple[Contact, ...]()
-        #: Time and state after the last step before this block; not after the scene's end.
+        #: Time and state after the last step before this block; never after the scene's end.
         self.before = (0.0, self.state)
         self.collector, self.collected = ImpactCollector(scene, self.state, float_bits), 0
         self.watch = StepWatch(scene, dt_s, float_bits) if watched else None
@@ -188,7 +188,7 @@ class _Run:
 
     @property
     def earlier(self) -> tuple[float, Observation]:
-        """Time and state one step before the present state; not after the scene's end."""
+        """Time and state one step before the present state; never after the scene's end."""
         rows_within = np.flatnonzero(self.rows.time_s[: self.row] <= self.scene.duration_s)
         if not len(rows_within):
             return self.before
@@ -225,8 +225,8 @@ class _Run:
     def _take_quiet_steps(self, world: QuietWorld, flight: FreeFlight | None) -> Observation | None:
         """Take steps without contacts in one call, until a step has contacts or a warning, or free flight is possible.
 
-        Return the observation after the last step, and add the states after all earlier steps. If only one step may
-        be taken, take none and return None. Call this method only while no contact continues from the last step.
+        Return the observation after the last step, and add the states after all earlier steps. If only one step may be
+        taken, take no step and return None. Call this method only while no contact continues from the last step.
         """
         if self.row + 1 == len(self.rows.time_s):
             self._begin_rows()
@@ -300,7 +300,7 @@ class _Run:
         self.row = 0
 
     def _pass_on_states(self) -> None:
-        """Pass the block's states to the step-by-step comparison, except the first, which the previous block passed."""
+        """Pass the block's states to the step-by-step comparison, except the first state, which was passed before."""
         if self.watch is not None:
             self.watch.add(self.rows.states(slice(1, self.row + 1)))
 

@@ -24,7 +24,7 @@ class LastStep:
 
     Attributes:
         scene: The scene.
-        begin_s: Start of the step, in seconds; not after the scene's end.
+        begin_s: Start of the step, in seconds; never after the scene's end.
         before: State at the start of the step.
         end_s: End of the step, in seconds; it may be after the scene's end.
         state: State at the end of the step.
@@ -67,9 +67,9 @@ class LastStep:
     def _compute_rates_of_change(self) -> tuple[Array, Array | None]:
         """Return how fast the velocities and spins of all discs change between the scene's end and the step's end.
 
-        A disc in flight has the acceleration of gravity. A disc counts as resting if its mean acceleration in the last
-        step is small, since a wall balances more than half of gravity. For a resting disc, return the mean rates of
-        the last step.
+        A disc in flight has the acceleration of gravity. A disc counts as resting if a wall balances more than half of
+        gravity, so that the disc's mean acceleration in the last step is small. For a resting disc, return the mean
+        rates of the last step.
         """
         falls = float(np.hypot(*self.scene.gravity_m_s2))
         if not falls:
@@ -91,16 +91,16 @@ class LastStep:
         turned_s: Array,
         spins: NDArray[np.void] | None,
     ) -> LastStep:
-        """Return this step with another end, and with other impacts of the discs `discs`: only those in `impacts`.
+        """Return this step, ended at `until_s`. Impacts of the discs `discs` that are missing in `impacts` are undone.
 
-        From its last of these impacts, or else from the start of the step, such a disc flies freely.
+        Each of the discs flies freely after its last impact, or after the start of the step if it has no impact.
 
         Args:
             discs: Numbers of the discs.
             until_s: End of the returned step, in seconds.
             impacts: The impacts to keep.
             turned_s: Time at which each impact changed the velocities of its bodies, in seconds.
-            spins: Spins around each impact; None in a scene without spins.
+            spins: Spins before and after each impact; None in a scene without spins.
         """
         position, velocity = self.state.position_m.copy(), self.state.velocity_m_s.copy()
         spin = None if self.state.spin_rad_s is None else self.state.spin_rad_s.copy()

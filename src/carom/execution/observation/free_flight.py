@@ -20,7 +20,8 @@ from carom.model.scene import Scene, Wall
 Array = NDArray[np.float64]
 
 #: Engines report contacts before bodies touch: within a margin, and if the bodies would touch in the next step. No
-#: engine reports contacts beyond this distance from a disc's centre plus two steps of motion. The unit is the radius.
+#: engine reports a contact farther from a disc's centre than `_MARGIN_RADII` radii plus the motion in `_AHEAD_STEPS`
+#: steps.
 _MARGIN_RADII = 2.0
 _AHEAD_STEPS = 2
 
@@ -28,17 +29,18 @@ _AHEAD_STEPS = 2
 #: the search compares.
 _WIDER = 1.0 + 2.0**-40
 
-#: The search for approaching pairs is repeated for longer and longer times ahead. Factor between successive times.
+#: Approaching pairs are searched for longer and longer times ahead. Each time is the previous time multiplied by this
+#: factor.
 _WIDENED = 4.0
 
-#: Largest number of discs of a scene in which all pairs are tested, since the search for near pairs would take longer.
+#: In scenes with at most this number of discs, all pairs are tested, which is faster than a search for near pairs.
 _FEW_DISCS = 32
 
-#: In free flight, this number of steps must have left every velocity unchanged and moved every disc by its velocity.
+#: Free flight requires that this number of steps left all velocities unchanged and moved all discs straight.
 QUIET_STEPS = 2
 
 #: Allowed rounding error of a position in a step, in units in the last place of the largest coordinate or path length.
-#: The product, the sum, the instants, the step and the engine's origin contribute up to one unit each.
+#: The product, the sum, the instants, the step and the engine's origin all contribute to the rounding error.
 _ROUNDINGS = 4
 
 
@@ -47,11 +49,11 @@ class FreeFlight:
 
     The decision uses only the engine's own states. The rest of a run is free flight if two conditions hold:
 
-    -     On their present straight paths, no two bodies overlap or come near each other before the scene's end.
+    - On their present straight paths, no two bodies overlap or come near each other before the scene's end.
     - The last two steps left every bit of every velocity unchanged, and moved every disc by its velocity, apart from
-    the rounding of the engine's floats. So the engine does not damp discs, push them or move them in any other way.
+      the rounding of the engine's floats. So the engine does not damp discs, push them or move them in any other way.
 
-    In free flight, the final state is at the end of these straight paths.
+    In free flight, the final state is at the end of the straight paths.
 
     Attributes:
         look_from_s: Earliest time at which the rest of the run can be free flight, unless a contact comes first. Before
@@ -80,13 +82,13 @@ class FreeFlight:
         self._outlines = [wall.outline for wall in scene.walls if not isinstance(wall, Wall)]
 
     def add_state(self, time_s: float, state: Observation) -> None:
-        """Add the state after a step. Before `has_begun` is called, the states of the two steps before are needed."""
+        """Add the state after a step. `has_begun` needs the states after the two previous steps."""
         self._seen.append((time_s, state))
 
     def has_begun(self, time_s: float, state: Observation) -> bool:
         """Whether the rest of the run is free flight.
 
-        `look_from_s` determines after which steps this method must be called. It adds the state.
+        `look_from_s` determines after which steps this method must be called. The method also adds the state.
         """
         self.add_state(time_s, state)
         if state.contacts:
@@ -116,7 +118,7 @@ class FreeFlight:
     def _compute_earliest_contact(self, state: Observation, left_s: float) -> float:
         """Return the seconds until a contact is possible.
 
-        If a disc comes near a wall before the scene's end, the times of pairs of discs are not computed.
+        If a disc comes near a wall before the scene's end, pairs of discs are not examined.
         """
         p, v = state.position_m, state.velocity_m_s
         if any(approach.are_overlapping(p, self._radius, *pairs) for pairs in self._find_pairs(p, self._wider_radius)):
@@ -127,7 +129,10 @@ class FreeFlight:
         return nearest if nearest <= left_s else min(nearest, self.compute_pair_wait(p, v, left_s))
 
     def compute_pair_wait(self, p: Array, v: Array, left_s: float) -> float:
-        """Return the seconds until two discs come near each other, or any time after the end if that is later."""
+        """Return the seconds until two discs come near each other.
+
+        After the scene's end, the result is only a lower bound.
+        """
         if self._few_pairs is not None:
             return approach.compute_pair_time(p, v, self._margin, *self._few_pairs)
         speed, end_s = np.hypot(v[:, 0], v[:, 1]), left_s + (_AHEAD_STEPS + 1) * self._dt_s
@@ -142,11 +147,11 @@ class FreeFlight:
             within_s = min(_WIDENED * within_s, end_s)
 
     def _find_pairs(self, p: Array, reach: Array) -> Iterable[Pairs]:
-        """Return blocks of pairs that contain all pairs within reach. In scenes of few discs, these are all pairs."""
+        """Return blocks of pairs that contain all pairs within reach. In scenes of few discs, return all pairs."""
         return find_near_pairs(p, reach, self._movable) if self._few_pairs is None else (self._few_pairs,)
 
     def _compute_outline_wait(self, outline: Outline, p: Array, v: Array) -> float:
-        """Return a lower bound: a disc must move this far to reach the wall."""
+        """Return a lower bound of the seconds until a disc comes near a wall, computed from distances and speeds."""
         away = np.array(
             [outline.compute_gap(x, y, reach) for (x, y), reach in zip(p.tolist(), self._margin.tolist(), strict=True)]
         )
@@ -156,7 +161,7 @@ class FreeFlight:
 
 
 def _list_pairs(movable: NDArray[np.bool_]) -> Pairs:
-    """Return all pairs of discs, unless both are immovable."""
+    """Return all pairs of discs, except pairs of two immovable discs."""
     first, second = np.triu_indices(len(movable), 1)
     moves = movable[first] | movable[second]
     return first[moves], second[moves]

@@ -1,8 +1,8 @@
 """Builds impacts from the states and contacts that an engine reports after each step.
 
-A contact that lasts several steps becomes one impact. The velocities before and after the impact are those at the start
-of the contact's first step and at the end of its last step. If an engine reports velocities with a contact, these are
-used.
+A contact that lasts several steps becomes one impact. The velocities before and after the impact are the velocities at
+the start of the contact's first step and at the end of its last step. Velocities that an engine reports with a contact
+are used instead.
 """
 
 from __future__ import annotations
@@ -35,10 +35,9 @@ _State = tuple[float, Vector, Vector]
 _UNKNOWN: Vector = (math.nan, math.nan)
 _NOWHERE: Vector = (0.0, 0.0)
 
-#: Two touching bodies count as resting if their relative speed along the normal is at most what gravity adds in this
-#: number of steps.
-#: An engine may need one step to test for contact, and another to change the velocities. In a leapfrog scheme,
-#: positions and velocities belong to times half a step apart.
+#: Two touching bodies count as resting if their relative speed along the normal is at most the speed that gravity adds
+#: in this number of steps. An engine may need one step to test for contact, and another step to change the velocities.
+#: A leapfrog scheme, whose positions and velocities belong to times half a step apart, adds half a step.
 _REST_STEPS = 2.5
 
 
@@ -68,7 +67,7 @@ class ImpactCollector:
         self._numbers = count(1)
 
     def skip_to(self, time_s: float, observation: Observation) -> None:
-        """Take the state at `time_s` as the last one. The steps since the previous state must have no contacts."""
+        """Use the state at `time_s` as the last state. The steps since the previous state must have no contacts."""
         self._last, self._last_s = observation, time_s
 
     def add(self, time_s: float, observation: Observation) -> None:
@@ -81,8 +80,8 @@ class ImpactCollector:
             if contact.velocities is not None:
                 spins = contact.spins_rad_s if self._turns else None
                 record = ImpactRecord(contact.time_s, *pair, contact.normal, *contact.velocities, spins)
-                # The state at the step's start is the state before the disc's first impact in the step. Before its
-                # later impacts in the same step, the state is unknown.
+                # The state before a disc's first impact in the step is the state at the step's start. The state before
+                # later impacts in the same step is unknown.
                 free = contact.time_s == self._last_s or struck_discs.isdisjoint(pair)
                 struck_discs.update(self._list_movable(pair))
                 state = _build_state(pair, self._last_s, before if free else None)
@@ -103,7 +102,8 @@ class ImpactCollector:
     def finish(self) -> tuple[NDArray[np.void], NDArray[np.float64], NDArray[np.void], NDArray[np.void] | None]:
         """Return the impacts, sorted by reported time, with their effective times, the states before, and the spins.
 
-        The effective time is the instant at which the paths turn. In a scene without spins, the spins are None.
+        The effective time of an impact is the instant at which the paths of the bodies turn. In a scene without spins,
+        the spins are None.
         """
         for pair in list(self.open):
             self._close(pair)
@@ -131,8 +131,8 @@ class ImpactCollector:
     def _has_effect(self, contact: Contact, before: Observation, after: Observation, step_s: float) -> bool:
         """Whether a reported contact changed a velocity or spin. Engines also report contacts in which no force acts.
 
-        A contact of two immovable bodies has no effect. If the engine reports no impulses, a contact has an effect if
-        a velocity or spin changed by more than damping or the table's deceleration explains.
+        A contact of two immovable bodies has no effect. Without reported impulses, a contact has an effect if a
+        velocity or spin changed, and not only by damping or by a table.
         """
         if not self._list_movable((contact.first, contact.second)):
             return False
@@ -160,8 +160,8 @@ class ImpactCollector:
         """Open a contact, or extend it by a step.
 
         `motion` contains the velocity and spin of movable discs after the earlier contacts of the step. This method
-        updates it, and adds those of other bodies.
-        `touched` contains the number of contacts of each movable disc in the step.
+        updates `motion`, and adds the velocity and spin of other bodies. `touched` contains the number of contacts of
+        each movable disc in the step.
         """
         first, second = pair
         for body in pair:
@@ -181,7 +181,7 @@ class ImpactCollector:
         if known and compute_separation_speed(known.after, known.reported.normal) > 0.0 > compute_separation_speed(
             motions_before, contact.normal
         ):
-            # The pair separated, and then a third body pushed it together again, so this is a second impact.
+            # The two bodies separated, and a third body pushed them together again, so this contact is a second impact.
             self._close(pair)
             known = None
         if known is None:
@@ -210,11 +210,14 @@ class ImpactCollector:
         return contact.impulse_n_s is not None and (not rubs or contact.tangential_impulse_n_s is not None)
 
     def _apply_impulse(self, motion: Motion, contact: Contact, body: int, sign: float) -> Motion:
-        """Return a body's velocity and spin after the impulses of a contact. `motion` is that before the impulses."""
+        """Return a body's velocity and spin after the impulses of a contact.
+
+        `motion` contains velocity and spin before the impulses.
+        """
         (vx, vy, spin), (nx, ny) = motion, contact.normal
         by_normal = sign * (contact.impulse_n_s or 0.0) * self._inverse_mass[body]
         tangential = contact.tangential_impulse_n_s
-        if not tangential:  # keeps scenes without friction bit-identical
+        if not tangential:  # keeps results without friction bit-identical
             return (vx + by_normal * nx, vy + by_normal * ny, spin)
         by_friction = sign * tangential * self._inverse_mass[body]
         return (
@@ -229,7 +232,7 @@ class ImpactCollector:
         motions = (*contact.before, *contact.after)
         (a, b, c, d), spins = [(vx, vy) for vx, vy, _ in motions], [spin for _, _, spin in motions]
         known = (spins[0], spins[1], spins[2], spins[3]) if self._turns else None
-        # If the velocities after the contact equal those before, the two paths differ only by rounding, and their
+        # If the velocities before and after the contact are equal, the two paths differ only by rounding, and their
         # intersection has no physical meaning.
         known_time = contact.alone and has_turned((a, b), (c, d), self._float_bits)
         effective = math.nan
@@ -257,7 +260,7 @@ class ImpactCollector:
     def _correct_for_gravity(
         self, time_s: float, pair: Pair, contact: OpenContact, velocities: tuple[Vector, Vector, Vector, Vector]
     ) -> tuple[Vector, Vector, Vector, Vector]:
-        """Return the velocities of two falling discs at the instant of their impact, given those at step boundaries.
+        """Return the velocities of two falling discs at the instant of their impact, given velocities at step ends.
 
         Gravity acts between the impact and the next step boundary. Without this correction, the velocity after the
         impact would contain up to one step of gravity's acceleration.
@@ -271,10 +274,10 @@ class ImpactCollector:
     def _correct_for_slowing(
         self, effective_s: float, contact: OpenContact
     ) -> tuple[tuple[Vector, Vector, Vector, Vector], tuple[float, float, float, float] | None]:
-        """Return velocities and spins of damped or braked discs at the instant of an impact, given those at step ends.
+        """Return velocities and spins of damped or braked discs at an impact, given velocities and spins at step ends.
 
-        If the instant can't be computed, the reported instant is used. The instant is limited to at most one contact
-        duration before the contact's start or after the contact's end.
+        If the instant can't be computed, the reported instant is used. The instant is limited to the contact's
+        duration, extended by the same duration on both sides.
         """
         duration_s = contact.end_s - contact.start_s
         at_s = effective_s if math.isfinite(effective_s) else contact.reported.time_s
@@ -293,7 +296,7 @@ class ImpactCollector:
 def _build_state(pair: Pair, time_s: float, state: Observation | None) -> _State:
     """Return the state before an impact.
 
-    If `state` is None, the state is not known, and its positions are NaN. The time is then that of the step's start.
+    If `state` is None, the positions are not known, and become NaN.
     """
     if state is None:
         return (time_s, _UNKNOWN, _UNKNOWN)

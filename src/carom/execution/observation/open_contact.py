@@ -44,12 +44,13 @@ class OpenContact:
         after: Velocities and spins after the contact's last step so far.
         end_s: Time at the end of the contact's last step so far, in seconds.
         end: State at the end of the contact's last step so far.
-        alone: Whether neither body had another contact in any of these steps.
+        alone: Whether neither body had another contact in any step of this contact.
         steps: Number of the contact's steps so far.
         impulse: Sum of the impulses of all steps or, if no impulses are reported, of the changes of relative velocity.
         along: Sum over all steps of the impulse times the normal vector.
         length: Sum over all steps of the impulse times the length of the normal vector.
-        rested: Copy of the contact at the end of the step in which the pair came to rest; None if it does not rest.
+        rested: Copy of the contact at the end of the step in which the pair came to rest; None if the pair does not
+            rest.
     """
 
     number: int
@@ -100,10 +101,10 @@ class OpenContact:
     def compute_landing_time(self, gravity: Array, leg: Course) -> float:
         """Return the instant at which a pair that comes to rest lands.
 
-        `compute_turn_time` does not apply, because the bodies do not separate, so that no free path follows the impact.
-        Instead, the instant is found at which the free path before the impact reaches the distance of the bodies at
-        rest. That distance changes at the normal speed that the pair has at the step boundary. The free path is a
-        parabola, or a line if gravity accelerates both bodies equally.
+        `compute_turn_time` needs a free path after the impact, but resting bodies do not separate. At the returned
+        instant, the free path before the impact reaches the distance of the resting bodies. The distance of resting
+        bodies changes at their normal speed at the end of the contact. The free path is a parabola, or a line if
+        gravity accelerates both bodies equally.
 
         Args:
             gravity: Acceleration of each disc, from `compute_gravity`.
@@ -117,8 +118,8 @@ class OpenContact:
         bend = float(self._compute_relative_pull(gravity) @ normal) / 2
         closing = float((u1 - u0) @ normal)
         gap = float((d0 - d1 + u1 * duration_s) @ normal)
-        # The first root of gap - closing t + bend t^2 = 0. This form of the formula does not subtract nearly equal
-        # numbers, which would lose digits.
+        # The result is the first root of `gap - closing t + bend t^2 = 0`. The formula below avoids the subtraction of
+        # nearly equal numbers, which would lose digits.
         square = closing * closing - 4.0 * bend * gap
         if not (square >= 0.0 and closing + math.sqrt(square) > 0.0):
             return math.nan
@@ -127,11 +128,12 @@ class OpenContact:
     def compute_turn_time(self, gravity: Array, slowing: Slowing, leg: Course) -> float:
         """Return the instant at which the free paths before and after the contact are nearest to each other.
 
-        Let d0 and u0 be the relative position and velocity in the last state before the contact, at t0, and d1 and u1
-        those in the first state after it, at t1. The paths are the lines d0 + u0 (t - t0) and d1 + u1 (t - t1). Their
-        difference is a linear function of t with slope u0 - u1. This also holds under gravity, where both paths are
-        parabolas of the same curvature. With damping, the paths are lines in undamped time. On a table, the paths have
-        different curvatures. The nearest instant is found by least squares.
+        Let d0 and u0 be the relative position and velocity at the time t0, in the last state before the contact. Let d1
+        and u1 be the relative position and velocity at the time t1, in the first state after the contact. The paths are
+        the lines d0 + u0 (t - t0) and d1 + u1 (t - t1). The difference of the paths is a linear function of t with
+        slope u0 - u1. The difference is also linear under gravity, where both paths are parabolas of the same
+        curvature. With damping, the paths are lines in undamped time (the time in which an undamped disc moves as far).
+        On a table that slows discs, the paths have different curvatures. The nearest instant is found by least squares.
 
         Args:
             gravity: Acceleration of each disc, from `compute_gravity`.
@@ -156,7 +158,7 @@ class OpenContact:
         return turn_s if math.isfinite(turn_s) else math.nan
 
     def _compute_gap_on_table(self, slowing: Slowing, leg: Course, time_s: float) -> tuple[Array, Array]:
-        """Return the vector from the free path before to the free path after the contact, and its rate of change."""
+        """Return the difference of the free paths before and after the contact, and its rate of change."""
         motions = []
         for state, since_s in ((self.start, self.start_s), (self.end, self.end_s)):
             speed, elapsed_s = np.hypot(*state.velocity_m_s.T), np.array(time_s - since_s)
@@ -176,7 +178,7 @@ class OpenContact:
     def _compute_relative_motion(self, state: Observation, time_s: float, leg: Course) -> tuple[Array, Array]:
         """Return position and velocity of the second body relative to the first.
 
-        For a wall, its displacement since time 0 is used as its position.
+        The position of a wall is its displacement since time 0.
         """
         first, second = self.pair
         place, velocity = state.position_m, state.velocity_m_s

@@ -12,10 +12,10 @@ class StateRows:
     """Arrays of the states after consecutive steps, one row per state.
 
     Attributes:
-        numbers: All numbers of each state, one row per state. The other arrays are views of this one.
+        numbers: All numbers of each state, one row per state. Positions, velocities and spins are views of this array.
         position_m: Positions, shape ``(k, n, 2)``.
         velocity_m_s: Velocities, shape ``(k, n, 2)``.
-        spin_rad_s: Spins, shape ``(k, n)``; 0 if an adapter reports none.
+        spin_rad_s: Spins, shape ``(k, n)``; 0 if an adapter reports no spins.
         has_spins: Whether the last state has spins.
         time_s: Times of the states, shape ``(k,)``.
     """

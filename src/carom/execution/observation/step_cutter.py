@@ -1,11 +1,10 @@
 """Shortens an engine's steps so that they end when bodies begin to touch, according to the engine's contact test.
 
 An engine detects an impact at a step boundary, up to a step late. If bodies newly touch after a step, `Cutter` restores
-the state before the step and bisects the step's length. The bisection ends with a length after which bodies
-touch, and the next smaller float, after which they don't. Only the engine moves bodies and tests for contact, not
-Carom.
+the state before the step and bisects the step's length. The bisection finds the shortest length after which bodies
+touch. The engine, not Carom, moves bodies and tests for contact.
 
-If bodies touch and separate again within a step, this is not found, because contact is tested only at step boundaries.
+Bodies that touch and separate again within a step are not found, because contact is tested only at step boundaries.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ from collections.abc import Iterator
 from carom.engines.api import CuttableWorld, World
 from carom.errors import AdapterError
 
-#: Largest number of pieces of a step. Only a step with infinitely many impacts reaches it.
+#: Largest number of pieces of a step. Only a step with infinitely many impacts reaches this number.
 MOST_PIECES = 10_000
 
 
@@ -25,14 +24,14 @@ class Cutter:
     Attributes:
         world: The world, initially at time 0.
         pieces: Number of pieces so far.
-        probes: Number of trial steps that were taken to find the end of a piece, and then undone.
+        probes: Number of trial steps, which were taken to find the end of a piece and then undone.
         stuck: Whether a step was given up because it needed more than `MOST_PIECES` pieces.
     """
 
     def __init__(self, world: World) -> None:
         if not isinstance(world, CuttableWorld):
             message = (
-                "a located profile needs a world with cut, touching, save and restore; this one lacks some of them"
+                "a located profile needs a world with cut, touching, save and restore; this world lacks some methods"
             )
             raise AdapterError(f"{message}; see docs/reference/adapters.md#located-profiles")
         self.world = world

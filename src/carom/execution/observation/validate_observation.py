@@ -1,7 +1,7 @@
 """Validates the observations that an adapter returns: states and contacts.
 
 A state with infinities or NaN is accepted, since the engine itself can produce such a state. Values that can't be
-compared with the reference are refused: for example, a velocity other than 0 of a static wall, or a number whose square
+compared with the reference are refused: for example, a nonzero velocity of a static wall, or a number whose square
 overflows.
 """
 
@@ -46,8 +46,8 @@ class Validator:
         self._drives = [arrays.drive_of_wall(k) for k in range(len(scene.walls))]
         self._movable = np.isfinite(arrays.mass_kg)
         self._needs_spins = arrays.turns and bool(np.isfinite(arrays.inertia).any())
-        # If the length of a normal differs from 1 by more than this, the adapter has made a mistake. It is half
-        # of the digits of the engine's floats, far more than rounding errors.
+        # Largest allowed difference of a normal's length from 1. Half of the digits of the engine's floats must be
+        # correct, so the limit is far above rounding errors.
         self._rounding = 2.0 ** (-MANTISSA_BITS[float_bits] / 2)
 
     def read(self, found: object, rows: StateRows, row: int) -> bool:
@@ -110,8 +110,8 @@ class Validator:
             )
         owner = f"of a contact of bodies {first} and {second}"
         time_s = _check_number(found.time_s, "time_s", owner)
-        # Engines add up steps to compute times, which accumulates rounding errors. The time may be outside the step by
-        # one step size, which is more than these errors.
+        # Engines add up steps to compute times, which accumulates rounding errors. So the time may be outside the step
+        # by at most one step size.
         if not begin_s - self._dt_s <= time_s <= end_s + self._dt_s:
             step = f"{format_number(begin_s, 9)} to {format_number(end_s, 9)} s"
             raise build_adapter_error(
@@ -173,7 +173,10 @@ def _check_items(found: object, name: str, count: int) -> tuple[object, ...]:
 
 
 def _is_plain(found: object) -> TypeGuard[float]:
-    """Whether a value is a Python float within the limits, as nearly all numbers are. Others need slower checks."""
+    """Whether a value is a Python float within the limits, as nearly all numbers are.
+
+    Other values need slower checks.
+    """
     return type(found) is float and abs(found) <= LARGEST
 
 

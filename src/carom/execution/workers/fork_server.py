@@ -1,12 +1,12 @@
 """Fork server: a process that has imported everything and forks workers, since imports take longer than most runs.
 
-The server is forked from the main thread of the `carom` command, before any other thread starts. Its only open files
-are the null device and its socket. The server loads no adapter and no engine. For each request it forks a watchdog
-(`carom.execution.workers.watchdog`), and sets up its streams, folder, session, limits and environment as in a new
-process. When the command ends, the server and all processes that it forked end too.
+The server is forked from the main thread of the `carom` command, before any other thread starts. The server's only open
+files are the null device and a socket. The server loads no adapter and no engine. For each request, the server forks a
+watchdog (`carom.execution.workers.watchdog`). The watchdog gets its own streams, folder, session, limits and
+environment, like a new process. When the command ends, the server and all processes that it forked end too.
 
 Only the command `carom` starts a fork server, and only on Linux. Another process, such as a notebook, can have threads,
-which a fork does not copy. Without a server, or if it does not answer, each worker starts in a new interpreter.
+which a fork does not copy. Without a server that answers, each worker starts in a new interpreter.
 """
 
 from __future__ import annotations
@@ -107,10 +107,10 @@ class ForkServer:
 
         ours, its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         for stream in (sys.stdout, sys.stderr):
-            stream.flush()  # otherwise both processes would write the content of the buffer
+            stream.flush()  # so that only one of the processes writes the content of the buffer
         parent = os.getpid()
         with warnings.catch_warnings():
-            # Python warns because the BLAS library has started threads, but BLAS can handle forks.
+            # Python warns because the BLAS library has started threads, but BLAS supports forks.
             warnings.simplefilter("ignore", DeprecationWarning)
             child = os.fork()
         if not child:
@@ -187,7 +187,7 @@ def _detach(kept_file: int) -> None:
     """Detach this process from the command's terminal, signals and files. Only the file `kept_file` stays open."""
     import gc
 
-    gc.disable()  # otherwise finalisers of the command's objects could run in this process too
+    gc.disable()  # otherwise finalisers of the command's objects could also run in this process
     gc.freeze()
     os.setsid()
     signal.set_wakeup_fd(-1)
@@ -253,7 +253,7 @@ class _Server:
                 if not watchdog:
                     return
                 file = self._status_files.pop(watchdog)
-                with suppress(OSError):  # the command can have closed its end
+                with suppress(OSError):  # the command may have closed its end of the pipe
                     os.write(file, array.array("i", [os.waitstatus_to_exitcode(status)]).tobytes())
                 os.close(file)
 

@@ -1,11 +1,11 @@
 """Watchdog: terminates a worker and all its descendants when the worker ends or the parent exits.
 
-The watchdog does not enforce time limits, which is done by `carom.execution.workers.worker_process`.
+Time limits are enforced by `carom.execution.workers.worker_process`, not by the watchdog.
 
 The watchdog is run as ``python -m carom.execution.workers.watchdog MEMORY_BYTES`` by
 `carom.execution.workers.worker_process`, or forked by `carom.execution.workers.fork_server`. The watchdog forks before
 it loads an adapter. The child becomes the worker (`carom.execution.workers.worker_main`) and uses standard input,
-output and error. The watchdog waits until one of these happens:
+output and error. The watchdog waits for one of these events:
 
 - The worker ends.
 - The parent needs no more answers: it sends SIGTERM, or closes its end of standard input.
@@ -13,10 +13,10 @@ output and error. The watchdog waits until one of these happens:
 
 After that, the watchdog kills all remaining processes and exits with the worker's status.
 
-On Linux the watchdog adopts orphaned descendants of the worker, so that it also finds processes that have left the
-session. If the watchdog is killed, the system kills the worker. On other systems, processes that have left the worker's
-process group are not found. Two kinds of processes survive on any system: those that change their session faster than
-the watchdog searches, and those that left the session before the worker killed the watchdog.
+On Linux the watchdog adopts orphaned descendants of the worker, so that the watchdog also finds processes that have
+left the session. If the watchdog is killed, the system kills the worker. On other systems, processes that have left the
+worker's process group are not found. A process survives on any system if it changes its session faster than the
+watchdog searches, or if it left the session before the worker killed the watchdog.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def watch_worker(parent: int, memory_bytes: int) -> None:
     """Fork a worker and wait until it ends. The function returns only in the forked worker, after its last task.
 
     Args:
-        parent: Number of the parent process. If it exits, watchdog and worker end.
+        parent: Number of the parent process. If the parent exits, watchdog and worker end.
         memory_bytes: Memory limit of the worker.
     """
     watchdog = os.getpid()
@@ -73,11 +73,11 @@ def watch_worker(parent: int, memory_bytes: int) -> None:
 
 
 def _wait_and_clean_up(worker: int, woken: int, parent: int) -> None:
-    """Wait until the worker ends or is no longer needed. Kill what is left, and exit with the worker's status.
+    """Wait until the worker ends or is no longer needed. Kill remaining processes, and exit with the worker's status.
 
-    The worker is no longer needed when the other end of standard input is closed, when the parent sends SIGTERM, or
-    when the parent has exited. The first condition is not enough: if the parent has forked a process, this process can
-    also hold the other end open.
+    The worker is no longer needed if the other end of standard input is closed, the parent sends SIGTERM, or the parent
+    exits. The first condition is not enough, because a process that the parent has forked can also hold the other end
+    open.
     """
     null = os.open(os.devnull, os.O_WRONLY)
     os.dup2(null, 1)  # only the worker may keep the answer pipe open
@@ -92,7 +92,7 @@ def _wait_and_clean_up(worker: int, woken: int, parent: int) -> None:
         if signal.SIGTERM in received or os.getppid() != parent:
             break
     while _has_children() if sys.platform == "linux" else status is None:
-        # Until the worker has ended, only the worker is listed, because a search of all processes takes long.
+        # Until the worker has ended, only the worker is killed, because a search of all processes takes long.
         children = [worker] if status is None else _find_children()
         if not children:  # the remaining children are missing in the list of processes
             break
@@ -124,7 +124,7 @@ def _reap_children(worker: int, *, wait: bool = False) -> int | None:
 
 
 def _has_children() -> bool:
-    """Whether this process has children, including adopted and ended ones."""
+    """Whether this process has children, including adopted and ended children."""
     try:
         os.waitid(os.P_ALL, 0, os.WEXITED | os.WNOHANG | os.WNOWAIT)
     except ChildProcessError:
@@ -133,7 +133,7 @@ def _has_children() -> bool:
 
 
 def _find_children() -> list[int]:
-    """Return the numbers of this process's children, including adopted and ended ones."""
+    """Return the numbers of this process's children, including adopted and ended children."""
     found = []
     for name in os.listdir("/proc"):
         if name.isdecimal():
@@ -146,7 +146,7 @@ def _find_children() -> list[int]:
 
 
 def _kill(child: int) -> None:
-    """Kill a child with its process group, or the child alone if it has no group of its own yet."""
+    """Kill a child with its process group, or the child alone if it still belongs to the watchdog's group."""
     with suppress(ProcessLookupError, PermissionError):
         group = os.getpgid(child)
         if group == os.getpgrp():

@@ -29,11 +29,12 @@ from carom.execution.job import Answer, Status, Task, UnavailableError, Unsuppor
 #: ASCII's record separator, which separates the output of one task from the output of the next.
 TASK_END = b"\x1e"
 
-#: Exit code of a worker that can't answer, because the engine has closed the answer pipe. It is EX_IOERR of sysexits.
+#: Exit code of a worker that can't answer, because the engine has closed the answer pipe. The value is EX_IOERR of
+#: sysexits.h.
 ANSWERS_CLOSED = 74
 
 #: Seconds between checks whether the watchdog still runs. Only systems that do not end a worker with its watchdog need
-#: these checks, which are cheap.
+#: these checks.
 WATCHDOG_CHECK_S = 0.5
 
 T = TypeVar("T")
@@ -57,13 +58,13 @@ def carry_out(task: Task[T]) -> Answer[T]:
 
 @cache
 def build_codec(task: type[Task[T]]) -> Codec[tuple[int, Answer[T]]]:
-    """Return the codec for the answers to tasks of type `task`, given by the return type of their `carry_out`."""
+    """Return the codec for answers to tasks of the type `task`. The return type of `carry_out` determines the codec."""
     kind: Any = get_type_hints(task.carry_out, include_extras=True)["return"]
     return Codec(tuple[int, Answer[kind]])
 
 
 def _exit_after(watchdog: int) -> None:
-    """Wait until the watchdog has ended, then end this process. On Linux, the system itself ends it."""
+    """Wait until the watchdog has ended, then end this process. Linux itself ends the process."""
     while os.getppid() == watchdog:
         time.sleep(WATCHDOG_CHECK_S)
     os._exit(1)
@@ -95,7 +96,7 @@ def main() -> None:
                 sys.stdout.flush()
             with suppress(OSError):
                 os.write(2, TASK_END)
-            # Each answer is sent at once, so that a crash loses only one task, and the parent knows which.
+            # Each answer is sent at once, so that a crash loses only one task, and the parent knows which task.
             try:
                 answers.write(line)
                 answers.flush()

@@ -29,7 +29,7 @@ from carom.execution.workers.worker_main import ANSWERS_CLOSED, TASK_END, build_
 from carom.execution.workers.working_folder import Folder
 from carom.support.escaping import find_last_message
 
-#: Longer answers are refused. An answer with half a million impacts is shorter.
+#: Largest size of an answer. An answer with half a million impacts is smaller.
 MOST_ANSWER_BYTES = 2**27
 #: Number of bytes that are kept from the end of an engine's output.
 MOST_PRINTED_BYTES = 2**16
@@ -40,7 +40,7 @@ SHOWN_BYTES = 60
 
 #: Seconds that the system may take to end a process.
 GRACE_S = 5.0
-#: Seconds between checks, during a wait for an answer, whether the worker was closed.
+#: Seconds between checks whether the worker was closed, during a wait for an answer.
 CLOSED_CHECK_S = 0.2
 
 T = TypeVar("T")
@@ -70,10 +70,10 @@ class Worker:
         self._folder = Folder()
 
     def run_each(self, tasks: Sequence[Task[T]], time_limit_s: float) -> Iterator[Answer[T]]:
-        """Send tasks in one message and yield the answer to each, in order, as soon as it arrives.
+        """Send tasks in one message, and yield the answers in order as soon as they arrive.
 
-        If a task ends the process, exceeds `time_limit_s` or returns an invalid answer, only this task fails. Its
-        answer contains the reason, and the later tasks are sent to a new process.
+        If a task ends the process, exceeds `time_limit_s` or returns an invalid answer, only this task fails. The
+        answer to this task contains the reason, and later tasks are sent to a new process.
 
         Raises:
             ClosedError: The worker was closed during a task.
@@ -90,7 +90,7 @@ class Worker:
                     del todo[0]
                     yield answer
         finally:
-            # the caller stopped early; the remaining answers must not be mistaken for answers to its next call
+            # the caller stopped early; a later call must not receive the remaining answers
             if todo:
                 with self._lock:
                     self._end()
@@ -103,10 +103,10 @@ class Worker:
         return self._process
 
     def _receive(self, process: _Process, codec: Codec[tuple[int, Answer[T]]], time_limit_s: float) -> Answer[T]:
-        """Return the next answer. If the process returns no answer or an invalid one, end the process.
+        """Return the next answer. If the process returns no answer or an invalid answer, end the process.
 
         If the machine sleeps or this process is stopped, a wait lasts longer than requested. The additional time does
-        not count towards the time limit, since the engine does not run in it.
+        not count towards the time limit, since the engine does not run during this time.
         """
         left_s = time_limit_s
         while (line := process.take_line()) is None and not process.ended:
@@ -171,7 +171,7 @@ class _Process:
         forked = fork_server.start(folder, path, memory_bytes) if fork_server is not None else None
         self._popen = forked or _start_watchdog(folder, path, memory_bytes)
         requests, answers, printed = self._popen.stdin, self._popen.stdout, self._popen.stderr
-        assert requests and answers and printed  # noqa: S101, PT018 - they were opened with pipes
+        assert requests and answers and printed  # noqa: S101, PT018 - all three are pipes, because of the arguments of Popen
         self._requests, self._answers, self._printed = requests.fileno(), answers.fileno(), printed.fileno()
         self._selector = selectors.DefaultSelector()
         for file in (self._answers, self._printed):
@@ -183,13 +183,13 @@ class _Process:
         self._tail, self._tasks_ended = b"", 0
 
     def send(self, message: object) -> None:
-        """Queue a message; `exchange` sends it."""
+        """Queue a message; `exchange` sends the message."""
         if not self._unsent:
             self._selector.register(self._requests, selectors.EVENT_WRITE)
         self._unsent = memoryview(bytes(self._unsent) + pickle.dumps(message, protocol=pickle.HIGHEST_PROTOCOL))
 
     def take_line(self) -> bytes | None:
-        """Return the next complete line of the answers; None if there is none yet."""
+        """Return the next complete line of the answers; None if no line is complete yet."""
         end = self._found.find(b"\n", self._searched)
         if end < 0:
             self._searched = len(self._found)
@@ -202,7 +202,7 @@ class _Process:
         return line
 
     def exchange(self, wait_s: float) -> None:
-        """Wait at most `wait_s` seconds until data can be sent or received. Then send and receive what is possible."""
+        """Wait at most `wait_s` seconds until data can be sent or received, and send and receive what is possible."""
         for key, _ in self._selector.select(wait_s):
             try:
                 if key.fd == self._requests:
@@ -220,7 +220,7 @@ class _Process:
                     self.ended |= key.fd == self._answers
             except BlockingIOError:
                 pass
-            except BrokenPipeError:  # the process ended early; the missing answers show this
+            except BrokenPipeError:  # the process ended early, and its missing answers are reported later
                 self._selector.unregister(self._requests)
 
     def read_output(self) -> str:
@@ -257,7 +257,7 @@ class _Process:
 
     def end(self) -> None:
         """End the process and all processes that it started."""
-        self._popen.send_signal(signal.SIGCONT)  # if the watchdog is stopped, continue it
+        self._popen.send_signal(signal.SIGCONT)  # continues a stopped watchdog
         for pipe in (self._popen.stdin, self._popen.stdout, self._popen.stderr):
             if pipe is not None:
                 pipe.close()  # the watchdog ends when its input is closed

@@ -1,4 +1,6 @@
-"""Temporary folders in which worker processes run. The process that created a folder, its owner, removes it.
+"""Temporary folders in which worker processes run.
+
+A folder's owner, the process that created the folder, removes the folder.
 
 If the owner is killed, the next start of Carom removes the folder.
 """
@@ -15,8 +17,8 @@ from pathlib import Path
 
 PREFIX = "carom-worker-"
 
-#: Name of the lock file in each folder. The folder's owner holds the lock as long as it runs. Folders of other programs
-#: contain no such file.
+#: Name of the lock file in each folder. The folder's owner holds the lock as long as the owner runs. Folders of other
+#: programs contain no lock file.
 LOCK = "carom.lock"
 WORK = "work"
 
@@ -35,7 +37,7 @@ class Folder:
         self._root = Path(tempfile.mkdtemp(prefix=PREFIX))
         self.path = self._root / WORK
         self.path.mkdir()
-        # The file is renamed to `LOCK` only after it is locked. Otherwise another process could find it unlocked, and
+        # The file is renamed to `LOCK` only after it is locked. If another process found the file unlocked, it would
         # remove the folder as abandoned.
         self._lock = os.open(self._root / f"{LOCK}.new", os.O_CREAT | os.O_RDWR, 0o600)
         fcntl.flock(self._lock, fcntl.LOCK_EX)
@@ -102,7 +104,10 @@ def _remove(root: Path) -> None:
 
 
 def _is_folder(name: str, parent: int) -> bool:
-    """Whether the entry `name` is a folder, not a link. Make the folder accessible, if an engine has locked it."""
+    """Whether the entry `name` is a folder, not a link.
+
+    If an engine has locked the folder, make the folder accessible.
+    """
     is_folder = stat.S_ISDIR(os.stat(name, dir_fd=parent, follow_symlinks=False).st_mode)
     if is_folder:
         os.chmod(name, 0o700, dir_fd=parent)
