@@ -292,7 +292,7 @@ class Trace(ByValue, Tabular):
             depends on their order, which physics does not determine.
         samples: Positions for drawing, if requested.
         profile: Name of the profile, empty if a solver was called directly.
-        tried: Settings that the user requested instead of those of the profile.
+        overrides: Settings that the user requested instead of those of the profile.
         settings: The settings that were used, read back from the engine if possible.
         float_bits: Width of the floats that the method declares to compute in, 32 or 64.
         counts: How often the method did something: steps, tests of pairs, predictions and others.
@@ -307,8 +307,8 @@ class Trace(ByValue, Tabular):
             and when they leave it. None if no disc does any of these, or if the method does not report modes.
         final_spin_rad_s: Spins at `end_time_s`, shape ``(n,)``; None if `spins` is None.
         local_truth: Comparison of every step with PIC from the method's own state; None if it was not requested.
-        looks: States of all discs after some steps, by which the comparison decides whether discs are at rest. None in
-            a scene of many discs, or in which no disc can come to rest.
+        observed_states: States of all discs after some steps, by which the comparison decides whether discs are at
+            rest. None in a scene of many discs, or in which no disc can come to rest.
 
     Examples:
         >>> trace = carom.solve_pic("paper/missed")
@@ -329,7 +329,7 @@ class Trace(ByValue, Tabular):
     ambiguous: tuple[int, ...] = ()
     samples: Samples | None = None
     profile: str = ""
-    tried: Mapping[str, Setting] = field(default_factory=dict)
+    overrides: Mapping[str, Setting] = field(default_factory=dict)
     settings: Mapping[str, Setting] = field(default_factory=dict)
     float_bits: int = 64
     counts: Mapping[str, int] = field(default_factory=dict)
@@ -340,12 +340,12 @@ class Trace(ByValue, Tabular):
     modes: NDArray[np.void] | None = None
     final_spin_rad_s: NDArray[np.float64] | None = None
     local_truth: LocalTruth | None = None
-    looks: States | None = None
+    observed_states: States | None = None
 
     @property
     def profile_shown(self) -> str:
         """The name of the profile, with the settings that were changed."""
-        return format_profile(self.method, self.profile, self.tried)
+        return format_profile(self.method, self.profile, self.overrides)
 
     @property
     def contact_s(self) -> float:

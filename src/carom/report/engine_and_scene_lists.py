@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from operator import itemgetter
 
-from carom.catalogue import CatalogueScene, Complaint, all_scenes
+from carom.catalogue import BugReport, CatalogueScene, all_scenes
 from carom.engines.api import Capabilities, ContactTimes, Knob, Stamp
 from carom.engines.registry import EngineInfo
 from carom.report import formatting
@@ -198,7 +198,7 @@ def _format_range(knob: Knob) -> str:
 
 def _build_hazards(info: EngineInfo) -> Section:
     """Return the reported bugs of an engine, each with a scene that reproduces it."""
-    found = [entry for entry in all_scenes().values() if isinstance(entry, Complaint) and entry.engine == info.name]
+    found = [entry for entry in all_scenes().values() if isinstance(entry, BugReport) and entry.engine == info.name]
     blocks: list[Block] = []
     if found:
         columns = (Column("scene", lambda entry: entry.name), Column("what was reported", lambda entry: entry.reported))

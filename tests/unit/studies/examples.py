@@ -18,7 +18,7 @@ from carom.studies.bench.options import BenchPlan
 from carom.studies.bench.result import Bench, Curve, Point, SceneBench, find_cheapest, find_pareto_front
 from carom.studies.bench.timing_pass import CellTiming
 from carom.studies.stress import run as campaign
-from carom.studies.stress.result import CellEnding, CellResult, StressResults, StressTest
+from carom.studies.stress.result import CellEnding, CellResult, StressResults, StressRow
 
 METHODS = (
     Method("pic", "default"),
@@ -65,7 +65,7 @@ def build_bench(*names: str) -> Bench:
     return Bench(tuple(found), plan, HERE, "carom bench paper/late", 80.0)
 
 
-def build_cell_result(line: StressTest, method: Method) -> CellResult:
+def build_cell_result(line: StressRow, method: Method) -> CellResult:
     """Return a cell: PIC passes, a default fails at once, and the others half way."""
     shown = (f"scenes/{line.name}-{method.engine}-{method.profile}.toml",)
     ended = partial(CellResult, line.kind, line.name, method.name, scenes=shown)
@@ -86,7 +86,7 @@ def build_cell_result(line: StressTest, method: Method) -> CellResult:
 
 def build_campaign_results(one_in: int = 1) -> StressResults:
     """Return the quick form of a campaign: all of its lines, or one of some."""
-    lines = tuple(campaign.list_lines(quick=True))[::one_in]
+    lines = tuple(campaign.list_rows(quick=True))[::one_in]
     names = dict.fromkeys(method.engine for method in METHODS)
     engines = {name: EngineInfo(name, name, "1.0", "", None, {}, "carom") for name in names}
     cells = {(line.name, method.name): build_cell_result(line, method) for line in lines for method in METHODS}

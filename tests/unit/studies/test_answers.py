@@ -31,7 +31,7 @@ from carom.studies.bench.growth_document import build_growth_document
 from carom.studies.bench.result import Curve
 from carom.studies.bench.tables import build_method_table, build_suite_table, list_reached_targets
 from carom.studies.stress.document import build_stress_document
-from carom.studies.stress.result import CellEnding, CellResult, StressTest
+from carom.studies.stress.result import CellEnding, CellResult, StressRow
 
 DOCUMENTS: dict[str, Callable[[], Document]] = {
     "bench": lambda: build_bench_document(build_bench()),
@@ -278,7 +278,7 @@ def list_range_rows(found: Advice) -> list[str]:
 
 
 @each(
-    "ending, stands_at, depth",
+    "ending, passes_until, depth",
     [
         (CellEnding.PASSES, 1e-4, 1.0),
         (CellEnding.FAILS_AT_START, None, 0.0),
@@ -289,11 +289,11 @@ def list_range_rows(found: Advice) -> list[str]:
     ],
 )
 def test_bar_length_is_proportional_to_passed_decades(
-    ending: CellEnding, stands_at: float | None, depth: float | None
+    ending: CellEnding, passes_until: float | None, depth: float | None
 ) -> None:
     """On an axis of four decades and a final 0, each passed decade is a fifth of the bar."""
-    line = StressTest("attack", "gap", "a gap", "", "", (1.0, 0.1, 0.01, 1e-3, 1e-4, 0.0))
-    found = line.compute_depth(CellResult("attack", "gap", "pit/tuned", ending, stands_at=stands_at))
+    line = StressRow("attack", "gap", "a gap", "", "", (1.0, 0.1, 0.01, 1e-3, 1e-4, 0.0))
+    found = line.compute_depth(CellResult("attack", "gap", "pit/tuned", ending, passes_until=passes_until))
     assert found == (None if depth is None else pytest.approx(depth))
 
 
@@ -302,15 +302,15 @@ def test_campaign_of_few_methods_has_summary_and_sign_per_test() -> None:
     whole = build_campaign_results()
     few = replace(whole, methods=(METHODS[1], METHODS[2]))
     lines = print_document(build_stress_document(few), 160)
-    tests = sum(line.kind == "attack" for line in whole.lines)
+    tests = sum(line.kind == "attack" for line in whole.rows)
     assert lines[0].rstrip() == f"pic (event-driven) passes {tests} of {tests}."
     (pit,) = [line for line in lines if line.startswith(f"pit passes 0 of {tests}; it first fails in ")]
     assert pit.rstrip().endswith(").")
     (row,) = [line.split() for line in lines if line.startswith("pic event-driven ")]
     assert "".join(row[2:]) == "=" * tests
-    stood = StressTest("attack", "gap", "a gap", "", "", (1.0, 0.1, 0.01, 1e-3, 1e-4), group="pairs")
-    result = CellResult("attack", "gap", "pit/tuned", CellEnding.FAILS_AT_SIZE, 1e-3, stands_at=1e-2)
-    gap = replace(few, lines=(stood,), methods=(METHODS[2],), cells={("gap", "pit/tuned"): result})
+    stood = StressRow("attack", "gap", "a gap", "", "", (1.0, 0.1, 0.01, 1e-3, 1e-4), group="pairs")
+    result = CellResult("attack", "gap", "pit/tuned", CellEnding.FAILS_AT_SIZE, 1e-3, passes_until=1e-2)
+    gap = replace(few, rows=(stood,), methods=(METHODS[2],), cells={("gap", "pit/tuned"): result})
     told = print_document(build_stress_document(gap), 80)
     assert told[0].rstrip() == "pit passes 0 of 1; it first fails in gap at 0.001 (a gap)."
     assert any(line.split() == ["pit", "5"] for line in told)
@@ -320,7 +320,7 @@ def test_campaign_has_one_sentence_and_one_row_per_method() -> None:
     """At 80 columns each method gets one row and one sentence, which names the first failure, if any."""
     whole = build_campaign_results()
     lines = print_document(build_stress_document(whole), 80)
-    tests = sum(line.kind == "attack" for line in whole.lines)
+    tests = sum(line.kind == "attack" for line in whole.rows)
     for method in whole.methods:
         (sentence,) = [line for line in lines if line.startswith(f"{method.phrase} passes ")]
         assert ("it first fails in " in sentence) == (f"passes {tests} of {tests}" not in sentence)

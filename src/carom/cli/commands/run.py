@@ -132,7 +132,7 @@ def _say_settings(results: Results, scene: str) -> None:
     for column in rank_methods(grid, grid.columns.values()):
         method, info = column.method, infos[column.engine]
         steps = [cell.line.dt_s for cell in grid.list_cells(column) if cell.scored]
-        if column.own or method.tried or not info.code or method.profile in info.located or not steps:
+        if column.own or method.overrides or not info.code or method.profile in info.located or not steps:
             continue
         words = ("carom", "engines", format_engine_argument(method.engine), "--show", method.profile)
         command = shlex.join((*words, "--dt", format_step_option(max(steps)), "--scene", scene))

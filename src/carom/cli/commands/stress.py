@@ -45,7 +45,7 @@ def stress(
     from carom.studies.stress import run as campaign
 
     if list_only:
-        for line in campaign.list_lines(quick=options.quick):
+        for line in campaign.list_rows(quick=options.quick):
             output.say(f"{line.kind:10} {line.name:24} {line.axis}")
         return
     from carom.report.files import require_report_extra

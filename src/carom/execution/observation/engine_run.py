@@ -62,7 +62,7 @@ class ObserveTask(JobTask):
     def carry_out(self) -> CarriedTrace:
         """Return the trace of the run."""
         job = self.job
-        adapter, overrides = load_supported_adapter(job), job.method.tried
+        adapter, overrides = load_supported_adapter(job), job.method.overrides
         return observe_run(adapter, job.scene, job.profile, job.dt_s, overrides=overrides, samples=self.samples)
 
 
@@ -130,7 +130,7 @@ def observe_run(
     return replace(
         run.build_trace(to_plain_text(adapter.name, "the name of an adapter")),
         profile=resolve_profile(adapter.name, profile),
-        tried=dict(overrides),
+        overrides=dict(overrides),
         settings=used,
         float_bits=adapter.capabilities.float_bits,
         counts=counts,
@@ -322,7 +322,7 @@ class _Run:
             discs, until_s = sorted({*bodies[bodies >= 0].tolist()}), last.end_s
             if self.scene.table_deceleration_m_s2:  # the earlier path of a disc that has stopped is unknown
                 discs, until_s = [*range(len(self.scene.discs))], duration_s
-            last = last.with_impacts(discs, until_s, impacts, turned_s, spins)
+            last = last.undo_later_impacts(discs, until_s, impacts, turned_s, spins)
         if self.samples and completed:
             self.positions += [
                 last.state.position_m + last.state.velocity_m_s * ((step - self.taken) * self.dt_s)
@@ -346,12 +346,12 @@ class _Run:
             spins=spins,
             final_spin_rad_s=final.spin_rad_s,
             local_truth=None if self.watch is None else self.watch.finish(),
-            looks=_build_states(self.stored_states) if self.stored_states else None,
+            observed_states=_build_states(self.stored_states) if self.stored_states else None,
         )
 
 
-def _build_states(looks: Sequence[tuple[float, Observation]]) -> States:
-    times, observations = zip(*looks, strict=True)
+def _build_states(stored_states: Sequence[tuple[float, Observation]]) -> States:
+    times, observations = zip(*stored_states, strict=True)
     spins = [state.spin_rad_s for state in observations if state.spin_rad_s is not None]
     return States(
         np.array(times),

@@ -68,7 +68,7 @@ class StartTask(JobTask):
         # Run further steps, because impacts in the last steps may be reported later.
         scene = Scene(**{**dict(shifted_scene), "duration_s": shifted_scene.duration_s + BEYOND_STEPS * job.dt_s})
         reference = require_reference(_reference(scene))
-        observed = observe_run(adapter, scene, job.profile, job.dt_s, overrides=job.method.tried, watched=False)
+        observed = observe_run(adapter, scene, job.profile, job.dt_s, overrides=job.method.overrides, watched=False)
         aligned = match_impacts(reference, observed, comparison_range(reference, shifted_scene.duration_s))
         (measured,) = measure_errors([MatchedRun(reference, observed, aligned)], compute_scales(scene, reference))
         # After the additional steps, only a run that ended early has undecided impacts. These impacts count as missed.

@@ -59,8 +59,8 @@ def build_plan(scenes: Iterable[Scene | CatalogueScene | str], options: Options,
     infos = select_engines(known, options.engines)
     profiles = select_profiles(infos, options.profiles)
     dts = [dt_s for scene in plain for dt_s in options.list_steps(scene)]
-    tried = {info.name: resolve_settings(info, options.settings, profiles, dts[0], pool) for info in infos}
-    methods = list_methods(infos, profiles, dts, pool, tried)
+    overrides = {info.name: resolve_settings(info, options.settings, profiles, dts[0], pool) for info in infos}
+    methods = list_methods(infos, profiles, dts, pool, overrides)
     jobs = [
         Job(scene, method, dt_s, refinement)
         for scene in plain

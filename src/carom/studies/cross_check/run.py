@@ -93,8 +93,10 @@ def run(
     check_value(build_step_kind(), "dt", dt)
     require_named(engine := resolve_engine(engine))
     with limits.open_pool() as pool:
-        tried = resolve_settings(describe_engines([engine], pool)[0], settings, [profile], dt, pool) if settings else ()
-        job = Job(scene, Method(engine, profile, tried), dt)
+        overrides = (
+            resolve_settings(describe_engines([engine], pool)[0], settings, [profile], dt, pool) if settings else ()
+        )
+        job = Job(scene, Method(engine, profile, overrides), dt)
         answer = observe_job(job, pool, samples=True)
         if answer.status is Status.FAILED:
             select_profiles(describe_engines([engine], pool), [profile])
@@ -298,7 +300,7 @@ def _is_same_run(one: Trace | None, other: Trace | None) -> bool:
     """Whether two runs are equal except for their profile, settings and work counts, so that their scores are equal."""
     if one is None or other is None:
         return False
-    settings = {name: getattr(other, name) for name in ("profile", "tried", "settings", "counts")}
+    settings = {name: getattr(other, name) for name in ("profile", "overrides", "settings", "counts")}
     return replace(one, **settings) == other
 
 

@@ -58,7 +58,7 @@ class EvaluationTask(JobTask):
         Raises:
             UnsupportedError: PIC can't solve the scene.
         """
-        job, overrides = self.job, self.job.method.tried
+        job, overrides = self.job, self.job.method.overrides
         # A profile may refuse a scene because of its settings. With other settings, the engine may support the scene,
         # so the scene is run.
         adapter = load_adapter(job.engine)

@@ -131,13 +131,13 @@ def tune(
         best = search.run(options.trials, options.seed)
         profile, dt_s = options.profile, steps[usable[0]]
         profile_settings, _ = _read_settings(pool, engine, profile, (), dt_s)
-        settings, varying = _read_settings(pool, engine, profile, best.tried, dt_s)
+        settings, varying = _read_settings(pool, engine, profile, best.overrides, dt_s)
         other_profiles = {
             name: _evaluate_profile(info, name, steps, evaluator) for name in info.profiles if name != profile
         }
-        code = find_changed_code(engine, profile, best.tried, usable[0], dt_s, pool) if best.tried else ""
+        code = find_changed_code(engine, profile, best.overrides, usable[0], dt_s, pool) if best.overrides else ""
         with pool.to_local_pool() as local_pool:
-            ratio = _measure_time_ratio(local_pool, search.method, best.tried, steps)
+            ratio = _measure_time_ratio(local_pool, search.method, best.overrides, steps)
     return Tuning(
         engine=engine,
         options=options,

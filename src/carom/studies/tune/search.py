@@ -53,13 +53,13 @@ class TriedSettings:
     """Settings that were tested on all scenes, with the results.
 
     Attributes:
-        tried: Settings that replace settings of the first profile.
+        overrides: Settings that replace settings of the first profile.
         merit: Rank of the settings.
         results: Results of the scenes, in the requested order.
         trial: Number of the trial; 0 is the first profile itself.
     """
 
-    tried: SettingOverrides
+    overrides: SettingOverrides
     merit: Merit
     results: tuple[SceneResult, ...]
     trial: int
@@ -67,7 +67,7 @@ class TriedSettings:
     @property
     def rank(self) -> tuple[Merit, int]:
         """Sort key, which is smallest for the best settings: the merit, then the trial's number."""
-        return self.merit, len(self.tried)
+        return self.merit, len(self.overrides)
 
 
 class KnobSearch:
@@ -162,11 +162,11 @@ class KnobSearch:
     def _refine(self, max_trials: int) -> TriedSettings:
         """Change one setting at a time, starting from the best trial and then from each trial of `_find_front`."""
         done: set[SettingOverrides] = set()
-        while todo := [found for found in self._find_front() if found.tried not in done]:
+        while todo := [found for found in self._find_front() if found.overrides not in done]:
             if todo[0] is not self.best and self.trials >= max_trials:
                 break
-            done.add(todo[0].tried)
-            for point in self.space.neighbours(self.space.point_of(todo[0].tried)):
+            done.add(todo[0].overrides)
+            for point in self.space.neighbours(self.space.point_of(todo[0].overrides)):
                 self.evaluate(point)
         return self.best
 
@@ -174,7 +174,7 @@ class KnobSearch:
         """Return the trials that no other trial dominates (see the module's docstring), best first."""
         first_of: dict[tuple[int, int, int], TriedSettings] = {}
         for found in sorted(self._whole, key=lambda one: one.rank):
-            first_of.setdefault(found.merit.respects, found)
+            first_of.setdefault(found.merit.criteria, found)
         candidates = first_of.values()
         return [one for one in candidates if not any(one.merit.is_beaten_by(other.merit) for other in candidates)]
 
@@ -200,7 +200,7 @@ class KnobSearch:
             self._seen[overrides] = self._evaluate_settings(overrides)
             self.given_up += self._seen[overrides][1]
             best = self.best.merit
-            message = f"best so far: {best.wrong} wrong, {best.behind} neither exact nor close"
+            message = f"best so far: {best.wrong} wrong, {best.imprecise} neither exact nor close"
             self._progress(self.trials, max(self._requested_trials, self.trials), message)
         return self._seen[overrides]
 

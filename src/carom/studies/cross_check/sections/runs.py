@@ -119,9 +119,9 @@ def _describe_profile(column: GridColumn, profiles: Mapping[str, Mapping[str, st
     """Describe a profile, and the settings that replace settings of the profile."""
     method = column.method
     profile_text = profiles.get(method.engine, {}).get(method.profile, "")
-    if not method.tried:
+    if not method.overrides:
         return profile_text
-    values = ", ".join(f"{name} = {formatting.format_setting(value)}" for name, value in method.tried)
+    values = ", ".join(f"{name} = {formatting.format_setting(value)}" for name, value in method.overrides)
     return f"With settings that no profile has: {values}. Other settings are those of {method.profile}: {profile_text}"
 
 

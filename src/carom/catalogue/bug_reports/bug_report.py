@@ -27,7 +27,7 @@ class Symptom(StrEnum):
 
 
 @dataclass(frozen=True)
-class Complaint(CatalogueScene):
+class BugReport(CatalogueScene):
     """A scene of the group `issues`.
 
     Attributes:
@@ -50,7 +50,7 @@ class Complaint(CatalogueScene):
     engine: str = ""
 
 
-def load_complaints() -> Iterator[Complaint]:
+def load_bug_reports() -> Iterator[BugReport]:
     """Yield all bug reports, in the order of ``bug_reports.json``.
 
     The file groups the reports by the module that builds their scenes. For each report, `build` is the name of a
@@ -70,4 +70,4 @@ def load_complaints() -> Iterator[Complaint]:
         vectors = {key: complex(value) for key, value in arguments.items() if isinstance(value, str)}
         description = fields.pop("shows", "") or " ".join((function.__doc__ or "").split())
         fields["symptom"] = Symptom(fields.get("symptom", Symptom.WRONG_VELOCITY))
-        yield Complaint(f"issues/{name}", description, partial(function, **arguments | vectors), **fields)
+        yield BugReport(f"issues/{name}", description, partial(function, **arguments | vectors), **fields)
