@@ -85,7 +85,7 @@ def run(
             from carom.studies.cross_check.explain import explain as explained
 
             for line in explained(plan):
-                output.say(line)
+                output.print_text(line)
             return
         worst_grade = None if fail_on is FailOn.NEVER else Grade[fail_on.name]
         results = _carry_out_plan(plan, pool, out, worst_grade, resume=resume, retry=retry, verbose=verbose)
@@ -136,7 +136,7 @@ def _say_settings(results: Results, scene: str) -> None:
             continue
         words = ("carom", "engines", format_engine_argument(method.engine), "--show", method.profile)
         command = shlex.join((*words, "--dt", format_step_option(max(steps)), "--scene", scene))
-        output.say(f"To print the settings of {column.name} as code:\n{command}")
+        output.print_text(f"To print the settings of {column.name} as code:\n{command}")
         return
 
 

@@ -46,7 +46,7 @@ def stress(
 
     if list_only:
         for line in campaign.list_rows(quick=options.quick):
-            output.say(f"{line.kind:10} {line.name:24} {line.axis}")
+            output.print_text(f"{line.kind:10} {line.name:24} {line.axis}")
         return
     from carom.report.files import require_report_extra
     from carom.studies.stress.document import build_stress_document, write_stress
