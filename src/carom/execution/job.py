@@ -161,7 +161,7 @@ class Answer(Generic[T]):
     value: T | None = None
 
     @property
-    def said(self) -> str:
+    def problem(self) -> str:
         """Status and reason in one phrase; empty if the task was carried out."""
         return "" if self.status is Status.RAN else f"{self.status.value}: {self.reason}"
 

@@ -108,7 +108,7 @@ def write_code(engine: str, profile: str, scene: Scene, dt_s: float, *, command:
         origin = f"\nMade by: {command}" if command else ""
         answer = pool.run(_CodeTask(engine, profile, scene, dt_s, f"{heading}\nScene: {scene.name}.{origin}"))
     if answer.value is None:
-        why = answer.reason if answer.status is Status.FAILED else answer.said
+        why = answer.reason if answer.status is Status.FAILED else answer.problem
         raise AdapterError(f"{engine}: {why}")
     return answer.value
 

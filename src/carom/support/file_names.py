@@ -15,7 +15,9 @@ NAMES_IN_FILES: Mapping[str, str] = {
     "observed_states": "looks",
     "overrides": "tried",
     "passes_until": "stands_at",
+    "position_errors_m": "off_m",
     "test": "line",
+    "velocity_errors_m_s": "off_m_s",
 }
 
 

@@ -189,7 +189,7 @@ class ImpactCollector:
             known = OpenContact(number, contact, motions_before, start_s, start, after, time_s, observation)
             self.open[pair] = known
         known.after, known.end_s, known.end = after, time_s, observation
-        known.alone = known.alone and all(touched.get(body, 0) <= 1 for body in pair)
+        known.is_isolated = known.is_isolated and all(touched.get(body, 0) <= 1 for body in pair)
         impulse = contact.impulse_n_s
         known.add(
             math.dist(compute_relative_velocity(after), compute_relative_velocity(motions_before))
@@ -200,9 +200,9 @@ class ImpactCollector:
         # Free fall during `_REST_STEPS` steps adds this speed. A pair that is faster does not rest.
         slowest = _REST_STEPS * self._pull * (time_s - self._last_s)
         if not abs(compute_separation_speed(after, contact.normal)) <= slowest:
-            known.rested = None
-        elif known.rested is None:
-            known.rested = replace(known)
+            known.at_rest = None
+        elif known.at_rest is None:
+            known.at_rest = replace(known)
 
     def _has_all_impulses(self, contact: Contact) -> bool:
         """Whether the engine reports all impulses of a contact; with friction, also the tangential impulse."""
@@ -234,7 +234,7 @@ class ImpactCollector:
         known = (spins[0], spins[1], spins[2], spins[3]) if self._turns else None
         # If the velocities before and after the contact are equal, the two paths differ only by rounding, and their
         # intersection has no physical meaning.
-        known_time = contact.alone and has_turned((a, b), (c, d), self._float_bits)
+        known_time = contact.is_isolated and has_turned((a, b), (c, d), self._float_bits)
         effective = math.nan
         if known_time:
             ends_at_rest = contact is not open_contact
@@ -254,7 +254,7 @@ class ImpactCollector:
         if self._slowing:
             (a, b, c, d), known = self._correct_for_slowing(effective, contact)
         record = ImpactRecord(contact.reported.time_s, *pair, contact.compute_normal(), a, b, c, d, known)
-        state = _build_state(pair, contact.start_s, contact.start if contact.alone and not bent else None)
+        state = _build_state(pair, contact.start_s, contact.start if contact.is_isolated and not bent else None)
         self._done.append((contact.number, record, effective, state))
 
     def _correct_for_gravity(

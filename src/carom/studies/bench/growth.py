@@ -306,7 +306,7 @@ def _build_point(discs: int, answer: Answer[GrowthRun]) -> GrowthPoint:
     grown = answer.value
     if grown is None:
         started = answer.status in {Status.CRASHED, Status.TIMED_OUT}
-        return GrowthPoint(discs, reason=answer.said if started else answer.reason)
+        return GrowthPoint(discs, reason=answer.problem if started else answer.reason)
     memory, peak = float(max(0, grown.peak_bytes - grown.before_bytes)), float(grown.peak_bytes)
     return GrowthPoint(
         discs, grown.timing.prepare_s, grown.timing.advance_s, memory, peak, bench_start=grown.bench_start

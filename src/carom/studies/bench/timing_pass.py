@@ -251,7 +251,7 @@ class TimeScene(DependentTasks[SceneTiming]):
                     probe.take()
                     answer = runner.run(tasks[method_step])
                     if answer.value is None:
-                        untimed[method_step] = answer.said
+                        untimed[method_step] = answer.problem
                     else:
                         visits[method_step].append(answer.value)
                 method, dt_s = method_step
@@ -292,7 +292,7 @@ def _measure_visit_costs(
             runner.run(VisitTask(scene, method_step))
         answer: Answer[Visit] = runner.run(VisitTask(scene, method_step))
         if answer.value is None:
-            untimed[method_step] = answer.said
+            untimed[method_step] = answer.problem
             continue
         visit_costs_s[method_step] = answer.value.whole_s + answer.value.empty_s * min(
             1.0, EMPTY_STEPS / scene.step_count(dt_s)

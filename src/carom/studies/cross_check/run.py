@@ -101,7 +101,7 @@ def run(
         if answer.status is Status.FAILED:
             select_profiles(describe_engines([engine], pool), [profile])
     if answer.value is None:
-        raise AdapterError(f"{job}: {answer.said}")
+        raise AdapterError(f"{job}: {answer.problem}")
     return answer.value
 
 
@@ -362,5 +362,5 @@ def _time_jobs(rows: Sequence[Row], observer: _Observer) -> dict[Key, Row]:
     for key, answer in answers.items():
         timing, pit = answer.value, answers.get(_build_key(_build_pit_job(completed_rows[key].job)))
         ratio = timing.advance_s / pit.value.advance_s if timing and pit and pit.value else None
-        found[key] = replace(completed_rows[key], timing=timing, untimed=answer.said, time_ratio=ratio)
+        found[key] = replace(completed_rows[key], timing=timing, untimed=answer.problem, time_ratio=ratio)
     return found

@@ -134,7 +134,7 @@ class Change:
         return (float(self.graded), kind, _rank_of(self.new), -_rank_of(self.old), impacts, growth)
 
     @property
-    def telling(self) -> BeforeAfter | None:
+    def most_important(self) -> BeforeAfter | None:
         """The most important changed number; None if no number changed.
 
         If the run became worse, a number that became worse is preferred, and vice versa. The order of importance is:

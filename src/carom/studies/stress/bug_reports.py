@@ -31,9 +31,9 @@ def check_bug_report(bug_report: BugReport, method: Method, runner: TaskRunner) 
     answer = observe(scene, method, runner)
     cell = partial(CellResult, "complaint", name, method.name, status=answer.status)
     if answer.status in {Status.UNAVAILABLE, Status.UNSUPPORTED}:
-        return UnsavedResult(cell(CellEnding.NOT_RUN, reason=answer.said), (scene,))
+        return UnsavedResult(cell(CellEnding.NOT_RUN, reason=answer.problem), (scene,))
     if answer.value is None:
-        is_seen, figure, reason = bug_report.symptom is Symptom.NEVER_ENDS, math.inf, answer.said
+        is_seen, figure, reason = bug_report.symptom is Symptom.NEVER_ENDS, math.inf, answer.problem
     else:
         is_seen, figure, reason = find_symptom(bug_report, answer.value)
     ending, value = CellEnding.SEEN if is_seen else CellEnding.NOT_SEEN, figure if math.isfinite(figure) else None

@@ -30,7 +30,7 @@ class NotRunError(Exception):
     """
 
     def __init__(self, answer: Answer[Any]) -> None:
-        super().__init__(answer.said)
+        super().__init__(answer.problem)
         self.status = answer.status
 
 
@@ -113,7 +113,9 @@ def _try_value(
         status = answer.status
         if status is Status.UNAVAILABLE or (value == stress_test.harmless and status is Status.UNSUPPORTED):
             raise NotRunError(answer)
-        found = CheckResult(math.nan, answer.said, status=status) if answer.value is None else trial.check(answer.value)
+        found = (
+            CheckResult(math.nan, answer.problem, status=status) if answer.value is None else trial.check(answer.value)
+        )
         tried = _Tried(value, trial, found)
         if not tried.passes:
             return tried, len(passed) + 1

@@ -302,7 +302,7 @@ def check_invariance(invariance: Invariance, method: Method, runner: TaskRunner)
         if answer.status in {Status.UNAVAILABLE, Status.UNSUPPORTED}:
             raise NotRunError(answer)
         if answer.value is None:
-            raise _StoppedError(answer.said, answer.status)
+            raise _StoppedError(answer.problem, answer.status)
         if answer.value.outcome is not Outcome.COMPLETED:
             said = "; ".join((answer.value.outcome.value, *answer.value.notes))
             raise _StoppedError(said.rstrip("; "), answer.status)

@@ -158,7 +158,7 @@ class TableCell(DependentTasks[CellResult]):
 def _request_cell(cell: TableCell, refused: Answer[Any] | None) -> TaskRequest[tuple[str, str], CellKey, CellResult]:
     known, subject = None, (cell.name, cell.method.name)
     if refused is not None:
-        result = CellResult(cell.kind, *subject, CellEnding.NOT_RUN, reason=refused.said, status=refused.status)
+        result = CellResult(cell.kind, *subject, CellEnding.NOT_RUN, reason=refused.problem, status=refused.status)
         known = Answer(Status.RAN, value=result)
     return TaskRequest(subject, (cell.kind, *subject), cell, known)
 

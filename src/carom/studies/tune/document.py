@@ -86,7 +86,7 @@ def format_set_options(found: TriedSettings) -> str:
 
 def _build_headline(tuning: Tuning) -> Iterator[str]:
     scenes = formatting.format_count(len(tuning.scenes), "scene")
-    early = f", of which {tuning.given_up} were abandoned early" if tuning.given_up else ""
+    early = f", of which {tuning.abandoned} were abandoned early" if tuning.abandoned else ""
     trials_text = f"tried {formatting.format_count(tuning.trials, 'setting', 'different settings')}{early}"
     if tuning.best is tuning.first:
         yield f"No better settings than {tuning.options.profile} were found on {scenes}, although carom {trials_text}."

@@ -112,4 +112,4 @@ class Evaluator:
             task = EvaluationTask(job, self._horizons.get(scene.name), self._timed)
             asks.append(TaskRequest(scene, build_job_key(job, _TIMED if self._timed else ""), task))
         found = dict(run_tasks(asks, self._pool, self._notes, one_at_a_time=self._timed))
-        return [found[scene].value or SceneResult(None, reason=found[scene].said) for scene in scenes]
+        return [found[scene].value or SceneResult(None, reason=found[scene].problem) for scene in scenes]

@@ -58,7 +58,7 @@ class Tuning:
         time_ratio: Median over scenes of the run time, divided by the first profile's run time; NaN if no scene was
             timed.
         trials: Number of tried settings.
-        given_up: Number of tried settings that were abandoned before the last scene.
+        abandoned: Number of tried settings that were abandoned before the last scene.
         environment: Description of the machine, and versions of packages.
         command: The command that repeats the search; empty if it was called from Python.
         elapsed_s: Duration of the whole study, in seconds.
@@ -79,7 +79,7 @@ class Tuning:
     varying: frozenset[str]
     time_ratio: float
     trials: int
-    given_up: int
+    abandoned: int
     environment: Environment
     command: str
     elapsed_s: float
@@ -144,7 +144,7 @@ def tune(
         scenes=usable,
         left_out=left_out,
         space=space,
-        first=search.begun,
+        first=search.first,
         best=best,
         others=other_profiles,
         located=info.located,
@@ -154,7 +154,7 @@ def tune(
         varying=varying,
         time_ratio=ratio,
         trials=search.trials,
-        given_up=search.given_up,
+        abandoned=search.abandoned,
         environment=describe_environment([info]),
         command=command,
         elapsed_s=time.perf_counter() - started,
@@ -201,7 +201,7 @@ def _read_settings(
 ) -> tuple[dict[str, Setting], frozenset[str]]:
     """Return the settings for a step size, and the names of settings that depend on the step size."""
     answer = pool.run(SettingsTask(engine, profile, (dt_s, dt_s / 2), overrides))
-    settings, finer = answer.value or (answer.said, "")
+    settings, finer = answer.value or (answer.problem, "")
     if isinstance(settings, str) or isinstance(finer, str):
         raise AdapterError(f"{engine} failed to return the settings of {profile!r}: {settings or finer}")
     varying = frozenset(name for name, value in settings.items() if finer.get(name) != value)

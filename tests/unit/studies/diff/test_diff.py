@@ -236,7 +236,7 @@ def test_diff_of_sample_profiles_fits_25_terminal_lines(old: str, new: str) -> N
     for change in found.changes:
         way = -1.0 if change.kind is Kind.BETTER else 1.0
         if any(way * one.growth > 0 for one in change.measures):
-            assert way * require_value(change.telling).growth > 0, str(require_value(change.telling))
+            assert way * require_value(change.most_important).growth > 0, str(require_value(change.most_important))
 
 
 def test_diff_compares_several_pairs_of_engines(write: Write) -> None:

@@ -96,5 +96,5 @@ def test_infinite_error_is_not_a_sound_point() -> None:
     measures = Measures(total, 1, 1, 0, 0, 0, duration_s=scene.duration_s, outcome="completed")
     assert compute_error(measures, ErrorKind.IMPACT) == math.inf
     point = Point("x", "tuned", 0.1, math.inf, math.inf, math.inf, phases=1, expected=1, missed=0, spurious=0)
-    assert not point.is_sound
-    assert dataclasses.replace(point, error=0.1).is_sound
+    assert not point.is_correct
+    assert dataclasses.replace(point, error=0.1).is_correct

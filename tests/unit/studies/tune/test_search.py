@@ -96,12 +96,12 @@ def test_search_finds_settings_that_help_only_together() -> None:
 def test_trials_that_rank_behind_the_best_end_early() -> None:
     """Some trials end before the last scene, and each of them ranks behind the best result."""
     best, search, toy = run_search(0)
-    assert search.given_up > 0
+    assert search.abandoned > 0
     scenes: dict[Method, int] = {}
     for method, count in toy.requests:
         scenes[method] = scenes.get(method, 0) + count
     early = [method for method, count in scenes.items() if count < len(SCENES)]
-    assert len(early) == search.given_up
+    assert len(early) == search.abandoned
     assert all(best.rank < (search.evaluate(SPACE.point_of(method.overrides))[0], 0) for method in early)
 
 
@@ -122,7 +122,7 @@ def test_search_without_improvement_returns_first_profile() -> None:
     """If no knob has an effect, the search returns the profile that it started from."""
     idle = Space({"idle": SPACE.values["idle"]})
     search = KnobSearch(Method("toy", "default"), idle, SCENES, cast(Evaluator, Toy()))
-    assert search.run(10, 0) is search.begun
+    assert search.run(10, 0) is search.first
 
 
 def test_engine_without_knobs_is_refused() -> None:

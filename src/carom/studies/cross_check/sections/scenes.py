@@ -12,7 +12,7 @@ from carom.report import formatting
 from carom.report.document import Block, Cell, Column, Legend, Lines, Media, Replays, Section, Table, Text
 from carom.report.files import pack_data
 from carom.report.outcome_marks import Mark
-from carom.studies.cross_check.grid import Grid, GridRow, keep_worst, merge_own_profiles, omission_note
+from carom.studies.cross_check.grid import Grid, GridRow, build_omission_note, merge_own_profiles, select_worst
 from carom.studies.cross_check.play_page import build_play_link
 from carom.support.escaping import escape_controls
 
@@ -52,11 +52,11 @@ def build_scenes_section(grid: Grid) -> Section:
         for *others, column in merge_own_profiles(contents)
     ]
     legend = Legend(tuple((mark.cell, mark.meaning) for mark in grid.marks), Media.MARKDOWN | Media.DETAIL)
-    rows = keep_worst(grid.rows, MOST_SCENES, lambda row: row.cells)
+    rows = select_worst(grid.rows, MOST_SCENES, lambda row: row.cells)
     blocks: tuple[Block, ...] = (
         legend,
         Table(columns, rows, css="grid", only=Media.IN_FULL),
-        *omission_note(rows, grid.rows, "scenes", Media.IN_FULL),
+        *build_omission_note(rows, grid.rows, "scenes", Media.IN_FULL),
         Text(FIGURE_NOTE, Media.ON_PAPER),
         Text(FIGURE_DETAIL, Media.ON_PAPER, folded=True),
         Text(SHORT_NOTE, Media.DETAIL),
