@@ -99,7 +99,7 @@ def drop_unwritten(*streams: TextIO) -> None:
             os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
-def say_path(label: str, path: Path) -> None:
+def print_path(label: str, path: Path) -> None:
     """Print the path of a written file on one line, without control characters."""
     build_console().print(f"{label}: {escape_controls(str(path))}", soft_wrap=True)
 
@@ -113,7 +113,7 @@ def print_document(document: Document, *, full: bool = False, **places: Path | N
         console.print(item)
     for label, path in places.items():
         if path is not None:
-            say_path(label, path)
+            print_path(label, path)
 
 
 def write_report(document: Document, page: Path | None, markdown: Path | None, *, full: bool) -> None:

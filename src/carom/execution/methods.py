@@ -72,14 +72,14 @@ class Methods(NamedTuple):
     """The methods to run with each step size, and the reasons why some methods can't be run.
 
     Attributes:
-        at: Methods to run, by engine and step size. Only the last of several profiles with the same settings is
-            included.
-        refused: Reasons why available engines can run no scene, by method and step size.
+        by_engine_and_step: Methods to run, by engine and step size. Only the last of several profiles with the same
+            settings is included.
+        refusals: Reasons why available engines can run no scene, by method and step size.
         infos: Descriptions of the engines, by name.
     """
 
-    at: Mapping[tuple[str, float], tuple[Method, ...]]
-    refused: Mapping[tuple[Method, float], Answer[Any]]
+    by_engine_and_step: Mapping[tuple[str, float], tuple[Method, ...]]
+    refusals: Mapping[tuple[Method, float], Answer[Any]]
     infos: Mapping[str, EngineInfo]
 
     def find_refusal(self, method: Method, dt_s: float) -> Answer[Any] | None:
@@ -87,7 +87,7 @@ class Methods(NamedTuple):
         info = self.infos.get(method.engine)
         if info is not None and info.unavailable:
             return Answer(Status.UNAVAILABLE, info.unavailable)
-        return self.refused.get((method, dt_s))
+        return self.refusals.get((method, dt_s))
 
     def find_job_refusal(self, job: Job) -> Answer[Any] | None:
         """Return why a job can't be run, without querying its adapter; None if no reason is known."""

@@ -16,6 +16,7 @@ NAMES_IN_FILES: Mapping[str, str] = {
     "overrides": "tried",
     "passes_until": "stands_at",
     "position_errors_m": "off_m",
+    "requested": "asked",
     "test": "line",
     "velocity_errors_m_s": "off_m_s",
 }

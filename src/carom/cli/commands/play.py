@@ -55,6 +55,6 @@ def play(
     html = render_page(add_gallery(*own_scenes), installed)
     page = write_file(build_temporary_path("play.html") if out is None else out, html)
     print_text(f"Methods: PIC, PIT{''.join(f', {one.label}' for one in installed)}.")
-    output.say_path("page", page)
+    output.print_path("page", page)
     if opened and not open_page(page.resolve()):
         print_text("No browser was found. Open the page yourself.")

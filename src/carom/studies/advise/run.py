@@ -155,7 +155,7 @@ def advise(
 
     searches = {} if closed_form else {PIT_METHOD: build_search(PIT_METHOD)}
     unable = []
-    for method in (method for info in other_infos for method in methods.at[info.name, frame_s]):
+    for method in (method for info in other_infos for method in methods.by_engine_and_step[info.name, frame_s]):
         search = build_search(method)
         if search.is_refused:
             unable.append(UnsearchedMethod(method, find_refusal(method, frame_s) or search.build_answer().refusal))

@@ -102,7 +102,8 @@ def _build_jobs(
     all_methods = list_methods(infos, profiles, [dt_s for scene_steps in steps.values() for dt_s in scene_steps], pool)
     added = list_own_methods(plan.engines)
     methods_at_step = {
-        (name, dt_s): [added[name]] if name in added else methods for (name, dt_s), methods in all_methods.at.items()
+        (name, dt_s): [added[name]] if name in added else methods
+        for (name, dt_s), methods in all_methods.by_engine_and_step.items()
     }
     jobs = [
         Job(scene, method, dt_s, refinement, phase)

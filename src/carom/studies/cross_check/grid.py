@@ -43,7 +43,7 @@ class GridColumn(NamedTuple):
     """A column of the grid: a method, and whether it is one of Carom's own methods."""
 
     method: Method
-    own: bool
+    is_own_method: bool
 
     @property
     def engine(self) -> str:
@@ -58,7 +58,7 @@ class GridColumn(NamedTuple):
     @property
     def label(self) -> str:
         """The engine's name in headings: PIC, PIT, or the adapter's name."""
-        return self.engine.upper() if self.own else self.engine
+        return self.engine.upper() if self.is_own_method else self.engine
 
     @property
     def name(self) -> str:
@@ -203,7 +203,7 @@ class GridCell(NamedTuple):
         return f"{formatting.format_percent(velocity)} of greatest speed"
 
     @property
-    def compact(self) -> str:
+    def short_figure(self) -> str:
         """The most important number in short form, for a terminal."""
         if self.missed or self.invented:
             return formatting.format_missed_and_invented(self.missed, self.invented)
@@ -333,7 +333,9 @@ def merge_own_profiles(contents: Mapping[GridColumn, object]) -> list[list[GridC
     Args:
         contents: The values by which the profiles are compared, for each column.
     """
-    found = (((column.engine if column.own else column, content), column) for column, content in contents.items())
+    found = (
+        ((column.engine if column.is_own_method else column, content), column) for column, content in contents.items()
+    )
     return list(formatting.group_by(found).values())
 
 
@@ -342,10 +344,10 @@ def select_worst(items: Sequence[T], max_items: int, cells_of: Callable[[T], Seq
     if len(items) <= max_items:
         return items
 
-    def badness(place: int) -> list[int]:
+    def severity(place: int) -> list[int]:
         return sorted((-1 if cell.rank is None else cell.rank for cell in cells_of(items[place])), reverse=True)
 
-    return [items[place] for place in sorted(heapq.nlargest(max_items, range(len(items)), badness))]
+    return [items[place] for place in sorted(heapq.nlargest(max_items, range(len(items)), severity))]
 
 
 def build_omission_note(listed: Sequence[T], items: Sequence[T], noun: str, media: Media) -> tuple[Text, ...]:

@@ -66,7 +66,7 @@ def build_plan(scenes: Iterable[Scene | CatalogueScene | str], options: Options,
         for scene in plain
         for info in infos
         for refinement, dt_s in enumerate(options.list_steps(scene))
-        for method in methods.at[info.name, dt_s]
+        for method in methods.by_engine_and_step[info.name, dt_s]
         if options.dts or refinement == 0 or method.profile not in info.located
     ]
     return Plan(plain, answers, tuple(known), profiles, tuple(jobs), options, methods)

@@ -47,12 +47,12 @@ def build_diff_document(diff: Diff, old: str, new: str) -> Document:
         Table(_COLUMNS, changes, css="cells diff", only=Media.PAGE | Media.DETAIL),
         Table(_COLUMNS, changes[:MOST_ROWS], note=note, only=Media.MARKDOWN),
     )
-    around = Text(f"These differ between the runs: {'; '.join(diff.around)}.", Media.IN_FULL)
+    around = Text(f"These differ between the runs: {'; '.join(diff.environment_changes)}.", Media.IN_FULL)
     in_few = tuple(_build_summary_tables(changes))
     sections = (
         *((Section("Summary", in_few, only=Media.TERMINAL),) if in_few else ()),
         *((Section("Changes, worst first", tables, only=Media.IN_FULL),) if changes else ()),
-        *((Section("Versions and machine", (around,), only=Media.IN_FULL),) if diff.around else ()),
+        *((Section("Versions and machine", (around,), only=Media.IN_FULL),) if diff.environment_changes else ()),
     )
     headline = (*_build_headline(diff), *_describe_setting_changes(changes))
     return Document(f"Carom diff: {old} → {new}", headline, sections)

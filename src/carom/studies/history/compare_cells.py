@@ -196,7 +196,7 @@ class ChangeKind(Enum):
     NOT_RUN = "not run by both releases"
 
     @property
-    def real(self) -> bool:
+    def is_engine_change(self) -> bool:
         """Whether the engine's motion changed, and not only its settings, its adapter or its reported contacts."""
         return self in {ChangeKind.WORSE, ChangeKind.BETTER, ChangeKind.NEITHER}
 

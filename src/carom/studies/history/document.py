@@ -71,7 +71,7 @@ def build_history_document(history: History) -> Document:
     changed = [
         _Changed(step, cell, change)
         for step in reversed(history.transitions)
-        for cell, change in sorted(step.real.items(), key=lambda item: (item[1].kind.name, item[0]))
+        for cell, change in sorted(step.engine_changes.items(), key=lambda item: (item[1].kind.name, item[0]))
     ]
     sections = (
         Section("Releases", (Table(_build_release_columns(history), rows), *_describe_settings(history))),
@@ -113,24 +113,24 @@ def describe_bisection(bisection: Bisection | None) -> Iterator[str]:
     if bisection is None:
         yield "In this run, the oldest and the newest release differ no more than runs at different phases."
         return
-    oldest = bisection.asked[0]
+    oldest = bisection.tested_versions[0]
     agrees = f"{bisection.last}, which agrees with the oldest, {oldest}"
     before = f"{oldest}, the oldest" if bisection.last == oldest else agrees
     why = f"{bisection.change.kind.value}: {bisection.change.numbers}"
     cell = f"{bisection.cell.scene} with {bisection.cell.profile} at {formatting.format_step(bisection.cell.dt_s)}"
     yield f"{cell}: {bisection.first} differs from {before} ({why})."
-    yield f"Releases run: {', '.join(dict.fromkeys(bisection.asked))}."
+    yield f"Releases run: {', '.join(dict.fromkeys(bisection.tested_versions))}."
 
 
 def _build_headline(history: History) -> Iterator[str]:
     run_releases, engine = history.completed, history.origin.engine
-    changed_steps = [step for step in history.transitions if step.real]
+    changed_steps = [step for step in history.transitions if step.engine_changes]
     if len(run_releases) >= 2 and not changed_steps:
         is_identical = all(step.count(ChangeKind.NOTHING) == step.compared for step in history.transitions)
         nothing = "no bit changed" if is_identical else "no change is larger than the differences between phases"
         yield f"In {engine} from {run_releases[0].version} to {run_releases[-1].version}, {nothing}."
     for step in reversed(changed_steps):
-        counts = Counter(change.kind for change in step.real.values())
+        counts = Counter(change.kind for change in step.engine_changes.values())
         became = {
             ChangeKind.WORSE: "became worse",
             ChangeKind.BETTER: "became better",

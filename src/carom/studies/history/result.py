@@ -72,9 +72,9 @@ class Transition:
     changes: Mapping[RunCell, CellChange]
 
     @property
-    def real(self) -> dict[RunCell, CellChange]:
+    def engine_changes(self) -> dict[RunCell, CellChange]:
         """Changes attributed to the engine."""
-        return {cell: change for cell, change in self.changes.items() if change.kind.real}
+        return {cell: change for cell, change in self.changes.items() if change.kind.is_engine_change}
 
     @property
     def compared(self) -> int:
@@ -134,14 +134,14 @@ class Bisection:
         last: The last release that agrees with the oldest release.
         first: The next release, which differs from the oldest release.
         change: The change, with its kind and numbers.
-        asked: The releases that were run, in order.
+        tested_versions: The releases that were run, in order.
     """
 
     cell: RunCell
     last: str
     first: str
     change: CellChange
-    asked: tuple[str, ...]
+    tested_versions: tuple[str, ...]
 
 
 def _build_transition(old: Release, new: Release) -> Transition:

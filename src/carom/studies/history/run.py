@@ -306,12 +306,12 @@ def bisect_change(
                 raise CaromError(f"{what}: {change.numbers}")
             return change
 
-        if len(candidates) < 2 or not (newest := find_change(candidates[-1])).kind.real:
+        if len(candidates) < 2 or not (newest := find_change(candidates[-1])).kind.is_engine_change:
             return None
         low, high, change = 0, len(candidates) - 1, newest
         while high - low > 1:
             middle = (low + high) // 2
-            if (one := find_change(candidates[middle])).kind.real:
+            if (one := find_change(candidates[middle])).kind.is_engine_change:
                 high, change = middle, one
             else:
                 low = middle

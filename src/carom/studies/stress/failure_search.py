@@ -34,7 +34,7 @@ class NotRunError(Exception):
         self.status = answer.status
 
 
-class _Tried(NamedTuple):
+class _TriedValue(NamedTuple):
     """A trial for one value, with the result of the check."""
 
     value: float
@@ -52,8 +52,8 @@ def find_failure(stress_test: StressTest, method: Method, runner: TaskRunner, *,
     runs = 0
     resolution = QUICK_RESOLUTION if quick else RESOLUTION
     cell = partial(CellResult, "attack", stress_test.name, method.name)
-    passed: _Tried | None = None
-    failed: _Tried | None = None
+    passed: _TriedValue | None = None
+    failed: _TriedValue | None = None
     value = next(ladder, None)
     try:
         while value is not None:
@@ -95,7 +95,7 @@ def rename_scene(name: str, scene: Scene, description: str) -> Scene:
 
 def _try_value(
     stress_test: StressTest, value: float, method: Method, runner: TaskRunner, *, quick: bool
-) -> tuple[_Tried, int]:
+) -> tuple[_TriedValue, int]:
     """Run the trials for a value up to the first failure. Return the worst result, and the number of runs.
 
     If the engine fails, the check fails with the engine's error as the reason.
@@ -107,7 +107,7 @@ def _try_value(
         trials = stress_test.trials(value)
     except InputError as error:
         raise InputError(f"the stress test {stress_test.name} can't make a scene at {value:g}: {error}") from error
-    passed: list[_Tried] = []
+    passed: list[_TriedValue] = []
     for trial in trials[::2] if quick else trials:
         answer = observe(trial.scene, method, runner)
         status = answer.status
@@ -116,7 +116,7 @@ def _try_value(
         found = (
             CheckResult(math.nan, answer.problem, status=status) if answer.value is None else trial.check(answer.value)
         )
-        tried = _Tried(value, trial, found)
+        tried = _TriedValue(value, trial, found)
         if not tried.passes:
             return tried, len(passed) + 1
         passed.append(tried)

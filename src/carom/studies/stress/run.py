@@ -108,7 +108,7 @@ def run_stress_campaign(
     with options.open_pool() as pool:
         infos = select_engines(describe_engines(options.engines, pool), options.engines)
         methods = list_methods(infos, select_profiles(infos, options.profiles), [DT_S], pool)
-        columns = [method for info in infos for method in methods.at[info.name, DT_S]]
+        columns = [method for info in infos for method in methods.by_engine_and_step[info.name, DT_S]]
         environment = describe_environment(infos)
         stamp = options.stamp | {"carom": environment.carom, "versions": environment.versions}
         asks = [

@@ -172,7 +172,7 @@ def _count_column(head: str, is_counted: Callable[[SceneResult], bool]) -> Colum
 
 
 def _build_setting_section(tuning: Tuning) -> Section:
-    before = {name: format_setting(value) for name, value in tuning.own.items()}
+    before = {name: format_setting(value) for name, value in tuning.profile_settings.items()}
     columns = (
         Column("setting", lambda item: item[0]),
         Column("found", lambda item: format_setting(item[1]), number=True),

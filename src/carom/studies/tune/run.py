@@ -52,7 +52,7 @@ class Tuning:
             engine does.
         code: Lines of the engine's code that the best settings change, for the first scene's step size; empty if
             nothing was better, or if the adapter writes no code.
-        own: The first profile's settings at the first scene's step size, by name.
+        profile_settings: The first profile's settings at the first scene's step size, by name.
         settings: The best settings at the first scene's step size, by name.
         varying: Names of the settings whose values depend on the step size.
         time_ratio: Median over scenes of the run time, divided by the first profile's run time; NaN if no scene was
@@ -74,7 +74,7 @@ class Tuning:
     others: Mapping[str, TriedSettings]
     located: frozenset[str]
     code: str
-    own: Mapping[str, Setting]
+    profile_settings: Mapping[str, Setting]
     settings: Mapping[str, Setting]
     varying: frozenset[str]
     time_ratio: float
@@ -149,7 +149,7 @@ def tune(
         others=other_profiles,
         located=info.located,
         code=code,
-        own=profile_settings,
+        profile_settings=profile_settings,
         settings=settings,
         varying=varying,
         time_ratio=ratio,

@@ -89,7 +89,7 @@ def _build_method_table(grid: Grid, methods: Sequence[GridColumn], impacts: Sequ
             Column("grade", lambda method: _build_linked_cell(grid.list_cells(method)[0])),
             *numbers,
             *(
-                Column(impact.bodies, partial(_format_impact_result, impact=impact), f"{impact.when} s")
+                Column(impact.bodies, partial(_format_impact_result, impact=impact), f"{impact.time_text} s")
                 for impact in impacts
             ),
         )
@@ -135,10 +135,10 @@ def _find_worst(cells: Sequence[GridCell]) -> GridCell | None:
     Runs with the same grade are compared by their number of missed and invented impacts, then by their error.
     """
 
-    def badness(cell: GridCell) -> tuple[int, int, float]:
+    def severity(cell: GridCell) -> tuple[int, int, float]:
         return (cell.mark.rank or 0, cell.missed + cell.invented, 0.0 if math.isnan(cell.cost) else cell.cost)
 
-    return max((cell for cell in cells if cell.mark.rank is not None), key=badness, default=None)
+    return max((cell for cell in cells if cell.mark.rank is not None), key=severity, default=None)
 
 
 def _build_worst_scene_cell(cells: Sequence[GridCell]) -> Cell:
@@ -182,7 +182,7 @@ def find_first_replay(grid: Grid) -> Cell | None:
     of engines, the link leads to a run of one of Carom's own methods.
     """
     graded = [cell for row in grid.rows for cell in row.cells if cell.mark.rank and cell.has_replay]
-    engines = [cell for cell in graded if not cell.column.own] or graded
+    engines = [cell for cell in graded if not cell.column.is_own_method] or graded
     if not engines:
         return None
     cell = min(engines, key=lambda cell: (-(cell.mark.rank or 0), not cell.missed, cell.expected))
@@ -283,7 +283,7 @@ def build_impacts_section(grid: Grid) -> Section:
     media |= Media.TERMINAL if len(methods) <= MAX_METHOD_COLUMNS else Media.DETAIL
     columns = [
         Column("bodies", lambda impact: impact.bodies),
-        Column("time, s", lambda impact: impact.when, number=True),
+        Column("time, s", lambda impact: impact.time_text, number=True),
         *(Column(method.label, partial(_format_impact_result, method), method.profile) for method in methods),
     ]
     left_out = len(impacts) - MAX_IMPACT_ROWS
@@ -331,10 +331,10 @@ class _Impact(NamedTuple):
 
     bodies: str
     time_s: float | None
-    became: dict[GridColumn, str]
+    outcomes: dict[GridColumn, str]
 
     @property
-    def when(self) -> str:
+    def time_text(self) -> str:
         """The time in seconds; empty if it is unknown."""
         return "" if self.time_s is None else formatting.format_number(self.time_s, 6)
 
@@ -351,4 +351,4 @@ def _find_impacts(grid: Grid, methods: Sequence[GridColumn]) -> list[_Impact]:
 
 
 def _format_impact_result(method: GridColumn, impact: _Impact) -> str:
-    return impact.became.get(method, "")
+    return impact.outcomes.get(method, "")

@@ -68,7 +68,7 @@ def build_scenes_section(grid: Grid) -> Section:
 def _build_cell(column_number: int, row: GridRow) -> Cell:
     """Return the cell of a scene in a column."""
     cell = row.cells[column_number]
-    short = cell.compact or ("" if cell.mark.ran else cell.mark.word)
+    short = cell.short_figure or ("" if cell.mark.ran else cell.mark.word)
     title = cell.mark.sentence if cell.has_replay else f"{cell.column.name} on {row.name}: {'; '.join(cell.reasons)}"
     return cell.mark.cell._replace(note=cell.figure, link=cell.link, short=short, title=title)
 
@@ -132,7 +132,7 @@ def _list_reasons(grid: Grid) -> Iterator[tuple[str, bool]]:
 
 def _describe_missing_profiles(grid: Grid) -> Iterator[str]:
     """Describe why an engine lacks a profile that other engines were run with."""
-    profiles = dict.fromkeys(column.method.profile for column in grid.columns.values() if not column.own)
+    profiles = dict.fromkeys(column.method.profile for column in grid.columns.values() if not column.is_own_method)
     for info in grid.results.engines:
         for profile in profiles:
             if info.available and info.capabilities is not None and not info.own_profiles([profile]):
