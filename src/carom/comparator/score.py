@@ -32,15 +32,15 @@ class Score(Shown):
             reported them yet.
         total: The run's largest error of each kind, relative to the reference.
         sampling: The largest errors of PIT with the same step size, relative to the reference. None without a PIT run.
-        against_pit: The run's largest errors, relative to that PIT run. None without a PIT run.
+        against_pit: The run's largest errors, relative to PIT with the same step size. None without a PIT run.
         pit_missed: Indices of the reference's impacts that PIT misses; None without a PIT run.
         price_paid: The run's largest velocity error, divided by PIT's largest velocity error over the phases of the
-            step. If the ratio of the spin errors is larger, that ratio is used. The error of a missed impact is the
-            whole change that the impact causes. The value is 0 for an exact run, 1 for a run as inaccurate as PIT, and
-            above 1 for a worse run. If all velocities and spins of both PIT and the run are exact, times are compared
-            instead. In this case, the run's largest time error is divided by PIT's largest time error, or by one step
-            if one step is longer. NaN without a PIT run, without an impact, or if simultaneous impacts have no unique
-            result. Infinite if the run has an error and PIT has none, if a number of the run is not finite, or if the
+            step. If the ratio of the spin errors is larger, that ratio is used. For a missed impact, the error is the
+            whole change of velocity or spin that the impact causes. The value is 0 for an exact run, 1 for a run as
+            inaccurate as PIT, and above 1 for a worse run. If all velocities and spins of both PIT and the run are
+            exact, the value is the run's largest time error divided by PIT's, or by one step if a step is longer. The
+            value is NaN without a PIT run, without an impact, or if simultaneous impacts have no unique result. The
+            value is infinite if the run has an error and PIT has none, if a number of the run is not finite, or if the
             run ended before its last impact.
         findings: At least one verdict, each with its reason.
         grade: The grade.
@@ -50,11 +50,11 @@ class Score(Shown):
         equals_pit: Whether the run finds the same impacts as PIT, and differs from PIT only by rounding.
         edits: Edit distance between the order of impacts in the run and in the reference.
         beyond_horizon: Number of the reference's impacts beyond the horizon, which were not compared.
-        horizon_s: End of the compared part of the run, in seconds. It ends at the horizon, or when bounces before a
-            lasting contact become too small for the step. None if the whole run is compared.
+        horizon_s: End of the compared part of the run, in seconds. The part ends at the horizon, or when bounces before
+            a lasting contact become too small for the step. None if the whole run is compared.
         local: Errors of each impact, relative to the exact impact that follows from the trace's own state before it.
-        convention: The possible outcome that the trace took if simultaneous impacts have no unique result; otherwise
-            None.
+        convention: If simultaneous impacts have no unique result: the possible outcome that is nearest to the run's.
+            None if all results are unique.
         consistency: Contradictions between the trace's own impacts and states; None if one of its numbers is NaN or
             infinite.
         branches: The impacts in which bodies stuck instead of sliding, or slid instead of sticking.

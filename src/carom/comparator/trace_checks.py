@@ -73,7 +73,7 @@ def _require_wall_motion(trace: Trace, source: str) -> None:
 def _expected_wall_velocities(trace: Trace) -> dict[str, NDArray[np.float64]]:
     """Return, by field name, the velocity that the second body of each impact has in the scene; 0 for a disc.
 
-    If a wall's velocity changes within the step of the impact, the one that is nearer to the reported velocity is
+    If a wall's velocity changes within the step of the impact, the velocity that is nearest to the reported one is
     returned.
     """
     start, impacts = trace.scene.arrays, trace.impacts

@@ -9,7 +9,7 @@ from enum import Enum
 class Verdict(Enum):
     """A verdict on a run.
 
-    The value is the sentence that reports show. The first four are the cases of the paper by which Carom is inspired.
+    Each value is the text that reports show. The first four verdicts are the cases of the paper that inspired Carom.
     """
 
     MISSED = "an impact is missed"

@@ -1,4 +1,4 @@
-"""A window of a run's steps, with PIC's run from its first state, and differences of the two."""
+"""A window of a run's steps, PIC's run from the window's first state, and the differences between both."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from carom.comparator.stepwise.step_block import Block
 from carom.comparator.stepwise.step_chains import StepChain
 from carom.comparator.stepwise.window_runs import Met, simulate_pic
 
-#: In a window, PIC lets a disc rest if it approaches a body at most as fast as after falling for this fraction of a
+#: In a window, PIC lets a disc rest if the disc approaches a body no faster than after falling for this fraction of a
 #: step.
 _RESTING = 1e-3
 
 
 class Difference(NamedTuple):
-    """Differences between a state of the run and of PIC, with PIC's state and its number of impacts."""
+    """Differences between a state of the run and PIC's state, with PIC's number of impacts and PIC's state."""
 
     velocity: float
     spin: float

@@ -35,7 +35,7 @@ _OTHER_ENDINGS = {Outcome.GLIDES: ", gliding along a wall", Outcome.CRUSHED: ", 
 def derive_verdicts(run: MeasuredRun, grade_before_tie: Grade | None) -> JudgedRun:
     """Derive all verdicts on a run.
 
-    `grade_before_tie` is the run's grade before the first instant at which several impacts have no unique result.
+    `grade_before_tie` is the run's grade before the first simultaneous impacts that have no unique result.
     """
     judged = JudgedRun.of(
         run,
@@ -45,7 +45,7 @@ def derive_verdicts(run: MeasuredRun, grade_before_tie: Grade | None) -> JudgedR
     )
     found = [Finding(Verdict.NOT_FINITE, run.non_finite)] if run.non_finite else []
     found += _report_convention(judged)
-    # If every step agrees with PIC, the only errors of impacts are those of unknown velocities.
+    # If every step agrees with PIC, only unknown velocities can cause errors of impacts.
     if not judged.has_exact_steps:
         found += _report_ending(judged)
         # After two trajectories diverge, impacts only match by chance.

@@ -1,4 +1,4 @@
-"""Verdicts on the single steps of a run, which are compared with PIC from the run's own states; see `stepwise`."""
+"""Verdicts on single steps of a run. Each step is compared with PIC from the run's own state; see `stepwise`."""
 
 from __future__ import annotations
 
@@ -40,9 +40,9 @@ def _describe_steps(local: LocalScore) -> str:
 
 
 def report_misreports(judged: JudgedRun) -> Iterator[Finding]:
-    """Report impacts of a diverged run that are visible only in its reports, or only in its states.
+    """Report impacts of a diverged run that appear only in its reports, or only in its states.
 
-    In runs that did not diverge, other verdicts report such impacts.
+    If the run did not diverge, other verdicts report such impacts.
     """
     reports = judged.reports
     if reports is None or reports.agree or not judged.has_diverged_before_miss:
