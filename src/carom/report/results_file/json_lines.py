@@ -45,7 +45,7 @@ _LATER = frozenset({"ends"})
 
 
 def format_line(line: Summary | RowLine, *, spins: bool = True) -> str:
-    """Return a line as strict JSON without a line break. If `spins` is true, it has the fields about spins."""
+    """Return a line as strict JSON without a line break. If `spins` is true, the line has fields about spins."""
     leave_out = {} if spins else {part: set(OF_SPINS) for part in ("total", "against_pit", "consistency")}
     if isinstance(line, RowLine) and line.timing and line.timing.ends is None:
         leave_out["timing"] = set(_LATER)
@@ -69,7 +69,7 @@ def read_summary(fields: Mapping[str, object], path: Path) -> Summary:
 
 
 def read_row(text: bytes, path: Path, number: int) -> RowLine:
-    """Parse a line after the first one. If a field may be null, it may also be missing.
+    """Parse a line after the first one. Fields that may be null may also be missing.
 
     Raises:
         InputError: The line is not JSON, or a field is missing or has a wrong type. The message names file, line and

@@ -49,12 +49,12 @@ def read_records(path: Path) -> tuple[Summary, list[RowLine]]:
 
 
 def stream_records(path: Path) -> tuple[Summary, Iterator[RowLine]]:
-    """Read a file that `format_records` has written, line by line, so that it need not fit into memory.
+    """Read a file that `format_records` has written, line by line, so that the file need not fit into memory.
 
     The iterator checks whether the number of lines is as stated in the first line.
 
     Raises:
-        InputError: As in `read_records`. The iterator may also raise these errors.
+        InputError: The errors are those of `read_records`. The iterator may also raise them.
     """
     texts = _read_lines(path)
     head, is_earlier = _parse_head(path, next(texts, b"{}"))
